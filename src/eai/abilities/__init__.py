@@ -1,0 +1,1 @@
+"""The four abilities: for each, how an answer is parsed and scored."""

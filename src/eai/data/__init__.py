@@ -1,0 +1,1 @@
+"""The data set: getting it, its compact store, and task records."""

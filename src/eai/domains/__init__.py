@@ -1,0 +1,1 @@
+"""Declared domains: VirtualHome, BEHAVIOR, and the conformance suite for any other."""

@@ -1,0 +1,1 @@
+"""The scorer as an environment, a reward function, and a batch job."""

@@ -1,0 +1,50 @@
+"""The exceptions of the package. An expected failure of an answer is a value, never one of these.
+
+EaiError
+├── InputError     a file, an answer file or an argument that the user can mend: file, place, expectation
+│   └── ParseError a text that does not parse: line, column, what was expected
+├── DataError      the data set is missing, damaged or cannot be obtained: says what to do
+└── DomainError    a domain's declaration contradicts itself: names the declaration
+"""
+
+from __future__ import annotations
+
+
+class EaiError(Exception):
+    """Root of the tree; its text is one line that a user can act on."""
+
+
+class InputError(EaiError):
+    """Input that cannot be used; the message names the file, the place and what was expected."""
+
+
+class ParseError(InputError):
+    """A text that does not parse.
+
+    Args:
+        text: the whole text.
+        line: the offending line, counted from 1.
+        column: the offending column, counted from 1.
+        expected: what could have stood there, in words.
+    """
+
+    def __init__(self, text: str, line: int, column: int, expected: str) -> None:
+        super().__init__(f"line {line}, column {column}: expected {expected}")
+        self.text = text
+        self.line = line
+        self.column = column
+        self.expected = expected
+
+    def caret(self) -> str:
+        """The offending line with a caret below the offending column."""
+        lines = self.text.splitlines() or [""]
+        line = lines[min(self.line, len(lines)) - 1]
+        return f"{line}\n{' ' * (self.column - 1)}^"
+
+
+class DataError(EaiError):
+    """The data set is missing, damaged or cannot be obtained; the message says what to do."""
+
+
+class DomainError(EaiError):
+    """A domain's declaration contradicts itself; the message names the declaration."""

@@ -1,0 +1,1 @@
+"""Formulas of one logic, their concrete syntaxes and their meaning on states and trajectories."""

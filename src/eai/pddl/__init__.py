@@ -1,0 +1,1 @@
+"""PDDL: reading and writing, matching operators, calling planners."""

@@ -1,0 +1,1 @@
+"""Prompts for the four abilities, official and our own."""

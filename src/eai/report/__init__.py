@@ -1,0 +1,1 @@
+"""Tables, plots and the error explorer, made from records only."""

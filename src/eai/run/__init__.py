@@ -1,0 +1,1 @@
+"""Model runs on Inspect and the built-in models; the only package that talks to a model."""

@@ -1,0 +1,1 @@
+"""The typed core: objects, predicates, states, operators, domains; execution, diagnosis and search."""
