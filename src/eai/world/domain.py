@@ -1,0 +1,148 @@
+"""Domains: everything there is to know about a world, declared in one value."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import TypeAlias
+
+from eai.errors import DomainError
+from eai.logic.formula import Formula, Variable
+from eai.world.condition import Binding, Conditions, Frame, Truth
+from eai.world.effect import Apply, Effects
+from eai.world.operator import Check, Operator
+from eai.world.state import Draft, State
+from eai.world.vocabulary import Vocabulary
+
+
+@dataclass(frozen=True)
+class CompiledCheck:
+    """A check with its condition, and each formula of what it seeks in the past, as functions."""
+
+    check: Check
+    holds: Truth
+    sought: tuple[Truth, ...]
+
+
+class CompiledOperator:
+    """An operator whose checks and effects are functions of a state and a binding."""
+
+    __slots__ = ("_apply", "_frame", "checks", "operator")
+
+    def __init__(self, operator: Operator, vocabulary: Vocabulary) -> None:
+        self.operator = operator
+        self._frame = Frame(operator.parameters)
+        conditions = Conditions(vocabulary, self._frame)
+        self.checks = tuple(
+            CompiledCheck(
+                check,
+                conditions.truth(check.condition),
+                tuple(conditions.truth(f) for f in _sought(check)),
+            )
+            for check in operator.checks
+        )
+        effects = Effects(vocabulary, self._frame)
+        self._apply: Apply | None = effects.sequence(operator.effects) if operator.effects else None
+
+    def bind(self, state: State, arguments: Sequence[int]) -> Binding:
+        """The binding of the operator's variables for these arguments."""
+        return self._frame.bind(state.scene, arguments)
+
+    def first_failure(self, state: State, binding: Binding) -> CompiledCheck | None:
+        """The first check that fails in the state, or None if the action is possible."""
+        for check in self.checks:
+            if not check.holds(state, binding):
+                return check
+        return None
+
+    def apply(self, state: State, binding: Binding) -> State:
+        """The state after the action, whatever the checks say."""
+        if self._apply is None:
+            return state
+        draft = Draft(state)
+        self._apply(state, draft, binding)
+        return draft.commit()
+
+
+HistoryRule: TypeAlias = Callable[[CompiledOperator, CompiledCheck, Binding, Sequence[State]], int | None]
+"""Judges a failed check against the past: the index of the earlier state that makes it a wrong order.
+
+Its last argument is the trajectory so far: the initial state, then the state after each executed step. None
+means that the step which should have prepared the action was never taken.
+"""
+
+
+def each_held_before(
+    operator: CompiledOperator, failed: CompiledCheck, binding: Binding, states: Sequence[State]
+) -> int | None:
+    """A history rule: everything that the check seeks held at some time, not necessarily at the same time.
+
+    Returns the latest state by which all of it had been seen.
+    """
+    latest = 0
+    for sought in failed.sought:
+        index = next((i for i in reversed(range(len(states))) if sought(states[i], binding)), None)
+        if index is None:
+            return None
+        latest = max(latest, index)
+    return latest
+
+
+@dataclass(frozen=True)
+class Domain:
+    """A declared world.
+
+    Attributes:
+        name: the domain's name, as the command line takes it.
+        vocabulary: stored and derived predicates.
+        operators: the actions.
+        history_rule: tells a wrong order from a missing step.
+
+    Raises:
+        DomainError: two operators have one name, or a formula or effect uses what is not declared.
+    """
+
+    name: str
+    vocabulary: Vocabulary
+    operators: tuple[Operator, ...]
+    history_rule: HistoryRule = each_held_before
+
+    def __post_init__(self) -> None:
+        names = [operator.name for operator in self.operators]
+        for name in names:
+            if names.count(name) > 1:
+                raise DomainError(f"operator {name} is declared twice")
+
+    @cached_property
+    def compiled(self) -> Mapping[str, CompiledOperator]:
+        """The operators by name, ready to run."""
+        compiled: dict[str, CompiledOperator] = {}
+        for operator in self.operators:
+            try:
+                compiled[operator.name] = CompiledOperator(operator, self.vocabulary)
+            except DomainError as error:
+                raise DomainError(f"operator {operator.name}: {error}") from error
+        return compiled
+
+    def operator(self, name: str) -> Operator | None:
+        """The operator of this name, or None."""
+        compiled = self.compiled.get(name)
+        return None if compiled is None else compiled.operator
+
+    def with_operators(self, *changed: Operator, without: Sequence[str] = ()) -> Domain:
+        """The domain in which these operators replace those of their name, and some are left out."""
+        by_name = {operator.name: operator for operator in changed}
+        kept = tuple(by_name.pop(o.name, o) for o in self.operators if o.name not in without)
+        return replace(self, operators=(*kept, *by_name.values()))
+
+    def holds(self, formula: Formula, state: State, arguments: Mapping[str, int] | None = None) -> bool:
+        """Whether a state formula holds; ``arguments`` gives its free variables their objects."""
+        arguments = arguments or {}
+        frame = Frame(tuple(Variable(name) for name in arguments))
+        truth = Conditions(self.vocabulary, frame).truth(formula)
+        return truth(state, frame.bind(state.scene, tuple(arguments.values())))
+
+
+def _sought(check: Check) -> tuple[Formula, ...]:
+    return (check.condition,) if check.sought is None else check.sought

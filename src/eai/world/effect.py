@@ -1,0 +1,238 @@
+"""What an operator does to a state: a closed set of effects, compiled once, with no Python of the domain.
+
+Every condition in an effect is read in the state *before* the action; the changes are then made in the order
+in which they are written.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from typing import Final, TypeAlias
+
+from typing_extensions import assert_never
+
+from eai.errors import DomainError
+from eai.logic.formula import Atom, Formula, Term, Variable
+from eai.world.condition import UNBOUND, Binding, Conditions, Extension, Frame
+from eai.world.relation import bits
+from eai.world.state import Draft, State
+from eai.world.vocabulary import Vocabulary
+
+ANYTHING: Final = Variable("*")
+"""In a deletion: whatever object stands here."""
+
+
+@dataclass(frozen=True, slots=True)
+class Add:
+    """The atom becomes true."""
+
+    atom: Atom
+
+
+@dataclass(frozen=True, slots=True)
+class Delete:
+    """The atom becomes false; `ANYTHING` in it makes it a pattern for many atoms."""
+
+    atom: Atom
+
+
+@dataclass(frozen=True, slots=True)
+class When:
+    """The effects take place if the condition held before the action."""
+
+    condition: Formula
+    effects: tuple[Effect, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class ForEach:
+    """Each effect in turn takes place for all objects that met the condition before the action."""
+
+    variable: Variable
+    condition: Formula
+    effects: tuple[Effect, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Let:
+    """The effects take place for the first object (by index) that met the condition before the action."""
+
+    variable: Variable
+    condition: Formula
+    effects: tuple[Effect, ...]
+
+
+Effect: TypeAlias = Add | Delete | When | ForEach | Let
+
+Apply: TypeAlias = Callable[[State, Draft, Binding], None]
+
+
+def both_ways(effect: type[Add] | type[Delete], atom: Atom) -> tuple[Effect, Effect]:
+    """The effect on a binary atom and on its mirror image."""
+    left, right = atom.arguments
+    return effect(atom), effect(Atom(atom.predicate, (right, left)))
+
+
+class Effects:
+    """A compiler of effects over one vocabulary, sharing a frame with the conditions of the operator.
+
+    Raises:
+        DomainError: from its methods, for what is not declared, derived or static.
+    """
+
+    def __init__(self, vocabulary: Vocabulary, frame: Frame) -> None:
+        self._vocabulary = vocabulary
+        self._frame = frame
+        self._conditions = Conditions(vocabulary, frame)
+
+    def sequence(self, effects: Iterable[Effect], scope: Mapping[str, int] | None = None) -> Apply:
+        """All effects, one after the other."""
+        scope = self._frame.scope if scope is None else scope
+        steps = tuple(self._effect(effect, scope) for effect in effects)
+        if len(steps) == 1:
+            return steps[0]
+
+        def apply(before: State, draft: Draft, binding: Binding) -> None:
+            for step in steps:
+                step(before, draft, binding)
+
+        return apply
+
+    def _effect(self, effect: Effect, scope: Mapping[str, int]) -> Apply:
+        match effect:
+            case Add(atom) | Delete(atom):
+                return self._write(atom, scope, adding=isinstance(effect, Add))
+            case When(condition, effects):
+                return self._when(condition, effects, scope)
+            case ForEach(variable, condition, effects):
+                return self._for_each(variable, condition, effects, scope)
+            case Let(variable, condition, effects):
+                return self._let(variable, condition, effects, scope)
+            case _:
+                assert_never(effect)
+
+    def _when(self, condition: Formula, effects: tuple[Effect, ...], scope: Mapping[str, int]) -> Apply:
+        truth = self._conditions.truth(condition, scope)
+        then = self.sequence(effects, scope)
+
+        def apply(before: State, draft: Draft, binding: Binding) -> None:
+            if truth(before, binding):
+                then(before, draft, binding)
+
+        return apply
+
+    def _let(
+        self, variable: Variable, condition: Formula, effects: tuple[Effect, ...], scope: Mapping[str, int]
+    ) -> Apply:
+        slot = self._frame.new_slot()
+        inner = {**scope, variable.name: slot}
+        candidates = self._conditions.extension(condition, slot, inner)
+        then = self.sequence(effects, inner)
+
+        def apply(before: State, draft: Draft, binding: Binding) -> None:
+            mask = candidates(before, binding)
+            if mask:
+                binding[slot] = (mask & -mask).bit_length() - 1
+                then(before, draft, binding)
+                binding[slot] = UNBOUND
+
+        return apply
+
+    def _for_each(
+        self, variable: Variable, condition: Formula, effects: tuple[Effect, ...], scope: Mapping[str, int]
+    ) -> Apply:
+        """Writes that mention the variable once are made for the whole mask at a time."""
+        slot = self._frame.new_slot()
+        inner = {**scope, variable.name: slot}
+        matching = self._conditions.extension(condition, slot, inner)
+        steps = tuple(
+            self._bulk(effect, slot, inner) or self._loop(effect, slot, inner) for effect in effects
+        )
+
+        def apply(before: State, draft: Draft, binding: Binding) -> None:
+            mask = matching(before, binding)
+            if mask:
+                for step in steps:
+                    step(before, draft, binding, mask)
+
+        return apply
+
+    def _loop(self, effect: Effect, slot: int, scope: Mapping[str, int]) -> _ApplyToMask:
+        one = self._effect(effect, scope)
+
+        def apply(before: State, draft: Draft, binding: Binding, mask: int) -> None:
+            for i in bits(mask):
+                binding[slot] = i
+                one(before, draft, binding)
+            binding[slot] = UNBOUND
+
+        return apply
+
+    def _bulk(self, effect: Effect, slot: int, scope: Mapping[str, int]) -> _ApplyToMask | None:
+        """One write for all objects of the mask, where the effect has that shape."""
+        if not isinstance(effect, Add | Delete) or ANYTHING in effect.atom.arguments:
+            return None
+        atom, adding = effect.atom, isinstance(effect, Add)
+        slots = [self._frame.slot_of(term, scope) for term in atom.arguments]
+        if slots.count(slot) != 1:
+            return None
+        index = self._slot_of_predicate(atom)
+        if len(slots) == 1:
+            write = Draft.add if adding else Draft.remove
+            return lambda before, draft, binding, mask: write(draft, index, mask)
+        source, target = slots
+        if slot == target:
+            link = Draft.link_from if adding else Draft.unlink_from
+            return lambda before, draft, binding, mask: link(draft, index, binding[source], mask)
+        link_to = Draft.link_to if adding else Draft.unlink_to
+        return lambda before, draft, binding, mask: link_to(draft, index, mask, binding[target])
+
+    def _write(self, atom: Atom, scope: Mapping[str, int], *, adding: bool) -> Apply:
+        index = self._slot_of_predicate(atom)
+        if adding and ANYTHING in atom.arguments:
+            raise DomainError(f"an addition of {atom.predicate} cannot be a pattern")
+        if len(atom.arguments) == 2:
+            return self._write_pair(atom, index, scope, adding=adding)
+        write = Draft.add if adding else Draft.remove
+        whole = self._mask_of(atom.arguments[0], scope) if atom.arguments else _first_bit
+        return lambda before, draft, binding: write(draft, index, whole(before, binding))
+
+    def _write_pair(self, atom: Atom, index: int, scope: Mapping[str, int], *, adding: bool) -> Apply:
+        left, right = atom.arguments
+        if left == ANYTHING:
+            target = self._frame.slot_of(right, scope)
+            return lambda before, draft, binding: draft.unlink_to(
+                index, before.scene.everything, binding[target]
+            )
+        source, targets = self._frame.slot_of(left, scope), self._mask_of(right, scope)
+        write = Draft.link_from if adding else Draft.unlink_from
+        return lambda before, draft, binding: write(draft, index, binding[source], targets(before, binding))
+
+    def _mask_of(self, term: Term, scope: Mapping[str, int]) -> Extension:
+        if term == ANYTHING:
+            return lambda state, binding: state.scene.everything
+        slot = self._frame.slot_of(term, scope)
+        return lambda state, binding: 1 << binding[slot]
+
+    def _slot_of_predicate(self, atom: Atom) -> int:
+        predicate = self._vocabulary.stored(atom.predicate)
+        if predicate is None:
+            raise DomainError(f"an effect changes {atom.predicate}, which is not a stored predicate")
+        if predicate.static:
+            raise DomainError(f"an effect changes {atom.predicate}, which is declared static")
+        if predicate.arity != len(atom.arguments):
+            raise DomainError(
+                f"{atom.predicate} takes {predicate.arity} arguments, not {len(atom.arguments)}"
+            )
+        if predicate.arity == 2:
+            return self._vocabulary.binary_slots[predicate.name]
+        return self._vocabulary.unary_slots[predicate.name]
+
+
+_ApplyToMask: TypeAlias = Callable[[State, Draft, Binding, int], None]
+
+
+def _first_bit(state: State, binding: Binding) -> int:
+    """The mask that stands for "true" of a predicate without arguments."""
+    return 1

@@ -1,0 +1,125 @@
+"""Running plans: the trajectory of a plan, and the diagnosis of its first fatal step."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from eai.world.domain import CompiledCheck, Domain
+from eai.world.fault import FaultKind
+from eai.world.operator import Check
+from eai.world.state import Scene, State
+
+
+class Action(NamedTuple):
+    """A ground action: an operator's name and object indices."""
+
+    operator: str
+    arguments: tuple[int, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Fault:
+    """Why a step was not executed.
+
+    ``earlier`` is the index of the state of the trajectory in which the step would have been possible; it is
+    given exactly for a wrong order.
+    """
+
+    kind: FaultKind
+    check: Check
+    earlier: int | None = None
+
+
+class Step(NamedTuple):
+    """A step of a plan that was tried: ``fault`` is None if it was executed."""
+
+    action: Action
+    fault: Fault | None
+
+
+@dataclass(frozen=True, slots=True)
+class Trajectory:
+    """What became of a plan.
+
+    Attributes:
+        states: the initial state, then the state after each executed step.
+        steps: every step tried, in order. Only the last can have a fault other than an additional step; the
+            steps of the plan after it were not tried.
+    """
+
+    states: tuple[State, ...]
+    steps: tuple[Step, ...]
+
+    @property
+    def final(self) -> State:
+        """The last state reached."""
+        return self.states[-1]
+
+    @property
+    def failure(self) -> Fault | None:
+        """The fault that ended the plan, or None if it was executed to its end."""
+        fault = self.steps[-1].fault if self.steps else None
+        return None if fault is None or fault.kind is FaultKind.ADDITIONAL_STEP else fault
+
+    @property
+    def executed(self) -> tuple[Action, ...]:
+        """The actions that were executed."""
+        return tuple(step.action for step in self.steps if step.fault is None)
+
+    @property
+    def additional_steps(self) -> int:
+        """How many steps were skipped because they were not needed."""
+        return sum(s.fault is not None and s.fault.kind is FaultKind.ADDITIONAL_STEP for s in self.steps)
+
+
+def execute(domain: Domain, initial: State, plan: Iterable[Action]) -> Trajectory:
+    """Execute a plan up to its first fatal step.
+
+    Every action must name an operator of the domain and have as many arguments as it has parameters.
+    """
+    states = [initial]
+    steps: list[Step] = []
+    for action in plan:
+        outcome = attempt(domain, states, action)
+        if isinstance(outcome, State):
+            states.append(outcome)
+            steps.append(Step(action, None))
+            continue
+        steps.append(Step(action, outcome))
+        if outcome.kind is not FaultKind.ADDITIONAL_STEP:
+            break
+    return Trajectory(tuple(states), tuple(steps))
+
+
+def attempt(domain: Domain, states: Sequence[State], action: Action) -> State | Fault:
+    """Try one action in the last of ``states``: the state after it, or the diagnosis of its failure."""
+    operator = domain.compiled[action.operator]
+    state = states[-1]
+    binding = operator.bind(state, action.arguments)
+    failed = operator.first_failure(state, binding)
+    if failed is None:
+        return operator.apply(state, binding)
+    return _diagnose(domain, states, action, failed)
+
+
+def _diagnose(domain: Domain, states: Sequence[State], action: Action, failed: CompiledCheck) -> Fault:
+    """A missing step is a wrong order if the domain's history rule finds what was missing in the past."""
+    kind = failed.check.fault
+    if kind is not FaultKind.MISSING_STEP:
+        return Fault(kind, failed.check)
+    operator = domain.compiled[action.operator]
+    earlier = domain.history_rule(operator, failed, operator.bind(states[-1], action.arguments), states)
+    if earlier is None:
+        return Fault(kind, failed.check)
+    return Fault(FaultKind.WRONG_ORDER, failed.check, earlier)
+
+
+def describe(fault: Fault, domain: Domain, action: Action, scene: Scene) -> str:
+    """The reason of a fault in words, with the names of the objects."""
+    operator = domain.compiled[action.operator].operator
+    names = {
+        p.name: scene.objects[i].name for p, i in zip(operator.parameters, action.arguments, strict=True)
+    }
+    return fault.check.reason.format_map(names)

@@ -1,0 +1,21 @@
+"""What can be wrong with a step of a plan."""
+
+from __future__ import annotations
+
+from enum import Enum
+
+
+class FaultKind(str, Enum):
+    """The kinds of error of the paper (section "Error types"), by their wire strings.
+
+    `ADDITIONAL_STEP` is a remark: the step is skipped and the plan goes on. All others end the plan.
+    """
+
+    PARSING = "parsing"
+    HALLUCINATION = "hallucination"
+    ARGUMENT_NUMBER = "argument_number"
+    AFFORDANCE = "affordance"
+    ADDITIONAL_STEP = "additional_step"
+    MISSING_STEP = "missing_step"
+    WRONG_ORDER = "wrong_order"
+    UNCATEGORISED = "uncategorised"

@@ -1,0 +1,68 @@
+"""Operators: an ordered list of checks and a list of effects."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from eai.logic.formula import Formula, Variable
+from eai.world.effect import Effect
+from eai.world.fault import FaultKind
+
+
+@dataclass(frozen=True, slots=True)
+class Check:
+    """A condition for an action, and what its failure means.
+
+    Attributes:
+        condition: must hold in the state in which the action is tried.
+        fault: the kind of error if it does not.
+        reason: what is wrong then, in words; ``{x}`` stands for the name of the argument of parameter ``x``.
+        sought: what the history rule looks for in earlier states to tell a wrong order from a missing step:
+            each of these formulas must have held at some time. None means the condition itself.
+    """
+
+    condition: Formula
+    fault: FaultKind
+    reason: str
+    sought: tuple[Formula, ...] | None = None
+
+
+def affordance(condition: Formula, reason: str) -> Check:
+    """A check that the objects are of the right kind for the action."""
+    return Check(condition, FaultKind.AFFORDANCE, reason)
+
+
+def additional(condition: Formula, reason: str) -> Check:
+    """A check that the action is still needed."""
+    return Check(condition, FaultKind.ADDITIONAL_STEP, reason)
+
+
+def missing(condition: Formula, reason: str, sought: tuple[Formula, ...] | None = None) -> Check:
+    """A check that an earlier step has prepared the action."""
+    return Check(condition, FaultKind.MISSING_STEP, reason, sought)
+
+
+@dataclass(frozen=True, slots=True)
+class Operator:
+    """An action of a domain.
+
+    Attributes:
+        name: as it is written in plans.
+        parameters: its arguments, in order. The agent is not among them.
+        checks: in order; the first one that fails is the verdict.
+        effects: read in the state before, made in order.
+        description: what it does, for prompts.
+        source: where the reference defines it.
+    """
+
+    name: str
+    parameters: tuple[Variable, ...]
+    checks: tuple[Check, ...]
+    effects: tuple[Effect, ...]
+    description: str = ""
+    source: str = ""
+
+    @property
+    def arity(self) -> int:
+        """The number of arguments."""
+        return len(self.parameters)

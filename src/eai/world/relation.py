@@ -1,0 +1,153 @@
+"""A binary relation over objects 0..n-1 as bit masks: immutable, sharing its base, cheap to change.
+
+Row ``x`` is the mask of all ``y`` with ``(x, y)`` in the relation, column ``y`` the mask of all such ``x``.
+A base matrix is shared by every state of an episode; a relation on top of it overrides whole rows and
+columns. Household actions move one object at a time, so a handful of overridden lines describes any state,
+and forgetting everything about an object ("remove all CLOSE edges, both ways") costs two dictionary entries.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from typing import NamedTuple
+
+
+class Pair(NamedTuple):
+    """A member of a relation, by object index."""
+
+    source: int
+    target: int
+
+
+class Matrix:
+    """The base of relations: all rows and all columns, never changed after construction."""
+
+    __slots__ = ("columns", "rows")
+
+    def __init__(self, rows: Iterable[int], columns: Iterable[int]) -> None:
+        self.rows = tuple(rows)
+        self.columns = tuple(columns)
+
+    @classmethod
+    def of_pairs(cls, size: int, pairs: Iterable[Pair | tuple[int, int]]) -> Matrix:
+        """The matrix over ``size`` objects that holds exactly these pairs."""
+        rows, columns = [0] * size, [0] * size
+        for source, target in pairs:
+            rows[source] |= 1 << target
+            columns[target] |= 1 << source
+        return cls(rows, columns)
+
+
+class Relation:
+    """A set of pairs on top of a shared matrix. All changes return a new relation."""
+
+    __slots__ = ("_base", "_column_keys", "_columns", "_row_keys", "_rows")
+
+    # Invariant: `_rows[x]` and `_columns[y]` are the true lines; where both exist they agree on (x, y).
+    # `_row_keys` and `_column_keys` are the masks of the overridden lines.
+
+    def __init__(
+        self,
+        base: Matrix,
+        rows: dict[int, int] | None = None,
+        columns: dict[int, int] | None = None,
+        row_keys: int = 0,
+        column_keys: int = 0,
+    ) -> None:
+        self._base = base
+        self._rows = rows if rows is not None else {}
+        self._columns = columns if columns is not None else {}
+        self._row_keys = row_keys
+        self._column_keys = column_keys
+
+    def row(self, source: int) -> int:
+        """The mask of all targets of ``source``."""
+        line = self._rows.get(source)
+        if line is not None:
+            return line
+        return _line(self._base.rows[source], source, self._columns, self._column_keys)
+
+    def column(self, target: int) -> int:
+        """The mask of all sources of ``target``."""
+        line = self._columns.get(target)
+        if line is not None:
+            return line
+        return _line(self._base.columns[target], target, self._rows, self._row_keys)
+
+    def has(self, source: int, target: int) -> bool:
+        """Whether the pair is in the relation."""
+        line = self._rows.get(source)
+        if line is not None:
+            return bool(line >> target & 1)
+        line = self._columns.get(target)
+        if line is not None:
+            return bool(line >> source & 1)
+        return bool(self._base.rows[source] >> target & 1)
+
+    def with_row(self, source: int, targets: int) -> Relation:
+        """The relation in which ``source`` has exactly these targets (a mask)."""
+        columns = _patched(self._columns, source, targets)
+        rows = {**self._rows, source: targets}
+        return Relation(self._base, rows, columns, self._row_keys | 1 << source, self._column_keys)
+
+    def with_column(self, target: int, sources: int) -> Relation:
+        """The relation in which ``target`` has exactly these sources (a mask)."""
+        rows = _patched(self._rows, target, sources)
+        columns = {**self._columns, target: sources}
+        return Relation(self._base, rows, columns, self._row_keys, self._column_keys | 1 << target)
+
+    def pairs(self) -> Iterator[Pair]:
+        """All members, by source and then target."""
+        for source in range(len(self._base.rows)):
+            for target in bits(self.row(source)):
+                yield Pair(source, target)
+
+    def __len__(self) -> int:
+        return sum(self.row(source).bit_count() for source in range(len(self._base.rows)))
+
+    def difference_from_base(self) -> frozenset[tuple[int, int]]:
+        """What sets this relation apart from its base: (source, mask of differing targets), none empty.
+
+        Two relations on the same base are equal exactly if these are.
+        """
+        base = self._base
+        changed = {x: line ^ base.rows[x] for x, line in self._rows.items()}
+        for y, line in self._columns.items():
+            for x in bits((line ^ base.columns[y]) & ~self._row_keys):
+                changed[x] = changed.get(x, 0) | 1 << y
+        return frozenset(item for item in changed.items() if item[1])
+
+    def same_base(self, other: Relation) -> bool:
+        """Whether both stand on one base, so that their differences from it can be compared."""
+        return self._base is other._base
+
+
+def bits(mask: int) -> Iterator[int]:
+    """The positions of the set bits, ascending."""
+    while mask:
+        low = mask & -mask
+        yield low.bit_length() - 1
+        mask ^= low
+
+
+def _line(base: int, index: int, crossing: dict[int, int], crossing_keys: int) -> int:
+    """A line of the base, corrected by the overridden lines that cross it."""
+    if not crossing_keys:
+        return base
+    line = base & ~crossing_keys
+    for key, mask in crossing.items():
+        if mask >> index & 1:
+            line |= 1 << key
+    return line
+
+
+def _patched(crossing: dict[int, int], index: int, line: int) -> dict[int, int]:
+    """The crossing lines after line ``index`` was replaced; the same object if none changes."""
+    bit = 1 << index
+    changed = None
+    for key, mask in crossing.items():
+        new = mask | bit if line >> key & 1 else mask & ~bit
+        if new != mask:
+            changed = changed if changed is not None else dict(crossing)
+            changed[key] = new
+    return crossing if changed is None else changed

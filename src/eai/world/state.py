@@ -1,0 +1,215 @@
+"""Scenes and states: who is there, and what is true of them.
+
+Objects are numbered; sets of objects are bit masks (bit i = object i). A state is an immutable value: a mask
+for each unary predicate, a `Relation` for each binary one. A `Draft` is the one mutable thing; it lives
+inside the execution of one action.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from eai.world.relation import Matrix, Relation, bits
+from eai.world.vocabulary import Vocabulary
+
+
+@dataclass(frozen=True, slots=True)
+class WorldObject:
+    """An object of a scene: a name that is unique in it, and its category (class, synset)."""
+
+    name: str
+    category: str
+
+
+class Fact(NamedTuple):
+    """A ground atom that holds, by object index."""
+
+    predicate: str
+    arguments: tuple[int, ...]
+
+
+class Scene:
+    """The objects of a task. Their number, order and categories never change during an episode.
+
+    Args:
+        vocabulary: the predicates that states over this scene keep.
+        objects: all objects; the index of an object is its position here.
+        agent: the index of the acting object, or None if the domain has no object for it.
+    """
+
+    __slots__ = ("_categories", "agent", "everything", "index", "objects", "vocabulary")
+
+    def __init__(
+        self, vocabulary: Vocabulary, objects: Iterable[WorldObject], agent: int | None = None
+    ) -> None:
+        self.vocabulary = vocabulary
+        self.objects = tuple(objects)
+        self.agent = agent
+        self.index = {thing.name: i for i, thing in enumerate(self.objects)}
+        self.everything = (1 << len(self.objects)) - 1
+        self._categories: dict[str, int] | None = None
+
+    def category(self, name: str | None) -> int:
+        """The mask of all objects of a category; None means every object."""
+        if name is None:
+            return self.everything
+        if self._categories is None:
+            self._categories = {}
+            for i, thing in enumerate(self.objects):
+                self._categories[thing.category] = self._categories.get(thing.category, 0) | 1 << i
+        return self._categories.get(name, 0)
+
+    def names(self, mask: int) -> tuple[str, ...]:
+        """The names of the objects in a mask, by index."""
+        return tuple(self.objects[i].name for i in bits(mask))
+
+    def state(self, facts: Iterable[Fact | tuple[str, tuple[int, ...]]]) -> State:
+        """The state in which exactly these facts about stored predicates hold."""
+        slots = self.vocabulary.unary_slots
+        unary = [0] * len(slots)
+        pairs: dict[str, list[tuple[int, int]]] = {name: [] for name in self.vocabulary.binary_slots}
+        for predicate, arguments in facts:
+            if predicate in slots:
+                unary[slots[predicate]] |= 1 << arguments[0] if arguments else 1
+            else:
+                pairs[predicate].append((arguments[0], arguments[1]))
+        size = len(self.objects)
+        return State(self, tuple(unary), tuple(Relation(Matrix.of_pairs(size, p)) for p in pairs.values()))
+
+
+class State:
+    """What is true at one moment: immutable, sharing structure with the states around it.
+
+    ``unary[i]`` is the mask of objects with the i-th unary predicate (for arity 0: 1 or 0), ``binary[i]`` the
+    i-th relation, numbered by the scene's vocabulary. Two states of one episode (that is, reached from one
+    initial state) are equal if the same facts hold; states of different episodes never are.
+    """
+
+    __slots__ = ("_key", "binary", "scene", "unary")
+
+    def __init__(self, scene: Scene, unary: tuple[int, ...], binary: tuple[Relation, ...]) -> None:
+        self.scene = scene
+        self.unary = unary
+        self.binary = binary
+        self._key: tuple[object, ...] | None = None
+
+    def has(self, predicate: str, *arguments: int) -> bool:
+        """Whether a stored predicate holds of these objects."""
+        slot = self.scene.vocabulary.binary_slots.get(predicate)
+        if slot is not None:
+            return self.binary[slot].has(*arguments)
+        mask = self.unary[self.scene.vocabulary.unary_slots[predicate]]
+        return bool(mask >> (arguments[0] if arguments else 0) & 1)
+
+    def those(self, predicate: str) -> int:
+        """The mask of all objects with a unary predicate."""
+        return self.unary[self.scene.vocabulary.unary_slots[predicate]]
+
+    def relation(self, predicate: str) -> Relation:
+        """The relation kept for a binary predicate."""
+        return self.binary[self.scene.vocabulary.binary_slots[predicate]]
+
+    def facts(self) -> Iterator[Fact]:
+        """All facts, by predicate in the order of the vocabulary, then by object index."""
+        arities = {p.name: p.arity for p in self.scene.vocabulary.predicates}
+        for name, slot in self.scene.vocabulary.unary_slots.items():
+            for i in bits(self.unary[slot]):
+                yield Fact(name, (i,) if arities[name] else ())
+        for name, slot in self.scene.vocabulary.binary_slots.items():
+            for pair in self.binary[slot].pairs():
+                yield Fact(name, tuple(pair))
+
+    def _identity(self) -> tuple[object, ...]:
+        if self._key is None:
+            self._key = (self.unary, tuple(r.difference_from_base() for r in self.binary))
+        return self._key
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, State):
+            return NotImplemented
+        if not all(a.same_base(b) for a, b in zip(self.binary, other.binary, strict=False)):
+            return False
+        return self.scene is other.scene and self._identity() == other._identity()
+
+    def __hash__(self) -> int:
+        return hash(self._identity())
+
+
+class Change(NamedTuple):
+    """What one state has that another lacks, and the other way round."""
+
+    added: tuple[Fact, ...]
+    removed: tuple[Fact, ...]
+
+
+def change(before: State, after: State) -> Change:
+    """The facts that became true and those that became false, in the order of `State.facts`."""
+    added: list[Fact] = []
+    removed: list[Fact] = []
+    vocabulary = before.scene.vocabulary
+    arities = {p.name: p.arity for p in vocabulary.predicates}
+    for name, slot in vocabulary.unary_slots.items():
+        old, new = before.unary[slot], after.unary[slot]
+        added += (Fact(name, (i,) if arities[name] else ()) for i in bits(new & ~old))
+        removed += (Fact(name, (i,) if arities[name] else ()) for i in bits(old & ~new))
+    for name, slot in vocabulary.binary_slots.items():
+        if before.binary[slot] is after.binary[slot]:
+            continue
+        for x in range(len(before.scene.objects)):
+            old, new = before.binary[slot].row(x), after.binary[slot].row(x)
+            added += (Fact(name, (x, y)) for y in bits(new & ~old))
+            removed += (Fact(name, (x, y)) for y in bits(old & ~new))
+    return Change(tuple(added), tuple(removed))
+
+
+class Draft:
+    """A state being changed by one action; `commit` ends it."""
+
+    __slots__ = ("_before", "_binary", "_unary")
+
+    def __init__(self, before: State) -> None:
+        self._before = before
+        self._unary = list(before.unary)
+        self._binary = list(before.binary)
+
+    def add(self, slot: int, mask: int) -> None:
+        """Give a unary predicate to all objects in the mask."""
+        self._unary[slot] |= mask
+
+    def remove(self, slot: int, mask: int) -> None:
+        """Take a unary predicate from all objects in the mask."""
+        self._unary[slot] &= ~mask
+
+    def link_from(self, slot: int, source: int, targets: int) -> None:
+        """Relate ``source`` to all targets in the mask."""
+        relation = self._binary[slot]
+        row = relation.row(source)
+        if row | targets != row:
+            self._binary[slot] = relation.with_row(source, row | targets)
+
+    def link_to(self, slot: int, sources: int, target: int) -> None:
+        """Relate all sources in the mask to ``target``."""
+        relation = self._binary[slot]
+        column = relation.column(target)
+        if column | sources != column:
+            self._binary[slot] = relation.with_column(target, column | sources)
+
+    def unlink_from(self, slot: int, source: int, targets: int) -> None:
+        """Remove the pairs of ``source`` with all targets in the mask."""
+        relation = self._binary[slot]
+        row = relation.row(source)
+        if row & targets:
+            self._binary[slot] = relation.with_row(source, row & ~targets)
+
+    def unlink_to(self, slot: int, sources: int, target: int) -> None:
+        """Remove the pairs of all sources in the mask with ``target``."""
+        relation = self._binary[slot]
+        column = relation.column(target)
+        if column & sources:
+            self._binary[slot] = relation.with_column(target, column & ~sources)
+
+    def commit(self) -> State:
+        """The state after all changes."""
+        return State(self._before.scene, tuple(self._unary), tuple(self._binary))
