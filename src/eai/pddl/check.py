@@ -1,0 +1,200 @@
+"""Checking names: does every predicate, type, variable and constant mean something in its domain?
+
+Form is checked when reading (`reader`); `check_action` and `check_problem` find what is left, all of it and
+not just the first.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+
+from eai.logic.formula import (
+    And,
+    Atom,
+    Constant,
+    Equals,
+    Exists,
+    ForAll,
+    Formula,
+    Implies,
+    Not,
+    Or,
+    Term,
+    Variable,
+)
+from eai.pddl.model import (
+    OBJECT,
+    Action,
+    Add,
+    Both,
+    Delete,
+    Domain,
+    Each,
+    Effect,
+    Predicate,
+    Problem,
+    TypedName,
+    When,
+    supertypes,
+    type_of,
+)
+from eai.pddl.offence import Finding, Offence
+
+Scope = Mapping[str, str]
+"""The variables bound at a place, each with its type."""
+
+
+@dataclass(frozen=True, slots=True)
+class Vocabulary:
+    """The names that may be used.
+
+    Attributes:
+        types: the declared types.
+        predicates: name to declaration.
+        constants: name to type.
+    """
+
+    types: tuple[TypedName, ...]
+    predicates: Mapping[str, Predicate]
+    constants: Mapping[str, str]
+
+    @classmethod
+    def of(cls, domain: Domain, objects: Iterable[TypedName] = ()) -> Vocabulary:
+        """The vocabulary of a domain; ``objects`` are those of a problem, if they may be named."""
+        return cls(
+            types=domain.types,
+            predicates={predicate.name: predicate for predicate in domain.predicates},
+            constants={item.name: item.type for item in (*domain.constants, *objects)},
+        )
+
+    def has_type(self, name: str) -> bool:
+        """Whether the type is declared (the root always is)."""
+        return name == OBJECT or any(declared.name == name for declared in self.types)
+
+
+def check_domain(domain: Domain) -> tuple[Finding, ...]:
+    """All offences of a domain: in its declarations, then operator by operator."""
+    vocabulary = Vocabulary.of(domain)
+    findings = [
+        *_duplicates((predicate.name for predicate in domain.predicates), "predicates"),
+        *_duplicates((action.name for action in domain.actions), "operators"),
+    ]
+    for predicate in domain.predicates:
+        findings += _unknown_types(predicate.parameters, vocabulary, f"predicate {predicate.name}")
+    for action in domain.actions:
+        findings += check_action(action, vocabulary)
+    return tuple(findings)
+
+
+def check_action(action: Action, vocabulary: Vocabulary) -> tuple[Finding, ...]:
+    """All offences of an operator, in the order of its text, each once."""
+    place = f"parameters of {action.name}"
+    scope = {parameter.name: type_of(parameter) for parameter in action.parameters}
+    findings = [
+        *_duplicates((parameter.name for parameter in action.parameters), place),
+        *_unknown_types(action.parameters, vocabulary, place),
+        *_Checker(vocabulary, f"precondition of {action.name}").formula(action.precondition, scope),
+        *_Checker(vocabulary, f"effect of {action.name}").effect(action.effect, scope),
+    ]
+    return tuple(dict.fromkeys(findings))
+
+
+def check_problem(problem: Problem, domain: Domain) -> tuple[Finding, ...]:
+    """All offences of a problem against its domain, each once."""
+    vocabulary = Vocabulary.of(domain, problem.objects)
+    findings = [
+        *_duplicates((item.name for item in problem.objects), "objects"),
+        *(
+            Finding(Offence.UNKNOWN_TYPE, item.type, "objects")
+            for item in problem.objects
+            if not vocabulary.has_type(item.type)
+        ),
+    ]
+    for atom in (*problem.initial, *problem.denied):
+        findings += _Checker(vocabulary, "initial state").formula(atom, {})
+    findings += _Checker(vocabulary, "goal").formula(problem.goal, {})
+    return tuple(dict.fromkeys(findings))
+
+
+@dataclass(frozen=True, slots=True)
+class _Checker:
+    """Walks one formula or effect; ``place`` says in words which."""
+
+    vocabulary: Vocabulary
+    place: str
+
+    def formula(self, formula: Formula, scope: Scope) -> Iterator[Finding]:
+        match formula:
+            case Atom():
+                yield from self.atom(formula, scope)
+            case Equals(left, right):
+                for term in (left, right):
+                    yield from self.term(term, scope)
+            case Not(operand):
+                yield from self.formula(operand, scope)
+            case And(operands) | Or(operands):
+                for operand in operands:
+                    yield from self.formula(operand, scope)
+            case Implies(premise, conclusion):
+                yield from self.formula(premise, scope)
+                yield from self.formula(conclusion, scope)
+            case ForAll(variable, body) | Exists(variable, body):
+                yield from _unknown_types((variable,), self.vocabulary, self.place)
+                yield from self.formula(body, {**scope, variable.name: type_of(variable)})
+            case _:
+                yield Finding(Offence.UNSUPPORTED, type(formula).__name__, self.place)
+
+    def effect(self, effect: Effect, scope: Scope) -> Iterator[Finding]:
+        match effect:
+            case Add(atom) | Delete(atom):
+                yield from self.atom(atom, scope)
+            case Both(parts):
+                for part in parts:
+                    yield from self.effect(part, scope)
+            case Each(variable, part):
+                yield from _unknown_types((variable,), self.vocabulary, self.place)
+                yield from self.effect(part, {**scope, variable.name: type_of(variable)})
+            case When(condition, part):
+                yield from self.formula(condition, scope)
+                yield from self.effect(part, scope)
+
+    def atom(self, atom: Atom, scope: Scope) -> Iterator[Finding]:
+        declared = self.vocabulary.predicates.get(atom.predicate)
+        if declared is None:
+            yield Finding(Offence.UNKNOWN_PREDICATE, atom.predicate, self.place)
+        elif len(declared.parameters) != len(atom.arguments):
+            yield Finding(Offence.WRONG_ARITY, atom.predicate, self.place)
+        else:
+            for parameter, argument in zip(declared.parameters, atom.arguments, strict=True):
+                yield from self._fit(parameter, argument, scope)
+        for argument in atom.arguments:
+            yield from self.term(argument, scope)
+
+    def term(self, term: Term, scope: Scope) -> Iterator[Finding]:
+        match term:
+            case Variable(name) if name not in scope:
+                yield Finding(Offence.UNBOUND_VARIABLE, name, self.place)
+            case Constant(name) if name not in self.vocabulary.constants:
+                yield Finding(Offence.UNDECLARED_CONSTANT, name, self.place)
+
+    def _fit(self, parameter: Variable, argument: Term, scope: Scope) -> Iterator[Finding]:
+        known = scope if isinstance(argument, Variable) else self.vocabulary.constants
+        actual = known.get(argument.name)
+        if actual is None or not self.vocabulary.has_type(actual):
+            return
+        if type_of(parameter) not in supertypes(self.vocabulary.types, actual):
+            yield Finding(Offence.WRONG_ARGUMENT_TYPE, argument.name, self.place)
+
+
+def _unknown_types(variables: Iterable[Variable], vocabulary: Vocabulary, place: str) -> Iterator[Finding]:
+    for variable in variables:
+        if not vocabulary.has_type(type_of(variable)):
+            yield Finding(Offence.UNKNOWN_TYPE, type_of(variable), place)
+
+
+def _duplicates(names: Iterable[str], place: str) -> Iterator[Finding]:
+    for name, count in Counter(names).items():
+        if count > 1:
+            yield Finding(Offence.DUPLICATE, name, place)

@@ -1,0 +1,146 @@
+"""Domains, problems and operators as values.
+
+Conditions are formulas (`eai.logic.formula`), with `Variable` for ``?x`` (the question mark belongs to the
+syntax) and `Constant` for everything else. Effects are a type of their own, since an effect is an instruction
+and not a proposition. Names are in lower case.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TypeAlias
+
+from eai.logic.formula import Atom, Formula, Variable
+
+OBJECT = "object"
+"""The root of every type hierarchy."""
+
+
+@dataclass(frozen=True, slots=True)
+class Add:
+    """The atom becomes true."""
+
+    atom: Atom
+
+
+@dataclass(frozen=True, slots=True)
+class Delete:
+    """The atom becomes false, unless another part of the same effect makes it true."""
+
+    atom: Atom
+
+
+@dataclass(frozen=True, slots=True)
+class Both:
+    """All parts take place together; none is "no effect"."""
+
+    parts: tuple[Effect, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Each:
+    """The part takes place for every object of the variable's type."""
+
+    variable: Variable
+    part: Effect
+
+
+@dataclass(frozen=True, slots=True)
+class When:
+    """The part takes place if the condition held before."""
+
+    condition: Formula
+    part: Effect
+
+
+Effect: TypeAlias = Add | Delete | Both | Each | When
+
+NO_EFFECT = Both(())
+
+
+@dataclass(frozen=True, slots=True)
+class TypedName:
+    """A type with its supertype, or an object with its type."""
+
+    name: str
+    type: str = OBJECT
+
+
+@dataclass(frozen=True, slots=True)
+class Predicate:
+    """A declared predicate with its typed parameters."""
+
+    name: str
+    parameters: tuple[Variable, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Action:
+    """An operator."""
+
+    name: str
+    parameters: tuple[Variable, ...]
+    precondition: Formula
+    effect: Effect
+
+
+@dataclass(frozen=True, slots=True)
+class Domain:
+    """A planning domain. Declarations keep the order of the text."""
+
+    name: str
+    requirements: tuple[str, ...]
+    types: tuple[TypedName, ...]
+    constants: tuple[TypedName, ...]
+    predicates: tuple[Predicate, ...]
+    actions: tuple[Action, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Problem:
+    """A planning problem. What ``initial`` does not list is false; ``denied`` are the atoms that say so."""
+
+    name: str
+    domain: str
+    objects: tuple[TypedName, ...]
+    initial: tuple[Atom, ...]
+    denied: tuple[Atom, ...]
+    goal: Formula
+
+
+def type_of(variable: Variable) -> str:
+    """What a variable ranges over; a variable without a type ranges over everything."""
+    return variable.category or OBJECT
+
+
+def supertypes(types: tuple[TypedName, ...], name: str) -> Iterator[str]:
+    """The type itself and everything above it, nearest first; the root comes last and always."""
+    parents = {declared.name: declared.type for declared in types}
+    seen = {OBJECT}
+    while name not in seen:
+        yield name
+        seen.add(name)
+        name = parents.get(name, OBJECT)
+    yield OBJECT
+
+
+def objects_by_type(domain: Domain, problem: Problem) -> dict[str, tuple[str, ...]]:
+    """For every declared type its objects, constants first, in order of declaration."""
+    members: dict[str, list[str]] = {name: [] for name in (OBJECT, *(item.name for item in domain.types))}
+    for item in (*domain.constants, *problem.objects):
+        for name in supertypes(domain.types, item.type):
+            members.setdefault(name, []).append(item.name)
+    return {name: tuple(dict.fromkeys(items)) for name, items in members.items()}
+
+
+def effect_atoms(effect: Effect) -> Iterator[Atom]:
+    """The atoms that an effect adds or deletes, left to right."""
+    match effect:
+        case Add(atom) | Delete(atom):
+            yield atom
+        case Both(parts):
+            for part in parts:
+                yield from effect_atoms(part)
+        case Each(part=part) | When(part=part):
+            yield from effect_atoms(part)

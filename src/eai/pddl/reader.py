@@ -1,0 +1,303 @@
+"""Reading PDDL text into values (`model`), the opposite half of `writer`.
+
+Reading checks form only: a connective has its number of parts, a variable list is a variable list. Whether
+the names mean anything is the business of `check`. Quantifiers over several variables become nested ones,
+over none their body. What cannot be read is a `PddlError` that names the offence and its place.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from eai.logic.formula import (
+    TRUE,
+    And,
+    Atom,
+    Constant,
+    Equals,
+    Exists,
+    ForAll,
+    Formula,
+    Implies,
+    Not,
+    Or,
+    Term,
+    Variable,
+)
+from eai.pddl.model import (
+    NO_EFFECT,
+    OBJECT,
+    Action,
+    Add,
+    Both,
+    Delete,
+    Domain,
+    Each,
+    Effect,
+    Predicate,
+    Problem,
+    TypedName,
+    When,
+)
+from eai.pddl.offence import Offence
+from eai.pddl.sexpr import Group, SExpr, Symbol, error_at, read_group
+
+_CONNECTIVES = frozenset({"and", "or", "not", "imply", "forall", "exists", "when", "="})
+
+
+def read_domain(text: str) -> Domain:
+    """The domain that a text defines."""
+    return PddlReader(text).domain(read_group(text))
+
+
+def read_problem(text: str) -> Problem:
+    """The problem that a text defines."""
+    return PddlReader(text).problem(read_group(text))
+
+
+def read_action(text: str) -> Action:
+    """The operator ``(:action ...)`` with which a text begins."""
+    return PddlReader(text).action(read_group(text))
+
+
+def read_formula(text: str) -> Formula:
+    """The condition with which a text begins."""
+    return PddlReader(text).formula(read_group(text))
+
+
+def read_effect(text: str) -> Effect:
+    """The effect with which a text begins."""
+    return PddlReader(text).effect(read_group(text))
+
+
+class _Typed(NamedTuple):
+    """A name of a typed list; ``type`` is None where none is written."""
+
+    symbol: Symbol
+    type: str | None
+
+
+class PddlReader:
+    """Turns expressions of one text into values; the text serves to point at the place of an error."""
+
+    def __init__(self, text: str) -> None:
+        self._text = text
+
+    def domain(self, group: Group) -> Domain:
+        """The value of ``(define (domain ...) ...)``."""
+        name, sections = self._definition(group, "domain")
+        actions = [self.action(section) for section in sections if _head(section) == ":action"]
+        return Domain(
+            name=name,
+            requirements=tuple(self._word(item).text for item in _body(sections, ":requirements")),
+            types=self._typed_names(_body(sections, ":types")),
+            constants=self._typed_names(_body(sections, ":constants")),
+            predicates=tuple(self._predicate(item) for item in _body(sections, ":predicates")),
+            actions=tuple(actions),
+        )
+
+    def problem(self, group: Group) -> Problem:
+        """The value of ``(define (problem ...) ...)``."""
+        name, sections = self._definition(group, "problem")
+        facts = [self._literal(item) for item in _body(sections, ":init")]
+        goals = [self.formula(item) for item in _body(sections, ":goal")]
+        return Problem(
+            name=name,
+            domain=" ".join(self._word(item).text for item in _body(sections, ":domain")),
+            objects=self._typed_names(_body(sections, ":objects")),
+            initial=tuple(fact for fact in facts if isinstance(fact, Atom)),
+            denied=tuple(
+                fact.operand for fact in facts if isinstance(fact, Not) and isinstance(fact.operand, Atom)
+            ),
+            goal=goals[0] if len(goals) == 1 else And(tuple(goals)),
+        )
+
+    def action(self, group: Group) -> Action:
+        """The value of ``(:action name :parameters (...) :precondition ... :effect ...)``."""
+        if _head(group) != ":action" or len(group.items) < 2:
+            raise error_at(self._text, group.offset, Offence.MALFORMED, "(:action NAME ...)")
+        parts: dict[str, SExpr] = {}
+        for key, value in zip(group.items[2::2], group.items[3::2], strict=False):
+            parts[self._word(key).text] = value
+        if len(group.items) % 2 or not parts.keys() <= {":parameters", ":precondition", ":effect"}:
+            raise error_at(
+                self._text,
+                group.offset,
+                Offence.MALFORMED,
+                "pairs of a keyword and a list",
+            )
+        return Action(
+            name=self._word(group.items[1]).text,
+            parameters=self.variables(parts.get(":parameters", _EMPTY)),
+            precondition=self.condition(parts.get(":precondition", _EMPTY)),
+            effect=self.effect(parts.get(":effect", _EMPTY)),
+        )
+
+    def condition(self, expression: SExpr) -> Formula:
+        """A precondition: as `formula`, and ``()`` is true."""
+        return TRUE if isinstance(expression, Group) and not expression.items else self.formula(expression)
+
+    def formula(self, expression: SExpr) -> Formula:
+        """The value of a condition."""
+        group, head = self._compound(expression)
+        match head:
+            case "and":
+                return And(tuple(map(self.formula, group.items[1:])))
+            case "or":
+                return Or(tuple(map(self.formula, group.items[1:])))
+            case "not":
+                return Not(self.formula(self._parts(group, 1)[0]))
+            case "imply":
+                premise, conclusion = self._parts(group, 2)
+                return Implies(self.formula(premise), self.formula(conclusion))
+            case "forall" | "exists":
+                names, body = self._parts(group, 2)
+                quantifier = ForAll if head == "forall" else Exists
+                result = self.formula(body)
+                for variable in reversed(self.variables(names)):
+                    result = quantifier(variable, result)
+                return result
+            case "=":
+                left, right = self._parts(group, 2)
+                return Equals(self._term(left), self._term(right))
+            case "when":
+                raise error_at(
+                    self._text, group.offset, Offence.EFFECT_IN_CONDITION, "a condition, not (when ...)"
+                )
+            case _:
+                return self._atom(group)
+
+    def effect(self, expression: SExpr) -> Effect:
+        """The value of an effect; ``()`` is no effect."""
+        if isinstance(expression, Group) and not expression.items:
+            return NO_EFFECT
+        group, head = self._compound(expression)
+        match head:
+            case "and":
+                return Both(tuple(map(self.effect, group.items[1:])))
+            case "when":
+                condition, part = self._parts(group, 2)
+                return When(self.formula(condition), self.effect(part))
+            case "forall":
+                names, body = self._parts(group, 2)
+                result = self.effect(body)
+                for variable in reversed(self.variables(names)):
+                    result = Each(variable, result)
+                return result
+            case "not":
+                negated, inner = self._compound(self._parts(group, 1)[0])
+                if inner not in _CONNECTIVES:
+                    return Delete(self._atom(negated))
+                raise error_at(
+                    self._text, negated.offset, Offence.CONDITION_IN_EFFECT, "an atom in (not ...)"
+                )
+            case "or" | "exists" | "imply" | "=":
+                raise error_at(
+                    self._text, group.offset, Offence.CONDITION_IN_EFFECT, f"an effect, not ({head} ...)"
+                )
+            case _:
+                return Add(self._atom(group))
+
+    def variables(self, expression: SExpr) -> tuple[Variable, ...]:
+        """The value of a typed list of variables."""
+        if not isinstance(expression, Group):
+            raise error_at(
+                self._text, expression.offset, Offence.MALFORMED, "a parenthesised list of variables"
+            )
+        found = []
+        for symbol, category in self._typed_list(expression.items):
+            if not _is_variable(symbol.text):
+                raise error_at(
+                    self._text,
+                    symbol.offset,
+                    Offence.MALFORMED,
+                    "a variable, as in ?x",
+                )
+            found.append(Variable(symbol.text[1:], category))
+        return tuple(found)
+
+    def _definition(self, group: Group, kind: str) -> tuple[str, Sequence[Group]]:
+        match group.items:
+            case (Symbol("define"), Group((Symbol(word), Symbol(name))), *sections) if word == kind:
+                return name, [section for section in sections if isinstance(section, Group)]
+            case _:
+                raise error_at(self._text, group.offset, Offence.MALFORMED, f"(define ({kind} NAME) ...)")
+
+    def _predicate(self, expression: SExpr) -> Predicate:
+        group, head = self._compound(expression)
+        return Predicate(head, self.variables(Group(group.items[1:], group.offset, group.end)))
+
+    def _literal(self, expression: SExpr) -> Formula:
+        found = self.formula(expression)
+        if isinstance(found.operand if isinstance(found, Not) else found, Atom):
+            return found
+        raise error_at(
+            self._text, expression.offset, Offence.UNSUPPORTED, "an atom or a negated atom in :init"
+        )
+
+    def _atom(self, group: Group) -> Atom:
+        return Atom(self._word(group.items[0]).text, tuple(map(self._term, group.items[1:])))
+
+    def _term(self, expression: SExpr) -> Term:
+        name = self._word(expression).text
+        return Variable(name[1:]) if _is_variable(name) else Constant(name)
+
+    def _typed_names(self, items: Sequence[SExpr]) -> tuple[TypedName, ...]:
+        return tuple(
+            TypedName(symbol.text, category or OBJECT) for symbol, category in self._typed_list(items)
+        )
+
+    def _typed_list(self, items: Sequence[SExpr]) -> list[_Typed]:
+        """``a b - t c`` as [(a, t), (b, t), (c, None)]."""
+        found: list[_Typed] = []
+        waiting: list[Symbol] = []
+        rest = iter(items)
+        for item in rest:
+            symbol = self._word(item)
+            if symbol.text != "-":
+                waiting.append(symbol)
+                continue
+            category = next(rest, None)
+            if isinstance(category, Group):
+                raise error_at(self._text, category.offset, Offence.UNSUPPORTED, "one type name (no either)")
+            if category is None or not waiting:
+                raise error_at(
+                    self._text, symbol.offset, Offence.MALFORMED, "names before, a type behind the hyphen"
+                )
+            found.extend(_Typed(name, category.text) for name in waiting)
+            waiting.clear()
+        return [*found, *(_Typed(name, None) for name in waiting)]
+
+    def _parts(self, group: Group, count: int) -> tuple[SExpr, ...]:
+        if len(group.items) != count + 1:
+            head = self._word(group.items[0]).text
+            raise error_at(self._text, group.offset, Offence.MALFORMED, f"{count} part(s) of ({head} ...)")
+        return group.items[1:]
+
+    def _compound(self, expression: SExpr) -> tuple[Group, str]:
+        """A non-empty list with its head word."""
+        if isinstance(expression, Group) and expression.items:
+            return expression, self._word(expression.items[0]).text
+        raise error_at(self._text, expression.offset, Offence.MALFORMED, "a non-empty parenthesised list")
+
+    def _word(self, expression: SExpr) -> Symbol:
+        if isinstance(expression, Symbol):
+            return expression
+        raise error_at(self._text, expression.offset, Offence.MALFORMED, "a word, not a list")
+
+
+_EMPTY = Group((), 0, 0)
+
+
+def _is_variable(name: str) -> bool:
+    return name.startswith("?")
+
+
+def _head(group: Group) -> str:
+    return group.items[0].text if group.items and isinstance(group.items[0], Symbol) else ""
+
+
+def _body(sections: Sequence[Group], keyword: str) -> list[SExpr]:
+    """What stands behind a keyword, in all sections that begin with it."""
+    return [item for section in sections if _head(section) == keyword for item in section.items[1:]]

@@ -1,0 +1,108 @@
+"""S-expressions: the parentheses of PDDL as a tree, each node with its place in the text.
+
+The reader is tolerant where tolerance loses nothing: comments, any white space, upper case, several groups
+in a row. What it cannot read is an unbalanced parenthesis or a nesting deeper than `MAX_DEPTH`, which is a
+`PddlError` with line and column. Meaning is the business of `reader`.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from typing import TypeAlias
+
+from eai.pddl.offence import Offence, PddlError
+
+_WORD = re.compile(r"[()]|[^\s();]+|;[^\n]*")
+
+MAX_DEPTH = 100
+"""How deep parentheses may nest; the data set needs 9."""
+
+
+@dataclass(frozen=True, slots=True)
+class Symbol:
+    """A word, in lower case since PDDL does not distinguish case; ``offset`` counts characters from 0."""
+
+    text: str
+    offset: int
+
+
+@dataclass(frozen=True, slots=True)
+class Group:
+    """A parenthesised list from ``offset``, its opening parenthesis, to ``end``, behind the closing one."""
+
+    items: tuple[SExpr, ...]
+    offset: int
+    end: int
+
+
+SExpr: TypeAlias = Symbol | Group
+
+
+def error_at(text: str, offset: int, offence: Offence, expected: str) -> PddlError:
+    """The error for a place in a text."""
+    line_start = text.rfind("\n", 0, offset) + 1
+    return PddlError(offence, text, text.count("\n", 0, offset) + 1, offset - line_start + 1, expected)
+
+
+def read_all(text: str) -> tuple[SExpr, ...]:
+    """Every expression of a text, in order.
+
+    Raises:
+        PddlError: a parenthesis is unbalanced, or the nesting too deep.
+    """
+    items: list[SExpr] = []
+    offset = 0
+    while (found := _read(text, offset)) is not None:
+        items.append(found)
+        offset = found.end if isinstance(found, Group) else found.offset + len(found.text)
+    return tuple(items)
+
+
+def read_group(text: str, offset: int = 0) -> Group:
+    """The first expression at or behind an offset, which must be a parenthesised list; the rest is not read.
+
+    Raises:
+        PddlError: there is none, or it is unbalanced.
+    """
+    found = _read(text, offset)
+    if not isinstance(found, Group):
+        raise error_at(
+            text, len(text) if found is None else found.offset, Offence.MALFORMED, "a parenthesised list"
+        )
+    return found
+
+
+def _read(text: str, offset: int) -> SExpr | None:
+    """The next expression, or None at the end of the text."""
+    pending: list[tuple[int, list[SExpr]]] = []
+    for match in _WORD.finditer(text, offset):
+        word, place = match.group(), match.start()
+        node: SExpr
+        if word == "(":
+            pending.append((place, []))
+            if len(pending) > MAX_DEPTH:
+                raise error_at(text, place, Offence.MALFORMED, f"at most {MAX_DEPTH} nested parentheses")
+            continue
+        if word.startswith(";"):
+            continue
+        if word != ")":
+            node = Symbol(word.lower(), place)
+        elif pending:
+            start, items = pending.pop()
+            node = Group(tuple(items), start, match.end())
+        else:
+            raise error_at(text, place, Offence.UNBALANCED, "no closing parenthesis without an opening one")
+        if not pending:
+            return node
+        pending[-1][1].append(node)
+    if pending:
+        raise error_at(text, pending[-1][0], Offence.UNBALANCED, "a partner for this opening parenthesis")
+    return None
+
+
+def show(expression: SExpr) -> str:
+    """The expression as text on one line."""
+    if isinstance(expression, Symbol):
+        return expression.text
+    return f"({' '.join(show(item) for item in expression.items)})"

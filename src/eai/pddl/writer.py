@@ -1,0 +1,135 @@
+"""Printing domains, problems, operators and formulas as PDDL.
+
+What is printed is read back as the same value (`reader`), and the same value always gives the same bytes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from eai.logic.formula import (
+    And,
+    Atom,
+    Constant,
+    Equals,
+    Exists,
+    ForAll,
+    Formula,
+    Implies,
+    Not,
+    Or,
+    Term,
+    Variable,
+)
+from eai.pddl.model import Action, Add, Both, Delete, Domain, Each, Effect, Problem, TypedName, When
+
+
+def write_domain(domain: Domain) -> str:
+    """The domain as text, one declaration a line."""
+    sections = [
+        f"(:requirements {' '.join(domain.requirements)})" if domain.requirements else "",
+        f"(:types {_typed_names(domain.types)})" if domain.types else "",
+        f"(:constants {_typed_names(domain.constants)})" if domain.constants else "",
+        _block(":predicates", (_list([p.name, *map(_declared, p.parameters)]) for p in domain.predicates)),
+        *map(write_action, domain.actions),
+    ]
+    return _definition(f"(domain {domain.name})", sections)
+
+
+def write_problem(problem: Problem) -> str:
+    """The problem as text, one fact a line."""
+    denied = (f"(not {write_atom(atom)})" for atom in problem.denied)
+    sections = [
+        f"(:domain {problem.domain})",
+        f"(:objects {_typed_names(problem.objects)})",
+        _block(":init", [*map(write_atom, problem.initial), *denied]),
+        f"(:goal {write_formula(problem.goal)})",
+    ]
+    return _definition(f"(problem {problem.name})", sections)
+
+
+def write_action(action: Action) -> str:
+    """The operator as text."""
+    return "\n  ".join(
+        (
+            f"(:action {action.name}",
+            f":parameters {_list(map(_declared, action.parameters))}",
+            f":precondition {write_formula(action.precondition)}",
+            f":effect {write_effect(action.effect)})",
+        )
+    )
+
+
+def write_effect(effect: Effect) -> str:
+    """The effect as text on one line."""
+    match effect:
+        case Add(atom):
+            return write_atom(atom)
+        case Delete(atom):
+            return f"(not {write_atom(atom)})"
+        case Both(parts):
+            return _list(["and", *map(write_effect, parts)])
+        case Each(variable, part):
+            return f"(forall ({_declared(variable)}) {write_effect(part)})"
+        case When(condition, part):
+            return f"(when {write_formula(condition)} {write_effect(part)})"
+
+
+def write_formula(formula: Formula) -> str:
+    """The condition as text on one line.
+
+    Raises:
+        ValueError: the formula has a part without a PDDL form, such as a temporal operator.
+    """
+    match formula:
+        case Atom():
+            return write_atom(formula)
+        case Equals(left, right):
+            return f"(= {_term(left)} {_term(right)})"
+        case Not(operand):
+            return f"(not {write_formula(operand)})"
+        case And(operands):
+            return _list(["and", *map(write_formula, operands)])
+        case Or(operands):
+            return _list(["or", *map(write_formula, operands)])
+        case Implies(premise, conclusion):
+            return f"(imply {write_formula(premise)} {write_formula(conclusion)})"
+        case ForAll(variable, body):
+            return f"(forall ({_declared(variable)}) {write_formula(body)})"
+        case Exists(variable, body):
+            return f"(exists ({_declared(variable)}) {write_formula(body)})"
+        case _:
+            raise ValueError(f"{type(formula).__name__} has no PDDL form")
+
+
+def write_atom(atom: Atom) -> str:
+    """The atom as text."""
+    return _list([atom.predicate, *map(_term, atom.arguments)])
+
+
+def _term(term: Term) -> str:
+    match term:
+        case Variable(name):
+            return f"?{name}"
+        case Constant(name):
+            return name
+
+
+def _declared(variable: Variable) -> str:
+    return f"?{variable.name}" + (f" - {variable.category}" if variable.category else "")
+
+
+def _typed_names(names: Iterable[TypedName]) -> str:
+    return " ".join(f"{item.name} - {item.type}" for item in names)
+
+
+def _list(words: Iterable[str]) -> str:
+    return f"({' '.join(words)})"
+
+
+def _block(head: str, lines: Iterable[str]) -> str:
+    return "\n    ".join((f"({head}", *lines)) + ")"
+
+
+def _definition(head: str, sections: Iterable[str]) -> str:
+    return "\n  ".join((f"(define {head}", *filter(None, sections))) + ")\n"
