@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from eai.logic.formula import Formula, Variable
 from eai.world.effect import Effect
@@ -66,3 +66,14 @@ class Operator:
     def arity(self) -> int:
         """The number of arguments."""
         return len(self.parameters)
+
+
+_PAPER_ORDER = (FaultKind.AFFORDANCE, FaultKind.ADDITIONAL_STEP, FaultKind.MISSING_STEP)
+
+
+def in_paper_order(operator: Operator) -> Operator:
+    """The operator with its checks in the order of the paper: affordance, additional step, missing step.
+
+    Checks of one kind keep their order.
+    """
+    return replace(operator, checks=tuple(sorted(operator.checks, key=lambda c: _PAPER_ORDER.index(c.fault))))

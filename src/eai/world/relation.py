@@ -67,6 +67,10 @@ class Relation:
             return line
         return _line(self._base.rows[source], source, self._columns, self._column_keys)
 
+    def base_row(self, source: int) -> int:
+        """The mask of the targets that ``source`` had at the start of the episode."""
+        return self._base.rows[source]
+
     def column(self, target: int) -> int:
         """The mask of all sources of ``target``."""
         line = self._columns.get(target)

@@ -1,0 +1,97 @@
+"""The derived predicates of VirtualHome that need more than a formula: rooms, origins, full seats.
+
+Where the reference takes "the first" of several objects, it means the first in the iteration order of a
+Python set of ids (spec section c, "id-set order"). `slot_order` reproduces that order; both protocols use it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from eai.domains.virtualhome.slot_order import slot_order
+from eai.world.relation import bits
+from eai.world.state import State
+
+SEATS = {"couch": 4, "bed": 4, "sofa": 4, "loveseat": 2, "pianobench": 2, "bench": 2}
+"""How many things fit on a seat, by class; 1 on any other (reference: ``SitExecutor``)."""
+
+BEDS = {"bed": 3, "couch": 2, "bathtub": 2, "loveseat": 2, "sofa": 2}
+"""How many things fit where one lies, by class; 1 on any other (reference: ``LieExecutor``)."""
+
+PLACES = ("ONTOP", "INSIDE", "NEXT_TO")
+"""The relations that say where an object was taken from, in the order in which they are asked."""
+
+
+def object_id(state: State, index: int) -> int:
+    """The id of an object in the data set: what follows the last dot of its name."""
+    return int(state.scene.objects[index].name.rpartition(".")[2])
+
+
+def targets(state: State, predicate: str, source: int) -> list[int]:
+    """The targets of a relation, in the reference's order."""
+    relation = state.relation(predicate)
+    mask = relation.row(source)
+    if mask & (mask - 1) == 0:
+        return list(bits(mask))
+    at_start = relation.base_row(source)
+    by_id = {object_id(state, i): i for i in bits(mask | at_start)}
+    added = sorted(object_id(state, i) for i in bits(mask & ~at_start))
+    initial = sorted(object_id(state, i) for i in bits(at_start))
+    return [by_id[i] for i in slot_order(added, initial) if mask >> by_id[i] & 1]
+
+
+def rooms(state: State, arguments: tuple[int, ...]) -> int:
+    """The room of an object, as a mask that is empty if there is none (reference: ``_get_room_node``).
+
+    An object inside several things is in the first of them that is a room; otherwise the containers are
+    followed upwards.
+    """
+    (x,) = arguments
+    is_room = state.those("ROOM")
+    if is_room >> x & 1:
+        return 1 << x
+    containers = state.relation("INSIDE").row(x)
+    if containers & (containers - 1):
+        return next((1 << c for c in targets(state, "INSIDE", x) if is_room >> c & 1), 0)
+    seen = 0
+    while containers and not containers & seen:
+        container = targets(state, "INSIDE", x)[0]
+        if is_room >> container & 1:
+            return 1 << container
+        seen |= 1 << container
+        x = container
+        containers = state.relation("INSIDE").row(x)
+    return 0
+
+
+def origins(place: int) -> Callable[[State, tuple[int, ...]], int]:
+    """A lookup of the first object that something lies on, in or next to, if ``PLACES[place]`` decides.
+
+    Rooms do not count. Only the first relation that holds at all decides, so at most one of the three lookups
+    finds something (reference: ``_find_first_node_from``).
+    """
+
+    def lookup(state: State, arguments: tuple[int, ...]) -> int:
+        (x,) = arguments
+        is_room = state.those("ROOM")
+        if any(state.relation(earlier).row(x) & ~is_room for earlier in PLACES[:place]):
+            return 0
+        if not state.relation(PLACES[place]).row(x) & ~is_room:
+            return 0
+        return next(1 << y for y in targets(state, PLACES[place], x) if not is_room >> y & 1)
+
+    return lookup
+
+
+def full_seat(state: State, arguments: tuple[int, ...]) -> bool:
+    """Whether as many things as fit are on a seat."""
+    return _count_on(state, arguments[0]) >= SEATS.get(state.scene.objects[arguments[0]].category, 1)
+
+
+def full_bed(state: State, arguments: tuple[int, ...]) -> bool:
+    """Whether as many things as fit are where one would lie."""
+    return _count_on(state, arguments[0]) >= BEDS.get(state.scene.objects[arguments[0]].category, 1)
+
+
+def _count_on(state: State, place: int) -> int:
+    return state.relation("ONTOP").column(place).bit_count()
