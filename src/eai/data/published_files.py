@@ -1,0 +1,78 @@
+"""Files of the wheel that the store keeps byte for byte, under names of ours."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import PurePosixPath
+
+from eai.data.bundle import Bundle
+
+_VIRTUALHOME = "virtualhome_eval/resources/virtualhome/"
+
+RESOURCE_FILES: Mapping[str, str] = {
+    # The copy of the vocabulary beside the others lacks WIPE, and the reference does not read it.
+    "vocabulary.json": "virtualhome_eval/resources/vocabulary.json",
+    "object_states_full.json": "virtualhome_eval/resources/object_states_full.json",
+    **{
+        name: _VIRTUALHOME + name
+        for name in (
+            "relation_types.json",
+            "relation_object_pairs.json",
+            "action_space.json",
+            "id2task.json",
+            "id2action.json",
+            "id2category_2.json",
+            "gold_action.json",
+            "gold_pddl_plan.json",
+            "predicates_category.json",
+            "success_task.json",
+            "virtualhome_pd.pddl",
+        )
+    },
+}
+"""Member of the pack `virtualhome_resources` -> file of the wheel."""
+
+PROBLEMS_MEMBER = "problems.json"
+"""The PDDL problems of transition modeling as one JSON object: task id -> text."""
+
+PROMPT_FILES: Mapping[str, str] = {
+    **{
+        f"{domain}/{ability}.json": f"{domain}_eval/evaluation/{ability}/{folder}/helm_prompts.json"
+        for domain, folder in (("virtualhome", "prompts"), ("behavior", "resources/prompts"))
+        for ability in ("action_sequencing", "subgoal_decomposition", "transition_modeling")
+    },
+    "behavior/goal_interpretation.json": (
+        "behavior_eval/evaluation/goal_interpretation/resources/prompts/user_prompts.json"
+    ),
+    "behavior/goal_interpretation_system.json": (
+        "behavior_eval/evaluation/goal_interpretation/resources/prompts/system_setup.json"
+    ),
+    "behavior/subgoal_decomposition_system.json": (
+        "behavior_eval/evaluation/subgoal_decomposition/resources/prompts/system_setup.json"
+    ),
+    "virtualhome/subgoal_decomposition_system.json": (
+        "virtualhome_eval/evaluation/subgoal_decomposition/prompts/system_setup.json"
+    ),
+}
+"""Member of the pack `prompts` -> file of the wheel. VirtualHome's goal interpretation ships no prompts."""
+
+
+def convert_resources(wheel: Bundle) -> dict[str, bytes]:
+    """The members of the pack `virtualhome_resources`; DataError when a file is absent."""
+    members = _copy(wheel, RESOURCE_FILES)
+    problems = {
+        PurePosixPath(name).stem: wheel.read(name).decode()
+        for name in sorted(wheel.names())
+        if name.startswith(f"{_VIRTUALHOME}problem_pddl/") and name.endswith(".pddl")
+    }
+    return {**members, PROBLEMS_MEMBER: json.dumps(problems).encode()}
+
+
+def convert_prompts(wheel: Bundle) -> dict[str, bytes]:
+    """The members of the pack `prompts`; DataError when a file is absent."""
+    return _copy(wheel, PROMPT_FILES)
+
+
+def _copy(wheel: Bundle, files: Mapping[str, str]) -> dict[str, bytes]:
+    return {member: wheel.read(path) for member, path in files.items()}

