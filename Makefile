@@ -1,0 +1,67 @@
+# make demo    install, then run the main job on the built-in models and print its table
+# make test    install, then run the tests (ARGS="-k name" reaches pytest)
+# make lint | type | docs | bench | clean
+
+PYTHON ?= python3 python3.13 python3.12 python3.11 python3.10
+VENV   := .venv
+BIN    := $(VENV)/bin
+
+# Each stamp stands for one finished step: a repeated call does nothing, an interrupted one starts that step again.
+CREATED  := $(VENV)/.created
+WITH_RUN := $(VENV)/.with-run
+WITH_DEV := $(VENV)/.with-dev
+
+.PHONY: demo test lint type bench docs clean
+.DELETE_ON_ERROR:
+.NOTPARALLEL:
+
+demo: $(WITH_RUN)
+	$(BIN)/eai run --domain virtualhome --ability action_sequencing --model eai/oracle --model eai/noisy --out runs/demo
+
+test: $(WITH_DEV)
+	$(BIN)/pytest $(ARGS)
+
+lint: $(WITH_DEV)
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+
+type: $(WITH_DEV)
+	$(BIN)/mypy
+	$(BIN)/mypy bench
+
+bench: $(WITH_DEV)
+	$(BIN)/python bench/action_sequencing.py $(ARGS)
+
+# The documentation is plain Markdown: its snippets run and its links lead somewhere.
+docs: $(WITH_DEV)
+	$(BIN)/pytest tests/test_readme.py
+
+clean:
+	rm -rf $(VENV) build dist .mypy_cache .pytest_cache .ruff_cache .hypothesis
+	find . -name __pycache__ -type d -prune -exec rm -rf {} +
+
+# The standard library's venv with the first Python that will do (Debian splits venv off), else uv's.
+$(CREATED):
+	@for python in $(PYTHON); do \
+	  $$python -c 'import sys; sys.exit(sys.version_info < (3, 10))' && $$python -m venv $(VENV) && exit; \
+	done >/dev/null 2>&1; \
+	uv venv --quiet --allow-existing --python '>=3.10' $(VENV) 2>/dev/null || { \
+	  echo "make: no Python >= 3.10 with venv. Debian, Ubuntu: apt install python3-venv. Else install uv," \
+	       "or name a Python: make PYTHON=/path/to/python3 $(MAKECMDGOALS)" >&2; exit 1; }
+	@touch $@
+
+# $(call install,EXTRAS): with uv where there is one, else, or when it fails (its index settings are its own), with pip.
+define install
+	@{ command -v uv >/dev/null && uv pip install --quiet --python $(BIN)/python --editable '.[$(1)]'; } \
+	  || $(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[$(1)]'
+endef
+
+$(WITH_RUN): $(CREATED) pyproject.toml
+	$(call install,run)
+	@touch $@
+
+$(WITH_DEV): $(CREATED) pyproject.toml
+	$(call install,run$(comma)plots$(comma)dev)
+	@touch $@ $(WITH_RUN)
+
+comma := ,

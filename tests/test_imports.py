@@ -1,0 +1,193 @@
+"""The direction of imports, and what importing may cost.
+
+`LAYERS` is the rule: a module may import from its own package and from the rows above its own, never from
+a row below, nor from a sibling in its row except as `ALLOWED_SIBLINGS` says. A package or top-level module
+without a place here is an offence: find it one. The root package imports nothing, so that importing any
+part stays cheap.
+"""
+
+from __future__ import annotations
+
+import ast
+import importlib.util
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+import eai
+
+SOURCE = Path(eai.__file__).parent
+
+LAYERS: tuple[frozenset[str], ...] = tuple(
+    frozenset(row.split())
+    for row in (
+        "errors",
+        "logic",
+        "world",
+        "pddl domains",
+        "data",
+        "abilities",
+        "prompts metrics analysis",  # a prompt is made for an ability; scoring never sees one
+        "run report envs",
+        "cli",
+    )
+)
+ALLOWED_SIBLINGS = frozenset({("analysis", "metrics")})
+ONLY_IMPORTER = {"inspect_ai": "run"}
+
+
+def rank(part: str) -> int | None:
+    """The row of `LAYERS` in which a package or top-level module stands, if it stands in one."""
+    return next((row for row, parts in enumerate(LAYERS) if part in parts), None)
+
+
+def part_of(module: str) -> str:
+    """The package or module directly below the root to which a module belongs; "" for the root itself."""
+    return module.partition(".")[2].partition(".")[0]
+
+
+def modules(root: Path) -> Iterator[tuple[str, Path]]:
+    """Every module below a package's folder by dotted name, in a stable order."""
+    for path in sorted(root.rglob("*.py")):
+        names = path.relative_to(root.parent).with_suffix("").parts
+        yield ".".join(names[:-1] if names[-1] == "__init__" else names), path
+
+
+def imported(module: str, path: Path) -> Iterator[tuple[int, str]]:
+    """Line and absolute name of all that a module imports, early or late (`from a import b` is `a.b`)."""
+    package = module if path.name == "__init__.py" else module.rpartition(".")[0]
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        match node:
+            case ast.Import(names=names):
+                yield from ((node.lineno, name.name) for name in names)
+            case ast.ImportFrom(module=source, names=names, level=level):
+                base = "." * level + (source or "")
+                absolute = importlib.util.resolve_name(base, package) if level else base
+                yield from ((node.lineno, f"{absolute}.{name.name}") for name in names)
+
+
+def offence(importer: str, target: str, parts: frozenset[str]) -> str | None:
+    """Why a module must not import a target, or None where it may."""
+    library = target.partition(".")[0]
+    here, there = part_of(importer), part_of(target)
+    if ONLY_IMPORTER.get(library, here) != here:
+        return f"only {ONLY_IMPORTER[library]} imports {library}"
+    if library != importer.partition(".")[0]:
+        return None
+    if here == "":
+        return f"the root imports nothing, not {there}"
+    if here == there or there not in parts:  # its own package, or a name that the root itself defines
+        return None
+    here_rank, there_rank = rank(here), rank(there)
+    if here_rank is None or there_rank is None:
+        return None  # reported once, as a part without a place
+    if there_rank < here_rank or (here, there) in ALLOWED_SIBLINGS:
+        return None
+    return f"{here} must not import {there}"
+
+
+def offences(root: Path) -> list[str]:
+    """All that breaks the rule below a package's folder, as `file:line: why`."""
+    found = list(modules(root))
+    parts = frozenset(part_of(module) for module, _ in found) - {""}
+    homeless = [f"{root.name}/{part}: has no place in LAYERS" for part in sorted(parts) if rank(part) is None]
+    return homeless + [
+        f"{path.relative_to(root.parent).as_posix()}:{line}: {why}"
+        for module, path in found
+        for line, target in imported(module, path)
+        if (why := offence(module, target, parts))
+    ]
+
+
+def test_imports_go_one_way() -> None:
+    assert offences(SOURCE) == []
+
+
+def write_package(root: Path, files: dict[str, str]) -> Path:
+    """A package made of files by path, with an empty part of each name in `LAYERS` beside them."""
+    empty = {f"{part}/__init__.py": "" for parts in LAYERS for part in parts}
+    for name, text in ({"__init__.py": ""} | empty | files).items():
+        path = root / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text, encoding="utf-8")
+    return root
+
+
+@pytest.mark.parametrize(
+    ("place", "text", "found"),
+    [
+        ("logic/bad.py", "import eai.world", "eai/logic/bad.py:1: logic must not import world"),
+        ("logic/bad.py", "from eai import world", "eai/logic/bad.py:1: logic must not import world"),
+        ("logic/bad.py", "from ..world import state", "eai/logic/bad.py:1: logic must not import world"),
+        ("logic/bad.py", "\nfrom .. import world", "eai/logic/bad.py:2: logic must not import world"),
+        ("logic/bad.py", "def f():\n    import eai.cli", "eai/logic/bad.py:2: logic must not import cli"),
+        (
+            "logic/__init__.py",
+            "from ..world import x",
+            "eai/logic/__init__.py:1: logic must not import world",
+        ),
+        ("pddl/bad.py", "from eai.domains import x", "eai/pddl/bad.py:1: pddl must not import domains"),
+        ("metrics/bad.py", "import eai.analysis", "eai/metrics/bad.py:1: metrics must not import analysis"),
+        ("world/bad.py", "from inspect_ai import Task", "eai/world/bad.py:1: only run imports inspect_ai"),
+        ("kitchen.py", "", "eai/kitchen: has no place in LAYERS"),
+        ("__init__.py", "from eai.world import x", "eai/__init__.py:1: the root imports nothing, not world"),
+    ],
+)
+def test_checker_finds(tmp_path: Path, place: str, text: str, found: str) -> None:
+    assert offences(write_package(tmp_path / "eai", {place: text})) == [found]
+
+
+@pytest.mark.parametrize(
+    ("place", "text"),
+    [
+        ("world/good.py", "from eai.logic import formula\nfrom . import other\nimport json"),
+        ("analysis/good.py", "from eai.metrics import rate"),
+        ("run/good.py", "import inspect_ai"),
+        ("cli/good.py", "from eai import __version__, run, world"),
+    ],
+)
+def test_checker_lets_pass(tmp_path: Path, place: str, text: str) -> None:
+    assert offences(write_package(tmp_path / "eai", {place: text})) == []
+
+
+def test_packages_say_what_they_are() -> None:
+    silent = [
+        name
+        for name, path in modules(SOURCE)
+        if path.name == "__init__.py" and not ast.get_docstring(ast.parse(path.read_text(encoding="utf-8")))
+    ]
+    assert silent == []
+
+
+def test_types_are_shipped() -> None:
+    assert (SOURCE / "py.typed").is_file()
+
+
+def import_report(folder: Path, names: list[str]) -> list[str]:
+    """What importing some modules of a package's folder did beyond importing (see `import_watch`)."""
+    command = [sys.executable, str(Path(__file__).with_name("import_watch.py")), str(folder), *names]
+    environment = {"PYTHONPATH": str(folder.parent), "PYTHONDONTWRITEBYTECODE": "1"}
+    result = subprocess.run(command, capture_output=True, text=True, check=False, env=environment)
+    assert result.returncode == 0, result.stderr
+    return result.stdout.splitlines()
+
+
+def test_importing_does_no_work_and_loads_nothing_slow() -> None:
+    names = [name for name, _ in modules(SOURCE) if part_of(name) != "run"]
+    assert import_report(SOURCE, names) == []
+
+
+@pytest.mark.parametrize(
+    ("text", "found"),
+    [
+        ("from pathlib import Path\nPath(__file__).read_text()", "work.py:2: open"),
+        ("import os\nos.listdir('.')", "work.py:2: os.listdir"),
+        ("import matplotlib", "loaded matplotlib"),
+    ],
+)
+def test_report_finds(tmp_path: Path, text: str, found: str) -> None:
+    report = import_report(write_package(tmp_path / "eai", {"work.py": text}), ["eai.work"])
+    assert [line.rpartition("/")[2] for line in report] == [found]

@@ -1,0 +1,127 @@
+"""The snippets of the documentation run and print what the page says, and its links lead somewhere.
+
+A page's ```python blocks are run in order in one namespace, in an empty folder. A ```text block that follows
+one, with nothing but blank lines between, is exactly what that block prints.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parent.parent
+PAGES = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md"), *(ROOT / "bench").glob("*.md")])
+BLOCK = re.compile(
+    r"^```python\n(?P<code>.*?)^```$(?:\n\s*^```text\n(?P<printed>.*?)^```$)?", re.MULTILINE | re.DOTALL
+)
+LINK = re.compile(r"\]\((?!https?:|mailto:|#)(?P<target>[^)#\s]+)")
+every_page = pytest.mark.parametrize("page", PAGES, ids=lambda page: page.relative_to(ROOT).as_posix())
+
+
+@dataclass(frozen=True, slots=True)
+class Snippet:
+    """A block of code on a page.
+
+    Attributes:
+        line: where the code starts on the page, counted from 1.
+        code: the code.
+        printed: what the page says it prints, or None where it does not say.
+    """
+
+    line: int
+    code: str
+    printed: str | None
+
+
+def snippets(page: str) -> list[Snippet]:
+    """The Python blocks of a Markdown page."""
+    return [
+        Snippet(page.count("\n", 0, match.start("code")) + 1, match["code"], match["printed"])
+        for match in BLOCK.finditer(page)
+    ]
+
+
+def run(page: Path) -> None:
+    """Run a page's snippets; an assertion names the line of one that does not print what the page says."""
+    namespace: dict[str, object] = {"__name__": "__main__"}
+    for snippet in snippets(page.read_text(encoding="utf-8")):
+        # Blank lines put the code where it stands on the page, so that a traceback shows the page's line.
+        code = compile("\n" * (snippet.line - 1) + snippet.code, str(page), "exec")
+        with contextlib.redirect_stdout(io.StringIO()) as output:
+            exec(code, namespace)  # noqa: S102 - our own documentation
+        if snippet.printed is not None:
+            assert output.getvalue() == snippet.printed, f"{page.name}:{snippet.line}"
+
+
+def dead_links(page: Path) -> list[str]:
+    """The targets of a page's relative links at which there is nothing."""
+    targets = [match["target"] for match in LINK.finditer(page.read_text(encoding="utf-8"))]
+    return [target for target in targets if not (page.parent / target).exists()]
+
+
+@every_page
+def test_snippets_run(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    run(page)
+
+
+@every_page
+def test_links_lead_somewhere(page: Path) -> None:
+    assert dead_links(page) == []
+
+
+PAGE = """\
+# Title
+
+```python
+x = 1
+print(x)
+```
+
+```text
+1
+```
+
+```console
+$ not run
+```
+
+```python
+print(x + 1)
+```
+"""
+
+
+def test_blocks_share_names_and_output_belongs_to_the_block_before(tmp_path: Path) -> None:
+    page = tmp_path / "page.md"
+    page.write_text(PAGE, encoding="utf-8")
+    assert snippets(PAGE) == [Snippet(4, "x = 1\nprint(x)\n", "1\n"), Snippet(17, "print(x + 1)\n", None)]
+    run(page)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "error"),
+    [
+        ("1\n```\n\n```console", "2\n```\n\n```console", AssertionError),
+        ("print(x + 1)", "print(y)", NameError),
+        ("x = 1", "x =", SyntaxError),
+    ],
+)
+def test_a_wrong_page_fails(tmp_path: Path, old: str, new: str, error: type[Exception]) -> None:
+    page = tmp_path / "page.md"
+    page.write_text(PAGE.replace(old, new), encoding="utf-8")
+    with pytest.raises(error):
+        run(page)
+
+
+def test_dead_links_are_found(tmp_path: Path) -> None:
+    page = tmp_path / "page.md"
+    page.write_text(
+        "[a](page.md#x) [b](gone.md) ![c](no/image.png) [d](https://x.org/y) [e](#z)", encoding="utf-8"
+    )
+    assert dead_links(page) == ["gone.md", "no/image.png"]
