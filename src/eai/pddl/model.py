@@ -7,11 +7,11 @@ and not a proposition. Names are in lower case.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import TypeAlias
 
-from eai.logic.formula import Atom, Formula, Variable
+from eai.logic.formula import And, Atom, Equals, Exists, ForAll, Formula, Implies, Not, Or, Variable
 
 OBJECT = "object"
 """The root of every type hierarchy."""
@@ -144,3 +144,41 @@ def effect_atoms(effect: Effect) -> Iterator[Atom]:
                 yield from effect_atoms(part)
         case Each(part=part) | When(part=part):
             yield from effect_atoms(part)
+
+
+def map_literals(formula: Formula, change: Callable[[Atom | Equals], Formula]) -> Formula:
+    """The formula with every atom and equation replaced by what ``change`` makes of it."""
+    match formula:
+        case Atom() | Equals():
+            return change(formula)
+        case Not(operand):
+            return Not(map_literals(operand, change))
+        case And(operands):
+            return And(tuple(map_literals(operand, change) for operand in operands))
+        case Or(operands):
+            return Or(tuple(map_literals(operand, change) for operand in operands))
+        case Implies(premise, conclusion):
+            return Implies(map_literals(premise, change), map_literals(conclusion, change))
+        case ForAll(variable, body):
+            return ForAll(variable, map_literals(body, change))
+        case Exists(variable, body):
+            return Exists(variable, map_literals(body, change))
+        case _:
+            raise ValueError(f"{type(formula).__name__} has no PDDL form")
+
+
+def map_effect(
+    effect: Effect, condition: Callable[[Formula], Formula], atom: Callable[[Atom], Atom]
+) -> Effect:
+    """The effect with its conditions and its added and deleted atoms replaced."""
+    match effect:
+        case Add(target):
+            return Add(atom(target))
+        case Delete(target):
+            return Delete(atom(target))
+        case Both(parts):
+            return Both(tuple(map_effect(part, condition, atom) for part in parts))
+        case Each(variable, part):
+            return Each(variable, map_effect(part, condition, atom))
+        case When(premise, part):
+            return When(condition(premise), map_effect(part, condition, atom))

@@ -131,12 +131,18 @@ class PddlReader:
             name=self._word(group.items[1]).text,
             parameters=self.variables(parts.get(":parameters", _EMPTY)),
             precondition=self.condition(parts.get(":precondition", _EMPTY)),
-            effect=self.effect(parts.get(":effect", _EMPTY)),
+            effect=self.whole_effect(parts.get(":effect", _EMPTY)),
         )
 
     def condition(self, expression: SExpr) -> Formula:
-        """A precondition: as `formula`, and ``()`` is true."""
+        """A whole condition: as `formula`, and ``()`` is true."""
         return TRUE if isinstance(expression, Group) and not expression.items else self.formula(expression)
+
+    def whole_effect(self, expression: SExpr) -> Effect:
+        """A whole effect: as `effect`, and ``()`` is none."""
+        return (
+            NO_EFFECT if isinstance(expression, Group) and not expression.items else self.effect(expression)
+        )
 
     def formula(self, expression: SExpr) -> Formula:
         """The value of a condition."""
@@ -169,16 +175,14 @@ class PddlReader:
                 return self._atom(group)
 
     def effect(self, expression: SExpr) -> Effect:
-        """The value of an effect; ``()`` is no effect."""
-        if isinstance(expression, Group) and not expression.items:
-            return NO_EFFECT
+        """The value of an effect."""
         group, head = self._compound(expression)
         match head:
             case "and":
                 return Both(tuple(map(self.effect, group.items[1:])))
             case "when":
                 condition, part = self._parts(group, 2)
-                return When(self.formula(condition), self.effect(part))
+                return When(self.condition(condition), self.effect(part))
             case "forall":
                 names, body = self._parts(group, 2)
                 result = self.effect(body)
@@ -261,10 +265,8 @@ class PddlReader:
             category = next(rest, None)
             if isinstance(category, Group):
                 raise error_at(self._text, category.offset, Offence.UNSUPPORTED, "one type name (no either)")
-            if category is None or not waiting:
-                raise error_at(
-                    self._text, symbol.offset, Offence.MALFORMED, "names before, a type behind the hyphen"
-                )
+            if category is None:
+                raise error_at(self._text, symbol.offset, Offence.MALFORMED, "a type behind the hyphen")
             found.extend(_Typed(name, category.text) for name in waiting)
             waiting.clear()
         return [*found, *(_Typed(name, None) for name in waiting)]

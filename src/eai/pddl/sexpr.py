@@ -1,8 +1,9 @@
 """S-expressions: the parentheses of PDDL as a tree, each node with its place in the text.
 
 The reader is tolerant where tolerance loses nothing: comments, any white space, upper case, several groups
-in a row. What it cannot read is an unbalanced parenthesis or a nesting deeper than `MAX_DEPTH`, which is a
-`PddlError` with line and column. Meaning is the business of `reader`.
+in a row, and a variable glued to the word before it (``(on?x)``). What it cannot read is an unbalanced
+parenthesis or a nesting deeper than `MAX_DEPTH`, which is a `PddlError` with line and column. Meaning is
+the business of `reader`.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from typing import TypeAlias
 
 from eai.pddl.offence import Offence, PddlError
 
-_WORD = re.compile(r"[()]|[^\s();]+|;[^\n]*")
+_WORD = re.compile(r"[()]|\??[^\s();?]+|\?|;[^\n]*")
 
 MAX_DEPTH = 100
 """How deep parentheses may nest; the data set needs 9."""

@@ -15,7 +15,7 @@ from __future__ import annotations
 import json
 import re
 
-from eai.abilities.transition_modeling.operator_text import OperatorText
+from eai.pddl.operator_text import OperatorText
 
 _COMMENT = re.compile(r";.*$", re.MULTILINE)
 _HEAD = re.compile(r"\(:action\s+(\w+)")

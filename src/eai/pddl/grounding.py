@@ -1,0 +1,278 @@
+"""Grounding: operators with objects put in, conditions and effects as bit masks over numbered atoms.
+
+Predicates that no effect touches are decided while grounding, so that only what can change is left. A state
+is an integer whose bit i says whether atom i is true.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from eai.logic.formula import (
+    And,
+    Atom,
+    Equals,
+    Exists,
+    ForAll,
+    Formula,
+    Implies,
+    Not,
+    Or,
+    Term,
+    Variable,
+)
+from eai.pddl.execute import Step
+from eai.pddl.model import (
+    Action,
+    Add,
+    Both,
+    Delete,
+    Domain,
+    Each,
+    Effect,
+    Problem,
+    When,
+    effect_atoms,
+    objects_by_type,
+    type_of,
+)
+
+
+class Condition(NamedTuple):
+    """A ground condition: atoms that must be true, atoms that must be false, and one of each of the choices.
+
+    ``true`` and ``false`` are bit masks.
+    """
+
+    true: int
+    false: int
+    choices: tuple[tuple[Condition, ...], ...]
+
+    def holds(self, state: int) -> bool:
+        """Whether the condition holds in a state."""
+        if self.true & ~state or self.false & state:
+            return False
+        return not self.choices or all(any(part.holds(state) for part in choice) for choice in self.choices)
+
+
+class Change(NamedTuple):
+    """A ground conditional effect; ``add`` and ``delete`` are bit masks."""
+
+    condition: Condition
+    add: int
+    delete: int
+
+
+@dataclass(frozen=True, slots=True)
+class GroundAction:
+    """An operator with its objects."""
+
+    step: Step
+    precondition: Condition
+    changes: tuple[Change, ...]
+
+    def successor(self, state: int) -> int:
+        """The state after the action; what is both deleted and added is true."""
+        add = delete = 0
+        for change in self.changes:
+            if change.condition.holds(state):
+                add |= change.add
+                delete |= change.delete
+        return (state & ~delete) | add
+
+
+ALWAYS = Condition(0, 0, ())
+
+_Key = tuple[str, ...]
+_Binding = Mapping[str, str]
+
+
+class Grounder:
+    """Grounds one domain and problem; atoms are numbered in the order in which they are met."""
+
+    def __init__(self, domain: Domain, problem: Problem) -> None:
+        self._domain = domain
+        self._problem = problem
+        self._objects = objects_by_type(domain, problem)
+        self._facts = {_key(atom, {}) for atom in problem.initial}
+        self._changing = {atom.predicate for action in domain.actions for atom in effect_atoms(action.effect)}
+        self._numbers: dict[_Key, int] = {}
+
+    @property
+    def initial(self) -> int:
+        """The initial state over the atoms met so far: to be asked for when grounding is done."""
+        return sum(1 << number for key, number in self._numbers.items() if key in self._facts)
+
+    def goal(self) -> Condition | None:
+        """The goal, or None if it is false in every state."""
+        return self._condition(self._problem.goal, {}, negated=False)
+
+    def actions(self, allowed: frozenset[str] | None = None) -> Iterator[GroundAction]:
+        """All ground actions that some state may admit and that change something.
+
+        Args:
+            allowed: the objects that parameters may take; None for all. Quantifiers always range over all.
+        """
+        for action in self._domain.actions:
+            for binding in self._bindings(action, allowed):
+                ground = self._action(action, binding)
+                if ground is not None:
+                    yield ground
+
+    def central_objects(self) -> frozenset[str]:
+        """The objects that the goal names, and those of the types that operators ask for by name."""
+        named = {term.name for atom in _atoms(self._problem.goal) for term in atom.arguments}
+        asked = {type_of(parameter) for action in self._domain.actions for parameter in action.parameters}
+        everything = set(self._objects["object"])
+        for members in (self._objects.get(name, ()) for name in asked):
+            if set(members) != everything:
+                named.update(members)
+        return frozenset(named)
+
+    def _bindings(self, action: Action, allowed: frozenset[str] | None) -> Iterator[dict[str, str]]:
+        """The bindings that satisfy the unchanging atoms of the precondition's top level."""
+        tests = _tests_by_variable(action, self._unchanging(action.precondition))
+        stack: list[dict[str, str]] = [{}]
+        for parameter in action.parameters:
+            members = self._objects.get(type_of(parameter), ())
+            candidates = [name for name in members if allowed is None or name in allowed]
+            stack = [
+                extended
+                for binding in stack
+                for name in candidates
+                if self._passes(tests[parameter.name], extended := {**binding, parameter.name: name})
+            ]
+        return iter(stack)
+
+    def _unchanging(self, precondition: Formula) -> list[Atom]:
+        conjuncts = precondition.operands if isinstance(precondition, And) else (precondition,)
+        return [part for part in conjuncts if isinstance(part, Atom) and part.predicate not in self._changing]
+
+    def _passes(self, tests: Sequence[Atom], binding: _Binding) -> bool:
+        return all(_key(atom, binding) in self._facts for atom in tests)
+
+    def _action(self, action: Action, binding: _Binding) -> GroundAction | None:
+        precondition = self._condition(action.precondition, binding, negated=False)
+        if precondition is None:
+            return None
+        add = delete = 0
+        conditional = []
+        for change in self._changes(action.effect, binding, ALWAYS):
+            if change.condition == ALWAYS:
+                add |= change.add
+                delete |= change.delete
+            else:
+                conditional.append(change)
+        changes = [Change(ALWAYS, add, delete)] if add or delete else []
+        changes += conditional
+        arguments = tuple(binding[parameter.name] for parameter in action.parameters)
+        return GroundAction(Step(action.name, arguments), precondition, tuple(changes)) if changes else None
+
+    def _changes(self, effect: Effect, binding: _Binding, condition: Condition) -> Iterator[Change]:
+        match effect:
+            case Add(atom):
+                yield Change(condition, self._bit(atom, binding), 0)
+            case Delete(atom):
+                yield Change(condition, 0, self._bit(atom, binding))
+            case Both(parts):
+                for part in parts:
+                    yield from self._changes(part, binding, condition)
+            case Each(variable, part):
+                for inner in self._extensions(variable, binding):
+                    yield from self._changes(part, inner, condition)
+            case When(premise, part):
+                combined = _all_of((condition, self._condition(premise, binding, negated=False)))
+                if combined is not None:
+                    yield from self._changes(part, binding, combined)
+
+    def _condition(self, formula: Formula, binding: _Binding, *, negated: bool) -> Condition | None:
+        """The ground condition, or None if it is false in every state."""
+        match formula:
+            case Atom():
+                return self._literal(formula, binding, negated=negated)
+            case Equals(left, right):
+                return ALWAYS if (_name(left, binding) == _name(right, binding)) != negated else None
+            case Not(operand):
+                return self._condition(operand, binding, negated=not negated)
+            case And(operands) | Or(operands):
+                parts = (self._condition(operand, binding, negated=negated) for operand in operands)
+                return _all_of(parts) if isinstance(formula, And) != negated else _one_of(parts)
+            case Implies(premise, conclusion):
+                return self._condition(Or((Not(premise), conclusion)), binding, negated=negated)
+            case ForAll(variable, body) | Exists(variable, body):
+                inners = self._extensions(variable, binding)
+                parts = (self._condition(body, inner, negated=negated) for inner in inners)
+                return _all_of(parts) if isinstance(formula, ForAll) != negated else _one_of(parts)
+            case _:
+                raise ValueError(f"{type(formula).__name__} has no PDDL form")
+
+    def _literal(self, atom: Atom, binding: _Binding, *, negated: bool) -> Condition | None:
+        if atom.predicate not in self._changing:
+            return ALWAYS if (_key(atom, binding) in self._facts) != negated else None
+        bit = self._bit(atom, binding)
+        return Condition(0, bit, ()) if negated else Condition(bit, 0, ())
+
+    def _bit(self, atom: Atom, binding: _Binding) -> int:
+        key = _key(atom, binding)
+        return 1 << self._numbers.setdefault(key, len(self._numbers))
+
+    def _extensions(self, variable: Variable, binding: _Binding) -> Iterator[_Binding]:
+        return ({**binding, variable.name: name} for name in self._objects.get(type_of(variable), ()))
+
+
+def _all_of(parts: Iterable[Condition | None]) -> Condition | None:
+    true = false = 0
+    choices: list[tuple[Condition, ...]] = []
+    for part in parts:
+        if part is None:
+            return None
+        true |= part.true
+        false |= part.false
+        choices += part.choices
+    return None if true & false else Condition(true, false, tuple(choices))
+
+
+def _one_of(parts: Iterable[Condition | None]) -> Condition | None:
+    options: list[Condition] = []
+    for part in parts:
+        if part == ALWAYS:
+            return ALWAYS
+        if part is not None:
+            options.append(part)
+    if len(options) < 2:
+        return options[0] if options else None
+    return Condition(0, 0, (tuple(options),))
+
+
+def _tests_by_variable(action: Action, atoms: Sequence[Atom]) -> dict[str, list[Atom]]:
+    """For each parameter the atoms whose variables are all bound once it is, in order of the parameters."""
+    tests: dict[str, list[Atom]] = {parameter.name: [] for parameter in action.parameters}
+    order = list(tests)
+    for atom in atoms:
+        places = [order.index(term.name) for term in atom.arguments if isinstance(term, Variable)]
+        if places:
+            tests[order[max(places)]].append(atom)
+    return tests
+
+
+def _atoms(formula: Formula) -> Iterator[Atom]:
+    match formula:
+        case Atom():
+            yield formula
+        case Not(body) | ForAll(_, body) | Exists(_, body):
+            yield from _atoms(body)
+        case And(operands) | Or(operands):
+            for operand in operands:
+                yield from _atoms(operand)
+        case Implies(premise, conclusion):
+            yield from _atoms(And((premise, conclusion)))
+
+
+def _key(atom: Atom, binding: _Binding) -> _Key:
+    return (atom.predicate, *(_name(term, binding) for term in atom.arguments))
+
+
+def _name(term: Term, binding: _Binding) -> str:
+    return binding[term.name] if isinstance(term, Variable) else term.name

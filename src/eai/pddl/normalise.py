@@ -1,0 +1,219 @@
+"""The reference's tolerance, restated: a domain and problem that a current planner judges as the old one did.
+
+The published planner success rates come from a translator that accepted undefined names. `normalise`
+rewrites a domain made of answers so that any standard planner gives the same verdict, or refuses what every
+version refuses:
+
+* objects of the problem may be named by operators: they become constants of the domain; * variables that
+nothing binds get the meaning of `scope`; * names that are declared nowhere: each literal with one gets a
+predicate of its own, so that adding it makes the
+  same literal true and nothing else; a comparison with one is false;
+* a type used as a predicate is false; a parameter of several types (``either``) removes its operator;
+* operators without effect are left out, equal names are made different.
+
+Undeclared types need no rewriting (no object has them), and types of arguments were never checked.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field, replace
+
+from eai.logic.formula import FALSE, Atom, Constant, Equals, Formula, Term, Variable
+from eai.pddl.check import Vocabulary, check_action
+from eai.pddl.model import (
+    OBJECT,
+    Action,
+    Domain,
+    Effect,
+    Predicate,
+    Problem,
+    effect_atoms,
+    map_effect,
+    map_literals,
+)
+from eai.pddl.offence import Finding, Offence, PddlError
+from eai.pddl.operator_text import OperatorText
+from eai.pddl.reader import PddlReader
+from eai.pddl.scope import UNBOUND_ADDED, bind_loose_variables
+from eai.pddl.sexpr import Group, SExpr, Symbol, read_group
+
+_REFUSED = frozenset({Offence.UNKNOWN_PREDICATE, Offence.WRONG_ARITY, Offence.UNSUPPORTED})
+
+
+@dataclass(frozen=True, slots=True)
+class Normalised:
+    """A domain and problem for any standard planner.
+
+    ``unbound_added`` says that some operator can add `scope.UNBOUND_ADDED`: if that atom is reachable, the
+    reference's planner crashes whatever the goal.
+    """
+
+    domain: Domain
+    problem: Problem
+    unbound_added: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Dropped:
+    """An operator that the planner leaves out without a word."""
+
+    reason: str
+
+
+def read_operator(source: OperatorText, header: Domain) -> Action | Dropped | Finding:
+    """An operator with all its variables bound, or the offence for which the planner refuses its domain.
+
+    Depends on nothing but its arguments, so that results may be kept.
+    """
+    try:
+        return _read(source, header)
+    except PddlError as error:
+        return Finding(error.offence, error.expected, f"operator {source.name}")
+
+
+def normalise(header: Domain, actions: Iterable[Action], problem: Problem) -> Normalised:
+    """The rewritten domain and problem.
+
+    Args:
+        header: the domain without operators.
+        actions: what `read_operator` made of the operators.
+        problem: the problem as the data set has it.
+    """
+    objects = (*header.constants, *problem.objects)
+    names = _UnknownNames(frozenset(item.name for item in objects))
+    renamed = tuple(map(names.action, _with_distinct_names(actions)))
+    initial = tuple(map(names.atom, problem.initial))
+    goal = map_literals(problem.goal, names.literal)
+    domain = replace(
+        header,
+        constants=objects,
+        predicates=(*header.predicates, Predicate(UNBOUND_ADDED.predicate, ()), *names.predicates),
+        actions=renamed,
+    )
+    return Normalised(
+        domain=domain,
+        problem=replace(problem, objects=(), initial=initial, denied=(), goal=goal),
+        unbound_added=any(UNBOUND_ADDED in effect_atoms(action.effect) for action in renamed),
+    )
+
+
+def _read(source: OperatorText, header: Domain) -> Action | Dropped | Finding:
+    place = f"operator {source.name}"
+    texts = (source.parameters, source.precondition, source.effect)
+    if not all(text.isascii() for text in (source.name, *texts)):
+        return Finding(Offence.MALFORMED, "non-ASCII text", place)
+    groups = [read_group(text) for text in texts]
+    if any(text[group.end :].strip() for text, group in zip(texts, groups, strict=True)):
+        return Finding(Offence.UNBALANCED, ")", place)
+    precondition = _without_types(PddlReader(texts[1]).condition(_marked(groups[1])), header)
+    effect = PddlReader(texts[2]).whole_effect(_marked(groups[2]))
+    effect = map_effect(effect, lambda condition: _without_types(condition, header), _same)
+    parameters = _parameters(texts[0], groups[0])
+    action = Action(source.name.lower(), parameters or (), precondition, effect)
+    for finding in check_action(action, Vocabulary.of(header)):
+        if finding.offence in _REFUSED:
+            return finding
+    if parameters is None:
+        return Dropped("a parameter of several types")
+    if next(effect_atoms(effect), None) is None:
+        return Dropped("no effect")
+    return bind_loose_variables(action)
+
+
+def _parameters(text: str, group: Group) -> tuple[Variable, ...] | None:
+    """The parameters, each name once; None if one of them has several types."""
+    try:
+        found = PddlReader(text).variables(group)
+    except PddlError as error:
+        if error.offence is Offence.UNSUPPORTED:
+            return None
+        raise
+    return tuple({parameter.name: parameter for parameter in found}.values())
+
+
+def _marked(expression: SExpr, bare: frozenset[str] = frozenset()) -> SExpr:
+    """The expression with question marks put before names that a quantifier binds without one."""
+    if isinstance(expression, Symbol):
+        return (
+            replace(expression, text=f"?{expression.text}--bare") if expression.text in bare else expression
+        )
+    match expression.items:
+        case (Symbol("forall" | "exists"), Group(names), _):
+            bare |= {name for name in _bound_words(names) if not name.startswith("?")}
+    return replace(expression, items=tuple(_marked(item, bare) for item in expression.items))
+
+
+def _bound_words(names: tuple[SExpr, ...]) -> list[str]:
+    """The words of a typed list that are not types."""
+    words = [item.text if isinstance(item, Symbol) else "" for item in names]
+    return [
+        word
+        for word, before in zip(words, ["", *words], strict=False)
+        if word not in {"", "-"} and before != "-"
+    ]
+
+
+def _without_types(condition: Formula, header: Domain) -> Formula:
+    """The condition with every type that is used as a predicate made false."""
+    types = {OBJECT, *(item.name for item in header.types)} - {item.name for item in header.predicates}
+
+    def change(literal: Atom | Equals) -> Formula:
+        is_type = isinstance(literal, Atom) and literal.predicate in types and len(literal.arguments) == 1
+        return FALSE if is_type else literal
+
+    return map_literals(condition, change)
+
+
+def _same(atom: Atom) -> Atom:
+    return atom
+
+
+def _with_distinct_names(actions: Iterable[Action]) -> list[Action]:
+    """The operators, a name that was there before with a number behind it."""
+    found: dict[str, Action] = {}
+    for action in actions:
+        name, number = action.name, 1
+        while name in found:
+            number += 1
+            name = f"{action.name}--{number}"
+        found[name] = replace(action, name=name)
+    return list(found.values())
+
+
+@dataclass(slots=True)
+class _UnknownNames:
+    """Moves constants that no one declared from the arguments into the predicate."""
+
+    known: frozenset[str]
+    made: dict[str, Predicate] = field(default_factory=dict)
+
+    @property
+    def predicates(self) -> tuple[Predicate, ...]:
+        """The predicates that were made on the way."""
+        return tuple(self.made.values())
+
+    def action(self, action: Action) -> Action:
+        precondition = map_literals(action.precondition, self.literal)
+        return replace(action, precondition=precondition, effect=self._effect(action.effect))
+
+    def literal(self, literal: Atom | Equals) -> Formula:
+        if isinstance(literal, Atom):
+            return self.atom(literal)
+        return FALSE if self._is_unknown(literal.left) or self._is_unknown(literal.right) else literal
+
+    def atom(self, atom: Atom) -> Atom:
+        unknown = [(place, term) for place, term in enumerate(atom.arguments) if self._is_unknown(term)]
+        if not unknown:
+            return atom
+        name = "--".join([atom.predicate, *(f"{place}-{term.name}" for place, term in unknown)])
+        arguments = tuple(term for term in atom.arguments if not self._is_unknown(term))
+        parameters = tuple(Variable(f"x{place}") for place in range(len(arguments)))
+        self.made[name] = Predicate(name, parameters)
+        return Atom(name, arguments)
+
+    def _effect(self, effect: Effect) -> Effect:
+        return map_effect(effect, lambda condition: map_literals(condition, self.literal), self.atom)
+
+    def _is_unknown(self, term: Term) -> bool:
+        return isinstance(term, Constant) and term.name not in self.known
