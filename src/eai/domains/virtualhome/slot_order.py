@@ -17,9 +17,10 @@ _PERTURB_SHIFT = 5
 class _Table:
     """An open-addressing table of non-negative integers, laid out as CPython does it."""
 
-    def __init__(self, size: int = _FIRST_SIZE) -> None:
-        self.slots: list[int | None] = [None] * size
+    def __init__(self) -> None:
+        self.slots: list[int | None] = [None] * _FIRST_SIZE
         self.used = 0
+        self.has_holes = False
 
     def add(self, value: int) -> None:
         """Insert one value; grow when three fifths are full."""
@@ -35,11 +36,28 @@ class _Table:
         """Insert all values of another table, in its order; grow beforehand where they might not fit."""
         if (self.used + other.used) * 5 >= (len(self.slots) - 1) * 3:
             self._resize((self.used + other.used) * 2)
-        if not self.used and len(self.slots) == len(other.slots):
+        if not self.used and len(self.slots) == len(other.slots) and not other.has_holes:
             self.slots, self.used = list(other.slots), other.used
             return
         for value in other.values():
             self.add(value)
+
+    def without(self, other: _Table) -> _Table:
+        """The difference: a copy with holes if this is much the larger table, else built anew."""
+        removed = set(other.values())
+        result = _Table()
+        if self.used >> 2 > other.used:
+            result.update(self)
+            result.slots = [None if value in removed else value for value in result.slots]
+            holes = result.used - len(result.values())
+            result.used, result.has_holes = len(result.values()), holes > 0
+            if holes > (len(result.slots) - 1) // 4:
+                result._resize(result.used * 4)
+            return result
+        for value in self.values():
+            if value not in removed:
+                result.add(value)
+        return result
 
     def values(self) -> list[int]:
         """All values in the order of their slots."""
@@ -64,6 +82,7 @@ class _Table:
             size *= 2
         values = self.values()
         self.slots = [None] * size
+        self.has_holes = False
         for value in values:
             self.slots[self._find(value)] = value
 
@@ -80,3 +99,12 @@ def _table(values: Iterable[int]) -> _Table:
     for value in values:
         table.add(value)
     return table
+
+
+def union_order(values: Iterable[int], more: Iterable[int]) -> list[int]:
+    """The values in the order of the union of a set with the difference of a second set and it."""
+    first, second = _table(values), _table(more)
+    union = _Table()
+    union.update(first)
+    union.update(second.without(first))
+    return union.values()

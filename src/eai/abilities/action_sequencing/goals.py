@@ -1,0 +1,98 @@
+"""Which goals hold at the end of a plan."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import partial
+from itertools import islice
+
+from eai.abilities.protocol import Protocol
+from eai.abilities.verdict import GoalTallies, Tally
+from eai.data.task import Goal, GoalKind, Task
+from eai.logic.formula import Occurs, Or
+from eai.world.condition import Conditions, Frame
+from eai.world.state import State
+
+
+class TaskGoals:
+    """The goals of a task, ready to be checked against a final state and the actions taken.
+
+    Two quirks of eai-eval 1.0.5 live here. Its loop over relation goals ends at the first one that holds
+    (``scene_evaluate_wID``), so that at most one counts. It looks for action goals as substrings and takes
+    the first alternative that occurs, not the earliest place (``check_order_with_or_score``).
+    """
+
+    def __init__(self, task: Task, protocol: Protocol) -> None:
+        as_in_reference = protocol is Protocol.EAI_1_0_5
+        self._most_relations = 1 if as_in_reference else None
+        self._count_actions = _first_found_in_text if as_in_reference else _longest_in_order
+        self._states, self._relations = (
+            tuple(_test(task, goal) for goal in task.goals_of(kind))
+            for kind in (GoalKind.STATE, GoalKind.RELATION)
+        )
+        self._actions = tuple(_alternatives(goal) for goal in task.goals_of(GoalKind.ACTION))
+
+    def count(self, state: State, actions: Sequence[str]) -> GoalTallies:
+        """Count the goals that hold in a final state, after these actions (names, in order).
+
+        Action goals count in their order: each must be found after the one before.
+        """
+        return GoalTallies(
+            Tally(sum([holds(state) for holds in self._states]), len(self._states)),
+            Tally(self._count_relations(state), len(self._relations)),
+            Tally(self._count_actions(self._actions, actions), len(self._actions)),
+        )
+
+    def none_satisfied(self) -> GoalTallies:
+        """The tallies of an answer that never ran."""
+        return GoalTallies(
+            *(Tally(0, len(goals)) for goals in (self._states, self._relations, self._actions))
+        )
+
+    def hold_in(self, state: State) -> bool:
+        """Whether all state and relation goals count as satisfied in a state."""
+        every_state = all(holds(state) for holds in self._states)
+        return every_state and self._count_relations(state) == len(self._relations)
+
+    def _count_relations(self, state: State) -> int:
+        satisfied = (holds for holds in self._relations if holds(state))
+        return sum(1 for _ in islice(satisfied, self._most_relations))
+
+
+def _test(task: Task, goal: Goal) -> Callable[[State], bool]:
+    frame = Frame()
+    truth = Conditions(task.scene.vocabulary, frame).truth(goal.formula)
+    return partial(_holds, truth, frame.bind(task.scene, ()))
+
+
+def _holds(truth: Callable[[State, list[int]], bool], binding: list[int], state: State) -> bool:
+    return truth(state, binding)
+
+
+def _alternatives(goal: Goal) -> tuple[str, ...]:
+    operands = goal.formula.operands if isinstance(goal.formula, Or) else (goal.formula,)
+    return tuple(operand.action for operand in operands if isinstance(operand, Occurs))
+
+
+def _first_found_in_text(goals: Sequence[tuple[str, ...]], actions: Sequence[str]) -> int:
+    """How many goals are found before the first that is not; the first alternative that is found counts."""
+    text = " ".join(actions)
+    position = 0
+    for count, alternatives in enumerate(goals):
+        found = next((w for w in alternatives if text.find(w, position) >= 0), None)
+        if found is None:
+            return count
+        position = text.find(found, position) + len(found)
+    return len(goals)
+
+
+def _longest_in_order(goals: Sequence[tuple[str, ...]], actions: Sequence[str]) -> int:
+    """The length of the longest subsequence of the goals that the actions meet in order."""
+    best = [0] * (len(goals) + 1)
+    for action in actions:
+        for i in range(len(goals), 0, -1):
+            if action in goals[i - 1]:
+                best[i] = max(best[i], best[i - 1] + 1)
+        for i in range(1, len(best)):
+            best[i] = max(best[i], best[i - 1])
+    return best[-1]

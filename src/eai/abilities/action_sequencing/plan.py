@@ -1,0 +1,33 @@
+"""Plans as a model writes them: steps with names, before anyone knows whether the names mean something."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+
+class WrittenStep(NamedTuple):
+    """One step of an answer.
+
+    Attributes:
+        action: the action as written.
+        arguments: what stands in its list, as written; numbers and other JSON values are kept.
+    """
+
+    action: str
+    arguments: tuple[object, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class WrittenPlan:
+    """The steps of an answer in order, and the names of the repairs that were needed to read them."""
+
+    steps: tuple[WrittenStep, ...]
+    repairs: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Unreadable:
+    """Why no plan can be read from an answer."""
+
+    reason: str

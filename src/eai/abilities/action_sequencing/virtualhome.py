@@ -1,0 +1,187 @@
+"""Action sequencing in VirtualHome: from an answer's text to a verdict."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from eai.abilities.action_sequencing import virtualhome_answer, virtualhome_reference
+from eai.abilities.action_sequencing.goals import TaskGoals
+from eai.abilities.action_sequencing.plan import Unreadable, WrittenPlan, WrittenStep
+from eai.abilities.protocol import Protocol
+from eai.abilities.verdict import ErrorReport, Verdict
+from eai.data.task import Task
+from eai.domains import virtualhome
+from eai.world.domain import Domain
+from eai.world.execution import Action, Trajectory, describe, execute
+from eai.world.fault import FaultKind
+
+NOT_ACCEPTED_BY_REFERENCE = ("PLUGIN", "PLUGOUT", "RELEASE")
+"""Actions that the reference's prompt offers and its vocabulary test rejects (``valid_actions``)."""
+
+NO_GOALS = "the task has no goals"
+GOLD_TEST = "the data set's own final state fails the reference's goal test"
+
+
+@dataclass(frozen=True, slots=True)
+class Rejected:
+    """An answer that cannot be run, and why: parsing, hallucination or argument number."""
+
+    error: ErrorReport
+
+
+class ActionSequencing:
+    """The scorer of one task under one protocol; `score` is a pure function of the answer.
+
+    Under `eai-1.0.5` tasks whose own annotation fails the goal test are excluded, under `strict` those that
+    have no goal.
+    """
+
+    def __init__(self, task: Task, protocol: Protocol) -> None:
+        self.task = task
+        self.protocol = protocol
+        self.domain = domain_of(protocol)
+        self._goals = TaskGoals(task, protocol)
+        self._names = _Names(task)
+        self._excluded = self._reason_to_exclude()
+
+    def score(self, text: str) -> Verdict:
+        """The verdict on an answer."""
+        if self._excluded is not None:
+            return Verdict(excluded=self._excluded)
+        plan = self.read(text)
+        if isinstance(plan, Unreadable):
+            return self._rejection(ErrorReport(FaultKind.PARSING, None, plan.reason), ())
+        actions = self.resolve(plan)
+        if isinstance(actions, Rejected):
+            return self._rejection(actions.error, plan.repairs)
+        if self._equals_script(actions):
+            return Verdict(
+                executable=True,
+                success=False,
+                additional_steps=0,
+                goals=self._goals.none_satisfied(),
+                repairs=plan.repairs,
+            )
+        return self._judge(execute(self.domain, self.task.initial, actions), plan.repairs)
+
+    def read(self, text: str) -> WrittenPlan | Unreadable:
+        """The plan as written, or why there is none."""
+        if self.protocol is Protocol.EAI_1_0_5:
+            return virtualhome_reference.read_plan(text)
+        return virtualhome_answer.read_plan(text)
+
+    def resolve(self, plan: WrittenPlan) -> list[Action] | Rejected:
+        """The plan as ground actions, or the first grammar error.
+
+        Whole plans are tested for parsing (an odd list of names and ids), then hallucination, then argument
+        number.
+        """
+        with_ids = any(_is_id(a) for step in plan.steps for a in step.arguments[1::2])
+        if with_ids and self.protocol is Protocol.EAI_1_0_5:
+            for index, step in enumerate(plan.steps):
+                if len(step.arguments) % 2:
+                    return _rejected(FaultKind.PARSING, index, f"{step.action}: a name without an id")
+        named = [self._named(index, step, with_ids=with_ids) for index, step in enumerate(plan.steps)]
+        for outcome in named:
+            if isinstance(outcome, Rejected):
+                return outcome
+        actions = [outcome for outcome in named if isinstance(outcome, Action)]
+        for index, action in enumerate(actions):
+            arity = self.domain.compiled[action.operator].operator.arity
+            if len(action.arguments) != arity:
+                detail = f"{action.operator} takes {arity} objects, not {len(action.arguments)}"
+                return _rejected(FaultKind.ARGUMENT_NUMBER, index, detail)
+        return actions
+
+    def _named(self, index: int, step: WrittenStep, *, with_ids: bool) -> Action | Rejected:
+        operator = step.action.upper()
+        rejected = self.protocol is Protocol.EAI_1_0_5 and operator in NOT_ACCEPTED_BY_REFERENCE
+        if rejected or operator not in self.domain.compiled:
+            return _rejected(FaultKind.HALLUCINATION, index, f"{step.action} is not an action")
+        names = self._names.with_id(step.arguments) if with_ids else self._names.of_class(step.arguments)
+        if isinstance(names, str):
+            return _rejected(FaultKind.HALLUCINATION, index, f"{step.action}: there is no {names}")
+        return Action(operator, names)
+
+    def _judge(self, trajectory: Trajectory, repairs: tuple[str, ...]) -> Verdict:
+        goals = self._goals.count(trajectory.final, [action.operator for action in trajectory.executed])
+        failure = trajectory.failure
+        error = None
+        if failure is not None:
+            step = len(trajectory.steps) - 1
+            detail = describe(failure, self.domain, trajectory.steps[-1].action, self.task.scene)
+            error = ErrorReport(failure.kind, step, detail)
+        success = goals.all_satisfied and (error is None or self.protocol is Protocol.EAI_1_0_5)
+        return Verdict(
+            executable=error is None,
+            success=success,
+            error=error,
+            additional_steps=trajectory.additional_steps,
+            goals=goals,
+            repairs=repairs,
+        )
+
+    def _rejection(self, error: ErrorReport, repairs: tuple[str, ...]) -> Verdict:
+        return Verdict(
+            executable=False,
+            success=False,
+            error=error,
+            additional_steps=0,
+            goals=self._goals.none_satisfied(),
+            repairs=repairs,
+        )
+
+    def _reason_to_exclude(self) -> str | None:
+        if self.protocol is Protocol.STRICT:
+            return None if self.task.goals else NO_GOALS
+        return None if self._goals.hold_in(self.task.annotated_final) else GOLD_TEST
+
+    def _equals_script(self, actions: Sequence[Action]) -> bool:
+        """Quirk: the reference does not run a plan that equals the data set's script, and counts no goal."""
+        return self.protocol is Protocol.EAI_1_0_5 and tuple(actions) == self.task.script
+
+
+class _Names:
+    """What the objects of a task may be called in an answer."""
+
+    __slots__ = ("_by_class", "_by_name_and_id")
+
+    def __init__(self, task: Task) -> None:
+        named = [(task.scene.objects[i].name.rpartition("."), i) for i in task.relevant]
+        self._by_class = {name: i for (name, _, _), i in named}
+        self._by_name_and_id = {f"{name}_{number}": i for (name, _, number), i in named}
+
+    def of_class(self, arguments: Sequence[object]) -> tuple[int, ...] | str:
+        """The objects of these classes (the last relevant one of each), or the first unknown name."""
+        return _look_up(self._by_class, arguments)
+
+    def with_id(self, arguments: Sequence[object]) -> tuple[int, ...] | str:
+        """The objects of these classes and ids in turn, or the first unknown pair."""
+        keys = [f"{arguments[i]}_{arguments[i + 1]}" for i in range(0, len(arguments) - 1, 2)]
+        if len(arguments) % 2:
+            return f"{arguments[-1]} without an id"
+        return _look_up(self._by_name_and_id, keys)
+
+
+def _look_up(table: Mapping[str, int], names: Sequence[object]) -> tuple[int, ...] | str:
+    indices = []
+    for name in names:
+        index = table.get(name) if isinstance(name, str) else None
+        if index is None:
+            return str(name)
+        indices.append(index)
+    return tuple(indices)
+
+
+def _is_id(argument: object) -> bool:
+    return isinstance(argument, int) or (isinstance(argument, str) and argument.isdigit())
+
+
+def _rejected(kind: FaultKind, step: int, detail: str) -> Rejected:
+    return Rejected(ErrorReport(kind, step, detail))
+
+
+def domain_of(protocol: Protocol) -> Domain:
+    """The VirtualHome domain as a protocol has it."""
+    return virtualhome.as_meant() if protocol is Protocol.STRICT else virtualhome.as_in_reference()

@@ -1,0 +1,122 @@
+"""Finding JSON in an answer: in code fences, in prose, with single quotes; every repair is named."""
+
+from __future__ import annotations
+
+import ast
+import json
+import re
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import NamedTuple, TypeVar
+
+_FENCED = re.compile(r"```[\w-]*\s*\n?(.*?)(?:```|\Z)", re.DOTALL)
+_SPECIAL_TOKENS = re.compile(r"<\|[\w-]+\|>")
+_THINKING = re.compile(r"<think>.*?</think>", re.DOTALL)
+_STRUCTURE = re.compile(r'\\.|[{}\[\]"]', re.DOTALL)
+_MAX_DEPTH = 100
+_MAX_LITERAL = 1_000_000
+"""Longest text, in characters, that is tried as a Python literal."""
+
+T = TypeVar("T")
+
+
+class Pairs(NamedTuple):
+    """A JSON object as its members in order, duplicates included."""
+
+    members: tuple[tuple[str, object], ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Found:
+    """A JSON value and the names of the repairs that were needed to find it."""
+
+    value: object
+    repairs: tuple[str, ...]
+
+
+def find_json(text: str, accept: Callable[[object], T | None]) -> tuple[T, tuple[str, ...]] | None:
+    """The last JSON value in a text that ``accept`` makes something of, and the repairs it took.
+
+    The whole text is tried first, then what stands in code fences, then what stands between brackets in
+    prose. Objects come as `Pairs`, arrays as lists.
+    """
+    for candidate in _candidates(text):
+        accepted = accept(candidate.value)
+        if accepted is not None:
+            return accepted, candidate.repairs
+    return None
+
+
+def _candidates(text: str) -> Iterator[Found]:
+    repairs: tuple[str, ...] = ()
+    for pattern, repair in ((_THINKING, "reasoning"), (_SPECIAL_TOKENS, "special_tokens")):
+        if pattern.search(text):
+            text, repairs = pattern.sub("", text), (*repairs, repair)
+    text = text.strip()
+    yield from _decoded(text, repairs)
+    fenced = [block.strip() for block in _FENCED.findall(text)]
+    for block in reversed(fenced):
+        yield from _decoded(block, (*repairs, "code_fence"))
+    for segment in reversed(_segments(text)):
+        yield from _decoded(segment, (*repairs, "prose"))
+
+
+def _decoded(text: str, repairs: tuple[str, ...]) -> Iterator[Found]:
+    """The value of a text that is JSON, or a Python literal with single quotes."""
+    try:
+        yield Found(json.loads(text, object_pairs_hook=lambda pairs: Pairs(tuple(pairs))), repairs)
+    except (ValueError, RecursionError):
+        yield from _decoded_literal(text, repairs)
+
+
+def _decoded_literal(text: str, repairs: tuple[str, ...]) -> Iterator[Found]:
+    if "'" not in text or not text.startswith(("{", "[")) or len(text) > _MAX_LITERAL:
+        return
+    try:
+        tree = ast.parse(text, mode="eval").body
+        yield Found(_literal(tree, _MAX_DEPTH), (*repairs, "single_quotes"))
+    except (ValueError, SyntaxError, RecursionError, MemoryError):
+        return
+
+
+def _literal(node: ast.expr, depth: int) -> object:
+    """The value of a literal; keys of dictionaries keep their order and their duplicates.
+
+    Raises:
+        ValueError: the expression is not a literal, or is nested too deep.
+    """
+    if depth == 0:
+        raise ValueError("nested too deep")
+    if isinstance(node, ast.Constant):
+        return node.value
+    if isinstance(node, ast.List | ast.Tuple):
+        return [_literal(element, depth - 1) for element in node.elts]
+    if not isinstance(node, ast.Dict):
+        raise ValueError("not a literal")
+    members = []
+    for key, value in zip(node.keys, node.values, strict=True):
+        if not isinstance(key, ast.Constant) or not isinstance(key.value, str):
+            raise ValueError("a key is not a string")
+        members.append((key.value, _literal(value, depth - 1)))
+    return Pairs(tuple(members))
+
+
+def _segments(text: str) -> list[str]:
+    """The outermost bracketed stretches of a text, in order; brackets in quotes do not count."""
+    opened: list[int] = []
+    closed: list[tuple[int, int]] = []
+    quoted = False
+    for match in _STRUCTURE.finditer(text):
+        mark, position = match.group(), match.start()
+        if mark == '"':
+            quoted = bool(opened) and not quoted
+        elif quoted:
+            continue
+        elif mark in "{[":
+            opened.append(position)
+        elif mark in "}]" and opened:
+            start = opened.pop()
+            while closed and closed[-1][0] > start:
+                closed.pop()
+            closed.append((start, position))
+    return [text[start : end + 1] for start, end in closed]

@@ -1,0 +1,142 @@
+"""Verdicts: what scoring says of one answer, for any ability.
+
+A verdict is a value; `fields_of` gives its part of a line of ``records.jsonl``. Fields that an ability does
+not use are None.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from enum import Enum
+from typing import NamedTuple, TypeAlias
+
+from eai.world.fault import FaultKind
+
+Json: TypeAlias = bool | int | float | str | Sequence["Json"] | Mapping[str, "Json"] | None
+
+
+class Tally(NamedTuple):
+    """How many of the goals of a kind are satisfied."""
+
+    satisfied: float
+    total: float
+
+
+class GoalTallies(NamedTuple):
+    """The tallies of the three kinds of goal."""
+
+    state: Tally
+    relation: Tally
+    action: Tally
+
+    @property
+    def all_satisfied(self) -> bool:
+        """Whether every goal is satisfied."""
+        return all(tally.satisfied == tally.total for tally in self)
+
+
+class Confusion(NamedTuple):
+    """True positives, false positives and false negatives."""
+
+    true_positives: int
+    false_positives: int
+    false_negatives: int
+
+
+@dataclass(frozen=True, slots=True)
+class ErrorReport:
+    """What ended an answer: the kind of error, the step (counted from 0) and the reason in words."""
+
+    kind: FaultKind
+    step: int | None
+    detail: str
+
+
+class SubgoalCategory(str, Enum):
+    """The outcomes of subgoal decomposition (reference: ``subgoal_eval_utils.py``)."""
+
+    CORRECT = "correct"
+    RUNTIME = "runtime"
+    GOAL_UNREACHABLE = "goal_unreachable"
+    HALLUCINATION = "hallucination"
+    NOT_PARSEABLE = "not_parseable"
+
+
+class PlannerOutcome(str, Enum):
+    """What a planner made of a task."""
+
+    SOLVED = "solved"
+    UNSOLVABLE = "unsolvable"
+    INPUT_ERROR = "input_error"
+    UNSUPPORTED = "unsupported"
+    TIME = "time"
+    MEMORY = "memory"
+    CRASH = "crash"
+    NOT_RUN = "not_run"
+
+
+Counts: TypeAlias = Mapping[str, "Confusion | Mapping[str, Confusion]"]
+
+
+@dataclass(frozen=True, slots=True)
+class Verdict:
+    """What scoring says of one answer.
+
+    Attributes:
+        excluded: why the task is left out of all statistics, or None if it is scored.
+        executable: a plan ran to its end.
+        success: all goals hold.
+        error: what ended the answer.
+        additional_steps: how many steps were skipped because they were not needed.
+        category: the outcome of subgoal decomposition.
+        goals: satisfied goals by kind.
+        counts: confusion counts by kind of goal, or by side and category of predicates.
+        planner: what the planner made of the answer's operators.
+        repairs: the names of the repairs that parsing made.
+        details: whatever else an ability has to say.
+    """
+
+    excluded: str | None = None
+    executable: bool | None = None
+    success: bool | None = None
+    error: ErrorReport | None = None
+    additional_steps: int | None = None
+    category: SubgoalCategory | None = None
+    goals: GoalTallies | None = None
+    counts: Counts | None = None
+    planner: PlannerOutcome | None = None
+    repairs: tuple[str, ...] = ()
+    details: Mapping[str, Json] | None = None
+
+
+def fields_of(verdict: Verdict) -> dict[str, Json]:
+    """The JSON fields of a verdict, as DESIGN section 7 names them."""
+    fields: dict[str, Json] = {
+        "status": "scored" if verdict.excluded is None else "excluded",
+        "excluded_reason": verdict.excluded,
+        "executable": verdict.executable,
+        "success": verdict.success,
+        "error": None if verdict.error is None else _error(verdict.error),
+        "additional_steps": verdict.additional_steps,
+        "category": verdict.category and verdict.category.value,
+        "goals": None if verdict.goals is None else _goals(verdict.goals),
+        "counts": None if verdict.counts is None else {k: _counts(c) for k, c in verdict.counts.items()},
+        "planner": verdict.planner and verdict.planner.value,
+        "repairs": list(verdict.repairs),
+    }
+    return {**fields, **(verdict.details or {})}
+
+
+def _error(error: ErrorReport) -> Json:
+    return {"kind": error.kind.value, "step": error.step, "detail": error.detail}
+
+
+def _goals(goals: GoalTallies) -> Json:
+    return {kind: list(tally) for kind, tally in goals._asdict().items()}
+
+
+def _counts(value: Confusion | Mapping[str, Confusion]) -> Json:
+    if isinstance(value, Confusion):
+        return list(value)
+    return {key: list(confusion) for key, confusion in value.items()}
