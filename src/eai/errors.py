@@ -35,11 +35,11 @@ class ParseError(InputError):
         self.column = column
         self.expected = expected
 
-    def caret(self) -> str:
-        """The offending line with a caret below the offending column."""
-        lines = self.text.splitlines() or [""]
-        line = lines[min(self.line, len(lines)) - 1]
-        return f"{line}\n{' ' * (self.column - 1)}^"
+    def caret(self, width: int = 100) -> str:
+        """The offending line with a caret below the offending column; of a long line, ``width`` characters."""
+        line = self.text.split("\n")[self.line - 1]
+        start = 0 if len(line) <= width else max(0, self.column - 1 - width // 2)
+        return f"{line[start : start + width]}\n{' ' * (self.column - 1 - start)}^"
 
 
 class DataError(EaiError):

@@ -31,7 +31,7 @@ def maximum_matching(adjacency: Sequence[Sequence[int]]) -> list[int | None]:
 def _layers(
     adjacency: Sequence[Sequence[int]], partner: Sequence[int | None], owner: dict[int, int]
 ) -> dict[int, int]:
-    """Distance of left vertices from the free ones on alternating paths; empty if nothing can be augmented."""
+    """Distance of left vertices from the free ones on alternating paths; empty if none can be augmented."""
     layers = {left: 0 for left, matched in enumerate(partner) if matched is None}
     queue = deque(layers)
     augmentable = False
@@ -54,7 +54,7 @@ def _augment(
     partner: list[int | None],
     owner: dict[int, int],
 ) -> None:
-    """Flip one alternating path from a free left vertex along the layers to a free right one, if there is one.
+    """Flip one alternating path from a free left vertex along the layers to a free right one, if any.
 
     ``unexplored`` is shared by all searches of a phase: an edge that led nowhere is not tried again.
     """

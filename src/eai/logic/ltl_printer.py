@@ -1,0 +1,120 @@
+"""Formulas printed in the syntax that `eai.logic.ltl` reads."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from enum import IntEnum
+
+from typing_extensions import assert_never
+
+from eai.logic.formula import (
+    Always,
+    And,
+    Atom,
+    Equals,
+    Eventually,
+    Exactly,
+    Exists,
+    ForAll,
+    Formula,
+    ForPairs,
+    Implies,
+    Next,
+    Not,
+    Occurs,
+    Or,
+    Then,
+    Until,
+    Variable,
+)
+
+
+class _Strength(IntEnum):
+    """How tightly a construct binds; a part that binds less tightly than its place needs gets brackets."""
+
+    THEN = 0
+    IMPLIES = 1
+    OR = 2
+    AND = 3
+    UNTIL = 4
+    PREFIX = 5
+
+
+_PREFIXES: dict[type[Formula], str] = {
+    Not: "not",
+    Next: "next",
+    Eventually: "eventually",
+    Always: "always",
+}
+
+
+def print_ltl(formula: Formula) -> str:
+    """The formula as text, with as few brackets as the grammar allows.
+
+    Reading the text gives an equal formula if its names are names of the grammar and no words of it, no
+    object is named as a variable around it, actions are in the reader's signature, and And, Or and Then have
+    at least two parts (or none: ``true`` and ``false``).
+    """
+    return _print(formula, _Strength.THEN)
+
+
+def _print(formula: Formula, place: _Strength) -> str:
+    """The text of a formula at a place that needs a certain strength."""
+    match formula:
+        case Atom(name, arguments) | Occurs(name, arguments):
+            return f"{name}({', '.join(term.name for term in arguments)})"
+        case Equals(left, right):
+            return f"{left.name} = {right.name}"
+        case And(parts):
+            return _joined(parts, " and ", _Strength.AND, place) if parts else "true"
+        case Or(parts):
+            return _joined(parts, " or ", _Strength.OR, place) if parts else "false"
+        case Then(parts):
+            return _joined(parts, " then ", _Strength.THEN, place) if parts else "true"
+        case Implies(left, right):
+            return _infix(left, "implies", right, _Strength.IMPLIES, place)
+        case Until(left, right):
+            return _infix(left, "until", right, _Strength.UNTIL, place)
+        case Not(operand) | Next(operand) | Eventually(operand) | Always(operand):
+            return f"{_PREFIXES[type(formula)]} {_print(operand, _Strength.PREFIX)}"
+        case ForAll(body=body) | Exists(body=body) | Exactly(body=body) | ForPairs(body=body):
+            return f"{_quantifier(formula)}. ({print_ltl(body)})"
+        case _:
+            assert_never(formula)
+
+
+def _joined(parts: Sequence[Formula], word: str, strength: _Strength, place: _Strength) -> str:
+    """An associative connective; a part that is the same connective keeps its brackets."""
+    if len(parts) == 1:
+        return _print(parts[0], place)
+    text = word.join(_print(part, _Strength(strength + 1)) for part in parts)
+    return _bracketed(text, strength, place)
+
+
+def _infix(left: Formula, word: str, right: Formula, strength: _Strength, place: _Strength) -> str:
+    """A connective that groups to the right."""
+    text = f"{_print(left, _Strength(strength + 1))} {word} {_print(right, strength)}"
+    return _bracketed(text, strength, place)
+
+
+def _bracketed(text: str, strength: _Strength, place: _Strength) -> str:
+    return f"({text})" if strength < place else text
+
+
+def _quantifier(formula: ForAll | Exists | Exactly | ForPairs) -> str:
+    match formula:
+        case ForAll(variable):
+            return f"forall {_binding(variable)}"
+        case Exists(variable):
+            return f"exists {_binding(variable)}"
+        case Exactly(count, variable):
+            return f"forn {count}. {_binding(variable)}"
+        case ForPairs(first, second, _, count):
+            word = "forpairs" if count is None else f"fornpairs {count}."
+            return f"{word} {_binding(first)}, {_binding(second)}"
+        case _:
+            assert_never(formula)
+
+
+def _binding(variable: Variable) -> str:
+    return variable.name if variable.category is None else f"{variable.name}: {variable.category}"

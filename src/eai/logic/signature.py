@@ -1,0 +1,67 @@
+"""What names a formula may use, and what is wrong with one that uses others."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field
+from enum import Enum
+
+
+class OffenceKind(Enum):
+    """How a formula that parses can still be about nothing that exists."""
+
+    UNKNOWN_PREDICATE = "unknown_predicate"
+    """The name is neither a predicate nor an action."""
+    UNKNOWN_OBJECT = "unknown_object"
+    """An argument is neither an object nor a variable that is bound there."""
+    WRONG_ARITY = "wrong_arity"
+    """The predicate or action takes another number of arguments."""
+
+
+@dataclass(frozen=True, slots=True)
+class Offence:
+    """One use of a name that the signature does not allow.
+
+    ``line`` and ``column`` count from 1 and point at the offending name: the predicate for an unknown
+    predicate or a wrong number of arguments, the argument for an unknown object. ``primitive`` is the
+    predicate or action that it occurs in.
+    """
+
+    kind: OffenceKind
+    name: str
+    primitive: str
+    line: int
+    column: int
+    detail: str
+
+    def __str__(self) -> str:
+        return f"line {self.line}, column {self.column}: {self.detail}"
+
+
+@dataclass(frozen=True, slots=True)
+class Signature:
+    """The vocabulary of formulas: predicates and actions with their arities, and the objects.
+
+    An arity of None allows any number of arguments. A name that is both a predicate and an action is a
+    predicate. ``objects`` None allows every object name.
+    """
+
+    predicates: Mapping[str, int | None]
+    actions: Mapping[str, int | None] = field(default_factory=dict)
+    objects: Collection[str] | None = None
+
+    def knows(self, name: str) -> bool:
+        """Whether the name is a predicate or an action."""
+        return name in self.predicates or name in self.actions
+
+    def is_action(self, name: str) -> bool:
+        """Whether the name is an action and no predicate."""
+        return name in self.actions and name not in self.predicates
+
+    def arity(self, name: str) -> int | None:
+        """The number of arguments of a known name; None if it is unknown or takes any number."""
+        return self.predicates[name] if name in self.predicates else self.actions.get(name)
+
+    def has_object(self, name: str) -> bool:
+        """Whether the name is that of an object."""
+        return self.objects is None or name in self.objects

@@ -1,0 +1,282 @@
+"""The LTL syntax: what is accepted, what it means, and what is said about the rest."""
+
+from __future__ import annotations
+
+import pickle
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from random_formulas import ACTIONS, PREDICATES, formulas
+
+from eai.errors import ParseError
+from eai.logic.formula import (
+    FALSE,
+    TRUE,
+    And,
+    Atom,
+    Constant,
+    Equals,
+    Eventually,
+    Exactly,
+    Exists,
+    ForAll,
+    Formula,
+    ForPairs,
+    Implies,
+    Next,
+    Not,
+    Occurs,
+    Or,
+    Then,
+    Until,
+    Variable,
+)
+from eai.logic.ltl import Dialect, parse
+from eai.logic.ltl_printer import print_ltl
+from eai.logic.signature import OffenceKind, Signature
+from eai.logic.traversal import MAX_DEPTH
+
+SIGNATURE = Signature(PREDICATES, ACTIONS)
+P, Q, R, S = (Atom(name, (Constant("a"),)) for name in "pqrs")
+
+
+def read(text: str, dialect: Dialect = Dialect.LTLF) -> Formula:
+    return parse(text, dialect=dialect).formula
+
+
+def failure_of(text: str, dialect: Dialect) -> ParseError | None:
+    try:
+        parse(text, SIGNATURE, dialect)
+    except ParseError as error:
+        return error
+    return None
+
+
+@given(formulas())
+@settings(max_examples=300)
+def test_what_is_printed_is_read_back(formula: Formula) -> None:
+    reading = parse(print_ltl(formula), SIGNATURE)
+    assert reading.formula == formula
+    assert reading.offences == ()
+
+
+@given(formulas(beyond_paper=False))
+@settings(max_examples=300)
+def test_the_dialects_agree_on_the_papers_formulas(formula: Formula) -> None:
+    text = print_ltl(formula).replace("notable", "able")
+    assert read(text, Dialect.RELEASE) == read(text, Dialect.LTLF)
+
+
+@given(st.text(alphabet=" ()pxy.,32nothefrlaid\n-_é=:", max_size=40), st.sampled_from(Dialect))
+@settings(max_examples=300)
+def test_any_text_is_a_formula_or_a_parse_error_inside_the_text(text: str, dialect: Dialect) -> None:
+    failure = failure_of(text, dialect)
+    if failure is not None:
+        lines = text.split("\n")
+        assert 1 <= failure.line <= len(lines)
+        assert 1 <= failure.column <= len(lines[failure.line - 1]) + 1
+        assert failure.expected
+
+
+@pytest.mark.parametrize("dialect", Dialect)
+def test_precedence(dialect: Dialect) -> None:
+    text = "p(a) then q(a) or r(a) and not s(a) then p(a)"
+    assert read(text, dialect) == Then((P, Or((Q, And((R, Not(S))))), P))
+    assert read("(p(a) then q(a)) or r(a)", dialect) == Or((Then((P, Q)), R))
+
+
+def test_precedence_beyond_the_paper() -> None:
+    assert read("p(a) then q(a) implies r(a) or s(a)") == Then((P, Implies(Q, Or((R, S)))))
+    assert read("p(a) and q(a) until next r(a)") == And((P, Until(Q, Next(R))))
+    assert read("p(a) implies q(a) implies r(a)") == Implies(P, Implies(Q, R))
+    assert read("eventually p(a) or true and false") == Or((Eventually(P), And((TRUE, FALSE))))
+
+
+@pytest.mark.parametrize("text", ["forn 2. v. (open(v))", "forn 2 v. (open(v))"])
+def test_both_spellings_of_forn(text: str) -> None:
+    assert read(text) == Exactly(2, Variable("v"), Atom("open", (Variable("v"),)))
+
+
+def test_the_release_knows_one_spelling_of_forn() -> None:
+    assert read("forn 2. v. (open(v))", Dialect.RELEASE) == read("forn 2 v. (open(v))")
+    with pytest.raises(ParseError, match=r"column 8: expected '\.'"):
+        parse("forn 2 v. (open(v))", dialect=Dialect.RELEASE)
+
+
+def test_pairs_and_categories() -> None:
+    body = Atom("in", (Variable("x"), Variable("y")))
+    first, second = Variable("x", "candle.n.01"), Variable("y")
+    assert read("forpairs x: candle.n.01, y. (in(x, y))") == ForPairs(first, second, body)
+    assert read("fornpairs 2. x: candle.n.01, y. (in(x, y))") == ForPairs(first, second, body, 2)
+
+
+@pytest.mark.parametrize("dialect", Dialect)
+def test_object_names_with_and_without_ids(dialect: Dialect) -> None:
+    names = ("sofa.352", "sofa", "-x")
+    assert read("in(sofa.352, sofa, -x)", dialect) == Atom("in", tuple(map(Constant, names)))
+    assert read("sleep( )", dialect) == Atom("sleep")
+
+
+@pytest.mark.parametrize(
+    ("text", "release", "here"),
+    [
+        ("notp(a)", Not(P), Atom("notp", (Constant("a"),))),
+        ("not(a)", Atom("not", (Constant("a"),)), Atom("not", (Constant("a"),))),
+        ("not(p(a))", Not(P), Not(P)),
+        ("not2(a)", Atom("not2", (Constant("a"),)), Atom("not2", (Constant("a"),))),
+        ("forallx(a)", Atom("forallx", (Constant("a"),)), Atom("forallx", (Constant("a"),))),
+        ("p(a)thenq(a)", Then((P, Q)), Then((P, Q))),
+        ("next(a)", Atom("next", (Constant("a"),)), Atom("next", (Constant("a"),))),
+    ],
+)
+def test_words_are_not_reserved(text: str, release: Formula, here: Formula) -> None:
+    assert read(text, Dialect.RELEASE) == release
+    assert read(text, Dialect.LTLF) == here
+
+
+@pytest.mark.parametrize("text", ["next p(a)", "p(a) until q(a)", "p(a) implies q(a)", "a = a", "true"])
+def test_the_release_knows_only_the_papers_formulas(text: str) -> None:
+    with pytest.raises(ParseError):
+        parse(text, dialect=Dialect.RELEASE)
+
+
+def test_variables_are_what_a_quantifier_binds() -> None:
+    x = Variable("x")
+    formula = read("forall x. (p(x) and exists x. (q(x, y))) and p(x)")
+    inner = And((Atom("p", (x,)), Exists(x, Atom("q", (x, Constant("y"))))))
+    assert formula == And((ForAll(x, inner), Atom("p", (Constant("x"),))))
+    assert read("exists x. (x = y)") == Exists(x, Equals(x, Constant("y")))
+
+
+def test_names_are_checked_after_the_whole_text_parsed() -> None:
+    with pytest.raises(ParseError):
+        parse("nonsense(a) and (", SIGNATURE)
+
+
+def test_kinds_of_offences_and_their_places() -> None:
+    signature = Signature({"open": 1, "in": 2, "any": None}, {"grab": 1}, {"cup.1"})
+    text = "open(cup.1) and\n opn(cup.1) or in( cup.1 ) then grab(cup.2) and exists x. (any(x, x, y))"
+    found = [(o.kind, o.name, o.primitive, o.line, o.column) for o in parse(text, signature).offences]
+    assert found == [
+        (OffenceKind.UNKNOWN_PREDICATE, "opn", "opn", 2, 2),
+        (OffenceKind.WRONG_ARITY, "in", "in", 2, 16),
+        (OffenceKind.UNKNOWN_OBJECT, "cup.2", "grab", 2, 38),
+        (OffenceKind.UNKNOWN_OBJECT, "y", "any", 2, 70),
+    ]
+    assert str(parse(text, signature).offences[1]) == "line 2, column 16: in takes 2 arguments, not 1"
+
+
+def test_a_variable_is_no_object_outside_its_quantifier() -> None:
+    signature = Signature({"open": 1}, objects=())
+    assert parse("forall x. (open(x))", signature).offences == ()
+    (offence,) = parse("forall x. (open(x)) and open(x)", signature).offences
+    assert (offence.kind, offence.column) == (OffenceKind.UNKNOWN_OBJECT, 30)
+
+
+def test_actions_come_from_the_signature() -> None:
+    grab = Occurs("grab", (Constant("a"),))
+    assert parse("grab(a) and p(a)", Signature({"p": 1}, {"grab": 1})).formula == And((grab, P))
+    assert parse("p(a)", Signature({"p": 1}, {"p": 2})).formula == P
+
+
+@pytest.mark.parametrize(
+    ("text", "line", "column", "expected"),
+    [
+        ("", 1, 1, "a predicate or action, a name, 'not', a quantifier or '('"),
+        ("open(x y)", 1, 8, "')' or ','"),
+        ("open(x) open(y)", 1, 9, "'and', 'or', 'then' or the end"),
+        ("forall x (open(x))", 1, 10, "'.'"),
+        ("open(x) and\n\topen(x", 2, 8, "')' or ','"),
+        ("(open(x)", 1, 9, "')'"),
+        ("éclair(x)", 1, 1, "a predicate or action, a name, 'not', a quantifier or '('"),
+        ("forn 1234567890. x. (open(x))", 1, 6, "a number of at most 9 digits"),
+    ],
+)
+def test_errors_say_where_and_what(text: str, line: int, column: int, expected: str) -> None:
+    with pytest.raises(ParseError) as caught:
+        parse(text, dialect=Dialect.RELEASE)
+    assert (caught.value.line, caught.value.column, caught.value.expected) == (line, column, expected)
+
+
+def test_the_caret_points_at_the_place() -> None:
+    with pytest.raises(ParseError) as caught:
+        parse("open(x) and\nopen(y")
+    assert caught.value.caret() == "open(y\n      ^"
+    with pytest.raises(ParseError) as caught:
+        parse("p(x) and " * 1000 + "! and " + "p(x) and " * 1000)
+    line, caret = caught.value.caret(width=20).split("\n")
+    assert caret == " " * 10 + "^"
+    assert line[10] == "!"
+    assert len(line) == 20
+
+
+def test_non_ascii_letters_may_follow_the_first() -> None:
+    assert read("is_süß(kuchen)") == Atom("is_süß", (Constant("kuchen"),))
+
+
+DEEP = {
+    "negations": "not " * MAX_DEPTH,
+    "quantifiers": "exists x. (" * MAX_DEPTH,
+    "thousand negations": "not " * 1000,
+    "thousand quantifiers": "forall x. (" * 1000,
+    "a hundred kilobytes of negations": "not " * 25_000,
+}
+
+
+@pytest.mark.parametrize("prefix", DEEP.values(), ids=DEEP.keys())
+def test_too_deep_nesting_is_an_error(prefix: str) -> None:
+    with pytest.raises(ParseError, match="at most 100 levels of nesting"):
+        parse(prefix + "p(x)" + ")" * prefix.count("("))
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "levels"),
+    [
+        ("not ", "", 1),
+        ("next ", "", 1),
+        ("exists x. (p(x) and ", ")", 2),
+        ("(p(x) then ", ")", 1),
+        ("(p(x) until ", ")", 1),
+    ],
+)
+def test_the_deepest_formulas_can_be_compared_hashed_shown_and_stored(
+    before: str, after: str, levels: int
+) -> None:
+    times = (MAX_DEPTH - 1) // levels
+    text = before * times + "p(x)" + after * times
+    formula = read(text)
+    assert formula == read(text)
+    assert hash(formula) == hash(read(text))
+    assert repr(formula).count("Atom") >= 1
+    assert read(print_ltl(formula)) == formula
+    assert pickle.loads(pickle.dumps(formula)) == formula  # noqa: S301
+
+
+LONG = {
+    "conjuncts": " and ".join(["p(x)"] * 12_000),
+    "steps": " then ".join(["p(x)"] * 10_000),
+    "arguments": f"p({', '.join(['x'] * 33_000)})",
+    "brackets": "(" * 50_000 + "p(x)" + ")" * 50_000,
+    "one name": "p" * 100_000 + "(x)",
+}
+
+
+@pytest.mark.parametrize("text", LONG.values(), ids=LONG.keys())
+def test_long_texts_are_formulas(text: str) -> None:
+    assert len(text) > 80_000
+    assert read(text) == read(text)
+
+
+BROKEN = {
+    "open brackets": "(" * 100_000,
+    "endless arguments": "p(" + "x," * 50_000,
+    "names": "p " * 50_000,
+    "blank lines": "\n" * 100_000,
+}
+
+
+@pytest.mark.parametrize("text", BROKEN.values(), ids=BROKEN.keys())
+def test_long_broken_texts_are_parse_errors(text: str) -> None:
+    with pytest.raises(ParseError):
+        parse(text)
