@@ -1,0 +1,112 @@
+"""The paper's Table 2, counted from the data: one table a domain, each figure with what it counts.
+
+Published tables use four different numbers of tasks; the rows say which ability uses which, and why.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Collection, Iterable
+from dataclasses import dataclass
+from statistics import fmean
+
+from eai.data.dataset import load, open_pack
+from eai.data.packs import RESOURCES
+from eai.data.records import TaskRecord
+from eai.data.store import Store
+from eai.data.virtualhome import VirtualHome
+
+
+@dataclass(frozen=True, slots=True)
+class StatRow:
+    """One figure; `note` says what exactly is counted."""
+
+    label: str
+    value: int | float
+    note: str
+
+
+@dataclass(frozen=True, slots=True)
+class StatTable:
+    """The figures of one domain, in the paper's order."""
+
+    domain: str
+    rows: tuple[StatRow, ...]
+
+
+def stats(store: Store | None = None) -> tuple[StatTable, ...]:
+    """The tables of all domains, from the store; absent packs are fetched first.
+
+    Raises:
+        DataError: the data cannot be obtained or is damaged.
+    """
+    return tuple(count(store or Store()) for count in _COUNTERS)
+
+
+def virtualhome_table(store: Store) -> StatTable:
+    """VirtualHome's column; DataError as in `stats`."""
+    tasks = load(store)
+    resources = open_pack(RESOURCES, store)
+    transition_tasks = resources.read_json("success_task.json")
+    operators = resources.read_json("gold_action.json")
+    return StatTable("virtualhome", virtualhome_rows(tasks, transition_tasks, len(operators)))
+
+
+def virtualhome_rows(
+    tasks: VirtualHome, transition_tasks: Collection[str], operators: int
+) -> tuple[StatRow, ...]:
+    """The figures of VirtualHome.
+
+    Args:
+        tasks: all tasks.
+        transition_tasks: ids of the tasks of transition modeling.
+        operators: number of annotated operators.
+    """
+    records = tuple(tasks.values())
+    instructed = [task for task in records if has_goals(task)]
+    lost = [task for task in records if len(set(task.edge_goals)) > 1]
+    state, relation, action = (
+        sum(len(task.node_goals) for task in records),
+        sum(len(task.edge_goals) for task in records),
+        sum(len(task.action_goals) for task in records),
+    )
+    steps = [len(task.script) for task in instructed]
+    return (
+        StatRow("task names", len({task.title for task in records}), "distinct names that tasks share"),
+        StatRow("tasks", len(records), "annotated; the denominator of goal interpretation"),
+        StatRow(
+            "instructions",
+            len(instructed),
+            f"tasks less the {len(records) - len(instructed)} without any goal; the denominator of "
+            "subgoal decomposition",
+        ),
+        StatRow(
+            "action sequencing tasks",
+            len(records) - len(lost),
+            f"under protocol eai-1.0.5: tasks less the {len(lost)} with two or more distinct relation goals, "
+            "which the reference drops",
+        ),
+        StatRow("transition modeling tasks", len(transition_tasks), _left_out(instructed, transition_tasks)),
+        StatRow("goals", state + relation + action, "of all tasks, as annotated, duplicates included"),
+        StatRow("state goals", state, "an object is in a state"),
+        StatRow("relation goals", relation, "two objects stand in a relation"),
+        StatRow("action goals", action, "an action was done, possibly one of several alternatives"),
+        StatRow("trajectories", len(instructed), "annotated scripts of the instructions"),
+        StatRow("action steps", sum(steps), "of those scripts"),
+        StatRow("steps per trajectory", round(fmean(steps), 2), f"{sum(steps)} steps / {len(steps)} scripts"),
+        StatRow("transition models", operators, "annotated operators"),
+    )
+
+
+def _left_out(instructed: Iterable[TaskRecord], transition_tasks: Collection[str]) -> str:
+    titles = Counter(task.title for task in instructed if task.id not in transition_tasks)
+    names = ", ".join(f"{title} ({count})" for title, count in titles.most_common())
+    return f"instructions less those the reference leaves out: {names or 'none'}"
+
+
+def has_goals(task: TaskRecord) -> bool:
+    """Does the task ask for anything?"""
+    return bool(task.node_goals or task.edge_goals or task.action_goals)
+
+
+_COUNTERS: tuple[Callable[[Store], StatTable], ...] = (virtualhome_table,)
