@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from itertools import islice
 
 from eai.abilities.protocol import Protocol
-from eai.abilities.verdict import GoalTallies, Tally
+from eai.abilities.verdict import GoalTallies, Json, Tally
 from eai.data.task import Goal, GoalKind, Task
 from eai.logic.formula import Occurs, Or
 from eai.world.condition import Conditions, Frame
@@ -17,9 +17,11 @@ from eai.world.state import State
 class TaskGoals:
     """The goals of a task, ready to be checked against a final state and the actions taken.
 
-    Two quirks of eai-eval 1.0.5 live here. Its loop over relation goals ends at the first one that holds
+    Three quirks of eai-eval 1.0.5 live here. Its loop over relation goals ends at the first one that holds
     (``scene_evaluate_wID``), so that at most one counts. It looks for action goals as substrings and takes
-    the first alternative that occurs, not the earliest place (``check_order_with_or_score``).
+    the first alternative that occurs, not the earliest place (``check_order_with_or_score``). And it looks
+    for them in the order of a set of strings, which changes from run to run; row verdicts take the order of
+    hash seed 0, which for the 13 tasks with two action goals is the alphabetical one.
     """
 
     def __init__(self, task: Task, protocol: Protocol) -> None:
@@ -31,6 +33,7 @@ class TaskGoals:
             for kind in (GoalKind.STATE, GoalKind.RELATION)
         )
         self._actions = tuple(_alternatives(goal) for goal in task.goals_of(GoalKind.ACTION))
+        self._ordered_actions = tuple(sorted(self._actions)) if as_in_reference else self._actions
 
     def count(self, state: State, actions: Sequence[str]) -> GoalTallies:
         """Count the goals that hold in a final state, after these actions (names, in order).
@@ -40,8 +43,17 @@ class TaskGoals:
         return GoalTallies(
             Tally(sum([holds(state) for holds in self._states]), len(self._states)),
             Tally(self._count_relations(state), len(self._relations)),
-            Tally(self._count_actions(self._actions, actions), len(self._actions)),
+            Tally(self._count_actions(self._ordered_actions, actions), len(self._actions)),
         )
+
+    def in_data_set_order(self, goals: GoalTallies, actions: Sequence[str]) -> Mapping[str, Json] | None:
+        """What ``goals`` would be with the action goals in data set order, if that is another order."""
+        if self._ordered_actions == self._actions:
+            return None
+        in_order = goals._replace(
+            action=Tally(self._count_actions(self._actions, actions), len(self._actions))
+        )
+        return {"data_set_order": {"success": in_order.all_satisfied, "action": list(in_order.action)}}
 
     def none_satisfied(self) -> GoalTallies:
         """The tallies of an answer that never ran."""

@@ -45,14 +45,18 @@ class ActionSequencing:
         self._names = _Names(task)
         self._excluded = self._reason_to_exclude()
 
-    def score(self, text: str) -> Verdict:
-        """The verdict on an answer."""
+    def score(self, text: str, *, with_ids: bool | None = None) -> Verdict:
+        """The verdict on an answer.
+
+        ``with_ids`` says whether objects are written as name and id (release 1.0.5) or as name only (the
+        paper's responses); None looks at the answer itself.
+        """
         if self._excluded is not None:
             return Verdict(excluded=self._excluded)
         plan = self.read(text)
         if isinstance(plan, Unreadable):
             return self._rejection(ErrorReport(FaultKind.PARSING, None, plan.reason), ())
-        actions = self.resolve(plan)
+        actions = self.resolve(plan, with_ids=with_ids)
         if isinstance(actions, Rejected):
             return self._rejection(actions.error, plan.repairs)
         if self._equals_script(actions):
@@ -71,13 +75,14 @@ class ActionSequencing:
             return virtualhome_reference.read_plan(text)
         return virtualhome_answer.read_plan(text)
 
-    def resolve(self, plan: WrittenPlan) -> list[Action] | Rejected:
+    def resolve(self, plan: WrittenPlan, *, with_ids: bool | None = None) -> list[Action] | Rejected:
         """The plan as ground actions, or the first grammar error.
 
         Whole plans are tested for parsing (an odd list of names and ids), then hallucination, then argument
         number.
         """
-        with_ids = any(_is_id(a) for step in plan.steps for a in step.arguments[1::2])
+        if with_ids is None:
+            with_ids = has_ids(plan)
         if with_ids and self.protocol is Protocol.EAI_1_0_5:
             for index, step in enumerate(plan.steps):
                 if len(step.arguments) % 2:
@@ -105,7 +110,8 @@ class ActionSequencing:
         return Action(operator, names)
 
     def _judge(self, trajectory: Trajectory, repairs: tuple[str, ...]) -> Verdict:
-        goals = self._goals.count(trajectory.final, [action.operator for action in trajectory.executed])
+        executed = [action.operator for action in trajectory.executed]
+        goals = self._goals.count(trajectory.final, executed)
         failure = trajectory.failure
         error = None
         if failure is not None:
@@ -120,6 +126,7 @@ class ActionSequencing:
             additional_steps=trajectory.additional_steps,
             goals=goals,
             repairs=repairs,
+            details=self._goals.in_data_set_order(goals, executed),
         )
 
     def _rejection(self, error: ErrorReport, repairs: tuple[str, ...]) -> Verdict:
@@ -172,6 +179,11 @@ def _look_up(table: Mapping[str, int], names: Sequence[object]) -> tuple[int, ..
             return str(name)
         indices.append(index)
     return tuple(indices)
+
+
+def has_ids(plan: WrittenPlan) -> bool:
+    """Whether a plan names objects with their ids: a number stands where an id would."""
+    return any(_is_id(argument) for step in plan.steps for argument in step.arguments[1::2])
 
 
 def _is_id(argument: object) -> bool:

@@ -28,7 +28,12 @@ def object_id(state: State, index: int) -> int:
 
 
 def targets(state: State, predicate: str, source: int) -> list[int]:
-    """The targets of a relation, in the reference's order."""
+    """The targets of a relation, in the reference's order.
+
+    That is the order of a set of ids, into which those of edges added by actions are put first, then those of
+    the initial scene. The latter are taken by ascending id, not in the order of the data set's file: the
+    first target comes out the same for every object that a task can be about.
+    """
     relation = state.relation(predicate)
     mask = relation.row(source)
     if mask & (mask - 1) == 0:
@@ -37,7 +42,7 @@ def targets(state: State, predicate: str, source: int) -> list[int]:
     by_id = {object_id(state, i): i for i in bits(mask | at_start)}
     added = sorted(object_id(state, i) for i in bits(mask & ~at_start))
     initial = sorted(object_id(state, i) for i in bits(at_start))
-    return [by_id[i] for i in slot_order(added, initial) if mask >> by_id[i] & 1]
+    return [by_id[i] for i in slot_order((*added, *initial)) if mask >> by_id[i] & 1]
 
 
 def rooms(state: State, arguments: tuple[int, ...]) -> int:

@@ -87,11 +87,9 @@ class _Table:
             self.slots[self._find(value)] = value
 
 
-def slot_order(values: Iterable[int], more: Iterable[int] = ()) -> list[int]:
-    """The values in the order of a set made of the first, then updated with a set of the second."""
-    table = _table(values)
-    table.update(_table(more))
-    return table.values()
+def slot_order(values: Iterable[int]) -> list[int]:
+    """The values in the order of a set into which they were put one by one."""
+    return _table(values).values()
 
 
 def _table(values: Iterable[int]) -> _Table:
