@@ -1,0 +1,184 @@
+"""Fast Downward as a planner: the binaries of the wheel ``up-fast-downward``, two processes a call.
+
+Every call works in a private temporary folder, which is removed whatever happens, so any number of calls
+may run at once. Both processes (translator and search) run under the operating system's limits of CPU time
+and memory, and are killed with everything that they started when the call is interrupted.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import importlib.metadata
+import importlib.util
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NamedTuple
+
+from eai.errors import DataError
+from eai.pddl.execute import Step
+from eai.pddl.planner import PlannerOutcome, PlannerResult, PlanningTask, checked_plan
+from eai.pddl.writer import write_domain, write_problem
+
+_DISTRIBUTION = "up-fast-downward"
+_MODULE = "up_fast_downward"
+_BINARIES = Path("downward", "builds", "release", "bin")
+_MISSING = "Fast Downward is not installed: pip install 'embodied-agent-interface[planner]'"
+_LAUNCHER = Path(__file__).with_name("limited.py")
+_WALL_FACTOR = 4
+"""Seconds on the clock that a process may take for each second of CPU time that it is allowed."""
+
+_LAMA_FIRST = (
+    "let(landmarks, landmark_sum(lm_factory=lm_reasonable_orders_hps(lm_rhw()), pref=false), "
+    "let(relaxed_plan, ff(), "
+    "lazy_greedy([relaxed_plan, landmarks], preferred=[relaxed_plan, landmarks], "
+    "cost_type=one, reopen_closed=false)))"
+)
+"""The alias ``lama-first`` for problems without action costs."""
+
+_OUTCOMES = {
+    1: PlannerOutcome.CRASH,
+    10: PlannerOutcome.UNSOLVABLE,
+    11: PlannerOutcome.UNSOLVABLE,
+    12: PlannerOutcome.UNSOLVABLE,
+    20: PlannerOutcome.MEMORY,
+    21: PlannerOutcome.TIME,
+    22: PlannerOutcome.MEMORY,
+    23: PlannerOutcome.TIME,
+    24: PlannerOutcome.TIME,
+    30: PlannerOutcome.CRASH,
+    31: PlannerOutcome.INPUT_ERROR,
+    33: PlannerOutcome.INPUT_ERROR,
+    34: PlannerOutcome.UNSUPPORTED,
+    -signal.SIGXCPU: PlannerOutcome.TIME,
+}
+"""Exit statuses (https://www.fast-downward.org/latest/documentation/exit-codes/); any other is a crash."""
+
+
+@dataclass(frozen=True, slots=True)
+class Limits:
+    """What each of the two processes of a call may use."""
+
+    cpu_seconds: int = 100
+    memory_mib: int = 4096
+
+
+class _Ended(NamedTuple):
+    """How a process ended; ``status`` is None if it exceeded the time on the clock."""
+
+    status: int | None
+    output: str
+
+
+@dataclass(frozen=True, slots=True)
+class FastDownward:
+    """Fast Downward with the configuration ``lama-first``.
+
+    Attributes:
+        binaries: the folder with the program ``downward`` and the package of the translator.
+        version: that of the wheel; it belongs into every report, for it decides the numbers.
+        limits: per process.
+    """
+
+    binaries: Path
+    version: str
+    limits: Limits
+
+    @classmethod
+    def installed(cls, limits: Limits) -> FastDownward:
+        """The planner of the current environment.
+
+        Raises:
+            DataError: it is not installed; the message says how to install it.
+        """
+        spec = importlib.util.find_spec(_MODULE)
+        if spec is None or not spec.submodule_search_locations:
+            raise DataError(_MISSING)
+        binaries = Path(spec.submodule_search_locations[0]) / _BINARIES
+        if not (binaries / "downward").is_file():
+            raise DataError(_MISSING)
+        return cls(binaries, importlib.metadata.version(_DISTRIBUTION), limits)
+
+    def solve(self, task: PlanningTask) -> PlannerResult:
+        """Look for a plan."""
+        with tempfile.TemporaryDirectory(prefix="eai-planner-") as folder:
+            return self._solve_in(Path(folder), task)
+
+    def _solve_in(self, folder: Path, task: PlanningTask) -> PlannerResult:
+        (folder / "domain.pddl").write_text(write_domain(task.domain))
+        (folder / "problem.pddl").write_text(write_problem(task.problem))
+        translated = self._translate(folder, keep_everything=task.fatal is not None)
+        if translated.status != 0:
+            return self._failure(translated)
+        if task.fatal is not None and _mentions(folder / "output.sas", task.fatal.predicate):
+            return PlannerResult(
+                PlannerOutcome.CRASH, detail="an effect that adds an unbound variable is reachable"
+            )
+        searched = self._search(folder)
+        if searched.status != 0:
+            return self._failure(searched)
+        return checked_plan(task, _read_plan(folder / "plan"), f"Fast Downward {self.version}")
+
+    def _translate(self, folder: Path, *, keep_everything: bool) -> _Ended:
+        command = [sys.executable, "-m", "fast_downward.translate", "domain.pddl", "problem.pddl"]
+        if keep_everything:
+            command.append("--keep-unimportant-variables")
+        return self._run(folder, [*command, "--sas-file", "output.sas"], Path(os.devnull))
+
+    def _search(self, folder: Path) -> _Ended:
+        command = [str(self.binaries / "downward"), "--search", _LAMA_FIRST, "--internal-plan-file", "plan"]
+        return self._run(folder, command, folder / "output.sas")
+
+    def _run(self, folder: Path, command: list[str], stdin: Path) -> _Ended:
+        """Run one program in the folder, under limits and in a process group of its own."""
+        limits = (str(self.limits.cpu_seconds), str(self.limits.memory_mib << 20))
+        with stdin.open() as source, (folder / "log").open("w+") as log:
+            process = subprocess.Popen(  # noqa: S603 - a program of ours on files of ours
+                [sys.executable, "-I", str(_LAUNCHER), *limits, *command],
+                cwd=folder,
+                env={**os.environ, "PYTHONPATH": str(self.binaries), "PYTHONHASHSEED": "0"},
+                stdin=source,
+                stdout=log,
+                stderr=subprocess.STDOUT,
+                start_new_session=True,
+            )
+            try:
+                status: int | None = process.wait(self.limits.cpu_seconds * _WALL_FACTOR)
+            except subprocess.TimeoutExpired:
+                status = None
+            finally:
+                _kill_group(process)
+            log.seek(0)
+            return _Ended(status, log.read())
+
+    def _failure(self, ended: _Ended) -> PlannerResult:
+        if ended.status is None:
+            return PlannerResult(PlannerOutcome.TIME, detail="time on the clock")
+        outcome = _OUTCOMES.get(ended.status, PlannerOutcome.CRASH)
+        lines = ended.output.strip().splitlines()
+        last = lines[-1] if lines else "no output"
+        return PlannerResult(
+            outcome, detail=f"Fast Downward {self.version}: exit status {ended.status}: {last}"
+        )
+
+
+def _kill_group(process: subprocess.Popen[bytes]) -> None:
+    """Kill a process and everything it started; harmless when they have ended."""
+    with contextlib.suppress(ProcessLookupError, PermissionError):
+        os.killpg(process.pid, signal.SIGKILL)
+    process.wait()
+
+
+def _mentions(path: Path, predicate: str) -> bool:
+    return f"Atom {predicate}(" in path.read_text()
+
+
+def _read_plan(path: Path) -> list[Step]:
+    """The steps of a plan file: one parenthesised line each, comments behind a semicolon."""
+    lines = (line.split(";")[0].strip() for line in path.read_text().splitlines())
+    words = [line.strip("()").split() for line in lines if line]
+    return [Step(name, tuple(arguments)) for name, *arguments in words]
