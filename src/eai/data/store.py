@@ -28,6 +28,7 @@ SCHEMA = 1
 
 _MANIFEST = "manifest.json"
 _EPOCH = (1980, 1, 1, 0, 0, 0)
+_UNREADABLE = (OSError, EOFError, KeyError, RuntimeError, ValueError, zipfile.BadZipFile, zlib.error)
 _REPAIR = "run `eai data fetch --force`"
 
 
@@ -157,7 +158,7 @@ def _read_member(path: Path, member: str) -> bytes:
     try:
         with zipfile.ZipFile(path) as archive:
             return archive.read(member)
-    except (OSError, EOFError, KeyError, NotImplementedError, zipfile.BadZipFile, zlib.error) as error:
+    except _UNREADABLE as error:
         raise DataError(f"{path}: is damaged ({member} cannot be read: {error}); {_REPAIR}") from error
 
 

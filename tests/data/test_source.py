@@ -1,0 +1,157 @@
+from __future__ import annotations
+
+import dataclasses
+import importlib.util
+import shutil
+import sys
+import zipfile
+from pathlib import Path
+
+import pytest
+from synthetic import build_sdist
+
+from eai.data.bundle import open_bundle
+from eai.data.progress import Progress, Stage, silent
+from eai.data.source import Archive, download, find, installer
+from eai.errors import DataError
+
+PIP = (sys.executable, "-m", "pip")
+
+
+@pytest.fixture
+def target(tmp_path: Path) -> Path:
+    folder = tmp_path / "download"
+    folder.mkdir()
+    return folder
+
+
+def test_pip_downloads_a_wheel_from_the_configured_index(wheel: Archive, target: Path) -> None:
+    steps: list[Progress] = []
+    path = download(wheel, target, steps.append, PIP)
+    assert path.read_bytes()[:2] == b"PK"
+    assert steps[-1] == Progress(Stage.DOWNLOAD, wheel.filename, wheel.size, wheel.size)
+    assert all(0 <= step.done <= step.total for step in steps)
+
+
+def test_a_source_distribution_is_downloaded_without_running_it(index: Path, target: Path) -> None:
+    witness = target / "ran"
+    archive = build_sdist(index, witness)
+    path = download(archive, target, silent, PIP)
+    with open_bundle(path) as bundle:
+        assert bundle.read("problems/one.bddl") == b"(define)"
+        assert set(bundle.names()) == {"PKG-INFO", "setup.py", "problems/one.bddl"}
+        with pytest.raises(DataError, match="no file absent"):
+            bundle.read("absent")
+    assert not witness.exists()
+
+
+def test_another_file_than_the_published_one_is_refused(wheel: Archive, target: Path) -> None:
+    pinned = dataclasses.replace(wheel, sha256="0" * 64)
+    with pytest.raises(DataError, match=r"cannot download madeup-eval==1\.0 .*--from") as caught:
+        download(pinned, target, silent, PIP)
+    assert "\n" not in str(caught.value)
+
+
+def test_an_index_without_it_or_no_network_says_what_to_do(index: Path, target: Path) -> None:
+    absent = Archive("madeup-eval", "1.0", "madeup_eval-1.0-py3-none-any.whl", "0" * 64, 1)
+    with pytest.raises(DataError, match=r"--from FILE.*EAI_DATA_DIR") as caught:
+        download(absent, target, silent, PIP)
+    assert "\n" not in str(caught.value)
+
+
+def test_an_installer_that_cannot_be_started_says_what_to_do(wheel: Archive, target: Path) -> None:
+    with pytest.raises(DataError, match=r"no-such-pip.*--from FILE"):
+        download(wheel, target, silent, ("no-such-pip",))
+
+
+def test_an_interrupt_ends_the_download(wheel: Archive, target: Path) -> None:
+    def interrupt(progress: Progress) -> None:
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        download(wheel, target, interrupt, PIP)
+    assert not (target / wheel.filename).exists()
+
+
+def test_the_interpreters_own_pip_is_preferred() -> None:
+    assert installer() == PIP
+
+
+def test_uv_stands_in_for_a_missing_pip(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
+    monkeypatch.setattr(shutil, "which", lambda name: "/bin/uv" if name == "uv" else None)
+    assert installer("python") == ("/bin/uv", "tool", "run", "--quiet", "--python", "python", "pip")
+
+
+def test_neither_pip_nor_uv_says_what_to_do(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
+    monkeypatch.setattr(shutil, "which", lambda name: None)
+    with pytest.raises(DataError, match=r"no pip and no uv.*--from FILE"):
+        installer()
+
+
+def test_uvs_index_is_shown_to_pip(
+    wheel: Archive, target: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    written = tmp_path / "seen"
+    code = f"import os; open({str(written)!r}, 'w').write(os.environ['PIP_INDEX_URL'])"
+    monkeypatch.setenv("UV_DEFAULT_INDEX", "file:///mirror")
+    monkeypatch.delenv("PIP_INDEX_URL", raising=False)
+    with pytest.raises(DataError):
+        download(wheel, target, silent, (sys.executable, "-c", code))
+    assert written.read_text() == "file:///mirror"
+
+
+def test_an_archive_is_found_as_file_in_a_folder_or_unpacked(
+    index: Path, wheel: Archive, tmp_path: Path
+) -> None:
+    path = index / wheel.filename
+    unpacked = tmp_path / "unpacked"
+    with zipfile.ZipFile(path) as archive:
+        archive.extractall(unpacked)
+    renamed = tmp_path / "renamed.whl"
+    shutil.copy(path, renamed)
+    assert [find(wheel, place) for place in (path, index, unpacked, renamed)] == [
+        path,
+        path,
+        unpacked,
+        renamed,
+    ]
+    (tmp_path / "empty").mkdir()
+    assert find(wheel, tmp_path / "empty") is None
+    assert find(build_sdist(tmp_path, tmp_path), path) is None
+
+
+def test_a_changed_archive_is_refused(index: Path, wheel: Archive) -> None:
+    path = index / wheel.filename
+    path.write_bytes(path.read_bytes() + b" ")
+    with pytest.raises(DataError, match=r"not madeup-eval==1\.0 as published"):
+        find(wheel, index)
+    with pytest.raises(DataError, match="no such file or folder"):
+        find(wheel, index / "absent")
+
+
+def test_a_changed_file_of_an_unpacked_wheel_is_refused(index: Path, wheel: Archive, tmp_path: Path) -> None:
+    unpacked = tmp_path / "unpacked"
+    with zipfile.ZipFile(index / wheel.filename) as archive:
+        archive.extractall(unpacked)
+    victim = unpacked / "virtualhome_eval/resources/vocabulary.json"
+    victim.write_bytes(b"{}")
+    with open_bundle(unpacked) as bundle:
+        with pytest.raises(DataError, match="differs from the published file"):
+            bundle.read("virtualhome_eval/resources/vocabulary.json")
+        victim.unlink()
+        with pytest.raises(DataError, match="no readable file"):
+            bundle.read("virtualhome_eval/resources/vocabulary.json")
+    record = unpacked / "madeup_eval-1.0.dist-info" / "RECORD"
+    record.write_text(record.read_text().replace("sha256=", "sha256=A"))
+    with pytest.raises(DataError, match="as published"):
+        find(wheel, unpacked)
+
+
+@pytest.mark.parametrize("name", ["broken.whl", "broken.tar.gz"])
+def test_a_file_that_is_no_archive_is_told(name: str, tmp_path: Path) -> None:
+    path = tmp_path / name
+    path.write_bytes(b"nothing of the kind")
+    with pytest.raises(DataError, match="not a readable"), open_bundle(path):
+        pass

@@ -1,0 +1,107 @@
+from __future__ import annotations
+
+import errno
+import os
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from eai.data.store import Store, default_folder
+from eai.errors import DataError
+
+MEMBERS = {"tasks.jsonl": b"one\ntwo\n" * 40, "more/of.json": b'{"a": [1, 2]}', "empty": b""}
+
+
+def test_what_is_written_is_read(store: Store) -> None:
+    store.write("pack", {"x==1": "digest"}, MEMBERS)
+    pack = store.open("pack")
+    assert {name: pack.read(name) for name in MEMBERS} == MEMBERS
+    assert pack.read_json("more/of.json") == {"a": [1, 2]}
+    assert pack.manifest.archives == {"x==1": "digest"}
+    assert [path.name for path in store.folder.iterdir()] == ["pack.1.zip"]
+
+
+def test_same_input_same_bytes_and_the_digest_is_of_the_content(store: Store) -> None:
+    first = store.write("a", {}, MEMBERS)
+    second = store.write("b", {}, dict(reversed(MEMBERS.items())))
+    changed = store.write("c", {}, {**MEMBERS, "empty": b"."})
+    again = store.write("d", {}, MEMBERS)
+    assert first.path.read_bytes() == again.path.read_bytes()
+    assert first.manifest.sha256 == second.manifest.sha256 != changed.manifest.sha256
+
+
+def test_the_folder_can_be_chosen(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setenv("EAI_DATA_DIR", str(tmp_path))
+    assert default_folder() == Store().folder == tmp_path
+    monkeypatch.delenv("EAI_DATA_DIR")
+    assert "eai" in default_folder().parts
+
+
+def test_an_absent_pack_says_what_to_do(store: Store) -> None:
+    with pytest.raises(DataError, match=r"eai data fetch.*EAI_DATA_DIR"):
+        store.open("pack")
+
+
+def test_an_absent_member_says_what_to_do(store: Store) -> None:
+    store.write("pack", {}, MEMBERS)
+    with pytest.raises(DataError, match="no member other; run `eai data fetch --force`"):
+        store.open("pack").read("other")
+
+
+@given(data=st.data())
+def test_damage_is_never_read_as_data(data: st.DataObject) -> None:
+    """A changed, cut or overwritten file still gives every member as written, or a one-line DataError."""
+    with TemporaryDirectory() as folder:
+        store = Store(Path(folder))
+        path = store.write("pack", {"x==1": "digest"}, MEMBERS).path
+        content = bytearray(path.read_bytes())
+        place = data.draw(st.integers(0, len(content) - 1))
+        match data.draw(st.sampled_from(["flip", "cut", "zero"])):
+            case "flip":
+                content[place] ^= data.draw(st.integers(1, 255))
+            case "cut":
+                del content[place:]
+            case _:
+                content[place : place + 64] = bytes(len(content[place : place + 64]))
+        path.write_bytes(content)
+        try:
+            pack = store.open("pack")
+            found = {name: pack.read(name) for name in pack.manifest.members}
+        except DataError as error:
+            told = str(error)
+        else:
+            assert found == MEMBERS
+            return
+    assert "eai data fetch --force" in told
+    assert "\n" not in told
+
+
+def test_a_manifest_that_contradicts_itself_is_damage(store: Store) -> None:
+    path = store.write("pack", {}, MEMBERS).path
+    store.write("other", {}, {"a": b""})
+    path.write_bytes(path.read_bytes().replace(b"manifest.json", b"manifest.jsom"))
+    with pytest.raises(DataError, match="--force"):
+        store.open("pack")
+
+
+def test_a_full_disk_leaves_the_old_pack(store: Store, monkeypatch: pytest.MonkeyPatch) -> None:
+    store.write("pack", {}, MEMBERS)
+
+    def full(descriptor: int) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(os, "fsync", full)
+    with pytest.raises(DataError, match=r"No space left on device.*EAI_DATA_DIR"):
+        store.write("pack", {}, {"a": b"new"})
+    assert store.open("pack").read("tasks.jsonl") == MEMBERS["tasks.jsonl"]
+    assert [path.name for path in store.folder.iterdir()] == ["pack.1.zip"]
+
+
+def test_sweeping_removes_only_what_a_writer_left(store: Store) -> None:
+    store.write("pack", {}, MEMBERS)
+    (store.folder / ".pack.1.zip.77.partial").write_bytes(b"half")
+    store.sweep()
+    assert [path.name for path in store.folder.iterdir()] == ["pack.1.zip"]
