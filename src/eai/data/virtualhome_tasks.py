@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 
+from eai.data.dataset import load
+from eai.data.progress import Report, silent
 from eai.data.records import CHARACTER_ID, BaseScene, Edge, GraphDelta, ObjectRecord, TaskRecord
+from eai.data.store import Store
 from eai.data.task import Goal, GoalKind, Task
 from eai.data.virtualhome import VirtualHome
 from eai.domains.virtualhome.predicates import VOCABULARY
@@ -153,6 +156,15 @@ class VirtualHomeTasks(Mapping[str, Task]):
                 index[i] for i in union_order(record.relevant_from_nodes, record.relevant_from_edges)
             ),
         )
+
+
+def open_tasks(store: Store | None = None, *, report: Report = silent) -> VirtualHomeTasks:
+    """The VirtualHome tasks, fetched first when they are not there.
+
+    Raises:
+        DataError: they cannot be obtained, or the store is damaged.
+    """
+    return VirtualHomeTasks(load(store, report=report))
 
 
 def _world_object(record: ObjectRecord) -> WorldObject:

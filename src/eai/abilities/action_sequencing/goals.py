@@ -28,6 +28,7 @@ class TaskGoals:
         as_in_reference = protocol is Protocol.EAI_1_0_5
         self._most_relations = 1 if as_in_reference else None
         self._count_actions = _first_found_in_text if as_in_reference else _longest_in_order
+        self._goals = task.goals
         self._states, self._relations = (
             tuple(_test(task, goal) for goal in task.goals_of(kind))
             for kind in (GoalKind.STATE, GoalKind.RELATION)
@@ -45,6 +46,16 @@ class TaskGoals:
             Tally(self._count_relations(state), len(self._relations)),
             Tally(self._count_actions(self._ordered_actions, actions), len(self._actions)),
         )
+
+    def satisfied(self, state: State, actions: Sequence[str]) -> list[bool]:
+        """For each goal of the task, in order, whether it holds; an action goal by itself, whatever its place."""
+        conditions = iter([holds(state) for holds in (*self._states, *self._relations)])
+        return [
+            bool(self._count_actions([_alternatives(goal)], actions))
+            if goal.kind is GoalKind.ACTION
+            else next(conditions)
+            for goal in self._goals
+        ]
 
     def in_data_set_order(self, goals: GoalTallies, actions: Sequence[str]) -> Mapping[str, Json] | None:
         """What ``goals`` would be with the action goals in data set order, if that is another order."""

@@ -28,6 +28,10 @@ class WrittenPlan:
 
 @dataclass(frozen=True, slots=True)
 class Unreadable:
-    """Why no plan can be read from an answer."""
+    """Why no plan can be read from an answer.
+
+    ``times_counted`` is how often the reference counts it among the parsing errors.
+    """
 
     reason: str
+    times_counted: int = 1

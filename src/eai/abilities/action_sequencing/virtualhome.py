@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 from eai.abilities.action_sequencing import virtualhome_answer, virtualhome_reference
 from eai.abilities.action_sequencing.goals import TaskGoals
 from eai.abilities.action_sequencing.plan import Unreadable, WrittenPlan, WrittenStep
+from eai.abilities.explanation import Explanation, goal_reports, step_reports
 from eai.abilities.protocol import Protocol
 from eai.abilities.verdict import ErrorReport, Verdict
 from eai.data.task import Task
@@ -35,39 +36,60 @@ class ActionSequencing:
 
     Under `eai-1.0.5` tasks whose own annotation fails the goal test are excluded, under `strict` those that
     have no goal.
+
+    Args:
+        task: the task.
+        protocol: the rules.
+        with_ids: whether objects are written as name and id (release 1.0.5) or as name only (the paper's
+            responses); None looks at each answer itself.
     """
 
-    def __init__(self, task: Task, protocol: Protocol) -> None:
+    def __init__(self, task: Task, protocol: Protocol, *, with_ids: bool | None = None) -> None:
         self.task = task
         self.protocol = protocol
+        self._with_ids = with_ids
         self.domain = domain_of(protocol)
         self._goals = TaskGoals(task, protocol)
         self._names = _Names(task)
         self._excluded = self._reason_to_exclude()
 
-    def score(self, text: str, *, with_ids: bool | None = None) -> Verdict:
-        """The verdict on an answer.
-
-        ``with_ids`` says whether objects are written as name and id (release 1.0.5) or as name only (the
-        paper's responses); None looks at the answer itself.
-        """
+    def score(self, text: str) -> Verdict:
+        """The verdict on an answer."""
         if self._excluded is not None:
             return Verdict(excluded=self._excluded)
         plan = self.read(text)
         if isinstance(plan, Unreadable):
-            return self._rejection(ErrorReport(FaultKind.PARSING, None, plan.reason), ())
-        actions = self.resolve(plan, with_ids=with_ids)
+            error = ErrorReport(FaultKind.PARSING, None, plan.reason)
+            return replace(self._rejection(error, ()), details={"times_counted": plan.times_counted})
+        actions = self.resolve(plan)
         if isinstance(actions, Rejected):
             return self._rejection(actions.error, plan.repairs)
         if self._equals_script(actions):
-            return Verdict(
-                executable=True,
-                success=False,
-                additional_steps=0,
-                goals=self._goals.none_satisfied(),
-                repairs=plan.repairs,
-            )
+            return replace(self._rejection(None, plan.repairs), executable=True)
         return self._judge(execute(self.domain, self.task.initial, actions), plan.repairs)
+
+    def explain(self, text: str) -> Explanation:
+        """What becomes of an answer step by step; it is executed even where `score` leaves it out."""
+        plan = self.read(text)
+        if isinstance(plan, Unreadable):
+            return Explanation(notes=(f"parsing: {plan.reason}",))
+        notes = [f"read with repair: {repair}" for repair in plan.repairs]
+        if self._excluded is not None:
+            notes.append(f"excluded: {self._excluded}")
+        actions = self.resolve(plan)
+        if isinstance(actions, Rejected):
+            error = actions.error
+            step = f"step {error.step + 1}: " if error.step is not None else ""
+            return Explanation(notes=(*notes, f"{error.kind.value}: {step}{error.detail}"))
+        if self._equals_script(actions):
+            notes.append("the plan equals the data set's script, which the reference counts as a failure")
+        trajectory = execute(self.domain, self.task.initial, actions)
+        executed = [action.operator for action in trajectory.executed]
+        return Explanation(
+            tuple(notes),
+            step_reports(self.task, self.domain, trajectory),
+            goal_reports(self.task.goals, self._goals.satisfied(trajectory.final, executed)),
+        )
 
     def read(self, text: str) -> WrittenPlan | Unreadable:
         """The plan as written, or why there is none."""
@@ -75,14 +97,13 @@ class ActionSequencing:
             return virtualhome_reference.read_plan(text)
         return virtualhome_answer.read_plan(text)
 
-    def resolve(self, plan: WrittenPlan, *, with_ids: bool | None = None) -> list[Action] | Rejected:
+    def resolve(self, plan: WrittenPlan) -> list[Action] | Rejected:
         """The plan as ground actions, or the first grammar error.
 
         Whole plans are tested for parsing (an odd list of names and ids), then hallucination, then argument
         number.
         """
-        if with_ids is None:
-            with_ids = has_ids(plan)
+        with_ids = has_ids(plan) if self._with_ids is None else self._with_ids
         if with_ids and self.protocol is Protocol.EAI_1_0_5:
             for index, step in enumerate(plan.steps):
                 if len(step.arguments) % 2:
@@ -129,7 +150,7 @@ class ActionSequencing:
             details=self._goals.in_data_set_order(goals, executed),
         )
 
-    def _rejection(self, error: ErrorReport, repairs: tuple[str, ...]) -> Verdict:
+    def _rejection(self, error: ErrorReport | None, repairs: tuple[str, ...]) -> Verdict:
         return Verdict(
             executable=False,
             success=False,
@@ -192,6 +213,16 @@ def _is_id(argument: object) -> bool:
 
 def _rejected(kind: FaultKind, step: int, detail: str) -> Rejected:
     return Rejected(ErrorReport(kind, step, detail))
+
+
+def written_with_ids(answers: Iterable[str]) -> bool:
+    """Whether most of the answers of one file that name an object name it with its id.
+
+    The reference's two revisions each expect one form, for all answers alike.
+    """
+    plans = [virtualhome_reference.read_plan(answer) for answer in answers]
+    named = [plan for plan in plans if isinstance(plan, WrittenPlan)]
+    return sum(has_ids(plan) for plan in named) * 2 > len(named)
 
 
 def domain_of(protocol: Protocol) -> Domain:

@@ -1,7 +1,7 @@
 """How eai-eval 1.0.5 reads a VirtualHome plan (spec section b; reference: ``load_json_preserving_order``).
 
 Its quirks: a step whose list is empty (``"STANDUP": []``) vanishes; text around the steps is ignored; only a
-fence at the very start is removed.
+fence at the very start is removed; a list that is not JSON counts twice as a parsing error.
 """
 
 from __future__ import annotations
@@ -24,7 +24,8 @@ def read_plan(text: str) -> WrittenPlan | Unreadable:
         try:
             steps.append(WrittenStep(action, tuple(json.loads(arguments))))
         except (ValueError, RecursionError):
-            return Unreadable(f"the list of step {len(steps) + 1} ({action}) is not JSON")
+            reason = f"the list of step {len(steps) + 1} ({action}) is not JSON"
+            return Unreadable(reason, times_counted=2)
     if not steps:
         return Unreadable("no step was found")
     return WrittenPlan(tuple(steps))

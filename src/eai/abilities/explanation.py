@@ -1,0 +1,143 @@
+"""Explanations: what became of an answer step by step, in words, for people and for reports."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import asdict, dataclass
+
+from eai.abilities.verdict import Json
+from eai.data.task import Goal, Task
+from eai.logic.formula import Atom, Formula, Occurs, Or
+from eai.world.domain import Domain
+from eai.world.execution import Action, Fault, Trajectory, describe
+from eai.world.fault import FaultKind
+from eai.world.state import Fact, Scene, change
+
+
+@dataclass(frozen=True, slots=True)
+class StepReport:
+    """One step that was tried.
+
+    Attributes:
+        action: the ground action as text.
+        outcome: ``executed``, or the kind of the fault.
+        reason: which check failed, in words; empty if none did.
+        earlier: for a wrong order, after which earlier step the action would have been possible.
+        added: facts that became true.
+        removed: facts that became false.
+        hidden_changes: how many more facts changed, about objects that the task is not about.
+    """
+
+    action: str
+    outcome: str
+    reason: str = ""
+    earlier: str = ""
+    added: tuple[str, ...] = ()
+    removed: tuple[str, ...] = ()
+    hidden_changes: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class GoalReport:
+    """A goal of the task as text, its kind, and whether it was reached."""
+
+    kind: str
+    goal: str
+    satisfied: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Explanation:
+    """What became of an answer.
+
+    ``notes`` are sentences on the answer as a whole: why it could not be run, or how it was read.
+    """
+
+    notes: tuple[str, ...] = ()
+    steps: tuple[StepReport, ...] = ()
+    goals: tuple[GoalReport, ...] = ()
+
+    def to_json(self) -> dict[str, Json]:
+        """The explanation as JSON."""
+        return asdict(self)
+
+
+def step_reports(task: Task, domain: Domain, trajectory: Trajectory) -> tuple[StepReport, ...]:
+    """A report on every step of a trajectory that was tried."""
+    reports = []
+    executed = 0
+    for step in trajectory.steps:
+        if step.fault is None:
+            reports.append(_executed(task, trajectory, executed, step.action))
+            executed += 1
+        else:
+            reports.append(_failed(task, domain, trajectory, step.action, step.fault))
+    return tuple(reports)
+
+
+def _executed(task: Task, trajectory: Trajectory, index: int, action: Action) -> StepReport:
+    difference = change(trajectory.states[index], trajectory.states[index + 1])
+    added = _told(task, difference.added)
+    removed = _told(task, difference.removed)
+    visible = len(added) + len(removed)
+    return StepReport(
+        action_text(action, task.scene),
+        "executed",
+        added=added,
+        removed=removed,
+        hidden_changes=len(difference.added) + len(difference.removed) - visible,
+    )
+
+
+def _failed(task: Task, domain: Domain, trajectory: Trajectory, action: Action, fault: Fault) -> StepReport:
+    earlier = ""
+    if fault.kind is FaultKind.WRONG_ORDER and fault.earlier is not None:
+        before = trajectory.executed[fault.earlier - 1] if fault.earlier else None
+        step = f"step {fault.earlier}, {action_text(before, task.scene)}" if before else "the start"
+        earlier = f"it would have been possible after {step}"
+    reason = describe(fault, domain, action, task.scene)
+    return StepReport(action_text(action, task.scene), fault.kind.value, reason, earlier)
+
+
+def _told(task: Task, facts: Iterable[Fact]) -> tuple[str, ...]:
+    """The facts worth telling: visible, and about nothing but the agent and the task's objects."""
+    vocabulary = task.scene.vocabulary
+    visible = {predicate.name for predicate in vocabulary.predicates if predicate.visible}
+    about = {*task.relevant, task.scene.agent}
+    return tuple(
+        fact_text(fact, task.scene)
+        for fact in facts
+        if fact.predicate in visible and about.issuperset(fact.arguments)
+    )
+
+
+def action_text(action: Action, scene: Scene) -> str:
+    """A ground action as ``GRAB(soap.1002)``."""
+    return fact_text(Fact(action.operator, action.arguments), scene)
+
+
+def fact_text(fact: Fact, scene: Scene) -> str:
+    """A fact as ``INSIDE(soap.1002, cup.1003)``."""
+    return f"{fact.predicate}({', '.join(scene.objects[i].name for i in fact.arguments)})"
+
+
+def goal_reports(goals: Sequence[Goal], satisfied: Sequence[bool]) -> tuple[GoalReport, ...]:
+    """A report on each goal."""
+    return tuple(
+        GoalReport(goal.kind.value, formula_text(goal.formula), held)
+        for goal, held in zip(goals, satisfied, strict=True)
+    )
+
+
+def formula_text(formula: Formula) -> str:
+    """A goal's formula as a short text: an atom, or alternatives of actions."""
+    match formula:
+        case Atom(predicate, arguments):
+            names = (t.name for t in arguments)
+            return f"{predicate}({', '.join(names)})"
+        case Occurs(action):
+            return action
+        case Or(operands):
+            return " or ".join(formula_text(operand) for operand in operands)
+        case _:
+            return str(formula)

@@ -1,0 +1,178 @@
+"""Records: one scored answer, as a line of ``records.jsonl`` (DESIGN section 7)."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from pydantic import BaseModel, ConfigDict, ValidationError
+
+from eai.abilities.protocol import Ability, Protocol
+from eai.abilities.verdict import (
+    Confusion,
+    Counts,
+    ErrorReport,
+    GoalTallies,
+    Json,
+    PlannerOutcome,
+    SubgoalCategory,
+    Tally,
+    Verdict,
+    fields_of,
+)
+from eai.errors import InputError
+from eai.world.fault import FaultKind
+
+SCHEMA = 1
+"""The version of the record format."""
+
+
+@dataclass(frozen=True, slots=True)
+class Record:
+    """A verdict with what it is a verdict on.
+
+    Attributes:
+        domain: the name of the domain.
+        model: who answered.
+        task_id: the data set's id.
+        response: the answer as it was scored.
+        data_sha256: digest of the data it was scored against.
+    """
+
+    protocol: Protocol
+    domain: str
+    ability: Ability
+    model: str
+    task_id: str
+    response: str
+    data_sha256: str
+    verdict: Verdict
+
+    def to_json(self) -> dict[str, Json]:
+        """The record as a JSON object."""
+        return {
+            "schema": SCHEMA,
+            "protocol": self.protocol.value,
+            "domain": self.domain,
+            "ability": self.ability.value,
+            "model": self.model,
+            "task_id": self.task_id,
+            "response_sha256": sha256_of(self.response),
+            "data_sha256": self.data_sha256,
+            **fields_of(self.verdict),
+            "response": self.response,
+        }
+
+
+def sha256_of(text: str) -> str:
+    """The digest of a text; lone surrogates, which JSON can carry, are kept apart."""
+    return hashlib.sha256(text.encode("utf-8", "surrogatepass")).hexdigest()
+
+
+def write_records(path: Path, records: Iterable[Record]) -> None:
+    """Write one record a line."""
+    with path.open("w", encoding="utf-8") as file:
+        for record in records:
+            file.write(json.dumps(record.to_json(), ensure_ascii=True) + "\n")
+
+
+def read_records(path: Path) -> Iterator[Record]:
+    """Read a file of records.
+
+    Raises:
+        InputError: the file cannot be read, or a line is not a record of this schema.
+    """
+    try:
+        with path.open(encoding="utf-8") as file:
+            for number, line in enumerate(file, 1):
+                if line.strip():
+                    yield _parse(f"{path}, line {number}", line)
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(f"{path}: expected a readable records.jsonl ({error})") from error
+
+
+class _Error(BaseModel):
+    kind: FaultKind
+    step: int | None
+    detail: str
+
+
+class _Line(BaseModel):
+    """The wire form of a record."""
+
+    model_config = ConfigDict(extra="allow")
+
+    schema_: int
+    protocol: Protocol
+    domain: str
+    ability: Ability
+    model: str
+    task_id: str
+    response_sha256: str
+    data_sha256: str
+    status: str
+    excluded_reason: str | None
+    executable: bool | None
+    success: bool | None
+    error: _Error | None
+    additional_steps: int | None
+    category: SubgoalCategory | None
+    goals: dict[str, tuple[float, float]] | None
+    counts: dict[str, tuple[int, int, int] | dict[str, tuple[int, int, int]]] | None
+    planner: PlannerOutcome | None
+    repairs: list[str]
+    response: str = ""
+
+
+def _parse(place: str, line: str) -> Record:
+    try:
+        values = json.loads(line)
+        wire = _Line.model_validate({**values, "schema_": values.get("schema")})
+    except ValidationError as error:
+        first = error.errors()[0]
+        field = ".".join(str(part) for part in first["loc"]).replace("schema_", "schema")
+        raise InputError(f"{place}: field {field}: {first['msg']}") from error
+    except (ValueError, AttributeError, TypeError) as error:
+        raise InputError(f"{place}: expected a JSON object ({error})") from error
+    if wire.schema_ != SCHEMA:
+        raise InputError(f"{place}: schema {wire.schema_}, expected {SCHEMA}")
+    return Record(
+        wire.protocol,
+        wire.domain,
+        wire.ability,
+        wire.model,
+        wire.task_id,
+        wire.response,
+        wire.data_sha256,
+        _verdict(wire),
+    )
+
+
+def _verdict(wire: _Line) -> Verdict:
+    return Verdict(
+        excluded=wire.excluded_reason,
+        executable=wire.executable,
+        success=wire.success,
+        error=None if wire.error is None else ErrorReport(**wire.error.model_dump()),
+        additional_steps=wire.additional_steps,
+        category=wire.category,
+        goals=None if wire.goals is None else GoalTallies(**{k: Tally(*t) for k, t in wire.goals.items()}),
+        counts=None if wire.counts is None else _counts(wire.counts),
+        planner=wire.planner,
+        repairs=tuple(wire.repairs),
+        details={k: v for k, v in (wire.model_extra or {}).items() if k != "schema"} or None,
+    )
+
+
+def _counts(
+    wire: Mapping[str, tuple[int, int, int] | dict[str, tuple[int, int, int]]],
+) -> Counts:
+    return {
+        key: {name: Confusion(*counts) for name, counts in value.items()}
+        if isinstance(value, dict)
+        else Confusion(*value)
+        for key, value in wire.items()
+    }

@@ -1,0 +1,108 @@
+"""Response files: the answers of a model as the reference and the challenge exchange them.
+
+A file is a JSON list of ``{"identifier": ..., "llm_output": ...}``, named ``<model>_outputs.json``.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Collection
+from dataclasses import dataclass
+from pathlib import Path
+
+from eai.errors import InputError
+
+SUFFIX = "_outputs.json"
+SCENE_PREFIX = "scene_1_"
+
+
+@dataclass(frozen=True, slots=True)
+class Response:
+    """One answer: the id of its task, without a scene prefix, and the text; a missing text is empty."""
+
+    task_id: str
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class ResponseFile:
+    """The answers of one model, in the order of the file."""
+
+    model: str
+    responses: tuple[Response, ...]
+
+
+def find_response_files(path: Path) -> list[Path]:
+    """A response file itself, or all ``*_outputs.json`` below a folder, by name.
+
+    Raises:
+        InputError: there is none.
+    """
+    if path.is_dir():
+        found = sorted(path.rglob(f"*{SUFFIX}"))
+        if not found:
+            raise InputError(f"{path}: expected a folder with <model>{SUFFIX} files, found none")
+        return found
+    if not path.exists():
+        raise InputError(f"{path}: no such file or folder")
+    return [path]
+
+
+def read_responses(path: Path, task_ids: Collection[str]) -> ResponseFile:
+    """Read a response file for tasks with these ids.
+
+    Raises:
+        InputError: the file is not a JSON list of answers, a row lacks a key or has it of another type, an
+            identifier is unknown or repeated, or there is no row.
+    """
+    rows = _read_list(path)
+    responses: dict[str, Response] = {}
+    for number, row in enumerate(rows, 1):
+        response = _response(f"{path}, row {number}", row)
+        if response.task_id not in task_ids:
+            raise InputError(f"{path}, row {number}: identifier {response.task_id!r} is not one of the tasks")
+        if response.task_id in responses:
+            raise InputError(f"{path}, row {number}: identifier {response.task_id!r} stands there twice")
+        responses[response.task_id] = response
+    if not responses:
+        raise InputError(f"{path}: expected at least one answer, found an empty list")
+    return ResponseFile(model_name(path), tuple(responses.values()))
+
+
+def model_name(path: Path) -> str:
+    """The model that a response file is named after."""
+    return path.name.removesuffix(SUFFIX) if path.name.endswith(SUFFIX) else path.stem
+
+
+def _read_list(path: Path) -> list[object]:
+    try:
+        rows = json.loads(path.read_bytes())
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror})") from error
+    except json.JSONDecodeError as error:
+        place = f"line {error.lineno}, column {error.colno}"
+        raise InputError(f"{path}, {place}: expected JSON ({error.msg})") from error
+    except (UnicodeDecodeError, RecursionError) as error:
+        raise InputError(f"{path}: expected JSON in UTF-8 ({error})") from error
+    if not isinstance(rows, list):
+        raise InputError(f'{path}: expected a list of {{"identifier", "llm_output"}}, not {_kind(rows)}')
+    return rows
+
+
+def _response(place: str, row: object) -> Response:
+    if not isinstance(row, dict):
+        raise InputError(f'{place}: expected {{"identifier", "llm_output"}}, not {_kind(row)}')
+    for key in ("identifier", "llm_output"):
+        if key not in row:
+            raise InputError(f'{place}: the key "{key}" is missing')
+    identifier, text = row["identifier"], row["llm_output"]
+    if not isinstance(identifier, str):
+        raise InputError(f'{place}: "identifier" must be a string, not {_kind(identifier)}')
+    if not isinstance(text, str | None):
+        raise InputError(f'{place}: "llm_output" must be a string, not {_kind(text)}')
+    return Response(identifier.removeprefix(SCENE_PREFIX), text or "")
+
+
+def _kind(value: object) -> str:
+    names = {dict: "an object", list: "a list", str: "a string", bool: "a truth value", type(None): "null"}
+    return names.get(type(value), "a number")
