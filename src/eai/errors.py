@@ -36,7 +36,7 @@ class ParseError(InputError):
         self.expected = expected
 
     def caret(self, width: int = 100) -> str:
-        """The offending line with a caret below the offending column; of a long line, ``width`` characters."""
+        """The offending line with a caret below the offending column; of a long line, ``width`` of it."""
         line = self.text.split("\n")[self.line - 1]
         start = 0 if len(line) <= width else max(0, self.column - 1 - width // 2)
         return f"{line[start : start + width]}\n{' ' * (self.column - 1 - start)}^"

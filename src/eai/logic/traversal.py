@@ -81,6 +81,26 @@ def temporal_parts(formula: Formula) -> frozenset[int]:
     return frozenset(found)
 
 
+def lasting_parts(formula: Formula) -> frozenset[int]:
+    """The ``id`` of every part, the formula included, that stays true when the trajectory goes on.
+
+    Sufficient, not necessary: a negation is lasting only if it speaks of one position.
+    """
+    temporal = temporal_parts(formula)
+    found: set[int] = set()
+    for part in reversed(list(walk(formula))):
+        if (
+            id(part) not in temporal
+            or (
+                not isinstance(part, (Not, Implies, Exactly, Always, Then))
+                and all(id(child) in found for child in children(part))
+            )
+            or (isinstance(part, Then) and (not part.parts or id(part.parts[-1]) in found))
+        ):
+            found.add(id(part))
+    return frozenset(found)
+
+
 def is_state_formula(formula: Formula) -> bool:
     """Whether the formula speaks of one position only, that is, has no temporal operator."""
     return not any(isinstance(part, (Then, Next, Eventually, Always, Until)) for part in walk(formula))

@@ -1,0 +1,264 @@
+"""When a formula holds on a trajectory (paper, section "LTL representation of goals").
+
+A state formula holds on a trajectory if it holds at some position of it. ``f then g`` holds if the trajectory
+can be cut into two non-empty pieces, the first satisfying ``f`` and the second ``g``. And, or, not and the
+quantifiers of formulas with ``then`` are what they are everywhere: they combine the truths of their parts on
+the same trajectory. The operators beyond the paper speak of positions, as usual in LTL on finite traces (De
+Giacomo and Vardi 2013): below next, eventually, always and until a state formula means "at this position",
+and at the top these operators mean "at the first position".
+
+Every subformula is evaluated once for all positions at a time, as a mask of positions, so that connectives
+are integer operations. An operand in front of ``then`` may end anywhere. If it cannot become false when its
+piece grows (as all formulas without not, always, implies and forn over ``then``), only the last possible end
+counts; otherwise its truth on every prefix is needed, which costs a factor of the trajectory's length.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from functools import partial, reduce
+from operator import and_, or_
+from typing import TypeAlias
+
+from eai.errors import InputError
+from eai.logic.formula import (
+    Always,
+    And,
+    Atom,
+    Constant,
+    Equals,
+    Eventually,
+    Exactly,
+    Exists,
+    ForAll,
+    Formula,
+    ForPairs,
+    Implies,
+    Next,
+    Not,
+    Occurs,
+    Or,
+    Term,
+    Then,
+    Until,
+    Variable,
+)
+from eai.logic.matching import maximum_matching
+from eai.logic.support import support
+from eai.logic.trajectory import Interpretation, Trajectory, positions_in
+from eai.logic.traversal import lasting_parts, temporal_parts
+
+Binding: TypeAlias = Mapping[str, str]
+"""Objects by the variables that stand for them."""
+
+_Reading: TypeAlias = Callable[[Formula, Binding], int]
+
+
+def holds(formula: Formula, trajectory: Trajectory) -> bool:
+    """Whether a closed formula holds on the trajectory.
+
+    Raises:
+        InputError: a variable is not bound by any quantifier.
+    """
+    evaluator = Evaluator(formula, trajectory)
+    return bool(evaluator.on(formula, {}, trajectory.length - 1) & 1)
+
+
+def holds_in(formula: Formula, state: Interpretation) -> bool:
+    """Whether a closed state formula holds in one state; pairings are decided by matching.
+
+    Raises:
+        InputError: a variable is not bound by any quantifier.
+    """
+    return holds(formula, Trajectory((state,)))
+
+
+class Evaluator:
+    """Evaluates the parts of one formula on one trajectory."""
+
+    def __init__(self, formula: Formula, trajectory: Trajectory) -> None:
+        self._trajectory = trajectory
+        self._formula = formula  # keeps the ids below alive
+        self._temporal = temporal_parts(formula)
+        self._lasting = lasting_parts(formula)
+        self._closed: dict[int, int] = {}
+        self._tables: dict[tuple[int, frozenset[tuple[str, str]]], list[int]] = {}
+
+    def is_temporal(self, formula: Formula) -> bool:
+        """Whether a part of the formula speaks of more than one position."""
+        return id(formula) in self._temporal
+
+    def state(self, formula: Formula, binding: Binding) -> int:
+        """The positions at which a state formula holds."""
+        if binding:
+            return self._state(formula, binding)
+        mask = self._closed.get(id(formula))
+        if mask is None:
+            mask = self._closed[id(formula)] = self._state(formula, binding)
+        return mask
+
+    def _state(self, formula: Formula, binding: Binding) -> int:
+        match formula:
+            case Atom(predicate, arguments):
+                return self._trajectory.atom(predicate, _objects(arguments, binding))
+            case Occurs(action, arguments):
+                return self._trajectory.occurrence(action, _objects(arguments, binding))
+            case Equals(left, right):
+                a, b = _objects((left, right), binding)
+                return _up_to(self._trajectory.length - 1) if a == b else 0
+            case _:
+                return self._combined(formula, binding, self.state, self._trajectory.length - 1)
+
+    def at(self, formula: Formula, binding: Binding, end: int) -> int:
+        """The positions of the trajectory that stops at ``end`` at which the formula holds, read there."""
+        if not self.is_temporal(formula):
+            return self.state(formula, binding) & _up_to(end)
+        match formula:
+            case Next(operand):
+                return self.at(operand, binding, end) >> 1
+            case Eventually(operand):
+                return _before(self.at(operand, binding, end))
+            case Always(operand):
+                everything = _up_to(end)
+                return everything & ~_before(everything & ~self.at(operand, binding, end))
+            case Until(left, right):
+                return _until(self.at(left, binding, end), self.at(right, binding, end))
+            case Then(parts):
+                return self._sequence(parts, binding, end)
+            case _:
+                return self._combined(formula, binding, partial(self.at, end=end), end)
+
+    def on(self, formula: Formula, binding: Binding, end: int) -> int:
+        """The positions from which the rest of the trajectory, stopping at ``end``, satisfies the formula."""
+        if not self.is_temporal(formula):
+            return _before(self.state(formula, binding) & _up_to(end))
+        if isinstance(formula, (Next, Eventually, Always, Until, Then)):
+            return self.at(formula, binding, end)
+        return self._combined(formula, binding, partial(self.on, end=end), end)
+
+    def _sequence(self, parts: tuple[Formula, ...], binding: Binding, end: int) -> int:
+        """The positions from which the parts hold one after the other on consecutive pieces up to ``end``."""
+        if not parts:
+            return _up_to(end)
+        starts = self.on(parts[-1], binding, end)
+        for part in reversed(parts[:-1]):
+            starts = self._followed_by(part, binding, starts)
+        return starts
+
+    def _followed_by(self, formula: Formula, binding: Binding, rest: int) -> int:
+        """The positions from which a piece satisfies the formula and the next position is in ``rest``."""
+        ends = rest >> 1
+        if id(formula) in self._lasting:
+            return self.on(formula, binding, ends.bit_length() - 1) if ends else 0
+        table = self._table(formula, binding)
+        return _union(table[end] for end in positions_in(ends))
+
+    def _table(self, formula: Formula, binding: Binding) -> list[int]:
+        """For every end, the positions from which the piece up to it satisfies the formula."""
+        key = (id(formula), frozenset(binding.items()))
+        if key not in self._tables:
+            ends = range(self._trajectory.length)
+            self._tables[key] = [self.on(formula, binding, end) for end in ends]
+        return self._tables[key]
+
+    def _combined(self, formula: Formula, binding: Binding, read: _Reading, end: int) -> int:
+        """A connective or quantifier over parts that are read in one way."""
+        everything = _up_to(end)
+        match formula:
+            case Not(operand):
+                return everything & ~read(operand, binding)
+            case And(operands):
+                return reduce(and_, [read(f, binding) for f in operands], everything)
+            case Or(operands):
+                return reduce(or_, [read(f, binding) for f in operands], 0)
+            case Implies(premise, conclusion):
+                return (everything & ~read(premise, binding)) | read(conclusion, binding)
+            case ForAll(variable, body):
+                return reduce(and_, self._instances(variable, body, binding, read, False), everything)
+            case Exists(variable, body):
+                return reduce(or_, self._instances(variable, body, binding, read, True), 0)
+            case Exactly(count, variable, body):
+                return _exactly(count, self._instances(variable, body, binding, read, True), everything)
+            case ForPairs():
+                return self._paired(formula, binding, read, everything)
+            case _:
+                raise AssertionError(f"{type(formula).__name__} is no connective")
+
+    def _instances(
+        self, variable: Variable, body: Formula, binding: Binding, read: _Reading, truth: bool
+    ) -> list[int]:
+        """Where the body holds, for every value that can give it this truth at all."""
+        name = variable.name
+        values = self._candidates(variable, body, binding, truth)
+        return [read(body, {**binding, name: value}) for value in values]
+
+    def _candidates(self, variable: Variable, body: Formula, binding: Binding, truth: bool) -> frozenset[str]:
+        """The values of a variable for which the body can have this truth at some position."""
+        domain = self._trajectory.domain(variable.category)
+        inner = {name: value for name, value in binding.items() if name != variable.name}
+        possible = support(body, variable.name, inner, truth, self._trajectory)
+        return domain if possible is None else domain & possible
+
+    def _paired(self, formula: ForPairs, binding: Binding, read: _Reading, everything: int) -> int:
+        """The positions at which a maximum matching of true pairs is large enough."""
+        first, second, body, count = formula.first, formula.second, formula.body, formula.count
+        rows = self._trajectory.objects(first.category)
+        columns = self._trajectory.objects(second.category)
+        truths = [
+            [0 if x == y else read(body, {**binding, first.name: x, second.name: y}) for y in columns]
+            for x in rows
+        ]
+        needed = min(len(rows), len(columns)) if count is None else count
+        verdicts: dict[tuple[tuple[int, ...], ...], bool] = {}
+        mask = 0
+        for position in positions_in(everything):
+            pairs = tuple(tuple(j for j, m in enumerate(row) if m >> position & 1) for row in truths)
+            if pairs not in verdicts:
+                verdicts[pairs] = sum(j is not None for j in maximum_matching(pairs)) >= needed
+            mask |= verdicts[pairs] << position
+        return mask
+
+
+def _objects(terms: tuple[Term, ...], binding: Binding) -> tuple[str, ...]:
+    try:
+        return tuple([t.name if isinstance(t, Constant) else binding[t.name] for t in terms])
+    except KeyError as error:
+        raise InputError(f"variable {error.args[0]} is not bound by a quantifier") from None
+
+
+def _up_to(end: int) -> int:
+    """All positions from 0 to ``end``."""
+    return (2 << end) - 1
+
+
+def _before(mask: int) -> int:
+    """All positions up to the last one in the mask."""
+    return (1 << mask.bit_length()) - 1
+
+
+def _union(masks: Iterable[int]) -> int:
+    return reduce(or_, masks, 0)
+
+
+def _until(left: int, right: int) -> int:
+    """The positions from which ``left`` holds up to a position of ``right``; doubles its reach each round."""
+    reach = 1
+    while left:
+        right |= left & (right >> reach)
+        left &= left >> reach
+        reach *= 2
+    return right
+
+
+def _exactly(count: int, masks: list[int], everything: int) -> int:
+    """The positions that are in exactly ``count`` of the masks: a binary counter, one mask a digit."""
+    digits: list[int] = []
+    for mask in masks:
+        carry = mask
+        for i, digit in enumerate(digits):
+            digits[i], carry = digit ^ carry, digit & carry
+        if carry:
+            digits.append(carry)
+    if count >> len(digits):
+        return 0
+    return reduce(and_, [d if count >> i & 1 else everything & ~d for i, d in enumerate(digits)], everything)

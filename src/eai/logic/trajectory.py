@@ -1,0 +1,99 @@
+"""What formulas are evaluated on: states that tell the truth of atoms, and sequences of them with actions.
+
+Sets of positions are bit masks: bit i stands for position i.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+from eai.errors import InputError
+
+
+class Interpretation(Protocol):
+    """One state, as far as a formula can ask about it. Objects go by the names that formulas use."""
+
+    def holds(self, predicate: str, arguments: tuple[str, ...]) -> bool:
+        """Whether the atom is true; an atom about something unknown is false."""
+        ...
+
+    def objects(self, category: str | None) -> Sequence[str]:
+        """The objects of a category, each once, in a fixed order; None means all objects."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class Action:
+    """An action that was taken, with its objects."""
+
+    name: str
+    arguments: tuple[str, ...] = ()
+
+
+class Trajectory:
+    """A finite, non-empty sequence of states with the actions between them (paper, section on LTL goals).
+
+    Action i is taken in state i and leads to state i + 1; so it belongs to position i, before its effects,
+    and the last position has no action. All states have the same objects. Truths are looked up when first
+    needed and kept.
+
+    Args:
+        states: the states, at least one.
+        actions: one less than states; or none at all, when no formula asks for actions.
+
+    Raises:
+        InputError: the numbers do not fit.
+    """
+
+    def __init__(self, states: Sequence[Interpretation], actions: Sequence[Action] = ()) -> None:
+        if not states or (actions and len(actions) != len(states) - 1):
+            raise InputError(
+                f"{len(states)} states and {len(actions)} actions: expected one action between two states"
+            )
+        self._states = states
+        self._latest_first = [state.holds for state in reversed(states)]
+        self.length = len(states)
+        self._atoms: dict[tuple[str, tuple[str, ...]], int] = {}
+        self._domains: dict[str | None, frozenset[str]] = {}
+        self._actions: dict[str, dict[tuple[str, ...], int]] = {}
+        for position, action in enumerate(actions):
+            occurrences = self._actions.setdefault(action.name, {})
+            occurrences[action.arguments] = occurrences.get(action.arguments, 0) | 1 << position
+
+    def atom(self, predicate: str, arguments: tuple[str, ...]) -> int:
+        """The positions at which an atom holds."""
+        key = (predicate, arguments)
+        mask = self._atoms.get(key)
+        if mask is None:
+            digits = ["1" if holds(predicate, arguments) else "0" for holds in self._latest_first]
+            mask = self._atoms[key] = int("".join(digits), 2)
+        return mask
+
+    def occurrence(self, action: str, arguments: tuple[str, ...]) -> int:
+        """The positions at which an action is taken with these objects."""
+        return self._actions.get(action, {}).get(arguments, 0)
+
+    def participants(self, action: str, index: int) -> frozenset[str]:
+        """The objects that are ever the argument number ``index`` (from 0) of an action."""
+        occurrences = self._actions.get(action, {})
+        return frozenset(arguments[index] for arguments in occurrences if index < len(arguments))
+
+    def objects(self, category: str | None) -> Sequence[str]:
+        """The objects of a category, in the states' order."""
+        return self._states[0].objects(category)
+
+    def domain(self, category: str | None) -> frozenset[str]:
+        """The objects of a category, as a set."""
+        if category not in self._domains:
+            self._domains[category] = frozenset(self.objects(category))
+        return self._domains[category]
+
+
+def positions_in(mask: int) -> Iterator[int]:
+    """The positions in a mask, ascending."""
+    while mask:
+        lowest = mask & -mask
+        yield lowest.bit_length() - 1
+        mask ^= lowest

@@ -1,0 +1,197 @@
+"""Formulas on trajectories: examples from the definitions, and agreement with the naive twin."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from naive import Facts, Naive
+from random_formulas import ACTIONS, PREDICATES, formulas
+
+from eai.errors import InputError
+from eai.logic.evidence import explain
+from eai.logic.formula import And, Atom, Exists, Formula, Not, Or, Then, Variable
+from eai.logic.ltl import parse
+from eai.logic.semantics import holds, holds_in
+from eai.logic.signature import Signature
+from eai.logic.trajectory import Action, Trajectory
+
+NAMES = ("cup.1", "cup.2", "sofa")
+CATEGORIES = (("cup.1", "cup"), ("cup.2", "cup"), ("sofa", "bottle.n.01"))
+
+
+@st.composite
+def trajectories(draw: st.DrawFn) -> tuple[list[Facts], list[Action]]:
+    length = draw(st.integers(1, 5))
+
+    def arguments(arity: int) -> st.SearchStrategy[tuple[str, ...]]:
+        return st.tuples(*[st.sampled_from(NAMES)] * arity)
+
+    def ground(arities: dict[str, int]) -> st.SearchStrategy[tuple[str, tuple[str, ...]]]:
+        return st.sampled_from(sorted(arities)).flatmap(
+            lambda name: arguments(arities[name]).map(lambda given: (name, given))
+        )
+
+    states = [Facts(draw(st.frozensets(ground(PREDICATES), max_size=8)), CATEGORIES) for _ in range(length)]
+    actions = [Action(*draw(ground(ACTIONS))) for _ in range(length - 1)]
+    return states, actions
+
+
+@given(formulas(), trajectories())
+@settings(max_examples=600, deadline=None)
+def test_agrees_with_the_naive_evaluator(formula: Formula, given_: tuple[list[Facts], list[Action]]) -> None:
+    states, actions = given_
+    expected = Naive(tuple(states), tuple(actions)).on(formula, 0, len(states) - 1, {})
+    trajectory = Trajectory(states, actions)
+    assert holds(formula, trajectory) == expected
+    evidence = explain(formula, trajectory)
+    assert evidence.holds == expected
+    assert bool(evidence.failed) != expected
+
+
+@given(formulas(temporal=False), trajectories())
+@settings(max_examples=200, deadline=None)
+def test_evidence_of_a_state_formula_is_where_it_holds(
+    formula: Formula, given_: tuple[list[Facts], list[Action]]
+) -> None:
+    states, actions = given_
+    naive = Naive(tuple(states), tuple(actions))
+    last = len(states) - 1
+    expected = tuple(i for i in range(len(states)) if naive.at(formula, i, last, {}))
+    assert explain(formula, Trajectory(states, actions)).positions == expected
+
+
+def trajectory(*texts: str) -> Trajectory:
+    """Names of true atoms and actions by turns: ``trajectory("p q", "GRAB", "")``."""
+    states = [Facts(frozenset((name, ()) for name in text.split()), CATEGORIES) for text in texts[::2]]
+    return Trajectory(states, [Action(text) for text in texts[1::2]])
+
+
+def check(text: str, on: Trajectory) -> bool:
+    return holds(parse(text, Signature({}, {"GRAB": 0, "PUT": 0})).formula, on)
+
+
+def test_a_state_formula_holds_if_it_holds_at_some_point() -> None:
+    path = trajectory("p", "GRAB", "q", "PUT", "")
+    assert check("p()", path)
+    assert check("q()", path)
+    assert not check("p() and q()", path)
+    assert check("not p()", path)
+
+
+def test_an_action_belongs_to_the_state_before_its_effects() -> None:
+    path = trajectory("p", "GRAB", "q", "PUT", "r")
+    assert check("p() and GRAB()", path)
+    assert not check("q() and GRAB()", path)
+    assert check("q() then r()", path)
+    assert not check("GRAB() then p()", path)
+    assert check("GRAB() then PUT()", path)
+    assert not check("PUT() then GRAB()", path)
+
+
+def test_then_needs_a_later_position() -> None:
+    assert not check("p() then p()", trajectory("p"))
+    assert check("p() then p()", trajectory("p", "GRAB", "p"))
+    assert not check("p() then q()", trajectory("q", "GRAB", "p"))
+
+
+def test_nested_then_goes_on_where_it_was_completed() -> None:
+    path = trajectory("p", "GRAB", "q", "GRAB", "r")
+    assert check("(p() then q()) then r()", path)
+    assert check("p() then (q() then r())", path)
+    assert not check("(p() then r()) then q()", path)
+
+
+def test_conjunctions_with_then_hold_on_the_same_trajectory() -> None:
+    path = trajectory("p", "GRAB", "q", "GRAB", "r", "GRAB", "p")
+    assert check("(p() then q()) and (q() then r())", path)
+    assert check("((p() then q()) and (q() then r())) then p()", path)
+    assert not check("((p() then q()) and (q() then p())) then r()", path)
+    assert check("(not (r() then q())) then p()", path)
+
+
+def test_operators_beyond_the_paper_speak_of_positions() -> None:
+    path = trajectory("p", "GRAB", "p q", "GRAB", "r")
+    assert check("next q()", path)
+    assert not check("next r()", path)
+    assert not check("next next next true", path)
+    assert check("p() until r()", path)
+    assert not check("p() until q() and always p()", path)
+    assert check("always (p() or r())", path)
+    assert check("always (q() implies next r())", path)
+    assert check("(always p()) then r()", path)
+    assert not check("always p()", path)
+
+
+@pytest.mark.parametrize("count", range(5))
+def test_forn_is_exactly(count: int) -> None:
+    state = Facts(frozenset({("open", ("cup.1",)), ("open", ("sofa",))}), CATEGORIES)
+    formula = parse(f"forn {count} x. (open(x))").formula
+    assert holds_in(formula, state) == (count == 2)
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("forall x: nothing. (p())", True),
+        ("exists x: nothing. (not p())", False),
+        ("forn 0 x: nothing. (p())", True),
+        ("forn 1 x: nothing. (p())", False),
+        ("forpairs x: nothing, y. (p())", True),
+        ("fornpairs 1 x: nothing, y. (p())", False),
+        ("not forall x: nothing. (p() then p())", False),
+    ],
+)
+def test_empty_domains(text: str, expected: bool) -> None:
+    assert check(text, trajectory("p", "GRAB", "")) == expected
+
+
+def test_unbound_variables_are_an_error() -> None:
+    unbound = Atom("open", (Variable("x"),))
+    with pytest.raises(InputError, match="variable x is not bound"):
+        holds(And((Exists(Variable("x"), unbound), unbound)), trajectory("p"))
+
+
+def test_shadowed_variables_take_the_inner_value() -> None:
+    state = Facts(frozenset({("open", ("sofa",))}), CATEGORIES)
+    assert holds_in(parse("forall x: cup. (exists x. (open(x)))").formula, state)
+    assert not holds_in(parse("exists x. (open(x) and forall x. (open(x)))").formula, state)
+
+
+def test_numbers_of_states_and_actions_must_fit() -> None:
+    with pytest.raises(InputError, match="0 states"):
+        Trajectory([])
+    with pytest.raises(InputError, match="one action between two states"):
+        Trajectory([Facts(frozenset(), ())], [Action("GRAB")])
+
+
+def test_many_objects_do_not_matter_to_rare_actions() -> None:
+    names = tuple((f"o.{i}", "thing") for i in range(2000))
+    path = Trajectory([Facts(frozenset(), names)] * 2, [Action("POUR", ("o.7", "o.9"))])
+    signature = Signature({}, {"POUR": 2})
+    assert holds(parse("exists x. (exists y. (POUR(x, y)))", signature).formula, path)
+    assert not holds(parse("exists x. (POUR(x, x))", signature).formula, path)
+    assert holds(parse("forn 1 x. (exists y. (POUR(x, y)))", signature).formula, path)
+
+
+P, Q, R = Atom("p"), Atom("q"), Atom("r")
+
+
+def test_evidence_names_the_conjuncts_that_never_hold() -> None:
+    path = trajectory("p", "GRAB", "q")
+    assert explain(And((P, R, Not(Or((P, Q))))), path).failed == (R, Not(Or((P, Q))))
+    assert explain(And((P, And((Q, R)))), path).failed == (R,)
+
+
+def test_evidence_of_conjuncts_that_hold_only_apart_is_the_conjunction() -> None:
+    assert explain(And((P, Q)), trajectory("p", "GRAB", "q")).failed == (And((P, Q)),)
+
+
+def test_evidence_of_then_is_how_far_it_went() -> None:
+    path = trajectory("", "GRAB", "p", "GRAB", "q", "GRAB", "p")
+    complete = explain(Then((P, Q, P)), path)
+    assert (complete.holds, complete.positions, complete.failed) == (True, (1, 2, 3), ())
+    partial = explain(Then((P, And((Q, R)), P)), path)
+    assert (partial.holds, partial.positions, partial.failed) == (False, (1,), (R,))
+    late = explain(Then((P, Q, P, P)), path)
+    assert (late.holds, late.positions, late.failed) == (False, (1, 2, 3), (P,))
