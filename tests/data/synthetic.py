@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from eai.data.published_files import PROMPT_FILES, RESOURCE_FILES
+from eai.data.published_files import BEHAVIOR_PDDL_FILES, PROMPT_FILES, RESOURCE_FILES
 from eai.data.source import Archive
 
 PROGRAMS = "virtualhome_eval/dataset/programs_processed_precond_nograb_morepreconds/"
@@ -119,7 +119,9 @@ def files(tasks: Iterable[MadeTask] = TASKS) -> dict[str, bytes]:
     """Path in the wheel -> content."""
     made = list(tasks)
     goals: dict[str, dict[str, Any]] = {}
-    contents = dict.fromkeys((*RESOURCE_FILES.values(), *PROMPT_FILES.values()), b"[]")
+    contents = dict.fromkeys(
+        (*RESOURCE_FILES.values(), *BEHAVIOR_PDDL_FILES.values(), *PROMPT_FILES.values()), b"[]"
+    )
     for task in made:
         goal = {"vh_goal": {"actions": task.actions, "goal": task.goals}, "tl_goal": task.tl_goal}
         goals.setdefault(task.title, {})[task.id] = goal

