@@ -8,6 +8,7 @@ from functools import partial
 from typing import Protocol as Interface
 from typing import TypeAlias
 
+from eai.abilities.explanation import Explanation
 from eai.abilities.protocol import Ability, Domain, Protocol
 from eai.abilities.verdict import Verdict
 from eai.data.progress import Report, silent
@@ -20,6 +21,10 @@ class Scorer(Interface):
 
     def score(self, text: str) -> Verdict:
         """The verdict on an answer: a pure function."""
+        ...
+
+    def explain(self, text: str) -> Explanation:
+        """What became of an answer, in words."""
         ...
 
 

@@ -9,6 +9,23 @@ from eai.abilities.verdict import Tally, Verdict
 from eai.metrics.rate import Rate
 from eai.world.fault import FaultKind
 
+TABLE_COLUMNS = (
+    "task_success",
+    "execution_success",
+    "parsing",
+    "hallucination",
+    "argument_number",
+    "wrong_order",
+    "missing_step",
+    "affordance",
+    "additional_step",
+    "state_goal",
+    "relation_goal",
+    "action_goal",
+    "total_goal",
+)
+"""What a terminal shows: the paper's columns."""
+
 _ENDING_FAULTS = (
     FaultKind.HALLUCINATION,
     FaultKind.ARGUMENT_NUMBER,

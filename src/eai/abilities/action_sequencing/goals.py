@@ -28,11 +28,10 @@ class TaskGoals:
         as_in_reference = protocol is Protocol.EAI_1_0_5
         self._most_relations = 1 if as_in_reference else None
         self._count_actions = _first_found_in_text if as_in_reference else _longest_in_order
+        self._tests = {goal: _test(task, goal) for goal in task.goals if goal.kind is not GoalKind.ACTION}
         self._goals = task.goals
-        self._states, self._relations = (
-            tuple(_test(task, goal) for goal in task.goals_of(kind))
-            for kind in (GoalKind.STATE, GoalKind.RELATION)
-        )
+        self._states = tuple(self._tests[goal] for goal in task.goals_of(GoalKind.STATE))
+        self._relations = tuple(self._tests[goal] for goal in task.goals_of(GoalKind.RELATION))
         self._actions = tuple(_alternatives(goal) for goal in task.goals_of(GoalKind.ACTION))
         self._ordered_actions = tuple(sorted(self._actions)) if as_in_reference else self._actions
 
@@ -48,12 +47,11 @@ class TaskGoals:
         )
 
     def satisfied(self, state: State, actions: Sequence[str]) -> list[bool]:
-        """For each goal of the task, in order, whether it holds; an action goal by itself, whatever its place."""
-        conditions = iter([holds(state) for holds in (*self._states, *self._relations)])
+        """For each goal of the task, in order, whether it holds; an action goal counts by itself."""
         return [
             bool(self._count_actions([_alternatives(goal)], actions))
             if goal.kind is GoalKind.ACTION
-            else next(conditions)
+            else self._tests[goal](state)
             for goal in self._goals
         ]
 

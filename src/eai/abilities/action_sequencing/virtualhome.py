@@ -221,7 +221,8 @@ def written_with_ids(answers: Iterable[str]) -> bool:
     The reference's two revisions each expect one form, for all answers alike.
     """
     plans = [virtualhome_reference.read_plan(answer) for answer in answers]
-    named = [plan for plan in plans if isinstance(plan, WrittenPlan)]
+    readable = [plan for plan in plans if isinstance(plan, WrittenPlan)]
+    named = [plan for plan in readable if any(step.arguments for step in plan.steps)]
     return sum(has_ids(plan) for plan in named) * 2 > len(named)
 
 

@@ -1,0 +1,33 @@
+"""The command line: thin callers of the library, one module a command."""
+
+from __future__ import annotations
+
+import sys
+
+import typer
+
+from eai.cli import data, explain, run, score
+from eai.cli.console import errors
+from eai.errors import EaiError
+
+app = typer.Typer(
+    name="eai",
+    help="Measure, diagnose and train language models for embodied decision making.",
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+)
+app.add_typer(data.app, name="data")
+app.command(no_args_is_help=True)(score.score)
+app.command(no_args_is_help=True)(run.run)
+app.command(no_args_is_help=True)(explain.explain)
+
+
+def main() -> None:
+    """Run the command line; unusable input ends with one line on standard error and exit status 2."""
+    try:
+        app()
+    except EaiError as error:
+        errors().print(f"eai: {error}", markup=False, highlight=False, soft_wrap=True)
+        sys.exit(2)
+    except BrokenPipeError:
+        sys.exit(1)

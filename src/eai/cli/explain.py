@@ -1,0 +1,100 @@
+"""``eai explain``: one answer step by step."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.text import Text
+
+from eai.abilities.explanation import Explanation, StepReport
+from eai.abilities.protocol import Domain
+from eai.abilities.record import Record, read_records
+from eai.abilities.suite import Source, open_suite
+from eai.abilities.verdict import Verdict
+from eai.cli.console import data_progress, output
+from eai.cli.data import DataFolder, store
+from eai.cli.score import RECORDS
+from eai.errors import InputError
+from eai.world.fault import FaultKind
+
+
+def explain(
+    records: Annotated[Path, typer.Argument(help="A records.jsonl, or the folder it is in.")],
+    task: Annotated[str, typer.Argument(help="The id of the task, say 27_2.")],
+    data: DataFolder = None,
+) -> None:
+    """Show what became of one answer: each step, what it changed, the failing check and why.
+
+    Example: eai explain scores 27_2
+    """
+    found = _find(records, task)
+    for record in found:
+        answers = [r.response for r in read_records(_records_file(records)) if r.model == record.model]
+        with data_progress() as report:
+            suite = open_suite(
+                Domain(record.domain),
+                record.ability,
+                record.protocol,
+                answers=answers,
+                source=Source(store(data), report),
+            )
+        explanation = suite.scorer(record.task_id).explain(record.response)
+        print_explanation(output(), record, explanation)
+
+
+def print_explanation(console: Console, record: Record, explanation: Explanation) -> None:
+    """Print one explanation."""
+    console.print(Text(f"{record.domain} {record.ability.value} {record.task_id}", style="bold"))
+    console.print(f"model {record.model}, protocol {record.protocol.value}", highlight=False)
+    for note in explanation.notes:
+        console.print(Text(note, style="yellow"))
+    width = max((len(step.action) for step in explanation.steps), default=0)
+    for number, step in enumerate(explanation.steps, 1):
+        _print_step(console, number, step, width)
+    if explanation.goals:
+        console.print(Text("goals", style="bold"))
+    for goal in explanation.goals:
+        mark, style = ("✓", "green") if goal.satisfied else ("✗", "red")
+        console.print(Text(f"  {mark} {goal.kind:8} {goal.goal}", style=style))
+    console.print(_verdict_text(record.verdict))
+
+
+def _print_step(console: Console, number: int, step: StepReport, width: int) -> None:
+    line = Text(f"{number:3} {step.action:{width}}  ")
+    if step.outcome == "executed":
+        line.append("ok", style="green")
+    else:
+        style = "yellow" if step.outcome == FaultKind.ADDITIONAL_STEP.value else "bold red"
+        line.append(f"{step.outcome}: {step.reason}", style=style)
+    console.print(line)
+    indent = " " * 6
+    if step.earlier:
+        console.print(Text(f"{indent}{step.earlier}", style="yellow"))
+    for sign, facts, style in (("+", step.added, "green"), ("-", step.removed, "red")):
+        for fact in facts:
+            console.print(Text(f"{indent}{sign} {fact}", style=f"dim {style}"))
+    if step.hidden_changes:
+        console.print(Text(f"{indent}{step.hidden_changes} more changes to other objects", style="dim"))
+
+
+def _verdict_text(verdict: Verdict) -> Text:
+    if verdict.excluded is not None:
+        return Text(f"excluded: {verdict.excluded}", style="bold yellow")
+    if verdict.success:
+        return Text("success", style="bold green")
+    executed = "executable" if verdict.executable else "not executable"
+    return Text(f"failure, {executed}", style="bold red")
+
+
+def _find(path: Path, task: str) -> list[Record]:
+    found = [record for record in read_records(_records_file(path)) if record.task_id == task]
+    if not found:
+        raise InputError(f"{_records_file(path)}: no record of task {task}")
+    return found
+
+
+def _records_file(path: Path) -> Path:
+    return path / RECORDS if path.is_dir() else path
