@@ -94,6 +94,8 @@ def fetch(
         return ()
     with _locked(store.folder, report):
         wanted = list(packs) if force else _missing(store, packs)
+        if not wanted:
+            return ()
         store.sweep()
         with ExitStack() as stack:
             paths = _obtain(wanted, place, report, stack)
