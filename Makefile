@@ -27,7 +27,7 @@ lint: $(WITH_DEV)
 
 type: $(WITH_DEV)
 	$(BIN)/mypy
-	$(BIN)/mypy bench
+	MYPYPATH=tests/logic $(BIN)/mypy bench  # which measures against the naive evaluator of the tests
 
 bench: $(WITH_DEV)
 	$(BIN)/python bench/action_sequencing.py $(ARGS)

@@ -1,0 +1,141 @@
+"""VirtualHome action sequencing: our speed as a ratio to the reference's, on the same 342 answers in one run.
+
+`make bench`. Only processor time counts. The reference's is that of its evaluation, without its start-up.
+Ours is that of scoring every answer once in a fresh process, without importing and loading, which have a
+limit of their own. Exits with status 1 when a limit is missed.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import subprocess
+import sys
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+
+import answers
+from eai.data.dataset import fetch
+from reference import (
+    CACHE,
+    REFERENCE,
+    Ability,
+    Measurement,
+    Response,
+    environment,
+    evaluate,
+    package_folder,
+    write_responses,
+)
+
+CHILD = Path(__file__).with_name("scoring_child.py")
+RATIO = 3_000.0
+STARTUP_CPU_SECONDS = 0.5
+PEAK_BYTES = 150_000_000
+
+
+@dataclass(frozen=True, slots=True)
+class Cost:
+    """What scoring a response file once in a fresh process cost, in seconds of processor time and bytes.
+
+    Attributes:
+        executable: by task id, whether the plan can be executed; None for a task that is excluded.
+    """
+
+    import_cpu_seconds: float
+    load_cpu_seconds: float
+    score_cpu_seconds: float
+    peak_bytes: int
+    executable: dict[str, bool | None]
+
+    @property
+    def startup_cpu_seconds(self) -> float:
+        """Importing and loading the data."""
+        return self.import_cpu_seconds + self.load_cpu_seconds
+
+    @property
+    def tasks_per_cpu_second(self) -> float:
+        """Answers scored in a second of processor time."""
+        return len(self.executable) / self.score_cpu_seconds
+
+
+def score_once(path: Path) -> Cost:
+    """Score a response file in a process of its own."""
+    child = subprocess.run(
+        [sys.executable, str(CHILD), str(path)], check=True, stdout=subprocess.PIPE, text=True
+    )
+    return Cost(**json.loads(child.stdout.splitlines()[-1]))
+
+
+def median(costs: list[Cost]) -> Cost:
+    """The median of several runs, by cost of scoring."""
+    return sorted(costs, key=lambda cost: cost.score_cpu_seconds)[len(costs) // 2]
+
+
+def measure(python: Path, responses: list[Response], repeats: int) -> tuple[Cost, Measurement]:
+    """Both sides on the same answers; ours before and after, since the other load of a machine varies."""
+    with tempfile.TemporaryDirectory(prefix="eai-bench-") as folder:
+        path = Path(folder) / "answers.json"
+        write_responses(path, responses)
+        before = [score_once(path) for _ in range(repeats)]
+        theirs = evaluate(python, Ability.ACTION_SEQUENCING, responses)
+        after = [score_once(path) for _ in range(repeats)]
+    return median(before + after), theirs
+
+
+def agreement(ours: Cost, theirs: Measurement) -> str:
+    """On how many of the answers that the reference executed both agree on whether they can be executed."""
+    _, rows = theirs.results
+    same = sum(ours.executable[task_id] == row["executable"] for task_id, row in rows.items())
+    return f"{same} of {len(rows)}"
+
+
+def report(ours: Cost, theirs: Measurement) -> bool:
+    """Print the figures; whether all limits are kept."""
+    ratio = ours.tasks_per_cpu_second / theirs.tasks_per_cpu_second
+    limits = (
+        (f"ratio {ratio:,.0f}, at least {RATIO:,.0f}", ratio >= RATIO),
+        (
+            f"import and load {ours.startup_cpu_seconds:.2f} CPU s, at most {STARTUP_CPU_SECONDS}",
+            ours.startup_cpu_seconds <= STARTUP_CPU_SECONDS,
+        ),
+        (
+            f"peak {ours.peak_bytes / 1e6:.0f} MB, at most {PEAK_BYTES / 1e6:.0f}",
+            ours.peak_bytes <= PEAK_BYTES,
+        ),
+    )
+    print(f"{len(ours.executable)} answers, {REFERENCE}, Python {theirs.python}")
+    print(
+        f"reference  {theirs.tasks_per_cpu_second:9.2f} tasks per CPU s   {theirs.cpu_seconds:7.2f} CPU s, "
+        f"start-up {theirs.startup_cpu_seconds:.2f} CPU s, peak {theirs.peak_bytes / 1e6:.0f} MB"
+    )
+    print(
+        f"eai        {ours.tasks_per_cpu_second:9.2f} tasks per CPU s   {ours.score_cpu_seconds:7.3f} CPU s, "
+        f"import {ours.import_cpu_seconds:.2f} CPU s, load {ours.load_cpu_seconds:.2f} CPU s"
+    )
+    print(f"agreement on executability: {agreement(ours, theirs)} answers that the reference lists")
+    for text, kept in limits:
+        print(f"{'kept  ' if kept else 'MISSED'}  {text}")
+    return all(kept for _, kept in limits)
+
+
+def main() -> int:
+    """Run both sides and print the comparison."""
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument(
+        "--limit", type=int, help="the first N answers only (a quick look: the ratio varies with them)"
+    )
+    parser.add_argument(
+        "--repeats", type=int, default=5, help="runs of ours before and after the reference's"
+    )
+    parser.add_argument("--cache", type=Path, default=CACHE, help="where the reference's environment is kept")
+    arguments = parser.parse_args()
+    fetch()
+    python = environment(arguments.cache)
+    responses = answers.responses(package_folder(python))[: arguments.limit]
+    return 0 if report(*measure(python, responses, arguments.repeats)) else 1
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

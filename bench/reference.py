@@ -1,0 +1,178 @@
+"""The reference implementation, `eai-eval`, run and measured in an environment of its own.
+
+`python bench/reference.py --ability ABILITY --responses FILE [--limit N]` prints what the evaluation of the
+first N responses of a file cost. The environment (600 MB, built once) lives under the user's cache directory;
+`--cache` names another place.
+
+Transition modeling is left out: its evaluation cannot be imported without a planner's package and a compiled
+planner. So is BEHAVIOR: its evaluation loads the iGibson simulator and its licensed assets.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+from dataclasses import dataclass
+from enum import Enum
+from pathlib import Path
+from typing import Any
+
+import platformdirs
+
+REFERENCE = "eai-eval==1.0.5"
+IMPORTED = ("fire", "lark", "numpy")  # all that the three evaluations import; the package asks for far more
+CHILD = Path(__file__).with_name("reference_child.py")
+CACHE = platformdirs.user_cache_path("eai-bench")
+
+
+class Ability(Enum):
+    """The abilities whose evaluation the reference can run here."""
+
+    GOAL_INTERPRETATION = "goal_interpretation"
+    SUBGOAL_DECOMPOSITION = "subgoal_decomposition"
+    ACTION_SEQUENCING = "action_sequencing"
+
+
+@dataclass(frozen=True, slots=True)
+class Response:
+    """A model's answer to a task; `task_id` without the scene's prefix (`27_2`)."""
+
+    task_id: str
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class Measurement:
+    """What the reference's evaluation of some responses cost, and what it said.
+
+    Attributes:
+        tasks: number of responses evaluated.
+        startup_cpu_seconds: user and system time of the interpreter's start and the imports.
+        cpu_seconds: user and system time of the evaluation alone.
+        peak_bytes: largest resident size of the process.
+        python: version of Python it ran on.
+        results: what the evaluation returned for the one model.
+    """
+
+    tasks: int
+    startup_cpu_seconds: float
+    cpu_seconds: float
+    peak_bytes: int
+    python: str
+    results: Any
+
+    @property
+    def tasks_per_cpu_second(self) -> float:
+        """Responses evaluated in a second of processor time."""
+        return self.tasks / self.cpu_seconds
+
+
+def environment(cache: Path = CACHE) -> Path:
+    """The Python of an environment with the reference in it, built on first use.
+
+    Raises:
+        subprocess.CalledProcessError: the environment could not be made, or the package not installed.
+    """
+    version = f"{sys.version_info.major}.{sys.version_info.minor}"
+    folder = cache / f"{REFERENCE.replace('==', '-')}-python{version}"
+    python = folder / "bin" / "python"
+    complete = folder / "complete"
+    if not complete.exists():
+        print(f"installing {REFERENCE} into {folder}", file=sys.stderr)
+        shutil.rmtree(folder, ignore_errors=True)
+        install = create(folder, python)
+        subprocess.run([*install, *IMPORTED], check=True, stdout=sys.stderr)
+        subprocess.run([*install, "--no-deps", REFERENCE], check=True, stdout=sys.stderr)
+        complete.touch()
+    return python
+
+
+def package_folder(python: Path) -> Path:
+    """Where an environment keeps the reference's VirtualHome package, data set included."""
+    return next(python.parents[1].glob("lib/python*/site-packages/virtualhome_eval"))
+
+
+def create(folder: Path, python: Path) -> list[str]:
+    """Make an empty environment by the standard library, else by uv; returns the command to install with."""
+    venv = subprocess.run([sys.executable, "-m", "venv", str(folder)], check=False, capture_output=True)
+    if venv.returncode == 0:
+        return [str(python), "-m", "pip", "install", "--quiet"]
+    subprocess.run(
+        ["uv", "venv", "--quiet", "--allow-existing", "--python", sys.executable, str(folder)], check=True
+    )
+    return ["uv", "pip", "install", "--quiet", "--python", str(python)]
+
+
+def read_responses(path: Path) -> list[Response]:
+    """The responses of a file `[{"identifier": ..., "llm_output": ...}]`, in its order."""
+    rows = json.loads(path.read_text(encoding="utf-8"))
+    return [Response(row["identifier"].removeprefix("scene_1_"), row["llm_output"]) for row in rows]
+
+
+def write_responses(path: Path, responses: list[Response], prefix: str = "") -> None:
+    """Write a response file as the reference reads it."""
+    rows = [{"identifier": prefix + response.task_id, "llm_output": response.text} for response in responses]
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(json.dumps(rows), encoding="utf-8")
+
+
+def evaluate(python: Path, ability: Ability, responses: list[Response]) -> Measurement:
+    """Let the reference evaluate some responses, one worker, and measure it.
+
+    Raises:
+        subprocess.CalledProcessError: the reference crashed; its own traceback is on standard error.
+    """
+    with tempfile.TemporaryDirectory(prefix="eai-bench-") as name:
+        folder = Path(name)
+        prefix = "scene_1_" if ability is Ability.SUBGOAL_DECOMPOSITION else ""
+        write_responses(
+            folder / "in" / "virtualhome" / ability.value / "model_outputs.json", responses, prefix
+        )
+        command = [
+            str(python),
+            "-W",
+            "ignore",
+            str(CHILD),
+            ability.value,
+            str(folder / "in"),
+            str(folder / "out"),
+        ]
+        child = subprocess.run(
+            command,
+            check=True,
+            stdout=subprocess.PIPE,
+            text=True,
+            cwd=folder,
+            env=os.environ | {"PYTHONHASHSEED": "0"},
+        )
+    report = json.loads(child.stdout.splitlines()[-1])
+    results = report.pop("results")
+    return Measurement(tasks=len(responses), results=results["model"], **report)
+
+
+def main() -> None:
+    """Measure one ability and print the figures."""
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument(
+        "--ability", type=Ability, required=True, metavar="|".join(ability.value for ability in Ability)
+    )
+    parser.add_argument("--responses", type=Path, required=True, help="a response file of one model")
+    parser.add_argument("--limit", type=int, help="evaluate the first N responses only")
+    parser.add_argument("--cache", type=Path, default=CACHE, help="where the environment is kept")
+    arguments = parser.parse_args()
+    responses = read_responses(arguments.responses)[: arguments.limit]
+    cost = evaluate(environment(arguments.cache), arguments.ability, responses)
+    print(
+        f"{REFERENCE} on Python {cost.python}, {arguments.ability.value}, {cost.tasks} tasks: "
+        f"{cost.cpu_seconds:.1f} CPU s = {cost.tasks_per_cpu_second:.2f} tasks per CPU s, "
+        f"start-up {cost.startup_cpu_seconds:.2f} CPU s, peak {cost.peak_bytes / 1e6:.0f} MB"
+    )
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,44 @@
+"""Score a response file once and print what it cost, as JSON: `scoring_child.py FILE`, in a fresh process.
+
+The start of the interpreter counts as importing. The data set must have been fetched.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+import time
+from itertools import pairwise
+from pathlib import Path
+
+from reference_child import peak_bytes
+
+
+def main(path: Path) -> None:
+    """Measure importing, loading every task, and scoring every answer, one after the other."""
+    rows = [(row["identifier"], row["llm_output"]) for row in json.loads(path.read_text(encoding="utf-8"))]
+    clock = [0.0]
+    from eai.abilities.action_sequencing.virtualhome import ActionSequencing
+    from eai.abilities.protocol import Protocol
+    from eai.data.virtualhome_tasks import open_tasks
+
+    clock.append(time.process_time())
+    tasks = dict(open_tasks())
+    clock.append(time.process_time())
+    verdicts = {
+        task_id: ActionSequencing(tasks[task_id], Protocol.EAI_1_0_5).score(text) for task_id, text in rows
+    }
+    clock.append(time.process_time())
+    importing, loading, scoring = (after - before for before, after in pairwise(clock))
+    report = {
+        "import_cpu_seconds": importing,
+        "load_cpu_seconds": loading,
+        "score_cpu_seconds": scoring,
+        "peak_bytes": peak_bytes(),
+        "executable": {task_id: verdict.executable for task_id, verdict in verdicts.items()},
+    }
+    print(json.dumps(report))
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]))
