@@ -50,7 +50,7 @@ class ActionSequencing:
         self._with_ids = with_ids
         self.domain = domain_of(protocol)
         self._goals = TaskGoals(task, protocol)
-        self._names = _Names(task)
+        self._names = _Names(task, protocol)
         self._excluded = self._reason_to_exclude()
 
     def score(self, text: str) -> Verdict:
@@ -171,14 +171,19 @@ class ActionSequencing:
 
 
 class _Names:
-    """What the objects of a task may be called in an answer."""
+    """What the objects of a task may be called in an answer.
+
+    A class alone means the last relevant object of it (reference: ``get_symbolic_goal_nl``). With its id, the
+    reference knows relevant objects only; `strict` takes any object that the scene has.
+    """
 
     __slots__ = ("_by_class", "_by_name_and_id")
 
-    def __init__(self, task: Task) -> None:
-        named = [(task.scene.objects[i].name.rpartition("."), i) for i in task.relevant]
-        self._by_class = {name: i for (name, _, _), i in named}
-        self._by_name_and_id = {f"{name}_{number}": i for (name, _, number), i in named}
+    def __init__(self, task: Task, protocol: Protocol) -> None:
+        objects = task.scene.objects
+        known = task.relevant if protocol is Protocol.EAI_1_0_5 else range(len(objects))
+        self._by_class = {objects[i].category: i for i in task.relevant}
+        self._by_name_and_id = {"_".join(objects[i].name.rsplit(".", 1)): i for i in known}
 
     def of_class(self, arguments: Sequence[object]) -> tuple[int, ...] | str:
         """The objects of these classes (the last relevant one of each), or the first unknown name."""
