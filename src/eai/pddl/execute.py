@@ -54,8 +54,9 @@ class Step:
 
 @dataclass(frozen=True, slots=True)
 class PlanFlaw:
-    """Why a plan is none: ``step`` counts from 0, and is the length of the plan if only the goal is
-    missed.
+    """Why a plan is none.
+
+    ``step`` counts from 0, and is the length of the plan if only the goal is missed.
     """
 
     step: int

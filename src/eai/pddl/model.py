@@ -146,6 +146,19 @@ def effect_atoms(effect: Effect) -> Iterator[Atom]:
             yield from effect_atoms(part)
 
 
+def effect_conditions(effect: Effect) -> Iterator[Formula]:
+    """The conditions of an effect's conditional parts, left to right."""
+    match effect:
+        case Both(parts):
+            for part in parts:
+                yield from effect_conditions(part)
+        case Each(part=part):
+            yield from effect_conditions(part)
+        case When(condition, part):
+            yield condition
+            yield from effect_conditions(part)
+
+
 def map_literals(formula: Formula, change: Callable[[Atom | Equals], Formula]) -> Formula:
     """The formula with every atom and equation replaced by what ``change`` makes of it."""
     match formula:

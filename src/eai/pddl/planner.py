@@ -1,5 +1,4 @@
-"""Planners behind one interface: the built-in search, Fast Downward, and the first with the second as
-authority.
+"""Planners behind one interface: the built-in search, alone or with an authority behind it.
 
 A planner never fails silently: every call ends in one of the outcomes of `PlannerOutcome`, and every plan
 is executed by `execute.Executor` before it counts.

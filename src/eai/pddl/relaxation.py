@@ -1,5 +1,4 @@
-"""Relaxed planning: how far is a state from the goal if nothing that was once true, or once false, is ever
-lost?
+"""Relaxed planning: how far is a state from the goal if nothing true, and nothing false, is ever lost?
 
 A relaxed state is a pair of masks: the atoms that may be true and those that may be false. Both only grow.
 """
@@ -110,9 +109,7 @@ def _may_hold(condition: Condition, true: int, false: int) -> bool:
 
 
 def _extract(goal: Condition, layers: Sequence[_Layer], fired: Sequence[Sequence[_Rule]]) -> Estimate:
-    """Walk back from the goal: every atom is reached by the first rule that reaches it, in its earliest
-    layer.
-    """
+    """Walk back from the goal, crediting every atom to the first rule that reaches it."""
     chosen: set[Step] = set()
     helpful: set[Step] = set()
     true, false = _needs(goal, layers[-1])
