@@ -15,14 +15,14 @@ ParseTree = Tree[Token]
 
 
 @cache
-def load(name: str) -> Lark:
-    """The LALR parser for a grammar file of this package, built on first use."""
+def load(name: str, starts: tuple[str, ...] = ("start",)) -> Lark:
+    """The LALR parser for a grammar file of this package and its start rules, built on first use."""
     return Lark.open(
-        name, rel_to=str(Path(__file__)), parser="lalr", maybe_placeholders=False, propagate_positions=False
+        name, rel_to=str(Path(__file__)), parser="lalr", start=list(starts), maybe_placeholders=False
     )
 
 
-def parse_tree(grammar: str, text: str, words: Mapping[str, str]) -> ParseTree | Token:
+def parse_tree(grammar: str, text: str, words: Mapping[str, str], start: str = "start") -> ParseTree | Token:
     """Parse a text with one of the grammar files.
 
     Args:
@@ -30,12 +30,13 @@ def parse_tree(grammar: str, text: str, words: Mapping[str, str]) -> ParseTree |
         text: what to parse.
         words: for terminals of the grammar, what a user would call them; a terminal that is missing here is
             not worth mentioning when it could have stood somewhere.
+        start: the rule that the whole text must match.
 
     Raises:
         ParseError: the text is not in the language.
     """
     try:
-        return load(grammar).parse(text)
+        return load(grammar, (start,)).parse(text)
     except UnexpectedInput as error:
         position = len(text) if _at_end(error) else error.pos_in_stream
         raise error_at(text, position or 0, expectation(_allowed(error), words)) from None
@@ -58,7 +59,7 @@ def expectation(terminals: Iterable[str], words: Mapping[str, str]) -> str:
     allowed = set(terminals)
     named = list(dict.fromkeys(word for terminal, word in words.items() if terminal in allowed))
     if len(named) < 2:
-        return "".join(named) or "something else"
+        return "".join(named) or "the end"
     return f"{', '.join(named[:-1])} or {named[-1]}"
 
 

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
+
+from eai.logic.formula import Constant, Term
+from eai.logic.grammar import place
 
 
 class OffenceKind(Enum):
@@ -65,3 +68,43 @@ class Signature:
     def has_object(self, name: str) -> bool:
         """Whether the name is that of an object."""
         return self.objects is None or name in self.objects
+
+
+class NameChecker:
+    """Collects the offences of one text, in the order in which its primitives are shown to it.
+
+    Args:
+        text: the text that positions refer to.
+        signature: the names that it may use; None allows all.
+    """
+
+    def __init__(self, text: str, signature: Signature | None) -> None:
+        self._text = text
+        self._signature = signature
+        self.offences: list[Offence] = []
+
+    def check(self, name: str, terms: Sequence[Term], position: Callable[[int], int]) -> None:
+        """Look at one predicate or action.
+
+        Args:
+            name: its name.
+            terms: its arguments.
+            position: gives the offset of the name (for 0) and of the arguments (from 1 on) in the text.
+        """
+        signature = self._signature
+        if signature is None:
+            return
+        if not signature.knows(name):
+            detail = f"{name} is no predicate and no action"
+            self._add(OffenceKind.UNKNOWN_PREDICATE, name, name, position(0), detail)
+        elif (wanted := signature.arity(name)) not in (None, len(terms)):
+            detail = f"{name} takes {wanted} arguments, not {len(terms)}"
+            self._add(OffenceKind.WRONG_ARITY, name, name, position(0), detail)
+        for i, term in enumerate(terms, start=1):
+            if isinstance(term, Constant) and not signature.has_object(term.name):
+                detail = f"there is no object {term.name}"
+                self._add(OffenceKind.UNKNOWN_OBJECT, term.name, name, position(i), detail)
+
+    def _add(self, kind: OffenceKind, name: str, primitive: str, position: int, detail: str) -> None:
+        line, column = place(self._text, position)
+        self.offences.append(Offence(kind, name, primitive, line, column, detail))

@@ -1,0 +1,96 @@
+"""Formulas and problems printed as BDDL."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from eai.errors import InputError
+from eai.logic.bddl import Problem
+from eai.logic.formula import (
+    And,
+    Atom,
+    Exactly,
+    Exists,
+    ForAll,
+    Formula,
+    ForPairs,
+    Implies,
+    Not,
+    Occurs,
+    Or,
+    Term,
+    Variable,
+)
+
+
+def print_condition(formula: Formula) -> str:
+    """The formula as one BDDL condition on one line.
+
+    Raises:
+        InputError: it has a temporal operator, an equation or a variable of no category; BDDL has none.
+    """
+    match formula:
+        case Atom(name, arguments) | Occurs(name, arguments):
+            return _list(name, *map(_term, arguments))
+        case Not(operand):
+            return _list("not", print_condition(operand))
+        case And(operands):
+            return _list("and", *map(print_condition, operands))
+        case Or(operands):
+            return _list("or", *map(print_condition, operands))
+        case Implies(premise, conclusion):
+            return _list("imply", print_condition(premise), print_condition(conclusion))
+        case ForAll(variable, body):
+            return _list("forall", _binding(variable), print_condition(body))
+        case Exists(variable, body):
+            return _list("exists", _binding(variable), print_condition(body))
+        case Exactly(count, variable, body):
+            return _list("forn", _list(str(count)), _binding(variable), print_condition(body))
+        case ForPairs(first, second, body, count):
+            head = ("forpairs",) if count is None else ("fornpairs", _list(str(count)))
+            return _list(*head, _binding(first), _binding(second), print_condition(body))
+        case _:
+            raise InputError(f"BDDL has no {type(formula).__name__}")
+
+
+def print_problem(problem: Problem) -> str:
+    """The problem as a file, one object, fact and goal a line.
+
+    Raises:
+        InputError: a formula of it is none of BDDL's.
+    """
+    return "\n".join(_lines(problem)) + "\n"
+
+
+def _lines(problem: Problem) -> Iterator[str]:
+    yield f"(define (problem {problem.name})"
+    yield f"  (:domain {problem.domain})"
+    yield "  (:objects"
+    yield from (f"    {thing.name} - {thing.category}" for thing in problem.objects)
+    yield "  )"
+    yield "  (:init"
+    yield from (f"    {print_condition(fact)}" for fact in problem.init)
+    yield "  )"
+    yield "  (:goal"
+    if isinstance(problem.goal, And):
+        yield "    (and"
+        yield from (f"      {print_condition(goal)}" for goal in problem.goal.operands)
+        yield "    )"
+    else:
+        yield f"    {print_condition(problem.goal)}"
+    yield "  )"
+    yield ")"
+
+
+def _list(*parts: str) -> str:
+    return f"({' '.join(parts)})"
+
+
+def _term(term: Term) -> str:
+    return f"?{term.name}" if isinstance(term, Variable) else term.name
+
+
+def _binding(variable: Variable) -> str:
+    if variable.category is None:
+        raise InputError(f"BDDL needs a category for variable {variable.name}")
+    return f"(?{variable.name} - {variable.category})"
