@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
 from eai.errors import DomainError
 from eai.logic.formula import Formula, Variable
 from eai.world.condition import Binding, Conditions, Frame, Truth
 from eai.world.effect import Apply, Effects
+from eai.world.fault import FaultKind
 from eai.world.operator import Check, Operator
 from eai.world.state import Draft, State
 from eai.world.vocabulary import Vocabulary
@@ -25,24 +26,40 @@ class CompiledCheck:
     sought: tuple[Truth, ...]
 
 
+class CompiledTry(NamedTuple):
+    """A try of an operator as functions of a state and a binding."""
+
+    is_made: Truth
+    checks: tuple[CompiledCheck, ...]
+    apply: Apply
+
+
+class Failure(NamedTuple):
+    """A check that fails, and the list of checks in which it does: the operator's or those of one try."""
+
+    check: CompiledCheck
+    checks: tuple[CompiledCheck, ...]
+
+
 class CompiledOperator:
     """An operator whose checks and effects are functions of a state and a binding."""
 
-    __slots__ = ("_apply", "_frame", "checks", "operator")
+    __slots__ = ("_apply", "_frame", "checks", "operator", "tries")
 
     def __init__(self, operator: Operator, vocabulary: Vocabulary) -> None:
         self.operator = operator
         self._frame = Frame(operator.parameters)
         conditions = Conditions(vocabulary, self._frame)
-        self.checks = tuple(
-            CompiledCheck(
-                check,
-                conditions.truth(check.condition),
-                tuple(conditions.truth(f) for f in _sought(check)),
-            )
-            for check in operator.checks
-        )
         effects = Effects(vocabulary, self._frame)
+        self.checks = _compiled(operator.checks, conditions)
+        self.tries = tuple(
+            CompiledTry(
+                conditions.truth(each.condition),
+                _compiled(each.checks, conditions),
+                effects.sequence(each.effects),
+            )
+            for each in operator.tries
+        )
         self._apply: Apply | None = effects.sequence(operator.effects) if operator.effects else None
 
     def bind(self, state: State, arguments: Sequence[int]) -> Binding:
@@ -51,21 +68,52 @@ class CompiledOperator:
 
     def first_failure(self, state: State, binding: Binding) -> CompiledCheck | None:
         """The first check that fails in the state, or None if the action is possible."""
-        for check in self.checks:
-            if not check.holds(state, binding):
-                return check
-        return None
+        failed = first_failing(self.checks, state, binding)
+        if failed is None and self.tries:
+            failures = self._failed_tries(state, binding)
+            return failures[0].check if failures else None
+        return failed
+
+    def failures(self, state: State, binding: Binding) -> tuple[Failure, ...]:
+        """All that is wrong: the first check that fails, or that of every try; empty if it is possible."""
+        failed = first_failing(self.checks, state, binding)
+        if failed is not None:
+            return (Failure(failed, self.checks),)
+        return self._failed_tries(state, binding)
 
     def apply(self, state: State, binding: Binding) -> State:
-        """The state after the action, whatever the checks say."""
-        if self._apply is None:
+        """The state after the action, whatever the operator's own checks say."""
+        if self._apply is None and not self.tries:
             return state
         draft = Draft(state)
-        self._apply(state, draft, binding)
+        for each in self.tries:
+            if each.is_made(state, binding) and first_failing(each.checks, state, binding) is None:
+                each.apply(state, draft, binding)
+        if self._apply is not None:
+            self._apply(state, draft, binding)
         return draft.commit()
 
+    def _failed_tries(self, state: State, binding: Binding) -> tuple[Failure, ...]:
+        """What is wrong with each try that is made; empty if one succeeds or none is made."""
+        failures = []
+        for each in self.tries:
+            if each.is_made(state, binding):
+                failed = first_failing(each.checks, state, binding)
+                if failed is None:
+                    return ()
+                failures.append(Failure(failed, each.checks))
+        return tuple(failures)
 
-HistoryRule: TypeAlias = Callable[[CompiledOperator, CompiledCheck, Binding, Sequence[State]], int | None]
+
+def first_failing(checks: Sequence[CompiledCheck], state: State, binding: Binding) -> CompiledCheck | None:
+    """The first of the checks that fails in the state, or None."""
+    for check in checks:
+        if not check.holds(state, binding):
+            return check
+    return None
+
+
+HistoryRule: TypeAlias = Callable[[Failure, Binding, Sequence[State]], int | None]
 """Judges a failed check against the past: the index of the earlier state that makes it a wrong order.
 
 Its last argument is the trajectory so far: the initial state, then the state after each executed step. None
@@ -73,20 +121,43 @@ means that the step which should have prepared the action was never taken.
 """
 
 
-def each_held_before(
-    operator: CompiledOperator, failed: CompiledCheck, binding: Binding, states: Sequence[State]
-) -> int | None:
-    """A history rule: everything that the check seeks held at some time, not necessarily at the same time.
+def each_held_before(failure: Failure, binding: Binding, states: Sequence[State]) -> int | None:
+    """A history rule: all that a missing step's check seeks held at some time, not necessarily at once.
 
     Returns the latest state by which all of it had been seen.
     """
+    if failure.check.check.fault is not FaultKind.MISSING_STEP:
+        return None
     latest = 0
-    for sought in failed.sought:
+    for sought in failure.check.sought:
         index = next((i for i in reversed(range(len(states))) if sought(states[i], binding)), None)
         if index is None:
             return None
         latest = max(latest, index)
     return latest
+
+
+def was_possible_before(failure: Failure, binding: Binding, states: Sequence[State]) -> int | None:
+    """A history rule: in a state before the last one no check failed, and all that this check seeks held.
+
+    Returns the latest such state.
+    """
+    for index in reversed(range(len(states) - 1)):
+        state = states[index]
+        had_it = all(sought(state, binding) for sought in failure.check.sought)
+        if had_it and first_failing(failure.checks, state, binding) is None:
+            return index
+    return None
+
+
+PRECEDENCE = (
+    FaultKind.UNCATEGORISED,
+    FaultKind.ADDITIONAL_STEP,
+    FaultKind.AFFORDANCE,
+    FaultKind.WRONG_ORDER,
+    FaultKind.MISSING_STEP,
+)
+"""Which kind of fault counts where a step has several, first to last."""
 
 
 @dataclass(frozen=True)
@@ -98,6 +169,7 @@ class Domain:
         vocabulary: stored and derived predicates.
         operators: the actions.
         history_rule: tells a wrong order from a missing step.
+        precedence: which kind of fault counts where a step has several, first to last.
 
     Raises:
         DomainError: two operators have one name, or a formula or effect uses what is not declared.
@@ -107,6 +179,7 @@ class Domain:
     vocabulary: Vocabulary
     operators: tuple[Operator, ...]
     history_rule: HistoryRule = each_held_before
+    precedence: tuple[FaultKind, ...] = PRECEDENCE
 
     def __post_init__(self) -> None:
         names = [operator.name for operator in self.operators]
@@ -142,6 +215,17 @@ class Domain:
         frame = Frame(tuple(Variable(name) for name in arguments))
         truth = Conditions(self.vocabulary, frame).truth(formula)
         return truth(state, frame.bind(state.scene, tuple(arguments.values())))
+
+
+def _compiled(checks: Sequence[Check], conditions: Conditions) -> tuple[CompiledCheck, ...]:
+    return tuple(
+        CompiledCheck(
+            check,
+            conditions.truth(check.condition),
+            tuple(conditions.truth(formula) for formula in _sought(check)),
+        )
+        for check in checks
+    )
 
 
 def _sought(check: Check) -> tuple[Formula, ...]:

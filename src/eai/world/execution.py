@@ -6,7 +6,8 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from eai.world.domain import CompiledCheck, Domain
+from eai.world.condition import Binding
+from eai.world.domain import Domain, Failure
 from eai.world.fault import FaultKind
 from eai.world.operator import Check
 from eai.world.state import Scene, State
@@ -23,13 +24,18 @@ class Action(NamedTuple):
 class Fault:
     """Why a step was not executed.
 
-    ``earlier`` is the index of the state of the trajectory in which the step would have been possible; it is
-    given exactly for a wrong order.
+    Attributes:
+        kind: the kind that counts.
+        check: the check whose failure it is.
+        earlier: the index of the state of the trajectory in which the step would have been possible; given
+            exactly if one of the kinds is a wrong order.
+        kinds: all kinds that the step has, in the order found.
     """
 
     kind: FaultKind
     check: Check
-    earlier: int | None = None
+    earlier: int | None
+    kinds: tuple[FaultKind, ...]
 
 
 class Step(NamedTuple):
@@ -98,22 +104,26 @@ def attempt(domain: Domain, states: Sequence[State], action: Action) -> State | 
     operator = domain.compiled[action.operator]
     state = states[-1]
     binding = operator.bind(state, action.arguments)
-    failed = operator.first_failure(state, binding)
-    if failed is None:
+    if operator.first_failure(state, binding) is None:
         return operator.apply(state, binding)
-    return _diagnose(domain, states, action, failed)
+    return _diagnose(domain, states, operator.failures(state, binding), binding)
 
 
-def _diagnose(domain: Domain, states: Sequence[State], action: Action, failed: CompiledCheck) -> Fault:
-    """A missing step is a wrong order if the domain's history rule finds what was missing in the past."""
-    kind = failed.check.fault
-    if kind is not FaultKind.MISSING_STEP:
-        return Fault(kind, failed.check)
-    operator = domain.compiled[action.operator]
-    earlier = domain.history_rule(operator, failed, operator.bind(states[-1], action.arguments), states)
-    if earlier is None:
-        return Fault(kind, failed.check)
-    return Fault(FaultKind.WRONG_ORDER, failed.check, earlier)
+def _diagnose(
+    domain: Domain, states: Sequence[State], failures: Sequence[Failure], binding: Binding
+) -> Fault:
+    """What counts of all that is wrong; what the history rule finds in the past is a wrong order besides."""
+    kinds: dict[FaultKind, Check] = {}
+    earlier = None
+    for failure in failures:
+        check = failure.check.check
+        kinds.setdefault(check.fault, check)
+        index = domain.history_rule(failure, binding, states)
+        if index is not None:
+            kinds.setdefault(FaultKind.WRONG_ORDER, check)
+            earlier = index if earlier is None else max(earlier, index)
+    kind = min(kinds, key=domain.precedence.index)
+    return Fault(kind, kinds[kind], earlier, tuple(kinds))
 
 
 def describe(fault: Fault, domain: Domain, action: Action, scene: Scene) -> str:

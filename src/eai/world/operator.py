@@ -43,6 +43,21 @@ def missing(condition: Formula, reason: str, sought: tuple[Formula, ...] | None 
 
 
 @dataclass(frozen=True, slots=True)
+class Try:
+    """One of several things that an action tries.
+
+    Attributes:
+        condition: the try is made if this holds in the state in which the action is tried.
+        checks: in order; the first one that fails is what is wrong with the try.
+        effects: read in the state before, made in order, if no check fails.
+    """
+
+    condition: Formula
+    checks: tuple[Check, ...]
+    effects: tuple[Effect, ...]
+
+
+@dataclass(frozen=True, slots=True)
 class Operator:
     """An action of a domain.
 
@@ -53,6 +68,8 @@ class Operator:
         effects: read in the state before, made in order.
         description: what it does, for prompts.
         source: where the reference defines it.
+        tries: where there are any, the action succeeds if one of those made succeeds, or if none is made; it
+            has the effects of all that do. If all fail, what is wrong with each is reported together.
     """
 
     name: str
@@ -61,6 +78,7 @@ class Operator:
     effects: tuple[Effect, ...]
     description: str = ""
     source: str = ""
+    tries: tuple[Try, ...] = ()
 
     @property
     def arity(self) -> int:
@@ -76,4 +94,9 @@ def in_paper_order(operator: Operator) -> Operator:
 
     Checks of one kind keep their order.
     """
-    return replace(operator, checks=tuple(sorted(operator.checks, key=lambda c: _PAPER_ORDER.index(c.fault))))
+    tries = tuple(replace(each, checks=_sorted(each.checks)) for each in operator.tries)
+    return replace(operator, checks=_sorted(operator.checks), tries=tries)
+
+
+def _sorted(checks: tuple[Check, ...]) -> tuple[Check, ...]:
+    return tuple(sorted(checks, key=lambda check: _PAPER_ORDER.index(check.fault)))
