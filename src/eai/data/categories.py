@@ -25,7 +25,7 @@ PER_TASK = 2
 
 
 def categorise(tasks: Mapping[str, TransitionTask]) -> dict[str, tuple[Category, ...]]:
-    """Task id -> its two categories, the heavier first; equal weights keep the order of first mention."""
+    """Task id -> its two categories, the heavier first; equal weights keep the order of mention."""
     documents = {task_id: _predicates(task) for task_id, task in tasks.items()}
     frequency = Counter(predicate for words in documents.values() for predicate in set(words))
     rarity = {predicate: math.log(len(documents) / count) for predicate, count in frequency.items()}
@@ -43,15 +43,15 @@ def _heaviest(
         category = categories.get(word)
         if category is not None:
             weights[category] = weights.get(category, 0.0) + rarity[word]
-    return tuple(sorted(weights, key=lambda category: -weights[category])[:PER_TASK])
+    return tuple(sorted(weights, key=lambda category: -round(weights[category], 9))[:PER_TASK])
 
 
 def _predicates(task: TransitionTask) -> list[str]:
     return [word for name, action in task.gold.items() if name.isidentifier() for word in _words(action)]
 
 
-def _words(action: Action) -> dict[str, None]:
-    """The predicates of an operator, each once, in order of mention."""
+def _words(action: Action) -> list[str]:
+    """The predicates of an operator, each once, by name."""
     conditions: list[Formula] = [action.precondition, *effect_conditions(action.effect)]
     atoms = [part for condition in conditions for part in walk(condition) if isinstance(part, Atom)]
-    return dict.fromkeys(atom.predicate for atom in (*atoms, *effect_atoms(action.effect)))
+    return sorted({atom.predicate for atom in (*atoms, *effect_atoms(action.effect))})
