@@ -95,6 +95,11 @@ def open_suite(
     return opener(protocol, answers, source or Source())
 
 
+def available_suites() -> tuple[tuple[Domain, Ability], ...]:
+    """Every domain and ability for which there is a suite."""
+    return tuple(_OPENERS)
+
+
 def _virtualhome_action_sequencing(protocol: Protocol, answers: Sequence[str], source: Source) -> Suite:
     from eai.abilities.action_sequencing.virtualhome import ActionSequencing, written_with_ids
     from eai.data.virtualhome_tasks import open_tasks

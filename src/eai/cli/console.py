@@ -13,6 +13,7 @@ from eai.data.progress import Progress as Step
 from eai.data.progress import Report, Stage
 from eai.metrics.rate import Rate
 
+_MODELS_PER_TABLE = 4
 _STAGES = {Stage.WAIT: "waiting for", Stage.DOWNLOAD: "fetching", Stage.CONVERT: "converting"}
 
 
@@ -47,15 +48,17 @@ def data_progress() -> Iterator[Report]:
         bar.stop()
 
 
-def rates_table(title: str, columns: Sequence[str], rows: Mapping[str, Mapping[str, Rate]]) -> Table:
-    """One row a model, one column a metric, in percent with one decimal."""
-    table = Table(title=title, title_justify="left")
-    table.add_column("model", no_wrap=True)
-    for column in columns:
-        table.add_column(column.replace("_", "\n"), justify="right")
-    for model, rates in rows.items():
-        table.add_row(model, *(_percent(rates[column]) for column in columns))
-    return table
+def print_rates(title: str, metrics: Sequence[str], rates: Mapping[str, Mapping[str, Rate]]) -> None:
+    """Print rates in percent with one decimal: one row a metric, one column a model, few models a table."""
+    models = list(rates)
+    for start in range(0, len(models), _MODELS_PER_TABLE):
+        shown = models[start : start + _MODELS_PER_TABLE]
+        table = Table("percent", title=title, title_justify="left")
+        for model in shown:
+            table.add_column(model, justify="right", overflow="fold")
+        for metric in metrics:
+            table.add_row(metric.replace("_", " "), *(_percent(rates[model][metric]) for model in shown))
+        output().print(table)
 
 
 def _percent(rate: Rate) -> str:

@@ -13,7 +13,7 @@ from eai.abilities.record import Record, write_records
 from eai.abilities.responses import Response, ResponseFile, find_response_files, model_name, read_responses
 from eai.abilities.suite import Source, open_suite
 from eai.abilities.verdict import Json
-from eai.cli.console import data_progress, output, rates_table
+from eai.cli.console import data_progress, output, print_rates
 from eai.cli.data import DataFolder, store
 from eai.envs.batch import score_batch
 from eai.errors import InputError
@@ -59,8 +59,8 @@ def score(
         rates[answers.model] = summarise([record.verdict for record in records], ability, protocol)
         if out is not None:
             write_results(out / answers.model if len(files) > 1 else out, records, rates[answers.model])
-    title = f"{domain.value}, {ability.value}, protocol {protocol.value} (percent)"
-    output().print(rates_table(title, TABLE_COLUMNS[ability], rates))
+    title = f"{domain.value}, {ability.value}, protocol {protocol.value}"
+    print_rates(title, TABLE_COLUMNS[ability], rates)
     if out is not None:
         output().print(f"written to {out}", soft_wrap=True, highlight=False)
 

@@ -1,0 +1,93 @@
+"""What the built-in models answer: gold answers, and gold answers spoilt at random."""
+
+from __future__ import annotations
+
+import hashlib
+import random
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, replace
+from typing import TypeAlias
+
+from eai.abilities.action_sequencing.virtualhome_writer import join_steps, write_steps
+from eai.abilities.protocol import Ability, Domain
+from eai.data.store import Store
+from eai.data.virtualhome_tasks import open_tasks
+from eai.errors import InputError
+
+
+@dataclass(frozen=True, slots=True)
+class WrittenAnswer:
+    """An answer as its parts (steps, goals, subgoals, operators) and the function that joins them."""
+
+    parts: tuple[str, ...]
+    join: Callable[[Iterable[str]], str]
+
+    @property
+    def text(self) -> str:
+        """The whole answer."""
+        return self.join(self.parts)
+
+
+@dataclass(frozen=True, slots=True)
+class AnswerBook:
+    """The gold answers of a suite: the ids of its tasks in order, and the answer to each."""
+
+    task_ids: tuple[str, ...]
+    gold: Callable[[str], WrittenAnswer]
+
+
+def open_answer_book(domain: Domain, ability: Ability, store: Store | None = None) -> AnswerBook:
+    """The gold answers of a domain and an ability.
+
+    Raises:
+        InputError: there are none.
+        DataError: the data cannot be had.
+    """
+    opener = _BOOKS.get((domain, ability))
+    if opener is None:
+        raise InputError(f"{domain.value} has no {ability.value} yet")
+    return opener(store)
+
+
+def noisy_answer(book: AnswerBook, task_id: str, *, rate: float, seed: int) -> WrittenAnswer:
+    """A gold answer in which each part is spoilt with probability ``rate``: a pure function of the arguments.
+
+    A spoilt part is dropped, repeated, swapped with the next, or replaced by a part of another task's answer.
+    """
+    answer = book.gold(task_id)
+    rng = random.Random(hashlib.sha256(f"{seed} {task_id}".encode()).digest())  # noqa: S311 - noise, not secrets
+    parts: list[str] = []
+    pending = list(answer.parts)
+    while pending:
+        part = pending.pop(0)
+        if rng.random() >= rate:
+            parts.append(part)
+            continue
+        match rng.choice(("drop", "repeat", "swap", "replace")):
+            case "repeat":
+                parts += [part, part]
+            case "swap" if pending:
+                parts += [pending.pop(0), part]
+            case "swap" | "replace":
+                foreign = book.gold(rng.choice(book.task_ids)).parts
+                parts.append(rng.choice(foreign) if foreign else part)
+            case _:
+                pass
+    return replace(answer, parts=tuple(parts))
+
+
+def _virtualhome_plans(store: Store | None) -> AnswerBook:
+    tasks = open_tasks(store)
+
+    def gold(task_id: str) -> WrittenAnswer:
+        task = tasks[task_id]
+        return WrittenAnswer(write_steps(task.script, task.scene), join_steps)
+
+    return AnswerBook(tuple(tasks), gold)
+
+
+Opener: TypeAlias = Callable[[Store | None], AnswerBook]
+
+_BOOKS: Mapping[tuple[Domain, Ability], Opener] = {
+    (Domain.VIRTUALHOME, Ability.ACTION_SEQUENCING): _virtualhome_plans,
+}

@@ -1,0 +1,112 @@
+"""The built-in models as an Inspect provider: ``eai/oracle``, ``eai/noisy``, ``eai/replay``.
+
+They answer without network and key. What they need to know of a question they read from the metadata of its
+message, which `eai.run.tasks` puts there; a question from elsewhere they cannot answer.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from inspect_ai.model import (
+    ChatMessage,
+    GenerateConfig,
+    ModelAPI,
+    ModelOutput,
+    ModelUsage,
+    modelapi,
+)
+from inspect_ai.tool import ToolChoice, ToolInfo
+
+from eai.abilities.protocol import Ability, Domain
+from eai.abilities.responses import find_response_files, read_responses
+from eai.errors import InputError
+from eai.run.answers import AnswerBook, noisy_answer, open_answer_book
+
+PROVIDER = "eai"
+MODELS = ("oracle", "noisy", "replay")
+DEFAULT_NOISE = 0.1
+
+
+@modelapi(name=PROVIDER)
+class BuiltInModel(ModelAPI):
+    """A built-in model.
+
+    Args:
+        model_name: ``oracle`` (the data set's own answers), ``noisy`` (those, spoilt; arguments ``rate`` and
+            ``seed``) or ``replay`` (answers from response files; argument ``path``).
+        base_url: not used.
+        api_key: not used.
+        config: not used.
+        model_args: the arguments of the model.
+
+    Raises:
+        InputError: the model or an argument is unknown.
+    """
+
+    def __init__(
+        self,
+        model_name: str,
+        base_url: str | None = None,
+        api_key: str | None = None,
+        config: GenerateConfig = GenerateConfig(),  # noqa: B008 - the signature that Inspect asks for
+        **model_args: Any,
+    ) -> None:
+        super().__init__(model_name, base_url, api_key, [], config)
+        if model_name not in MODELS:
+            raise InputError(f"eai/{model_name}: expected one of eai/{', eai/'.join(MODELS)}")
+        self._rate = float(model_args.pop("rate", DEFAULT_NOISE))
+        self._seed = int(model_args.pop("seed", 0))
+        self._path = model_args.pop("path", None)
+        if model_args:
+            raise InputError(f"eai/{model_name}: unknown argument {next(iter(model_args))}")
+        if model_name == "replay" and self._path is None:
+            raise InputError("eai/replay: expected -M path=FILE, a response file or a folder of them")
+        self._book = cache(open_answer_book)
+        self._recorded = cache(self._read_recorded)
+
+    async def generate(
+        self,
+        input: list[ChatMessage],
+        tools: list[ToolInfo],
+        tool_choice: ToolChoice,
+        config: GenerateConfig,
+    ) -> ModelOutput:
+        """Answer the last message."""
+        question = input[-1].metadata or {}
+        if not {"domain", "ability", "task_id"} <= question.keys():
+            raise InputError(f"eai/{self.model_name} can only answer the questions of eai's own tasks")
+        answer = self._answer(
+            Domain(question["domain"]), Ability(question["ability"]), str(question["task_id"])
+        )
+        output = ModelOutput.from_content(f"{PROVIDER}/{self.model_name}", answer)
+        # Without a usage Inspect would count tokens itself, for which it downloads a tokenizer.
+        prompt_words = sum(len(message.text.split()) for message in input)
+        words = len(answer.split())
+        output.usage = ModelUsage(
+            input_tokens=prompt_words, output_tokens=words, total_tokens=prompt_words + words
+        )
+        return output
+
+    def _answer(self, domain: Domain, ability: Ability, task_id: str) -> str:
+        if self.model_name == "replay":
+            return self._recorded(domain, ability).get(task_id, "")
+        book: AnswerBook = self._book(domain, ability)
+        if self.model_name == "oracle":
+            return book.gold(task_id).text
+        return noisy_answer(book, task_id, rate=self._rate, seed=self._seed).text
+
+    def _read_recorded(self, domain: Domain, ability: Ability) -> dict[str, str]:
+        task_ids = self._book(domain, ability).task_ids
+        files = find_response_files(Path(str(self._path)))
+        if len(files) > 1:
+            here = {domain.value, ability.value}
+            files = [file for file in files if here <= set(file.parts)]
+        if len(files) != 1:
+            raise InputError(
+                f"{self._path}: expected one response file for {domain.value} {ability.value}, "
+                f"found {len(files)}"
+            )
+        return {response.task_id: response.text for response in read_responses(files[0], task_ids).responses}
