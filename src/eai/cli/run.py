@@ -57,7 +57,7 @@ def run(
             for name in model
         }
         title = f"{suite.domain.value}, {suite.ability.value}, protocol {protocol.value} (percent)"
-        output().print(print_rates(title, TABLE_COLUMNS[suite.ability], rates))
+        print_rates(title, TABLE_COLUMNS[suite.ability], rates)
     output().print(f"written to {out}", soft_wrap=True, highlight=False)
 
 
