@@ -6,6 +6,7 @@ import pytest
 
 from eai.data.dataset import fetch
 from eai.data.store import Store
+from eai.data.virtualhome_tasks import VirtualHomeTasks, open_tasks
 from eai.errors import DataError
 from oracle import Oracle, read_oracle
 
@@ -19,6 +20,12 @@ def data_store() -> Store:
     except DataError as error:
         pytest.skip(f"the data set cannot be had: {error}")
     return store
+
+
+@pytest.fixture(scope="session")
+def virtualhome_tasks(data_store: Store) -> VirtualHomeTasks:
+    """The real VirtualHome tasks."""
+    return open_tasks(data_store)
 
 
 @pytest.fixture(scope="session")

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
-from synthetic import build_wheel
 
+from data.synthetic import build_wheel
 from eai.data.packs import Pack, published_packs
 from eai.data.source import Archive
 from eai.data.store import Store
@@ -32,7 +32,7 @@ def wheel(index: Path) -> Archive:
 
 @pytest.fixture
 def packs(wheel: Archive) -> Sequence[Pack]:
-    return published_packs(wheel)
+    return published_packs(wheel, None)
 
 
 @pytest.fixture

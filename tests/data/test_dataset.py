@@ -28,13 +28,13 @@ FETCH = """
 import sys
 from pathlib import Path
 sys.path.insert(0, sys.argv[1])
-from synthetic import Archive
+from data.synthetic import Archive
 from eai.data.dataset import fetch
 from eai.data.packs import published_packs
 from eai.data.store import Store
 name, version, filename, sha256, size = sys.argv[4:]
 place = Path(sys.argv[3]) if sys.argv[3] else None
-packs = published_packs(Archive(name, version, filename, sha256, int(size)))
+packs = published_packs(Archive(name, version, filename, sha256, int(size)), None)
 print("starting", flush=True)
 def report(step):
     print(step.stage.value, flush=True)

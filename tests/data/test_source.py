@@ -8,8 +8,8 @@ import zipfile
 from pathlib import Path
 
 import pytest
-from synthetic import build_sdist
 
+from data.synthetic import build_sdist
 from eai.data.bundle import open_bundle
 from eai.data.progress import Progress, Stage, silent
 from eai.data.source import Archive, download, find, installer

@@ -6,8 +6,8 @@ import subprocess
 import sys
 
 import pytest
-from graphs import final_graph, initial_graph
 
+from data.graphs import final_graph, initial_graph
 from eai.data.dataset import load, open_pack
 from eai.data.packs import PROMPTS, RESOURCES
 from eai.data.records import CHARACTER_ID, Edge, EdgeGoal, NodeGoal, ScriptObject, ScriptStep

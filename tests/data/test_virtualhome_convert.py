@@ -5,11 +5,11 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 import pytest
-from graphs import ORDERED, PlainGraph, final_graph, initial_graph
 from hypothesis import given
 from hypothesis import strategies as st
-from synthetic import PROGRAMS, SCENE, TASKS, MadeTask, MemoryBundle, Triple, files, graph, node
 
+from data.graphs import ORDERED, PlainGraph, final_graph, initial_graph
+from data.synthetic import PROGRAMS, SCENE, TASKS, MadeTask, MemoryBundle, Triple, files, graph, node
 from eai.data.progress import Progress, Stage, silent
 from eai.data.records import ActionGoal, EdgeGoal, NodeGoal, ScriptObject, ScriptStep
 from eai.data.store import Store

@@ -7,7 +7,6 @@ import pickle
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from random_formulas import ACTIONS, PREDICATES, formulas
 
 from eai.errors import ParseError
 from eai.logic.formula import (
@@ -36,6 +35,7 @@ from eai.logic.ltl import Dialect, parse
 from eai.logic.ltl_printer import print_ltl
 from eai.logic.signature import OffenceKind, Signature
 from eai.logic.traversal import MAX_DEPTH
+from logic.random_formulas import ACTIONS, PREDICATES, formulas
 
 SIGNATURE = Signature(PREDICATES, ACTIONS)
 P, Q, R, S = (Atom(name, (Constant("a"),)) for name in "pqrs")

@@ -5,8 +5,6 @@ from __future__ import annotations
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from naive import Facts, Naive
-from random_formulas import ACTIONS, PREDICATES, formulas
 
 from eai.errors import InputError
 from eai.logic.evidence import explain
@@ -15,6 +13,8 @@ from eai.logic.ltl import parse
 from eai.logic.semantics import holds, holds_in
 from eai.logic.signature import Signature
 from eai.logic.trajectory import Action, Trajectory
+from logic.naive import Facts, Naive
+from logic.random_formulas import ACTIONS, PREDICATES, formulas
 
 NAMES = ("cup.1", "cup.2", "sofa")
 CATEGORIES = (("cup.1", "cup"), ("cup.2", "cup"), ("sofa", "bottle.n.01"))

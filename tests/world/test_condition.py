@@ -1,0 +1,117 @@
+from __future__ import annotations
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from eai.errors import DomainError
+from eai.logic.formula import (
+    And,
+    Atom,
+    Constant,
+    Equals,
+    Eventually,
+    Exactly,
+    Exists,
+    ForAll,
+    Formula,
+    ForPairs,
+    Implies,
+    Not,
+    Or,
+    Variable,
+)
+from eai.world.condition import AGENT
+from eai.world.state import Fact, Scene, WorldObject
+from world import plain_sets, toy
+
+VARIABLES = [Variable(name) for name in "abc"]
+terms = st.sampled_from([*VARIABLES, AGENT, Constant("lamp")])
+atoms = st.one_of(
+    st.builds(lambda s, t: toy.at(s, t), terms, terms),
+    st.builds(lambda t: toy.holding(t), terms),
+    st.builds(lambda t: toy.beside(t), terms),
+    st.builds(Equals, terms, terms),
+)
+bound_variables = st.builds(
+    Variable, st.sampled_from("abc"), st.sampled_from([None, "box", "place", "nothing"])
+)
+
+
+def compound(inner: st.SearchStrategy[Formula]) -> st.SearchStrategy[Formula]:
+    several = st.lists(inner, max_size=3).map(tuple)
+    return st.one_of(
+        st.builds(Not, inner),
+        st.builds(And, several),
+        st.builds(Or, several),
+        st.builds(Implies, inner, inner),
+        st.builds(Exists, bound_variables, inner),
+        st.builds(ForAll, bound_variables, inner),
+        st.builds(Exactly, st.integers(0, 3), bound_variables, inner),
+    )
+
+
+formulas = st.recursive(atoms, compound, max_leaves=8)
+facts = st.frozensets(
+    st.one_of(
+        st.builds(lambda x, y: Fact("at", (x, y)), st.integers(0, 5), st.integers(0, 5)),
+        st.builds(lambda x: Fact("holding", (x,)), st.integers(0, 5)),
+    ),
+    max_size=12,
+)
+
+
+@given(formulas, facts, st.tuples(*[st.integers(0, 5)] * 3))
+def test_compiled_conditions_mean_what_formulas_mean(
+    formula: Formula, chosen: frozenset[Fact], values: tuple[int, int, int]
+) -> None:
+    state = toy.initial().scene.state(chosen)
+    bound = dict(zip("abc", values, strict=True))
+    assert toy.DOMAIN.holds(formula, state, bound) == plain_sets.holds(state, chosen, formula, bound)
+
+
+@pytest.mark.parametrize(
+    ("pairs", "count", "expected"),
+    [
+        ([("red", "hall"), ("blue", "shed")], None, True),
+        ([("red", "hall"), ("blue", "hall")], None, False),
+        ([("red", "hall"), ("blue", "hall")], 1, True),
+        ([("red", "hall"), ("red", "shed")], None, False),
+        ([], 0, True),
+    ],
+)
+def test_for_pairs_asks_for_a_pairing(
+    pairs: list[tuple[str, str]], count: int | None, expected: bool
+) -> None:
+    scene = toy.initial().scene
+    state = scene.state(("at", (scene.index[x], scene.index[y])) for x, y in pairs)
+    box, place = Variable("b", "box"), Variable("p", "place")
+    formula = ForPairs(box, place, toy.at(Variable("b"), Variable("p")), count)
+    assert toy.DOMAIN.holds(formula, state) is expected
+
+
+@pytest.mark.parametrize(
+    ("formula", "message"),
+    [
+        (Atom("unknown", ()), "predicate unknown is not declared"),
+        (Atom("at", (AGENT,)), "at takes 2 arguments, not 1"),
+        (Atom("holding", (Variable("z"),)), "variable z is not bound"),
+        (Eventually(toy.holding(AGENT)), "Eventually is not a condition on one state"),
+    ],
+)
+def test_what_is_not_a_condition_is_a_domain_error(formula: Formula, message: str) -> None:
+    with pytest.raises(DomainError, match=message):
+        toy.DOMAIN.holds(formula, toy.initial())
+
+
+def test_quantifiers_over_an_empty_scene() -> None:
+    state = Scene(toy.VOCABULARY, ()).state(())
+    x = Variable("x")
+    assert toy.DOMAIN.holds(ForAll(x, toy.holding(x)), state)
+    assert not toy.DOMAIN.holds(Exists(x, toy.holding(x)), state)
+
+
+def test_a_scene_lists_its_categories() -> None:
+    scene = Scene(toy.VOCABULARY, (WorldObject("red", "box"), WorldObject("blue", "box")))
+    assert scene.names(scene.category("box")) == ("red", "blue")
+    assert scene.category("lamp") == 0

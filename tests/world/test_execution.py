@@ -1,0 +1,67 @@
+from __future__ import annotations
+
+import pytest
+
+from eai.world.execution import Action, describe, execute
+from eai.world.fault import FaultKind
+from world import toy
+
+
+def plan(*steps: str) -> list[Action]:
+    """Actions from ``LIFT red``."""
+    index = toy.initial().scene.index
+    split = [step.split() for step in steps]
+    return [Action(name, tuple(index[o] for o in objects)) for name, *objects in split]
+
+
+def test_a_plan_runs_to_its_end() -> None:
+    trajectory = execute(toy.DOMAIN, toy.initial(), plan("LIFT red", "GO shed", "DROP red", "PRESS lamp"))
+    assert trajectory.failure is None
+    assert len(trajectory.states) == 5
+    index = trajectory.final.scene.index
+    assert trajectory.final.has("at", index["red"], index["shed"])
+    assert not trajectory.final.has("at", index["red"], index["hall"])
+    assert trajectory.final.has("lit", index["lamp"])
+
+
+@pytest.mark.parametrize(
+    ("steps", "kind", "earlier"),
+    [
+        (["PRESS red"], FaultKind.AFFORDANCE, None),
+        (["PRESS lamp"], FaultKind.MISSING_STEP, None),
+        (["GO shed", "LIFT blue", "GO hall", "PRESS lamp"], FaultKind.WRONG_ORDER, 2),
+        (["LIFT red", "DROP red", "DROP red"], FaultKind.WRONG_ORDER, 1),
+        (["LIFT red", "LIFT red"], FaultKind.WRONG_ORDER, 0),
+        (["DROP blue"], FaultKind.MISSING_STEP, None),
+    ],
+)
+def test_the_first_failing_step_is_diagnosed(steps: list[str], kind: FaultKind, earlier: int | None) -> None:
+    trajectory = execute(toy.DOMAIN, toy.initial(), [*plan(*steps), *plan("GO shed")])
+    assert trajectory.failure is not None
+    assert (trajectory.failure.kind, trajectory.failure.earlier) == (kind, earlier)
+    assert len(trajectory.steps) == len(steps), "what follows a fatal step is not tried"
+    assert len(trajectory.states) == len(steps)
+
+
+def test_an_additional_step_is_skipped_and_counted() -> None:
+    trajectory = execute(toy.DOMAIN, toy.initial(), plan("GO hall", "GO shed", "GO shed", "PRESS lamp"))
+    assert trajectory.failure is None
+    assert trajectory.additional_steps == 2
+    assert [action.operator for action in trajectory.executed] == ["GO", "PRESS"]
+
+
+def test_a_fault_is_described_with_the_names_of_its_objects() -> None:
+    trajectory = execute(toy.DOMAIN, toy.initial(), plan("PRESS lamp"))
+    assert trajectory.failure is not None
+    action = trajectory.steps[0].action
+    assert (
+        describe(trajectory.failure, toy.DOMAIN, action, toy.initial().scene)
+        == "the robot is not beside lamp"
+    )
+
+
+def test_an_empty_plan_changes_nothing() -> None:
+    initial = toy.initial()
+    trajectory = execute(toy.DOMAIN, initial, [])
+    assert trajectory.states == (initial,)
+    assert trajectory.failure is None

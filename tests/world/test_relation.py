@@ -1,0 +1,71 @@
+from __future__ import annotations
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from eai.world.relation import Matrix, Pair, Relation, bits
+
+SIZE = 7
+indices = st.integers(0, SIZE - 1)
+pairs = st.frozensets(st.tuples(indices, indices))
+changes = st.lists(
+    st.tuples(st.sampled_from(["row", "column"]), indices, st.integers(0, 2**SIZE - 1)), max_size=12
+)
+
+
+def changed(relation: Relation, plain: set[tuple[int, int]], change: tuple[str, int, int]) -> Relation:
+    """Make one change to a relation and to its plain twin."""
+    line, index, mask = change
+    if line == "row":
+        plain -= {p for p in plain if p[0] == index}
+        plain |= {(index, y) for y in bits(mask)}
+        return relation.with_row(index, mask)
+    plain -= {p for p in plain if p[1] == index}
+    plain |= {(x, index) for x in bits(mask)}
+    return relation.with_column(index, mask)
+
+
+@given(pairs, changes)
+def test_it_is_a_set_of_pairs(start: frozenset[tuple[int, int]], script: list[tuple[str, int, int]]) -> None:
+    relation, plain = Relation(Matrix.of_pairs(SIZE, start)), set(start)
+    for change in script:
+        relation = changed(relation, plain, change)
+    assert list(relation.pairs()) == sorted(Pair(*p) for p in plain)
+    assert len(relation) == len(plain)
+    for i in range(SIZE):
+        assert set(bits(relation.row(i))) == {y for x, y in plain if x == i}
+        assert set(bits(relation.column(i))) == {x for x, y in plain if y == i}
+        assert all(relation.has(i, j) == ((i, j) in plain) for j in range(SIZE))
+
+
+@given(pairs, changes, changes)
+def test_the_difference_from_the_base_tells_relations_apart(
+    start: frozenset[tuple[int, int]], one: list[tuple[str, int, int]], other: list[tuple[str, int, int]]
+) -> None:
+    base = Matrix.of_pairs(SIZE, start)
+    left, right = Relation(base), Relation(base)
+    left_plain, right_plain = set(start), set(start)
+    for change in one:
+        left = changed(left, left_plain, change)
+    for change in other:
+        right = changed(right, right_plain, change)
+    same = left.difference_from_base() == right.difference_from_base()
+    assert same == (left_plain == right_plain)
+
+
+@given(pairs, changes)
+def test_a_change_leaves_the_old_relation_alone(
+    start: frozenset[tuple[int, int]], script: list[tuple[str, int, int]]
+) -> None:
+    relation = Relation(Matrix.of_pairs(SIZE, start))
+    history, contents = [relation], [set(start)]
+    for change in script:
+        plain = set(contents[-1])
+        history.append(changed(history[-1], plain, change))
+        contents.append(plain)
+    assert [set(r.pairs()) for r in history] == contents
+
+
+def test_bits_are_listed_in_ascending_order() -> None:
+    assert list(bits(0b101001)) == [0, 3, 5]
+    assert list(bits(0)) == []

@@ -1,0 +1,57 @@
+"""A third domain, small enough to see whole: a robot, boxes and a lamp."""
+
+from __future__ import annotations
+
+from eai.logic.formula import Exists, Variable
+from eai.world.condition import AGENT
+from eai.world.domain import Domain
+from eai.world.effect import ANYTHING, Add, Delete, ForEach, When
+from eai.world.operator import Operator, additional, affordance, missing
+from eai.world.state import Scene, State, WorldObject
+from eai.world.vocabulary import Defined, Predicate, Vocabulary, is_a
+
+X, Y = Variable("x"), Variable("y")
+at, holding, lit = Predicate("at", 2), Predicate("holding", 1), Predicate("lit", 1)
+beside = Defined("beside", (X,), Exists(Y, at(AGENT, Y) & at(X, Y)))
+VOCABULARY = Vocabulary((at, holding, lit), (beside,))
+BESIDE = missing(beside(X), "the robot is not beside {x}")
+
+GO = Operator(
+    "GO",
+    (X,),
+    (
+        affordance(is_a(X, "place"), "{x} is no place"),
+        additional(~at(AGENT, X), "the robot is there already"),
+    ),
+    (
+        Delete(at(AGENT, ANYTHING)),
+        Add(at(AGENT, X)),
+        ForEach(Y, holding(Y), (Delete(at(Y, ANYTHING)), Add(at(Y, X)))),
+    ),
+)
+LIFT = Operator(
+    "LIFT",
+    (X,),
+    (
+        affordance(is_a(X, "box"), "{x} is no box"),
+        BESIDE,
+        missing(~Exists(Y, holding(Y)), "the hand is full"),
+    ),
+    (Add(holding(X)),),
+)
+DROP = Operator("DROP", (X,), (missing(holding(X), "{x} is not held"),), (Delete(holding(X)),))
+PRESS = Operator(
+    "PRESS",
+    (X,),
+    (affordance(is_a(X, "lamp"), "{x} is no lamp"), BESIDE),
+    (When(lit(X), (Delete(lit(X)),)), When(~lit(X), (Add(lit(X)),))),
+)
+DOMAIN = Domain("toy", VOCABULARY, (GO, LIFT, DROP, PRESS))
+
+
+def initial() -> State:
+    """The robot and a box in the hall, a box and the lamp in the shed."""
+    names = {"robot": "robot", "hall": "place", "shed": "place", "red": "box", "blue": "box", "lamp": "lamp"}
+    scene = Scene(VOCABULARY, (WorldObject(n, c) for n, c in names.items()), agent=0)
+    places = {"robot": "hall", "red": "hall", "blue": "shed", "lamp": "shed"}
+    return scene.state(("at", (scene.index[x], scene.index[p])) for x, p in places.items())
