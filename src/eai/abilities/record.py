@@ -17,13 +17,13 @@ from eai.abilities.verdict import (
     ErrorReport,
     GoalTallies,
     Json,
-    PlannerOutcome,
     SubgoalCategory,
     Tally,
     Verdict,
     fields_of,
 )
 from eai.errors import InputError
+from eai.pddl.planning import PlannerOutcome
 from eai.world.fault import FaultKind
 
 SCHEMA = 1

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import NamedTuple, TypeAlias
 
+from eai.pddl.planning import PlannerOutcome
 from eai.world.fault import FaultKind
 
 Json: TypeAlias = bool | int | float | str | Sequence["Json"] | Mapping[str, "Json"] | None
@@ -61,19 +62,6 @@ class SubgoalCategory(str, Enum):
     GOAL_UNREACHABLE = "goal_unreachable"
     HALLUCINATION = "hallucination"
     NOT_PARSEABLE = "not_parseable"
-
-
-class PlannerOutcome(str, Enum):
-    """What a planner made of a task."""
-
-    SOLVED = "solved"
-    UNSOLVABLE = "unsolvable"
-    INPUT_ERROR = "input_error"
-    UNSUPPORTED = "unsupported"
-    TIME = "time"
-    MEMORY = "memory"
-    CRASH = "crash"
-    NOT_RUN = "not_run"
 
 
 Counts: TypeAlias = Mapping[str, "Confusion | Mapping[str, Confusion]"]

@@ -21,7 +21,8 @@ from typing import NamedTuple
 
 from eai.errors import DataError
 from eai.pddl.execute import Step
-from eai.pddl.planner import PlannerOutcome, PlannerResult, PlanningTask, checked_plan
+from eai.pddl.planner import checked_plan
+from eai.pddl.planning import PlannerOutcome, PlannerResult, PlanningTask
 from eai.pddl.writer import write_domain, write_problem
 
 _DISTRIBUTION = "up-fast-downward"

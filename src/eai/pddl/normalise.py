@@ -34,24 +34,12 @@ from eai.pddl.model import (
 )
 from eai.pddl.offence import Finding, Offence, PddlError
 from eai.pddl.operator_text import OperatorText
+from eai.pddl.planning import PlanningTask
 from eai.pddl.reader import PddlReader
 from eai.pddl.scope import UNBOUND_ADDED, bind_loose_variables
 from eai.pddl.sexpr import Group, SExpr, Symbol, read_group
 
 _REFUSED = frozenset({Offence.UNKNOWN_PREDICATE, Offence.WRONG_ARITY, Offence.UNSUPPORTED})
-
-
-@dataclass(frozen=True, slots=True)
-class Normalised:
-    """A domain and problem for any standard planner.
-
-    ``unbound_added`` says that some operator can add `scope.UNBOUND_ADDED`: if that atom is reachable, the
-    reference's planner crashes whatever the goal.
-    """
-
-    domain: Domain
-    problem: Problem
-    unbound_added: bool
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,8 +60,8 @@ def read_operator(source: OperatorText, header: Domain) -> Action | Dropped | Fi
         return Finding(error.offence, error.expected, f"operator {source.name}")
 
 
-def normalise(header: Domain, actions: Iterable[Action], problem: Problem) -> Normalised:
-    """The rewritten domain and problem.
+def normalise(header: Domain, actions: Iterable[Action], problem: Problem) -> PlanningTask:
+    """The rewritten domain and problem; fatal is the addition of an atom with an unbound variable.
 
     Args:
         header: the domain without operators.
@@ -91,10 +79,11 @@ def normalise(header: Domain, actions: Iterable[Action], problem: Problem) -> No
         predicates=(*header.predicates, Predicate(UNBOUND_ADDED.predicate, ()), *names.predicates),
         actions=renamed,
     )
-    return Normalised(
+    unbound_added = any(UNBOUND_ADDED in effect_atoms(action.effect) for action in renamed)
+    return PlanningTask(
         domain=domain,
         problem=replace(problem, objects=(), initial=initial, denied=(), goal=goal),
-        unbound_added=any(UNBOUND_ADDED in effect_atoms(action.effect) for action in renamed),
+        fatal=UNBOUND_ADDED if unbound_added else None,
     )
 
 

@@ -8,59 +8,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from enum import Enum
-from typing import Protocol
 
-from eai.logic.formula import Atom
 from eai.pddl.execute import Executor, Step
-from eai.pddl.model import Domain, Problem
+from eai.pddl.planning import Planner, PlannerOutcome, PlannerResult, PlanningTask
 from eai.pddl.search import Effort, SearchVerdict, search
-
-
-class PlannerOutcome(str, Enum):
-    """How a planner call ended. The values are the wire strings."""
-
-    SOLVED = "solved"
-    UNSOLVABLE = "unsolvable"
-    """There is no plan, or the planner's search space holds none."""
-    INPUT_ERROR = "input_error"
-    """The domain or problem is not acceptable PDDL."""
-    UNSUPPORTED = "unsupported"
-    TIME = "time"
-    """The limit of CPU time, or of evaluated states, was reached."""
-    MEMORY = "memory"
-    CRASH = "crash"
-    NOT_RUN = "not_run"
-
-
-@dataclass(frozen=True, slots=True)
-class PlannerResult:
-    """The outcome, the plan if there is one, and in words what the outcome rests on."""
-
-    outcome: PlannerOutcome
-    plan: tuple[Step, ...] = ()
-    detail: str = ""
-
-
-@dataclass(frozen=True, slots=True)
-class PlanningTask:
-    """What a planner is given.
-
-    ``fatal`` is an atom whose mere reachability counts as a crash of the planner; it stands for additions
-    of atoms with unbound variables (`scope`).
-    """
-
-    domain: Domain
-    problem: Problem
-    fatal: Atom | None = None
-
-
-class Planner(Protocol):
-    """Anything that solves planning tasks; the same task always has the same result, resources permitting."""
-
-    def solve(self, task: PlanningTask) -> PlannerResult:
-        """Look for a plan."""
-        ...
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,0 +1,106 @@
+r"""Reading operators out of an answer (protocol ``strict``).
+
+Looked for is JSON with a text under ``output``, anywhere in the answer; failing that, PDDL in the answer
+itself. Each operator is read on its own, so that a broken one does not take the others with it. What had to
+be put right on the way is named in ``repairs``:
+
+* those of `json_text`: ``reasoning``, ``special_tokens``, ``code_fence``, ``prose``, ``single_quotes``;
+* ``no_json``: the PDDL does not stand in readable JSON;
+* ``escapes``: ``\n`` and the like stood where line ends were meant;
+* ``closing_parenthesis``: an operator's own last parenthesis is missing;
+* ``stray_parenthesis``: one too many behind an operator;
+* ``duplicate_operator``: an operator is written twice; the last counts.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+
+from eai.abilities.json_text import Pairs, find_json
+from eai.pddl.model import Action
+from eai.pddl.offence import Finding, Offence, PddlError
+from eai.pddl.reader import PddlReader
+from eai.pddl.sexpr import read_group
+
+_HEAD = re.compile(r"\(\s*:action\b\s*([^\s()]*)", re.IGNORECASE)
+_ESCAPE = re.compile(r'\\(["\\nrt])')
+_MEANING = {"n": "\n", "r": "\n", "t": "\t", '"': '"', "\\": "\\"}
+
+
+@dataclass(frozen=True, slots=True)
+class WrittenOperator:
+    """An operator of an answer: its value, or the offence for which it cannot be read."""
+
+    name: str
+    reading: Action | Finding
+
+
+@dataclass(frozen=True, slots=True)
+class WrittenOperators:
+    """The operators of an answer in order, each name once, and the repairs it took to read them."""
+
+    operators: tuple[WrittenOperator, ...]
+    repairs: tuple[str, ...]
+
+
+def extract(answer: str) -> WrittenOperators | None:
+    """The operators of an answer, or None if it holds neither JSON with ``output`` nor an operator."""
+    found = find_json(answer, _output)
+    if found is not None:
+        text, repairs = found
+    elif _HEAD.search(answer):
+        text, repairs = answer, ("no_json",)
+    else:
+        return None
+    if _ESCAPE.search(text):
+        text = _ESCAPE.sub(lambda match: _MEANING[match.group(1)], text)
+        repairs = (*repairs, "escapes")
+    operators: dict[str, WrittenOperator] = {}
+    for segment in _segments(text):
+        operator, more = _read(segment)
+        repairs = (*repairs, *more)
+        if operators.pop(operator.name, None) is not None:
+            repairs = (*repairs, "duplicate_operator")
+        operators[operator.name] = operator
+    return WrittenOperators(tuple(operators.values()), tuple(dict.fromkeys(repairs)))
+
+
+def _output(value: object) -> str | None:
+    """The text that a JSON value offers as the answer."""
+    if not isinstance(value, Pairs):
+        return None
+    output = dict(value.members).get("output")
+    if isinstance(output, list) and all(isinstance(item, str) for item in output):
+        return "\n".join(output)
+    return output if isinstance(output, str) else None
+
+
+def _segments(text: str) -> list[str]:
+    """The stretches of a text from one operator's beginning to the next."""
+    starts = [match.start() for match in _HEAD.finditer(text)]
+    return [text[start:end] for start, end in zip(starts, [*starts[1:], len(text)], strict=True)]
+
+
+def _read(segment: str) -> tuple[WrittenOperator, tuple[str, ...]]:
+    head = _HEAD.match(segment)
+    name = head.group(1).lower() if head else ""
+    try:
+        return _parse(segment)
+    except PddlError as error:
+        if error.offence is Offence.UNBALANCED:
+            closed = segment[: segment.rfind(")") + 1] + ")"
+            try:
+                operator, repairs = _parse(closed)
+            except PddlError:
+                pass
+            else:
+                return operator, ("closing_parenthesis", *repairs)
+        return WrittenOperator(name, Finding(error.offence, error.expected, f"operator {name}")), ()
+
+
+def _parse(segment: str) -> tuple[WrittenOperator, tuple[str, ...]]:
+    group = read_group(segment)
+    action = PddlReader(segment).action(group)
+    repairs = ("stray_parenthesis",) if ")" in segment[group.end :] else ()
+    return WrittenOperator(action.name, action), repairs

@@ -1,0 +1,54 @@
+"""What one protocol makes of one answer; the protocols' rules are `reference_rules` and `strict_rules`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable
+from dataclasses import dataclass, field
+from typing import Protocol
+
+from eai.abilities.transition_modeling.report import OperatorReport
+from eai.data.transition_modeling import TransitionTask
+from eai.pddl.planning import Planner, PlannerResult, PlanningTask
+
+
+@dataclass(frozen=True, slots=True)
+class Judgement:
+    """The operators of an answer compared with the gold ones, and what a planner can do with them."""
+
+    operators: tuple[OperatorReport, ...]
+    planning: PlannerResult
+    repairs: tuple[str, ...] = ()
+
+
+class Rules(Protocol):
+    """How a protocol reads, compares and plans."""
+
+    @property
+    def count_others(self) -> bool:
+        """Whether predicates that the domain does not have are counted."""
+        ...
+
+    def judge(self, task: TransitionTask, text: str) -> Judgement | None:
+        """The judgement on an answer, or None if there is nothing to judge."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class PlanMemory:
+    """A planner that remembers what it was asked.
+
+    Answers to one problem are often the same operators in other words or the same words; a key is the
+    content of domain and problem.
+    """
+
+    planner: Planner
+    results: dict[Hashable, PlannerResult] = field(default_factory=dict)
+
+    def solve(self, key: Hashable, make: Callable[[], PlanningTask | PlannerResult]) -> PlannerResult:
+        """The remembered result for a key, or that of what ``make`` makes: a task, or a foregone result."""
+        result = self.results.get(key)
+        if result is None:
+            task = make()
+            result = task if isinstance(task, PlannerResult) else self.planner.solve(task)
+            self.results[key] = result
+        return result

@@ -1,0 +1,41 @@
+"""Opening the tasks of transition modeling for scoring."""
+
+from __future__ import annotations
+
+from enum import Enum
+
+from eai.abilities.protocol import Domain
+from eai.pddl.fast_downward import FastDownward, Limits
+from eai.pddl.planner import BuiltInPlanner, NoPlanner, TieredPlanner
+from eai.pddl.planning import Planner
+
+CPU_SECONDS = {Domain.VIRTUALHOME: 100, Domain.BEHAVIOR: 200}
+"""How long a planner may take for one task (the reference's limits)."""
+
+
+class PlannerChoice(str, Enum):
+    """Which planner judges operators."""
+
+    FULL = "full"
+    """The built-in search, and Fast Downward for what it cannot decide."""
+    BUILT_IN = "built_in"
+    FAST_DOWNWARD = "fast_downward"
+    NONE = "none"
+
+
+def make_planner(choice: PlannerChoice, domain: Domain) -> Planner:
+    """The planner for a domain.
+
+    Raises:
+        DataError: Fast Downward is not installed; the message says how to install it.
+    """
+    match choice:
+        case PlannerChoice.NONE:
+            return NoPlanner()
+        case PlannerChoice.BUILT_IN:
+            return BuiltInPlanner()
+        case PlannerChoice.FAST_DOWNWARD:
+            return FastDownward.installed(Limits(cpu_seconds=CPU_SECONDS[domain]))
+        case PlannerChoice.FULL:
+            authority = FastDownward.installed(Limits(cpu_seconds=CPU_SECONDS[domain]))
+            return TieredPlanner(BuiltInPlanner(), authority)

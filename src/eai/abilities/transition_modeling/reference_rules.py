@@ -1,0 +1,96 @@
+"""The rules of eai-eval 1.0.5 (protocol ``eai-1.0.5``).
+
+Besides the quirks of `reference_extraction` and `eai.pddl.reference_matching`: operators that are asked for
+and not written are neither counted nor missed by the planner, which gets the gold ones in their place and
+all other operators of the domain besides (``complete_pddl_domain``); hallucinated operators take part in
+planning; predicates without a category are not counted; the planner is the one of 2024
+(`eai.pddl.normalise`). Where the reference would raise a KeyError and lose the run (a matched predicate
+without a category), the predicate is ignored.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from eai.abilities.transition_modeling.judgement import Judgement, PlanMemory
+from eai.abilities.transition_modeling.reference_extraction import extract_as_reference
+from eai.abilities.transition_modeling.report import OperatorReport, OperatorStatus
+from eai.data.transition_modeling import TransitionTask
+from eai.pddl.matching import SideMatch
+from eai.pddl.model import Action
+from eai.pddl.normalise import Dropped, normalise, read_operator
+from eai.pddl.offence import Finding
+from eai.pddl.operator_text import OperatorText
+from eai.pddl.planning import Planner, PlannerOutcome, PlannerResult, PlanningTask
+from eai.pddl.reference_matching import compare_as_reference
+
+
+@dataclass(frozen=True, slots=True)
+class ReferenceRules:
+    """The rules with what they remember about one domain: equal texts are compared and read once."""
+
+    plans: PlanMemory
+    compared: dict[tuple[str, str], SideMatch] = field(default_factory=dict)
+    read: dict[OperatorText, Action | Dropped | Finding] = field(default_factory=dict)
+    count_others: bool = False
+
+    @classmethod
+    def with_planner(cls, planner: Planner) -> ReferenceRules:
+        """Fresh rules."""
+        return cls(PlanMemory(planner))
+
+    def judge(self, task: TransitionTask, text: str) -> Judgement | None:
+        """The judgement on an answer; None is the reference's format error."""
+        written = extract_as_reference(text)
+        if written is None:
+            return None
+        return Judgement(
+            operators=tuple(self._report(task, operator) for operator in written),
+            planning=self._plan(task, written),
+        )
+
+    def _report(self, task: TransitionTask, operator: OperatorText) -> OperatorReport:
+        if operator.name not in task.operators:
+            return OperatorReport(operator.name, OperatorStatus.HALLUCINATED)
+        gold = task.domain.operators[operator.name]
+        return OperatorReport(
+            operator.name,
+            OperatorStatus.COMPARED,
+            self._compare(operator.precondition, gold.precondition),
+            self._compare(operator.effect, gold.effect),
+        )
+
+    def _compare(self, predicted: str, gold: str) -> SideMatch:
+        match = self.compared.get((predicted, gold))
+        if match is None:
+            sets = compare_as_reference(predicted, gold)
+            match = SideMatch(
+                *(tuple(sorted(names)) for names in (sets.matched, sets.additional, sets.missing))
+            )
+            self.compared[predicted, gold] = match
+        return match
+
+    def _plan(self, task: TransitionTask, written: tuple[OperatorText, ...]) -> PlannerResult:
+        names = {operator.name for operator in written}
+        gold = (operator for name, operator in task.domain.operators.items() if name not in names)
+        operators = tuple(sorted((*written, *gold), key=lambda operator: operator.name))
+        return self.plans.solve((task.problem_text, operators), lambda: self._planning(task, operators))
+
+    def _planning(
+        self, task: TransitionTask, operators: tuple[OperatorText, ...]
+    ) -> PlanningTask | PlannerResult:
+        actions = []
+        for operator in operators:
+            reading = self._read(operator, task)
+            if isinstance(reading, Finding):
+                detail = f"{reading.place}: {reading.offence.value}: {reading.name}"
+                return PlannerResult(PlannerOutcome.INPUT_ERROR, detail=detail)
+            if isinstance(reading, Action):
+                actions.append(reading)
+        return normalise(task.domain.header, actions, task.problem)
+
+    def _read(self, operator: OperatorText, task: TransitionTask) -> Action | Dropped | Finding:
+        reading = self.read.get(operator)
+        if reading is None:
+            reading = self.read[operator] = read_operator(operator, task.domain.header)
+        return reading

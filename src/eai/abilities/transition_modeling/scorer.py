@@ -1,0 +1,110 @@
+"""Transition modeling: from an answer's text to a verdict."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from eai.abilities.explanation import Explanation, StepReport
+from eai.abilities.protocol import Protocol
+from eai.abilities.transition_modeling.judgement import Judgement, Rules
+from eai.abilities.transition_modeling.reference_rules import ReferenceRules
+from eai.abilities.transition_modeling.report import OperatorReport, OperatorStatus, count_by_category
+from eai.abilities.transition_modeling.strict_rules import StrictRules
+from eai.abilities.verdict import Counts, ErrorReport, Json, Verdict
+from eai.data.transition_modeling import TransitionTask
+from eai.pddl.matching import missing_operator
+from eai.pddl.planning import Planner, PlannerOutcome
+from eai.world.fault import FaultKind
+
+FORMAT_ERROR = "the reference leaves out answers that it cannot search for operators"
+UNREADABLE = 'expected JSON with a text under "output", or operators (:action ...)'
+
+
+def rules_of(protocol: Protocol, planner: Planner) -> Rules:
+    """The rules of a protocol, to be shared by all tasks of a domain: they remember what they have seen."""
+    if protocol is Protocol.EAI_1_0_5:
+        return ReferenceRules.with_planner(planner)
+    return StrictRules.with_planner(planner)
+
+
+class TransitionModeling:
+    """The scorer of one task; given a planner, `score` is a pure function of the answer.
+
+    Args:
+        task: the task.
+        protocol: the protocol that the rules are of.
+        rules: from `rules_of`.
+    """
+
+    def __init__(self, task: TransitionTask, protocol: Protocol, rules: Rules) -> None:
+        self.task = task
+        self.protocol = protocol
+        self._rules = rules
+
+    def score(self, text: str) -> Verdict:
+        """The verdict on an answer."""
+        judgement = self._rules.judge(self.task, text)
+        if judgement is None:
+            return self._unreadable()
+        return Verdict(
+            success=judgement.planning.outcome is PlannerOutcome.SOLVED,
+            counts=self._counts(judgement.operators),
+            planner=judgement.planning.outcome,
+            repairs=judgement.repairs,
+            details={
+                **self._categories(),
+                "operators": [report.to_json() for report in judgement.operators],
+                "plan": [str(step) for step in judgement.planning.plan],
+                "planner_detail": judgement.planning.detail,
+            },
+        )
+
+    def explain(self, text: str) -> Explanation:
+        """What became of an answer, in words; the steps are those of the plan that was found."""
+        judgement = self._rules.judge(self.task, text)
+        if judgement is None:
+            return Explanation(notes=(UNREADABLE,))
+        steps = tuple(StepReport(str(step), "planned") for step in judgement.planning.plan)
+        return Explanation(notes=tuple(_notes(judgement)), steps=steps)
+
+    def _unreadable(self) -> Verdict:
+        error = ErrorReport(FaultKind.PARSING, None, UNREADABLE)
+        if self.protocol is Protocol.EAI_1_0_5:
+            return Verdict(excluded=FORMAT_ERROR, error=error, details=self._categories())
+        missing = [
+            OperatorReport(name, OperatorStatus.MISSING, match.precondition, match.effect)
+            for name, match in ((name, missing_operator(gold)) for name, gold in self.task.gold.items())
+        ]
+        return Verdict(
+            success=False,
+            error=error,
+            counts=self._counts(missing),
+            planner=PlannerOutcome.INPUT_ERROR,
+            details={**self._categories(), "operators": [report.to_json() for report in missing]},
+        )
+
+    def _counts(self, reports: tuple[OperatorReport, ...] | list[OperatorReport]) -> Counts:
+        others, categories = self._rules.count_others, self.task.domain.categories
+        return {
+            "precondition": count_by_category(
+                (r.precondition for r in reports), categories, count_others=others
+            ),
+            "effect": count_by_category((r.effect for r in reports), categories, count_others=others),
+        }
+
+    def _categories(self) -> dict[str, Json]:
+        return {"task_categories": [category.value for category in self.task.categories]}
+
+
+def _notes(judgement: Judgement) -> Iterator[str]:
+    for report in judgement.operators:
+        yield f"{report.name}: {report.status.value}"
+        for side, match in (("precondition", report.precondition), ("effect", report.effect)):
+            if match.missing:
+                yield f"{report.name}: the {side} lacks {', '.join(match.missing)}"
+            if match.additional:
+                yield f"{report.name}: the {side} has additional {', '.join(match.additional)}"
+        for finding in report.findings:
+            yield f"{report.name}: {finding.offence.value} in the {finding.place}: {finding.name}"
+    planning = judgement.planning
+    yield f"planner: {planning.outcome.value}" + (f" ({planning.detail})" if planning.detail else "")

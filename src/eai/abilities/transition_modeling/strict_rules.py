@@ -1,0 +1,97 @@
+"""The rules of the paper (protocol ``strict``).
+
+Every operator that is asked for counts: one that is missing or cannot be read misses all its predicates.
+The planner gets the operators that are asked for, as the answer has them, and nothing else: what the answer
+lacks is not filled in, and what was not asked for is left out (and reported). An operator that uses
+undefined names is an input error of the answer, as any current planner has it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from eai.abilities.transition_modeling.extraction import WrittenOperator, extract
+from eai.abilities.transition_modeling.judgement import Judgement, PlanMemory
+from eai.abilities.transition_modeling.report import OperatorReport, OperatorStatus
+from eai.data.transition_modeling import TransitionTask
+from eai.pddl.check import Vocabulary, check_action
+from eai.pddl.matching import OperatorMatch, match_operators, missing_operator
+from eai.pddl.model import Action
+from eai.pddl.normalise import normalise
+from eai.pddl.offence import Finding
+from eai.pddl.planning import Planner, PlannerOutcome, PlannerResult, PlanningTask
+
+
+@dataclass(frozen=True, slots=True)
+class StrictRules:
+    """The rules with what they remember about one domain: equal operators are compared and checked once."""
+
+    plans: PlanMemory
+    matched: dict[tuple[Action, str], OperatorMatch] = field(default_factory=dict)
+    checked: dict[Action, tuple[Finding, ...]] = field(default_factory=dict)
+    count_others: bool = True
+
+    @classmethod
+    def with_planner(cls, planner: Planner) -> StrictRules:
+        """Fresh rules."""
+        return cls(PlanMemory(planner))
+
+    def judge(self, task: TransitionTask, text: str) -> Judgement | None:
+        """The judgement on an answer; None if there is no operator in it to be read."""
+        written = extract(text)
+        if written is None:
+            return None
+        by_name = {operator.name: operator for operator in written.operators}
+        asked = tuple(self._report(task, name, by_name.get(name)) for name in task.operators)
+        others = tuple(
+            OperatorReport(name, OperatorStatus.HALLUCINATED, findings=self._findings(task, operator))
+            for name, operator in by_name.items()
+            if name not in task.operators
+        )
+        return Judgement((*asked, *others), self._plan(task, by_name, asked), written.repairs)
+
+    def _report(self, task: TransitionTask, name: str, written: WrittenOperator | None) -> OperatorReport:
+        if written is None or isinstance(written.reading, Finding):
+            match = missing_operator(task.gold[name])
+            status = OperatorStatus.MISSING if written is None else OperatorStatus.UNREADABLE
+        else:
+            match = self._match(task, name, written.reading)
+            status = OperatorStatus.COMPARED
+        findings = () if written is None else self._findings(task, written)
+        return OperatorReport(name, status, match.precondition, match.effect, findings)
+
+    def _match(self, task: TransitionTask, name: str, action: Action) -> OperatorMatch:
+        match = self.matched.get((action, name))
+        if match is None:
+            match = self.matched[action, name] = match_operators(action, task.gold[name])
+        return match
+
+    def _findings(self, task: TransitionTask, written: WrittenOperator) -> tuple[Finding, ...]:
+        if isinstance(written.reading, Finding):
+            return (written.reading,)
+        findings = self.checked.get(written.reading)
+        if findings is None:
+            findings = check_action(written.reading, Vocabulary.of(task.domain.header))
+            self.checked[written.reading] = findings
+        return findings
+
+    def _plan(
+        self,
+        task: TransitionTask,
+        written: Mapping[str, WrittenOperator],
+        reports: tuple[OperatorReport, ...],
+    ) -> PlannerResult:
+        for report in reports:
+            for finding in report.findings:
+                if finding.offence.stops_planner:
+                    detail = f"{finding.place}: {finding.offence.value}: {finding.name}"
+                    return PlannerResult(PlannerOutcome.INPUT_ERROR, detail=detail)
+        readings = (written[name].reading for name in task.operators if name in written)
+        actions = tuple(reading for reading in readings if isinstance(reading, Action))
+        return self.plans.solve((task.problem_text, actions), lambda: _planning(task, actions))
+
+
+def _planning(task: TransitionTask, actions: tuple[Action, ...]) -> PlanningTask:
+    """The planning task; normalising changes only the one problem (BEHAVIOR) with an undeclared object."""
+    return normalise(task.domain.header, actions, task.problem)

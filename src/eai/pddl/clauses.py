@@ -1,0 +1,177 @@
+"""Conditions and effects as trees of clauses: one shape for both, matched by one set of rules.
+
+Connectives are flattened and single-part lists opened, so that ``(and (p) (and (q)))`` is the same tree as
+``(and (p) (q))`` and ``(and (p))`` the same as ``(p)``; double negations vanish. Order of parts is kept and
+means nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from enum import Enum
+from typing import TypeAlias
+
+from typing_extensions import assert_never
+
+from eai.logic.formula import (
+    And,
+    Atom,
+    Equals,
+    Exists,
+    ForAll,
+    Formula,
+    Implies,
+    Not,
+    Or,
+    Term,
+    Variable,
+)
+from eai.pddl.model import Add, Both, Delete, Each, Effect, When, type_of
+
+EQUALITY = "="
+"""The name of the predicate of equations."""
+
+
+class Connective(str, Enum):
+    """What joins the parts of a list."""
+
+    ALL = "and"
+    ANY = "or"
+
+
+class Scope(str, Enum):
+    """What binds a variable, or guards its part."""
+
+    FORALL = "forall"
+    EXISTS = "exists"
+
+
+@dataclass(frozen=True, slots=True)
+class Literal:
+    """An atom, asserted or denied; in an effect: added or deleted."""
+
+    predicate: str
+    arguments: tuple[Term, ...]
+    positive: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Joined:
+    """A list of clauses."""
+
+    connective: Connective
+    parts: tuple[Clause, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Denied:
+    """The negation of something that is not an atom."""
+
+    part: Clause
+
+
+@dataclass(frozen=True, slots=True)
+class Bound:
+    """A clause under a quantifier."""
+
+    scope: Scope
+    name: str
+    type: str
+    part: Clause
+
+
+@dataclass(frozen=True, slots=True)
+class Guarded:
+    """A clause that depends on another: ``when`` in an effect, ``imply`` in a condition."""
+
+    guard: Clause
+    part: Clause
+
+
+Clause: TypeAlias = Literal | Joined | Denied | Bound | Guarded
+
+NOTHING = Joined(Connective.ALL, ())
+
+
+def condition_clause(formula: Formula) -> Clause:
+    """The tree of a condition.
+
+    Raises:
+        ValueError: the formula has a part without a PDDL form.
+    """
+    match formula:
+        case Atom(predicate, arguments):
+            return Literal(predicate, arguments, positive=True)
+        case Equals(left, right):
+            return Literal(EQUALITY, (left, right), positive=True)
+        case Not(operand):
+            return _denied(condition_clause(operand))
+        case And(operands):
+            return _joined(Connective.ALL, map(condition_clause, operands))
+        case Or(operands):
+            return _joined(Connective.ANY, map(condition_clause, operands))
+        case Implies(premise, conclusion):
+            return Guarded(condition_clause(premise), condition_clause(conclusion))
+        case ForAll(variable, body):
+            return _bound(Scope.FORALL, variable, condition_clause(body))
+        case Exists(variable, body):
+            return _bound(Scope.EXISTS, variable, condition_clause(body))
+        case _:
+            raise ValueError(f"{type(formula).__name__} has no PDDL form")
+
+
+def effect_clause(effect: Effect) -> Clause:
+    """The tree of an effect."""
+    match effect:
+        case Add(atom):
+            return Literal(atom.predicate, atom.arguments, positive=True)
+        case Delete(atom):
+            return Literal(atom.predicate, atom.arguments, positive=False)
+        case Both(parts):
+            return _joined(Connective.ALL, map(effect_clause, parts))
+        case Each(variable, part):
+            return _bound(Scope.FORALL, variable, effect_clause(part))
+        case When(condition, part):
+            return Guarded(condition_clause(condition), effect_clause(part))
+        case _:
+            assert_never(effect)
+
+
+def literals(clause: Clause) -> Iterator[Literal]:
+    """The literals of a tree, left to right, each as often as it stands there."""
+    match clause:
+        case Literal():
+            yield clause
+        case Joined(_, parts):
+            for part in parts:
+                yield from literals(part)
+        case Denied(part) | Bound(part=part):
+            yield from literals(part)
+        case Guarded(guard, part):
+            yield from literals(guard)
+            yield from literals(part)
+
+
+def _denied(clause: Clause) -> Clause:
+    match clause:
+        case Literal(predicate, arguments, positive):
+            return Literal(predicate, arguments, positive=not positive)
+        case Denied(part):
+            return part
+        case _:
+            return Denied(clause)
+
+
+def _bound(scope: Scope, variable: Variable, part: Clause) -> Clause:
+    return Bound(scope, variable.name, type_of(variable), part)
+
+
+def _joined(connective: Connective, parts: Iterable[Clause]) -> Clause:
+    flat: list[Clause] = []
+    for part in parts:
+        if isinstance(part, Joined) and part.connective is connective:
+            flat.extend(part.parts)
+        else:
+            flat.append(part)
+    return flat[0] if len(flat) == 1 else Joined(connective, tuple(flat))

@@ -1,0 +1,57 @@
+"""Planning tasks and what planners make of them: the interface between scoring and planners."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+from typing import Protocol
+
+from eai.logic.formula import Atom
+from eai.pddl.execute import Step
+from eai.pddl.model import Domain, Problem
+
+
+class PlannerOutcome(str, Enum):
+    """How a planner call ended. The values are the wire strings."""
+
+    SOLVED = "solved"
+    UNSOLVABLE = "unsolvable"
+    """There is no plan, or the planner's search space holds none."""
+    INPUT_ERROR = "input_error"
+    """The domain or problem is not acceptable PDDL."""
+    UNSUPPORTED = "unsupported"
+    TIME = "time"
+    """The limit of CPU time, or of evaluated states, was reached."""
+    MEMORY = "memory"
+    CRASH = "crash"
+    NOT_RUN = "not_run"
+
+
+@dataclass(frozen=True, slots=True)
+class PlannerResult:
+    """The outcome, the plan if there is one, and in words what the outcome rests on."""
+
+    outcome: PlannerOutcome
+    plan: tuple[Step, ...] = ()
+    detail: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class PlanningTask:
+    """What a planner is given.
+
+    ``fatal`` is an atom whose mere reachability counts as a crash of the planner; it stands for additions
+    of atoms with unbound variables (`scope`).
+    """
+
+    domain: Domain
+    problem: Problem
+    fatal: Atom | None = None
+
+
+class Planner(Protocol):
+    """Anything that solves planning tasks; the same task always has the same result, resources permitting."""
+
+    def solve(self, task: PlanningTask) -> PlannerResult:
+        """Look for a plan."""
+        ...
