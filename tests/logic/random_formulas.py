@@ -1,6 +1,8 @@
-"""Random formulas for property tests."""
+"""Random formulas and trajectories for property tests."""
 
 from __future__ import annotations
+
+from functools import cache
 
 from hypothesis import strategies as st
 
@@ -26,6 +28,8 @@ from eai.logic.formula import (
     Until,
     Variable,
 )
+from eai.logic.trajectory import Action
+from logic.naive import Facts
 
 PREDICATES = {"open": 1, "next_to": 2, "notable": 1, "-raining": 0}
 ACTIONS = {"grab": 1, "pour": 2, "sleep": 0}
@@ -34,11 +38,13 @@ VARIABLES = ("x", "y", "z0", "forall_x")
 CATEGORIES = (None, "cup", "bottle.n.01", "sofa-bed")
 
 
+@cache
 def _terms(scope: tuple[str, ...]) -> st.SearchStrategy[Term]:
     names = st.sampled_from(OBJECTS).map(Constant)
     return st.one_of(names, st.sampled_from(scope).map(Variable)) if scope else names
 
 
+@cache
 def _leaves(scope: tuple[str, ...], equality: bool) -> st.SearchStrategy[Formula]:
     def primitive(kind: type[Atom] | type[Occurs], arities: dict[str, int]) -> st.SearchStrategy[Formula]:
         return st.sampled_from(sorted(arities)).flatmap(
@@ -51,6 +57,7 @@ def _leaves(scope: tuple[str, ...], equality: bool) -> st.SearchStrategy[Formula
     return st.one_of(leaves)
 
 
+@cache
 def formulas(
     depth: int = 3, scope: tuple[str, ...] = (), temporal: bool = True, beyond_paper: bool = True
 ) -> st.SearchStrategy[Formula]:
@@ -95,3 +102,23 @@ def formulas(
     if temporal and beyond_paper:
         options += [sub().map(Next), sub().map(Eventually), sub().map(Always), st.builds(Until, sub(), sub())]
     return st.one_of(options)
+
+
+SCENE = (("cup.1", "cup"), ("cup.2", "cup"), ("sofa", "bottle.n.01"))
+
+
+@st.composite
+def trajectories(draw: st.DrawFn) -> tuple[list[Facts], list[Action]]:
+    length = draw(st.integers(1, 5))
+
+    def arguments(arity: int) -> st.SearchStrategy[tuple[str, ...]]:
+        return st.tuples(*[st.sampled_from([name for name, _ in SCENE])] * arity)
+
+    def ground(arities: dict[str, int]) -> st.SearchStrategy[tuple[str, tuple[str, ...]]]:
+        return st.sampled_from(sorted(arities)).flatmap(
+            lambda name: arguments(arities[name]).map(lambda given: (name, given))
+        )
+
+    states = [Facts(draw(st.frozensets(ground(PREDICATES), max_size=8)), SCENE) for _ in range(length)]
+    actions = [Action(*draw(ground(ACTIONS))) for _ in range(length - 1)]
+    return states, actions

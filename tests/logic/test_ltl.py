@@ -54,7 +54,7 @@ def failure_of(text: str, dialect: Dialect) -> ParseError | None:
 
 
 @given(formulas())
-@settings(max_examples=300)
+@settings(max_examples=120)
 def test_what_is_printed_is_read_back(formula: Formula) -> None:
     reading = parse(print_ltl(formula), SIGNATURE)
     assert reading.formula == formula
@@ -62,14 +62,14 @@ def test_what_is_printed_is_read_back(formula: Formula) -> None:
 
 
 @given(formulas(beyond_paper=False))
-@settings(max_examples=300)
+@settings(max_examples=120)
 def test_the_dialects_agree_on_the_papers_formulas(formula: Formula) -> None:
     text = print_ltl(formula).replace("notable", "able")
     assert read(text, Dialect.RELEASE) == read(text, Dialect.LTLF)
 
 
 @given(st.text(alphabet=" ()pxy.,32nothefrlaid\n-_é=:", max_size=40), st.sampled_from(Dialect))
-@settings(max_examples=300)
+@settings(max_examples=120)
 def test_any_text_is_a_formula_or_a_parse_error_inside_the_text(text: str, dialect: Dialect) -> None:
     failure = failure_of(text, dialect)
     if failure is not None:

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from functools import cache
+from itertools import combinations, permutations
 
 from hypothesis import given
 from hypothesis import strategies as st
 
-from eai.logic.matching import maximum_matching
+from eai.logic.matching import heaviest_matching, maximum_matching
 
 GRAPHS = st.lists(st.lists(st.integers(0, 7), max_size=6), max_size=8)
 
@@ -53,3 +54,30 @@ def test_long_augmenting_paths_do_not_recurse() -> None:
     size = 3000
     adjacency = [[left, left + 1] for left in range(size)] + [[0]]
     assert None not in maximum_matching(adjacency)
+
+
+TABLES = st.tuples(st.integers(0, 4), st.integers(0, 4)).flatmap(
+    lambda shape: st.lists(
+        st.lists(st.none() | st.integers(-2, 5), min_size=shape[1], max_size=shape[1]),
+        min_size=shape[0],
+        max_size=shape[0],
+    )
+)
+
+
+@given(TABLES, st.integers(0, 4))
+def test_the_heaviest_matching_is_the_best_of_all(table: list[list[int | None]], size: int) -> None:
+    width = len(table[0]) if table else 0
+    totals = []
+    for rows in combinations(range(len(table)), size):
+        for columns in permutations(range(width), size):
+            cells = [table[i][j] for i, j in zip(rows, columns, strict=True)]
+            if None not in cells:
+                totals.append(sum(cell for cell in cells if cell is not None))
+    assert heaviest_matching(table, size) == max(totals, default=None)
+
+
+def test_a_large_heaviest_matching() -> None:
+    size = 60
+    table = [[10 if (i + 7) % size == j else (i * j) % 7 for j in range(size)] for i in range(size)]
+    assert heaviest_matching(table, size) == 10 * size

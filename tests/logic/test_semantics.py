@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import pytest
 from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from eai.errors import InputError
 from eai.logic.evidence import explain
@@ -14,31 +13,11 @@ from eai.logic.semantics import holds, holds_in
 from eai.logic.signature import Signature
 from eai.logic.trajectory import Action, Trajectory
 from logic.naive import Facts, Naive
-from logic.random_formulas import ACTIONS, PREDICATES, formulas
-
-NAMES = ("cup.1", "cup.2", "sofa")
-CATEGORIES = (("cup.1", "cup"), ("cup.2", "cup"), ("sofa", "bottle.n.01"))
-
-
-@st.composite
-def trajectories(draw: st.DrawFn) -> tuple[list[Facts], list[Action]]:
-    length = draw(st.integers(1, 5))
-
-    def arguments(arity: int) -> st.SearchStrategy[tuple[str, ...]]:
-        return st.tuples(*[st.sampled_from(NAMES)] * arity)
-
-    def ground(arities: dict[str, int]) -> st.SearchStrategy[tuple[str, tuple[str, ...]]]:
-        return st.sampled_from(sorted(arities)).flatmap(
-            lambda name: arguments(arities[name]).map(lambda given: (name, given))
-        )
-
-    states = [Facts(draw(st.frozensets(ground(PREDICATES), max_size=8)), CATEGORIES) for _ in range(length)]
-    actions = [Action(*draw(ground(ACTIONS))) for _ in range(length - 1)]
-    return states, actions
+from logic.random_formulas import SCENE, formulas, trajectories
 
 
 @given(formulas(), trajectories())
-@settings(max_examples=600, deadline=None)
+@settings(max_examples=250, deadline=None)
 def test_agrees_with_the_naive_evaluator(formula: Formula, given_: tuple[list[Facts], list[Action]]) -> None:
     states, actions = given_
     expected = Naive(tuple(states), tuple(actions)).on(formula, 0, len(states) - 1, {})
@@ -50,7 +29,7 @@ def test_agrees_with_the_naive_evaluator(formula: Formula, given_: tuple[list[Fa
 
 
 @given(formulas(temporal=False), trajectories())
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=100, deadline=None)
 def test_evidence_of_a_state_formula_is_where_it_holds(
     formula: Formula, given_: tuple[list[Facts], list[Action]]
 ) -> None:
@@ -63,7 +42,7 @@ def test_evidence_of_a_state_formula_is_where_it_holds(
 
 def trajectory(*texts: str) -> Trajectory:
     """Names of true atoms and actions by turns: ``trajectory("p q", "GRAB", "")``."""
-    states = [Facts(frozenset((name, ()) for name in text.split()), CATEGORIES) for text in texts[::2]]
+    states = [Facts(frozenset((name, ()) for name in text.split()), SCENE) for text in texts[::2]]
     return Trajectory(states, [Action(text) for text in texts[1::2]])
 
 
@@ -125,7 +104,7 @@ def test_operators_beyond_the_paper_speak_of_positions() -> None:
 
 @pytest.mark.parametrize("count", range(5))
 def test_forn_is_exactly(count: int) -> None:
-    state = Facts(frozenset({("open", ("cup.1",)), ("open", ("sofa",))}), CATEGORIES)
+    state = Facts(frozenset({("open", ("cup.1",)), ("open", ("sofa",))}), SCENE)
     formula = parse(f"forn {count} x. (open(x))").formula
     assert holds_in(formula, state) == (count == 2)
 
@@ -153,7 +132,7 @@ def test_unbound_variables_are_an_error() -> None:
 
 
 def test_shadowed_variables_take_the_inner_value() -> None:
-    state = Facts(frozenset({("open", ("sofa",))}), CATEGORIES)
+    state = Facts(frozenset({("open", ("sofa",))}), SCENE)
     assert holds_in(parse("forall x: cup. (exists x. (open(x)))").formula, state)
     assert not holds_in(parse("exists x. (open(x) and forall x. (open(x)))").formula, state)
 

@@ -77,3 +77,59 @@ def _augment(
         if layers.get(holder) == layers[left] + 1:
             path.append(holder)
             edges.append(right)
+
+
+def heaviest_matching(weights: Sequence[Sequence[int | None]], size: int) -> int | None:
+    """The largest total weight of ``size`` cells of a table, no two in one row or column.
+
+    Args:
+        weights: the table, row by row; None marks a cell that must not be taken.
+        size: how many cells to take.
+
+    Returns:
+        The total weight, or None if there are no ``size`` such cells.
+
+    Cells are added one at a time along the path that gains most, which keeps the choice the best one for
+    every size; takes O(size * cells * rows) time.
+    """
+    column_of: dict[int, int] = {}
+    row_of: dict[int, int] = {}
+    total = 0
+    for _ in range(size):
+        gains, came_from = _best_gains(weights, column_of, row_of)
+        free = [(gain, column) for column, gain in gains.items() if column not in row_of]
+        if not free:
+            return None
+        gain, column = max(free, key=lambda end: (end[0], -end[1]))
+        total += gain
+        while True:
+            row = came_from[column]
+            released = column_of.get(row)
+            column_of[row], row_of[column] = column, row
+            if released is None:
+                break
+            column = released
+    return total
+
+
+def _best_gains(
+    weights: Sequence[Sequence[int | None]], column_of: dict[int, int], row_of: dict[int, int]
+) -> tuple[dict[int, int], dict[int, int]]:
+    """For each column the most that an alternating path from a free row to it gains, and its last row."""
+    reached = {row: 0 for row in range(len(weights)) if row not in column_of}
+    gains: dict[int, int] = {}
+    came_from: dict[int, int] = {}
+    queue = deque(reached)
+    while queue:
+        row = queue.popleft()
+        for column, weight in enumerate(weights[row]):
+            if weight is None or column_of.get(row) == column:
+                continue
+            gain = reached[row] + weight
+            if column not in gains or gain > gains[column]:
+                gains[column], came_from[column] = gain, row
+                holder = row_of.get(column)
+                if holder is not None:
+                    reached[holder] = gain - (weights[holder][column] or 0)
+                    queue.append(holder)
+    return gains, came_from

@@ -1,0 +1,216 @@
+"""BDDL: conditions and problem files, read, printed and read again."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from eai.errors import InputError, ParseError
+from eai.logic.bddl import Declaration, parse_condition, parse_problem
+from eai.logic.bddl_printer import print_condition, print_problem
+from eai.logic.formula import (
+    And,
+    Atom,
+    Constant,
+    Equals,
+    Exactly,
+    Exists,
+    ForAll,
+    Formula,
+    ForPairs,
+    Implies,
+    Next,
+    Not,
+    Or,
+    Variable,
+)
+from eai.logic.signature import OffenceKind, Signature
+from eai.logic.traversal import MAX_DEPTH, walk
+from logic.random_formulas import formulas
+
+PROBLEM = """(define (problem Sorting_0)   ; a comment with (brackets
+    (:domain igibson)
+    (:objects
+        cup.n.01_1 cup.n.01_2 - cup.n.01
+        shelf.n.01_1 - shelf.n.01
+        agent.n.01_1 - agent.n.01
+    )
+    (:init
+        (ontop cup.n.01_1 shelf.n.01_1)
+        (not (dusty cup.n.01_2))
+        (inroom shelf.n.01_1 kitchen)
+    )
+    (:goal
+        (and
+            (forall (?cup.n.01 - cup.n.01) (inside ?cup.n.01 ?shelf.n.01_1))
+            (open ?shelf.n.01_1)
+        )
+    )
+)
+"""
+CUP = Variable("cup", "cup.n.01")
+SHELF = Constant("shelf.n.01_1")
+
+
+def open_(term: Variable | Constant) -> Atom:
+    return Atom("open", (term,))
+
+
+@pytest.mark.parametrize(
+    ("text", "formula"),
+    [
+        ("(open ?shelf.n.01_1)", open_(SHELF)),
+        ("(Open SHELF.n.01_1)", open_(SHELF)),
+        ("(and)", And(())),
+        ("(or (open shelf.n.01_1) (and (open shelf.n.01_1)))", Or((open_(SHELF), And((open_(SHELF),))))),
+        ("(imply (open shelf.n.01_1) (not (open a)))", Implies(open_(SHELF), Not(open_(Constant("a"))))),
+        ("(forall (?cup - cup.n.01) (open ?cup))", ForAll(CUP, open_(Variable("cup")))),
+        ("(exists (?cup - cup.n.01) (open cup))", Exists(CUP, open_(Variable("cup")))),
+        ("(forn (2) (?cup - cup.n.01) (open ?cup))", Exactly(2, CUP, open_(Variable("cup")))),
+        (
+            "(forpairs (?cup - cup.n.01) (?y - b) (in ?cup ?y))",
+            ForPairs(CUP, Variable("y", "b"), Atom("in", (Variable("cup"), Variable("y")))),
+        ),
+        (
+            "(fornpairs (3) (?cup - cup.n.01) (?y - b) (in ?cup ?z))",
+            ForPairs(CUP, Variable("y", "b"), Atom("in", (Variable("cup"), Constant("z"))), 3),
+        ),
+    ],
+)
+def test_conditions(text: str, formula: Formula) -> None:
+    assert parse_condition(text).formula == formula
+    assert parse_condition(print_condition(formula)).formula == formula
+
+
+def test_problem() -> None:
+    problem = parse_problem(PROBLEM)
+    assert (problem.name, problem.domain) == ("sorting_0", "igibson")
+    assert problem.objects == (
+        Declaration("cup.n.01_1", "cup.n.01"),
+        Declaration("cup.n.01_2", "cup.n.01"),
+        Declaration("shelf.n.01_1", "shelf.n.01"),
+        Declaration("agent.n.01_1", "agent.n.01"),
+    )
+    assert problem.init[1] == Not(Atom("dusty", (Constant("cup.n.01_2"),)))
+    assert len(problem.init) == 3
+    assert problem.goals[1] == open_(SHELF)
+    assert isinstance(problem.goals[0], ForAll)
+    assert parse_problem(print_problem(problem)) == problem
+    assert parse_problem(PROBLEM.replace("\n", "\r\n")) == problem
+
+
+def test_a_goal_without_and_is_one_goal() -> None:
+    problem = parse_problem("(define (problem p) (:domain d) (:objects a - b) (:init) (:goal (open a)))")
+    assert problem.goals == (open_(Constant("a")),)
+    assert parse_problem(print_problem(problem)) == problem
+
+
+@pytest.mark.parametrize(
+    ("text", "line", "column", "expected"),
+    [
+        ("", 1, 1, "'('"),
+        ("()", 1, 2, "a name or a connective"),
+        ("(and\n (open x)", 2, 10, "'(' or ')'"),
+        ("(open x))", 1, 9, "the end"),
+        ("(forall (?x cup) (open ?x))", 1, 13, "'-'"),
+        ("(forn 2 (?x - cup) (open ?x))", 1, 7, "'('"),
+        ("(not (open x) (open x))", 1, 15, "')'"),
+        ("(forn (1234567890) (?x - cup) (open ?x))", 1, 8, "a number of at most 9 digits"),
+    ],
+)
+def test_errors_in_conditions(text: str, line: int, column: int, expected: str) -> None:
+    with pytest.raises(ParseError) as caught:
+        parse_condition(text)
+    assert (caught.value.line, caught.value.column, caught.value.expected) == (line, column, expected)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "line", "expected"),
+    [
+        ("(:init", "(:inits", 8, "':domain', ':objects', ':init' or ':goal'"),
+        ("- agent.n.01\n", "\n", 7, "a name or '-'"),
+        ("(:domain igibson)", "", 20, "exactly one ':domain' section"),
+        ("(:init", "(:init) (:init", 20, "exactly one ':init' section"),
+    ],
+)
+def test_errors_in_problems(old: str, new: str, line: int, expected: str) -> None:
+    with pytest.raises(ParseError) as caught:
+        parse_problem(PROBLEM.replace(old, new))
+    assert (caught.value.line, caught.value.expected) == (line, expected)
+
+
+def test_names_are_checked_against_a_signature() -> None:
+    signature = Signature({"open": 1}, objects={"shelf.n.01_1"})
+    text = "(and (open ?shelf.n.01_1 b)\n (forall (?x - y) (opened ?x)))"
+    found = [(o.kind, o.name, o.line, o.column) for o in parse_condition(text, signature).offences]
+    assert found == [
+        (OffenceKind.WRONG_ARITY, "open", 1, 7),
+        (OffenceKind.UNKNOWN_OBJECT, "b", 1, 26),
+        (OffenceKind.UNKNOWN_PREDICATE, "opened", 2, 20),
+    ]
+
+
+@pytest.mark.parametrize("levels", [MAX_DEPTH, 1000, 16_000])
+def test_too_deep_nesting_is_an_error(levels: int) -> None:
+    with pytest.raises(ParseError, match="at most 100 levels of nesting"):
+        parse_condition("(not " * levels + "(open x)" + ")" * levels)
+
+
+def test_the_deepest_condition_is_read_and_printed() -> None:
+    text = "(not " * (MAX_DEPTH - 1) + "(open x)" + ")" * (MAX_DEPTH - 1)
+    assert print_condition(parse_condition(text).formula) == text
+
+
+def test_long_conditions() -> None:
+    formula = And((open_(Constant("a")),) * 10_000)
+    assert parse_condition(print_condition(formula)).formula == formula
+
+
+@pytest.mark.parametrize(
+    "formula",
+    [Next(open_(SHELF)), Equals(SHELF, SHELF), ForAll(Variable("x"), open_(Variable("x")))],
+)
+def test_what_bddl_cannot_say_is_an_error(formula: Formula) -> None:
+    with pytest.raises(InputError, match="BDDL"):
+        print_condition(formula)
+
+
+@given(formulas(temporal=False))
+@settings(max_examples=100)
+def test_what_is_printed_is_read_back(formula: Formula) -> None:
+    if all(not isinstance(part, Equals) for part in walk(formula)):
+        try:
+            text = print_condition(formula)
+        except InputError:
+            return
+        signature = Signature(
+            {"open": 1, "next_to": 2, "notable": 1, "-raining": 0}, {"grab": 1, "pour": 2, "sleep": 0}
+        )
+        assert parse_condition(text, signature).formula == formula
+
+
+@given(st.text(alphabet=" ()?-xandofr12;:\n", max_size=40))
+@settings(max_examples=100)
+def test_any_text_is_a_condition_or_a_parse_error(text: str) -> None:
+    try:
+        formula = parse_condition(text).formula
+    except ParseError:
+        return
+    assert parse_condition(print_condition(formula)).formula == formula
+
+
+def as_text(tree: list[Any] | str) -> str:
+    return tree if isinstance(tree, str) else f"({' '.join(map(as_text, tree))})"
+
+
+def test_all_goals_of_the_data_set_survive_the_round_trip(oracle: Any) -> None:
+    goals = [
+        goal for record in oracle("behavior", "", "reconstructed").values() for goal in record["bddl_goal"]
+    ]
+    assert len(goals) == 366
+    for goal in goals:
+        formula = parse_condition(as_text(goal)).formula
+        assert parse_condition(print_condition(formula)).formula == formula
