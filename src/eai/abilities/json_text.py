@@ -5,7 +5,8 @@ from __future__ import annotations
 import ast
 import json
 import re
-from collections.abc import Callable, Iterator
+import warnings
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple, TypeVar
 
@@ -13,9 +14,13 @@ _FENCED = re.compile(r"```[\w-]*\s*\n?(.*?)(?:```|\Z)", re.DOTALL)
 _SPECIAL_TOKENS = re.compile(r"<\|[\w-]+\|>")
 _THINKING = re.compile(r"<think>.*?</think>", re.DOTALL)
 _STRUCTURE = re.compile(r'\\.|[{}\[\]"]', re.DOTALL)
-_MAX_DEPTH = 100
-_MAX_LITERAL = 1_000_000
-"""Longest text, in characters, that is tried as a Python literal."""
+_END_OF_THINKING = "</think>"
+
+MAX_LENGTH = 1_000_000
+"""Longest answer, in characters, that is searched for JSON; no model writes as much."""
+
+MAX_DEPTH = 100
+"""Deepest nesting of a value that is found."""
 
 T = TypeVar("T")
 
@@ -38,8 +43,11 @@ def find_json(text: str, accept: Callable[[object], T | None]) -> tuple[T, tuple
     """The last JSON value in a text that ``accept`` makes something of, and the repairs it took.
 
     The whole text is tried first, then what stands in code fences, then what stands between brackets in
-    prose. Objects come as `Pairs`, arrays as lists.
+    prose. Objects come as `Pairs`, arrays as lists. Texts longer than `MAX_LENGTH` are not searched, and
+    values nested deeper than `MAX_DEPTH` not found.
     """
+    if len(text) > MAX_LENGTH:
+        return None
     for candidate in _candidates(text):
         accepted = accept(candidate.value)
         if accepted is not None:
@@ -49,9 +57,9 @@ def find_json(text: str, accept: Callable[[object], T | None]) -> tuple[T, tuple
 
 def _candidates(text: str) -> Iterator[Found]:
     repairs: tuple[str, ...] = ()
-    for pattern, repair in ((_THINKING, "reasoning"), (_SPECIAL_TOKENS, "special_tokens")):
-        if pattern.search(text):
-            text, repairs = pattern.sub("", text), (*repairs, repair)
+    for remove, repair in ((_without_reasoning, "reasoning"), (_without_special_tokens, "special_tokens")):
+        if (rest := remove(text)) != text:
+            text, repairs = rest, (*repairs, repair)
     text = text.strip()
     yield from _decoded(text, repairs)
     fenced = [block.strip() for block in _FENCED.findall(text)]
@@ -61,20 +69,51 @@ def _candidates(text: str) -> Iterator[Found]:
         yield from _decoded(segment, (*repairs, "prose"))
 
 
+def _without_reasoning(text: str) -> str:
+    """The text without what models think aloud; what is never closed stays."""
+    end = text.rfind(_END_OF_THINKING) + len(_END_OF_THINKING)
+    return _THINKING.sub("", text[:end]) + text[end:] if _END_OF_THINKING in text else text
+
+
+def _without_special_tokens(text: str) -> str:
+    return _SPECIAL_TOKENS.sub("", text)
+
+
 def _decoded(text: str, repairs: tuple[str, ...]) -> Iterator[Found]:
     """The value of a text that is JSON, or a Python literal with single quotes."""
     try:
-        yield Found(json.loads(text, object_pairs_hook=lambda pairs: Pairs(tuple(pairs))), repairs)
+        value = json.loads(text, object_pairs_hook=lambda pairs: Pairs(tuple(pairs)))
     except (ValueError, RecursionError):
         yield from _decoded_literal(text, repairs)
+        return
+    if _is_shallow(value):
+        yield Found(value, repairs)
+
+
+def _is_shallow(value: object) -> bool:
+    """Whether a value is nested no deeper than `MAX_DEPTH`, so that it can be walked recursively."""
+    level = [value]
+    for _ in range(MAX_DEPTH):
+        level = [part for whole in level for part in _parts(whole)]
+        if not level:
+            return True
+    return False
+
+
+def _parts(value: object) -> Sequence[object]:
+    if isinstance(value, Pairs):
+        return [part for _, part in value.members]
+    return value if isinstance(value, list) else ()
 
 
 def _decoded_literal(text: str, repairs: tuple[str, ...]) -> Iterator[Found]:
-    if "'" not in text or not text.startswith(("{", "[")) or len(text) > _MAX_LITERAL:
+    if "'" not in text or not text.startswith(("{", "[")):
         return
     try:
-        tree = ast.parse(text, mode="eval").body
-        yield Found(_literal(tree, _MAX_DEPTH), (*repairs, "single_quotes"))
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # the compiler's remarks on escapes in the answer
+            tree = ast.parse(text, mode="eval").body
+        yield Found(_literal(tree, MAX_DEPTH), (*repairs, "single_quotes"))
     except (ValueError, SyntaxError, RecursionError, MemoryError):
         return
 

@@ -135,7 +135,7 @@ def _parse(place: str, line: str) -> Record:
         first = error.errors()[0]
         field = ".".join(str(part) for part in first["loc"]).replace("schema_", "schema")
         raise InputError(f"{place}: field {field}: {first['msg']}") from error
-    except (ValueError, AttributeError, TypeError) as error:
+    except (ValueError, AttributeError, TypeError, RecursionError) as error:
         raise InputError(f"{place}: expected a JSON object ({error})") from error
     if wire.schema_ != SCHEMA:
         raise InputError(f"{place}: schema {wire.schema_}, expected {SCHEMA}")

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from enum import Enum
 from functools import partial
+from typing import NamedTuple, TypeAlias
 from typing import Protocol as Interface
-from typing import TypeAlias
 
 from eai.abilities.explanation import Explanation
 from eai.abilities.protocol import Ability, Domain, Protocol
@@ -35,6 +36,8 @@ class Suite:
     Attributes:
         task_ids: the ids of all tasks, in the order of the data set.
         data_sha256: digest of the data behind them.
+        reopen: opens the same suite once more, say in another process; None if it was not opened by
+            `open_suite`.
     """
 
     domain: Domain
@@ -44,11 +47,18 @@ class Suite:
     data_sha256: str
     _make: Callable[[str], Scorer]
     _made: dict[str, Scorer] = field(default_factory=dict, repr=False)
+    reopen: Callable[[], Suite] | None = field(default=None, repr=False)
 
     def scorer(self, task_id: str) -> Scorer:
-        """The scorer of a task; it is made once."""
+        """The scorer of a task; it is made once.
+
+        Raises:
+            InputError: there is no such task.
+        """
         scorer = self._made.get(task_id)
         if scorer is None:
+            if task_id not in self.task_ids:
+                raise InputError(f"{self.domain.value} {self.ability.value} has no task {task_id!r}")
             scorer = self._made[task_id] = self._make(task_id)
         return scorer
 
@@ -57,15 +67,34 @@ class Suite:
         return self.scorer(task_id).score(text)
 
 
+class PlannerChoice(str, Enum):
+    """Which planner judges operators in transition modeling."""
+
+    FULL = "full"
+    """The built-in search, and Fast Downward for what it cannot decide."""
+    BUILT_IN = "built_in"
+    FAST_DOWNWARD = "fast_downward"
+    NONE = "none"
+
+
 @dataclass(frozen=True, slots=True)
 class Source:
-    """Where a suite's data comes from: a store, and who is told of a download."""
+    """What a suite is opened with: a store (the user's if None), who is told of a download, a planner."""
 
     store: Store | None = None
     report: Report = silent
+    planner: PlannerChoice = PlannerChoice.FULL
 
 
-Opener: TypeAlias = Callable[[Protocol, Sequence[str], Source], Suite]
+class Opened(NamedTuple):
+    """What is particular to a suite: its tasks in order, the digest of its data, and its scorers."""
+
+    task_ids: tuple[str, ...]
+    data_sha256: str
+    make: Callable[[str], Scorer]
+
+
+Opener: TypeAlias = Callable[[Protocol, Sequence[str], Source], Opened]
 
 
 def open_suite(
@@ -92,7 +121,12 @@ def open_suite(
     opener = _OPENERS.get((domain, ability))
     if opener is None:
         raise InputError(f"{domain.value} has no {ability.value} yet")
-    return opener(protocol, answers, source or Source())
+    source = source or Source()
+    opened = opener(protocol, answers, source)
+    again = partial(
+        open_suite, domain, ability, protocol, answers=answers, source=replace(source, report=silent)
+    )
+    return Suite(domain, ability, protocol, *opened, reopen=again)
 
 
 def available_suites() -> tuple[tuple[Domain, Ability], ...]:
@@ -100,23 +134,51 @@ def available_suites() -> tuple[tuple[Domain, Ability], ...]:
     return tuple(_OPENERS)
 
 
-def _virtualhome_action_sequencing(protocol: Protocol, answers: Sequence[str], source: Source) -> Suite:
+def _virtualhome_action_sequencing(protocol: Protocol, answers: Sequence[str], source: Source) -> Opened:
     from eai.abilities.action_sequencing.virtualhome import ActionSequencing, written_with_ids
     from eai.data.virtualhome_tasks import open_tasks
 
     tasks = open_tasks(source.store, report=source.report)
     with_ids = written_with_ids(answers) if answers and protocol is Protocol.EAI_1_0_5 else None
-    make = partial(ActionSequencing, protocol=protocol, with_ids=with_ids)
-    return Suite(
-        Domain.VIRTUALHOME,
-        Ability.ACTION_SEQUENCING,
-        protocol,
+    return Opened(
         tuple(tasks),
         tasks.sha256,
-        lambda task_id: make(tasks[task_id]),
+        lambda task_id: ActionSequencing(tasks[task_id], protocol, with_ids=with_ids),
     )
 
 
+def _virtualhome_goal_interpretation(protocol: Protocol, answers: Sequence[str], source: Source) -> Opened:
+    from eai.abilities.goal_interpretation.virtualhome import GoalInterpretation
+    from eai.data.virtualhome_tasks import open_tasks
+
+    tasks = open_tasks(source.store, report=source.report)
+    return Opened(tuple(tasks), tasks.sha256, lambda task_id: GoalInterpretation(tasks[task_id], protocol))
+
+
+def _transition_modeling(domain: Domain) -> Opener:
+    def open_tasks(protocol: Protocol, answers: Sequence[str], source: Source) -> Opened:
+        from eai.abilities.transition_modeling.planners import make_planner
+        from eai.abilities.transition_modeling.scorer import TransitionModeling, rules_of
+        from eai.data import transition_modeling
+
+        opener = (
+            transition_modeling.open_virtualhome
+            if domain is Domain.VIRTUALHOME
+            else transition_modeling.open_behavior
+        )
+        tasks = opener(source.store, report=source.report)
+        rules = rules_of(protocol, make_planner(source.planner, domain))
+        return Opened(
+            tuple(tasks), tasks.sha256, lambda task_id: TransitionModeling(tasks[task_id], protocol, rules)
+        )
+
+    return open_tasks
+
+
 _OPENERS: Mapping[tuple[Domain, Ability], Opener] = {
+    (Domain.VIRTUALHOME, Ability.GOAL_INTERPRETATION): _virtualhome_goal_interpretation,
     (Domain.VIRTUALHOME, Ability.ACTION_SEQUENCING): _virtualhome_action_sequencing,
+    (Domain.VIRTUALHOME, Ability.TRANSITION_MODELING): _transition_modeling(Domain.VIRTUALHOME),
+    (Domain.BEHAVIOR, Ability.TRANSITION_MODELING): _transition_modeling(Domain.BEHAVIOR),
 }
+"""How each suite is opened. What an opener needs is imported by it: scoring plans loads no planner."""

@@ -45,7 +45,8 @@ def data_progress() -> Iterator[Report]:
     try:
         yield report
     finally:
-        bar.stop()
+        if tasks:
+            bar.stop()
 
 
 def print_rates(title: str, metrics: Sequence[str], rates: Mapping[str, Mapping[str, Rate]]) -> None:

@@ -35,7 +35,7 @@ def explain(
         answers = [r.response for r in read_records(_records_file(records)) if r.model == record.model]
         with data_progress() as report:
             suite = open_suite(
-                Domain(record.domain),
+                _domain(record, records),
                 record.ability,
                 record.protocol,
                 answers=answers,
@@ -94,6 +94,13 @@ def _find(path: Path, task: str) -> list[Record]:
     if not found:
         raise InputError(f"{_records_file(path)}: no record of task {task}")
     return found
+
+
+def _domain(record: Record, path: Path) -> Domain:
+    try:
+        return Domain(record.domain)
+    except ValueError as error:
+        raise InputError(f"{_records_file(path)}: there is no domain {record.domain!r}") from error
 
 
 def _records_file(path: Path) -> Path:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
 from functools import partial
@@ -10,8 +10,6 @@ from functools import partial
 from eai.abilities.record import Record
 from eai.abilities.responses import Response, ResponseFile
 from eai.abilities.suite import Suite
-
-_CHUNKS_PER_WORKER = 4
 
 
 def score_batch(
@@ -22,15 +20,26 @@ def score_batch(
     Args:
         suite: the tasks, opened for these answers.
         answers: what to score.
-        workers: how many processes to use; they share what the suite has loaded where the system can fork.
+        workers: how many processes to use; each opens the suite for itself.
         explanations: put the step-by-step explanation into each record.
     """
-    score = partial(_score, suite, answers.model, explanations=explanations)
-    if workers == 1 or len(answers.responses) < 2 * workers:
-        return score(answers.responses)
+    count = len(answers.responses)
+    workers = min(workers, count)
+    if suite.reopen is None or workers < 2:
+        return _score(suite, answers.model, answers.responses, explanations=explanations)
+    score = partial(_score_in_worker, suite.reopen, answers.model, explanations=explanations)
+    records: dict[int, Record] = {}
     with ProcessPoolExecutor(workers) as pool:
-        chunks = _chunks(answers.responses, workers * _CHUNKS_PER_WORKER)
-        return [record for records in pool.map(score, chunks) for record in records]
+        shares = pool.map(score, [answers.responses[worker::workers] for worker in range(workers)])
+        for worker, share in enumerate(shares):
+            records.update(zip(range(worker, count, workers), share, strict=True))
+    return [records[i] for i in range(count)]
+
+
+def _score_in_worker(
+    reopen: Callable[[], Suite], model: str, responses: Iterable[Response], *, explanations: bool
+) -> list[Record]:
+    return _score(reopen(), model, responses, explanations=explanations)
 
 
 def _score(suite: Suite, model: str, responses: Iterable[Response], *, explanations: bool) -> list[Record]:
@@ -53,8 +62,3 @@ def _record(suite: Suite, model: str, response: Response, *, explanations: bool)
         suite.data_sha256,
         verdict,
     )
-
-
-def _chunks(responses: Sequence[Response], count: int) -> list[Sequence[Response]]:
-    size = -(-len(responses) // count)
-    return [responses[i : i + size] for i in range(0, len(responses), size)]

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import NamedTuple
 
+from eai.abilities.json_text import MAX_LENGTH
+
 
 class WrittenStep(NamedTuple):
     """One step of an answer.
@@ -35,3 +37,7 @@ class Unreadable:
 
     reason: str
     times_counted: int = 1
+
+
+TOO_LONG = Unreadable(f"the answer is longer than {MAX_LENGTH:,} characters")
+"""What both protocols say of an answer that no model writes; it is not searched."""

@@ -9,14 +9,16 @@ from __future__ import annotations
 import json
 import re
 
-from eai.abilities.action_sequencing.plan import Unreadable, WrittenPlan, WrittenStep
-from eai.abilities.json_text import Pairs, find_json
+from eai.abilities.action_sequencing.plan import TOO_LONG, Unreadable, WrittenPlan, WrittenStep
+from eai.abilities.json_text import MAX_LENGTH, Pairs, find_json
 
 _STEP = re.compile(r"""["'](\w+)["']\s*:\s*(\[[^\[\]{}]*\])""")
 
 
 def read_plan(text: str) -> WrittenPlan | Unreadable:
     """The steps of an answer: from the last JSON value that is a plan, else from all pairs in the text."""
+    if len(text) > MAX_LENGTH:
+        return TOO_LONG
     found = find_json(text, _steps)
     if found is not None:
         steps, repairs = found

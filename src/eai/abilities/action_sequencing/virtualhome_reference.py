@@ -9,14 +9,19 @@ from __future__ import annotations
 import json
 import re
 
-from eai.abilities.action_sequencing.plan import Unreadable, WrittenPlan, WrittenStep
+from eai.abilities.action_sequencing.plan import TOO_LONG, Unreadable, WrittenPlan, WrittenStep
+from eai.abilities.json_text import MAX_LENGTH
 
 _STEP = re.compile(r'"(\w+)"\s*:\s*(\[[^\]]+\])')
 _FENCE = "```json"
+_LIST_END = "]"
 
 
 def read_plan(text: str) -> WrittenPlan | Unreadable:
     """The steps that the reference finds in an answer, in order."""
+    if len(text) > MAX_LENGTH:
+        return TOO_LONG
+    text = text[: text.rfind(_LIST_END) + 1]  # no step ends later, and none is looked for in vain
     text = text.removeprefix(_FENCE).strip().replace("\n", "").replace("'", '"')
     steps: list[WrittenStep] = []
     for match in _STEP.finditer(re.sub(r"\s+", " ", text)):
