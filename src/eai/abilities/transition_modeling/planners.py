@@ -1,26 +1,15 @@
-"""Opening the tasks of transition modeling for scoring."""
+"""The planners that judge operators, by choice."""
 
 from __future__ import annotations
 
-from enum import Enum
-
 from eai.abilities.protocol import Domain
+from eai.abilities.suite import PlannerChoice
 from eai.pddl.fast_downward import FastDownward, Limits
 from eai.pddl.planner import BuiltInPlanner, NoPlanner, TieredPlanner
 from eai.pddl.planning import Planner
 
 CPU_SECONDS = {Domain.VIRTUALHOME: 100, Domain.BEHAVIOR: 200}
 """How long a planner may take for one task (the reference's limits)."""
-
-
-class PlannerChoice(str, Enum):
-    """Which planner judges operators."""
-
-    FULL = "full"
-    """The built-in search, and Fast Downward for what it cannot decide."""
-    BUILT_IN = "built_in"
-    FAST_DOWNWARD = "fast_downward"
-    NONE = "none"
 
 
 def make_planner(choice: PlannerChoice, domain: Domain) -> Planner:
