@@ -11,7 +11,7 @@ import typer
 from eai.abilities.protocol import Ability, Domain, Protocol
 from eai.abilities.record import Record, write_records
 from eai.abilities.responses import Response, ResponseFile, find_response_files, model_name, read_responses
-from eai.abilities.suite import Source, open_suite
+from eai.abilities.suite import PlannerChoice, Source, open_suite
 from eai.abilities.verdict import Json
 from eai.cli.console import data_progress, output, print_rates
 from eai.cli.data import DataFolder, store
@@ -35,7 +35,10 @@ def score(
     out: Annotated[Path | None, typer.Option(help="Where to write records and summary.")] = None,
     explanations: Annotated[
         bool, typer.Option(help="Put a step-by-step explanation into every record.")
-    ] = False,
+    ] = True,
+    planner: Annotated[
+        PlannerChoice, typer.Option(help="Transition modeling: which planner judges operators.")
+    ] = PlannerChoice.FULL,
     data: DataFolder = None,
 ) -> None:
     """Score answers: verdicts to OUT/records.jsonl, rates to OUT/summary.json, the main table to the screen.
@@ -48,15 +51,15 @@ def score(
     _refuse_twins(files)
     rates: dict[str, dict[str, Rate]] = {}
     with data_progress() as report:
-        source = Source(store(data), report)
+        source = Source(store(data), report, planner)
         task_ids = open_suite(domain, ability, protocol, source=source).task_ids
     for file in files:
         answers = _in_order(read_responses(file, task_ids), task_ids)
         suite = open_suite(
-            domain, ability, protocol, answers=[r.text for r in answers.responses], source=Source(store(data))
+            domain, ability, protocol, answers=[r.text for r in answers.responses], source=source
         )
         records = score_batch(suite, answers, workers=workers, explanations=explanations)
-        rates[answers.model] = summarise([record.verdict for record in records], ability, protocol)
+        rates[answers.model] = summarise([r.verdict for r in records], domain.value, ability, protocol)
         if out is not None:
             write_results(out / answers.model if len(files) > 1 else out, records, rates[answers.model])
     title = f"{domain.value}, {ability.value}, protocol {protocol.value}"
