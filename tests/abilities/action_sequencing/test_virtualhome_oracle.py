@@ -1,0 +1,207 @@
+"""Verdicts and summaries under `eai-1.0.5` against those of the reference, row by row."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cache, partial
+from typing import Any, TypeAlias
+
+import pytest
+
+from eai.abilities.protocol import Ability, Domain, Protocol
+from eai.abilities.suite import Source, open_suite
+from eai.abilities.verdict import Verdict
+from eai.data.store import Store
+from eai.metrics.rate import Rate
+from eai.metrics.summary import summarise
+from oracle import ORACLE, Oracle
+
+MODELS = (
+    "claude-3-5-sonnet-20240620",
+    "claude-3-opus-20240229",
+    "cohere-command-r",
+    "gemini-1.5-pro-preview-0409",
+    "gpt-3.5-turbo-0125",
+    "gpt-4o-2024-05-13",
+    "llama-3-8b-chat",
+    "mixtral-8x22b-instruct-v0.1",
+    "o1-mini-2024-09-12",
+)
+"""Public responses that name objects without ids."""
+
+SYNTHETIC = ("gold_script.eai-1.0.5", "perturbed.eai-1.0.5", "perturbed2.eai-1.0.5")
+"""Made responses with ids; a task has several rows in the perturbed ones."""
+
+KINDS = {
+    "parsing error": "parsing",
+    "hallucination error": "hallucination",
+    "parameter error": "argument_number",
+    "missing_step": "missing_step",
+    "affordance_error": "affordance",
+    "wrong_temporal_order": "wrong_order",
+    None: None,
+}
+"""The reference's names of errors -> ours."""
+
+ADDITIONAL_STEP = 4
+"""The reference's code for it; a step with any other code ends the plan."""
+
+RATES = {
+    "execution_success_rate": "execution_success",
+    "parsing": "parsing",
+    "hallucination": "hallucination",
+    "predicate_argument_number": "argument_number",
+    "wrong_order": "wrong_order",
+    "missing_step": "missing_step",
+    "affordance_error": "affordance",
+    "additional_step": "additional_step",
+    "state_goal": "state_goal",
+    "relation_goal": "relation_goal",
+    "task_success_rate": "task_success",
+    "action_goal": "action_goal",
+    "total_goal": "total_goal",
+}
+"""The reference's names of the rates -> ours."""
+
+DIGITS = {"execution_success_rate": 1}
+"""How many decimals the reference prints, where it is not 4."""
+
+
+@dataclass(frozen=True, slots=True)
+class Scored:
+    """The verdicts of one oracle file, row by row."""
+
+    rows: Sequence[Mapping[str, Any]]
+    verdicts: Sequence[Verdict]
+    reference: Mapping[str, Any]
+
+
+Score: TypeAlias = Callable[[str], Scored]
+"""The name of an oracle file -> its verdicts."""
+
+
+@pytest.fixture(scope="module")
+def score(data_store: Store, oracle: Oracle) -> Score:
+    """Scores a file, once."""
+    return cache(partial(scored, oracle=oracle, store=data_store))
+
+
+def scored(name: str, *, oracle: Oracle, store: Store) -> Scored:
+    reference = oracle("virtualhome", "action_sequencing", name)
+    rows = reference["tasks"]
+    suite = open_suite(
+        Domain.VIRTUALHOME,
+        Ability.ACTION_SEQUENCING,
+        Protocol.EAI_1_0_5,
+        answers=[row["llm_output"] for row in rows],
+        source=Source(store),
+    )
+    verdicts = [suite.score(row["id"].partition("@")[0], row["llm_output"]) for row in rows]
+    return Scored(rows, verdicts, reference)
+
+
+def of_reference(row: Mapping[str, Any]) -> dict[str, Any]:
+    """What the reference says of a row, in our terms."""
+    if not row["gold_test_pass"]:
+        return {"excluded": True}
+    error, reached, steps = row["error_info"] or {}, row["pred"], row["executed_steps"]
+    kind = KINDS[error.get("error_type")]
+    ran_into_it = bool(steps) and not steps[-1]["ok"] and steps[-1]["final_code"] != ADDITIONAL_STEP
+    return {
+        "excluded": False,
+        "executable": error.get("executable", True),
+        "kind": kind,
+        "step": len(steps) - 1 if ran_into_it else None,
+        "additional_steps": sum(step.get("final_code") == ADDITIONAL_STEP for step in steps),
+        "success": bool(reached and reached["all"]),
+        "goals": [
+            (reached[kind] if reached else 0, total)
+            for kind, total in zip(("node", "edge", "action"), row["gold_counts"], strict=True)
+        ],
+    }
+
+
+def of_ours(verdict: Verdict) -> dict[str, Any]:
+    if verdict.excluded is not None:
+        return {"excluded": True}
+    assert verdict.goals is not None
+    error = verdict.error
+    before_running = {"parsing", "hallucination", "argument_number"}
+    return {
+        "excluded": False,
+        "executable": verdict.executable,
+        "kind": error and error.kind.value,
+        "step": None if error is None or error.kind.value in before_running else error.step,
+        "additional_steps": verdict.additional_steps,
+        "success": verdict.success,
+        "goals": [tuple(tally) for tally in verdict.goals],
+    }
+
+
+@pytest.mark.parametrize("name", [*MODELS, *SYNTHETIC])
+def test_every_row_has_the_verdict_of_the_reference(name: str, score: Score) -> None:
+    rows = score(name).rows
+    compared = [(r, v) for r, v in zip(rows, score(name).verdicts, strict=True) if not crashed(r)]
+    differing = {row["id"]: (of_reference(row), of_ours(v)) for row, v in compared}
+    assert {i: pair for i, pair in differing.items() if pair[0] != pair[1]} == {}
+    assert len(compared) >= 342
+
+
+@pytest.mark.parametrize("name", [*MODELS, *SYNTHETIC])
+def test_the_summary_is_what_the_reference_prints(name: str, score: Score) -> None:
+    """The order of two action goals is the reference's, too: that of hash seed 0."""
+    executed = [
+        in_order_of_hash_seed_0(verdict)
+        for row, verdict in zip(score(name).rows, score(name).verdicts, strict=True)
+        if not crashed(row)
+    ]
+    rates = summary(executed)
+    printed = dict(leaves(score(name).reference["summary"]))
+    assert {key: rounded(rates[ours], DIGITS.get(key, 4)) for key, ours in RATES.items()} == printed
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_a_summary_takes_action_goals_in_data_set_order(name: str, score: Score) -> None:
+    known = json.loads((ORACLE / "virtualhome" / "hash_order_sensitivity.json").read_text(encoding="utf-8"))
+    rates = summary(score(name).verdicts)
+    assert rounded(rates["task_success"], 2) == known[name]["dataset_order"]
+    assert rates["action_goal"].numerator == known[name]["action_goal_dataset"]
+    assert rates["task_success"].denominator == known[name]["n"] == 305
+
+
+def test_row_verdicts_and_summaries_differ_in_the_order_of_action_goals(score: Score) -> None:
+    verdicts = score("gemini-1.5-pro-preview-0409").verdicts
+    by_row = summary([in_order_of_hash_seed_0(verdict) for verdict in verdicts])
+    assert (by_row["action_goal"].numerator, summary(verdicts)["action_goal"].numerator) == (98, 101)
+
+
+def summary(verdicts: Sequence[Verdict]) -> dict[str, Rate]:
+    domain = Domain.VIRTUALHOME.value
+    return summarise(verdicts, domain, Ability.ACTION_SEQUENCING, Protocol.EAI_1_0_5)
+
+
+def in_order_of_hash_seed_0(verdict: Verdict) -> Verdict:
+    """The verdict without what it says of another order."""
+    return replace(
+        verdict, details={k: v for k, v in (verdict.details or {}).items() if k != "data_set_order"}
+    )
+
+
+def rounded(rate: Rate, digits: int) -> float:
+    assert rate.percent is not None
+    return round(rate.percent, digits)
+
+
+def leaves(tree: Mapping[str, Any]) -> Iterator[tuple[str, float]]:
+    for key, value in tree.items():
+        if isinstance(value, dict):
+            yield from leaves(value)
+        else:
+            yield key, value
+
+
+def crashed(row: Mapping[str, Any]) -> bool:
+    """Whether the reference would have aborted its whole run on this row."""
+    return bool(row.get("reference_crash"))
