@@ -101,7 +101,8 @@ def _run_model(suite: Suite, answers: Answers, out: Path) -> dict[str, Rate]:
     texts = [response.text for response in file.responses]
     settled = open_suite(suite.domain, suite.ability, suite.protocol, answers=texts)
     records = score_batch(settled, file)
-    rates = summarise([record.verdict for record in records], suite.ability, suite.protocol)
+    verdicts = [record.verdict for record in records]
+    rates = summarise(verdicts, suite.domain.value, suite.ability, suite.protocol)
     write_results(folder, records, rates)
     return rates
 

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
-from eai.abilities.protocol import Protocol
+from eai.abilities.protocol import Domain, Protocol
 from eai.abilities.verdict import Tally, Verdict
-from eai.metrics.rate import Rate
+from eai.metrics.goals import GOAL_COLUMNS, goal_rates, tallies_of
+from eai.metrics.rate import Rate, share
 from eai.world.fault import FaultKind
 
-TABLE_COLUMNS = (
+TRAJECTORY_COLUMNS = (
     "task_success",
     "execution_success",
     "parsing",
@@ -19,11 +20,10 @@ TABLE_COLUMNS = (
     "missing_step",
     "affordance",
     "additional_step",
-    "state_goal",
-    "relation_goal",
-    "action_goal",
-    "total_goal",
 )
+"""The columns of the paper's table "trajectory evaluation"."""
+
+TABLE_COLUMNS = (*TRAJECTORY_COLUMNS, *GOAL_COLUMNS)
 """What a terminal shows: the paper's columns."""
 
 _ENDING_FAULTS = (
@@ -36,47 +36,25 @@ _ENDING_FAULTS = (
 )
 
 
-def summarise(verdicts: Sequence[Verdict], protocol: Protocol) -> dict[str, Rate]:
-    """All rates over the verdicts that are not excluded.
+def contribution(verdict: Verdict, domain: str, protocol: Protocol) -> dict[str, Rate]:
+    """What one answer contributes to each rate.
 
-    Under `eai-1.0.5` parsing errors count as often as the reference counts them, additional steps are steps
-    and not tasks, and action goals are taken in data set order, which a summary of the reference has only by
-    chance (spec section d).
+    Under `eai-1.0.5` parsing errors count as often as the reference counts them, VirtualHome's additional
+    steps are steps and not tasks, and action goals are taken in data set order, which a summary of the
+    reference has only by chance (spec section d).
     """
-    scored = [v for v in verdicts if v.excluded is None]
-    as_in_reference = protocol is Protocol.EAI_1_0_5
-    count = len(scored)
-    additional = sum(
-        (v.additional_steps or 0) if as_in_reference else bool(v.additional_steps) for v in scored
-    )
-    parsing = [v for v in scored if _kind(v) is FaultKind.PARSING]
+    kind = None if verdict.error is None else verdict.error.kind
+    additional = verdict.additional_steps or 0
     rates = {
-        "task_success": Rate(sum(_success(v) for v in scored), count),
-        "execution_success": Rate(sum(bool(v.executable) for v in scored), count),
-        "parsing": Rate(sum(_times_counted(v) for v in parsing), count),
+        "task_success": share(_success(verdict)),
+        "execution_success": share(verdict.executable),
+        "parsing": share(_times_counted(verdict) if kind is FaultKind.PARSING else 0),
     }
-    for kind in _ENDING_FAULTS:
-        rates[kind.value] = Rate(sum(_kind(v) is kind for v in scored), count)
-    rates["additional_step"] = Rate(additional, count)
-    return {**rates, **goal_rates(scored)}
-
-
-def goal_rates(verdicts: Sequence[Verdict]) -> dict[str, Rate]:
-    """Satisfied goals by kind, and in total."""
-    tallies = [_tallies(v) for v in verdicts]
-    rates = {
-        f"{kind}_goal": _sum([tally[kind] for tally in tallies]) for kind in ("state", "relation", "action")
-    }
-    rates["total_goal"] = _sum([part for tally in tallies for part in tally.values()])
-    return rates
-
-
-def _sum(tallies: Sequence[Tally]) -> Rate:
-    return Rate(sum(t.satisfied for t in tallies), sum(t.total for t in tallies))
-
-
-def _kind(verdict: Verdict) -> FaultKind | None:
-    return None if verdict.error is None else verdict.error.kind
+    for fault in _ENDING_FAULTS:
+        rates[fault.value] = share(kind is fault)
+    counts_steps = protocol is Protocol.EAI_1_0_5 and domain == Domain.VIRTUALHOME.value
+    rates["additional_step"] = share(additional if counts_steps else bool(additional))
+    return {**rates, **goal_rates(_tallies(verdict))}
 
 
 def _times_counted(verdict: Verdict) -> int:
@@ -89,13 +67,11 @@ def _success(verdict: Verdict) -> bool:
     return bool(verdict.success if in_order is None else in_order["success"])
 
 
-def _tallies(verdict: Verdict) -> dict[str, Tally]:
-    if verdict.goals is None:
-        return {}
+def _tallies(verdict: Verdict) -> Mapping[str, Tally]:
+    tallies = tallies_of(verdict)
     in_order = _in_data_set_order(verdict)
-    tallies = verdict.goals._asdict()
-    if in_order is not None and isinstance(in_order["action"], list):
-        tallies["action"] = Tally(*in_order["action"])
+    if tallies and in_order is not None and isinstance(in_order["action"], list):
+        return {**tallies, "action": Tally(*in_order["action"])}
     return tallies
 
 

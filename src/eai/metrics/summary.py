@@ -2,23 +2,57 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
+
+from typing_extensions import assert_never
 
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.verdict import Verdict
-from eai.metrics import action_sequencing
-from eai.metrics.rate import Rate
-
-_SUMMARIES: Mapping[Ability, Callable[[Sequence[Verdict], Protocol], dict[str, Rate]]] = {
-    Ability.ACTION_SEQUENCING: action_sequencing.summarise,
-}
+from eai.metrics import action_sequencing, goal_interpretation, subgoal_decomposition, transition_modeling
+from eai.metrics.rate import Rate, total
 
 TABLE_COLUMNS: Mapping[Ability, tuple[str, ...]] = {
+    Ability.GOAL_INTERPRETATION: goal_interpretation.TABLE_COLUMNS,
+    Ability.SUBGOAL_DECOMPOSITION: subgoal_decomposition.TABLE_COLUMNS,
     Ability.ACTION_SEQUENCING: action_sequencing.TABLE_COLUMNS,
+    Ability.TRANSITION_MODELING: transition_modeling.TABLE_COLUMNS,
 }
 """The columns of the table that a terminal shows, by ability."""
 
+MAIN_COLUMNS: Mapping[Ability, tuple[str, ...]] = {
+    Ability.GOAL_INTERPRETATION: ("overall.f1",),
+    Ability.SUBGOAL_DECOMPOSITION: ("task_success", "execution_success"),
+    Ability.ACTION_SEQUENCING: ("task_success", "execution_success"),
+    Ability.TRANSITION_MODELING: ("overall.f1", "overall.planner_success"),
+}
+"""The columns of the paper's overview, by ability."""
 
-def summarise(verdicts: Sequence[Verdict], ability: Ability, protocol: Protocol) -> dict[str, Rate]:
-    """All metrics of the paper's tables for an ability, by name."""
-    return _SUMMARIES[ability](verdicts, protocol)
+AVERAGED: Mapping[Ability, tuple[str, ...]] = {
+    Ability.GOAL_INTERPRETATION: ("overall.f1",),
+    Ability.ACTION_SEQUENCING: ("task_success",),
+    Ability.SUBGOAL_DECOMPOSITION: ("task_success",),
+    Ability.TRANSITION_MODELING: ("overall.f1", "overall.planner_success"),
+}
+"""What the paper's average performance of a domain is the mean of: of each ability the mean of these."""
+
+
+def summarise(
+    verdicts: Sequence[Verdict], domain: str, ability: Ability, protocol: Protocol
+) -> dict[str, Rate]:
+    """All metrics of the paper's tables for an ability, by name, over the verdicts that are not excluded."""
+    return total(contribution(v, domain, ability, protocol) for v in verdicts if v.excluded is None)
+
+
+def contribution(verdict: Verdict, domain: str, ability: Ability, protocol: Protocol) -> dict[str, Rate]:
+    """What one answer contributes to each metric; the metrics are sums of these over sums."""
+    match ability:
+        case Ability.GOAL_INTERPRETATION:
+            return goal_interpretation.contribution(verdict)
+        case Ability.SUBGOAL_DECOMPOSITION:
+            return subgoal_decomposition.contribution(verdict, protocol)
+        case Ability.ACTION_SEQUENCING:
+            return action_sequencing.contribution(verdict, domain, protocol)
+        case Ability.TRANSITION_MODELING:
+            return transition_modeling.contribution(verdict)
+        case _:
+            assert_never(ability)

@@ -1,0 +1,33 @@
+from __future__ import annotations
+
+import pytest
+
+from eai.abilities.protocol import Ability
+from eai.metrics.average import average_performance
+from eai.metrics.paper_tables import Column, paper_table
+
+OFF_IN_THE_PAPER = {("behavior", "Cohere Command R+"), ("behavior", "o1-preview")}
+"""Averages that do not follow from the paper's own columns."""
+
+
+@pytest.mark.parametrize("domain", ["virtualhome", "behavior"])
+def test_paper_averages_follow_from_its_columns(domain: str) -> None:
+    overview = paper_table("overview")
+    off = set()
+    for model, row in overview.rows.items():
+        figures = dict(zip(overview.columns, row, strict=True))
+        printed = figures.pop(Column("", "average_performance", domain))
+        found = average_performance(
+            {
+                (Ability(c.ability), c.metric): v
+                for c, v in figures.items()
+                if c.ability and c.domain == domain
+            }
+        )
+        if found != pytest.approx(printed, abs=0.051):
+            off.add((domain, model))
+    assert off == {pair for pair in OFF_IN_THE_PAPER if pair[0] == domain}
+
+
+def test_no_average_without_all_abilities() -> None:
+    assert average_performance({(Ability.GOAL_INTERPRETATION, "overall.f1"): 50.0}) is None

@@ -1,0 +1,105 @@
+from __future__ import annotations
+
+import pytest
+
+from eai.abilities.protocol import Ability, Protocol
+from eai.abilities.verdict import Confusion, Verdict
+from eai.metrics.paper_tables import FULL_TABLES, OTHER_TABLES, Column, paper_models, paper_table
+from eai.metrics.summary import summarise
+from oracle import Oracle
+
+DIGIT = 0.056
+"""The paper rounds to two digits and then to one."""
+
+IN_ORACLE = (
+    "claude-3-5-sonnet-20240620",
+    "claude-3-opus-20240229",
+    "cohere-command-r",
+    "gemini-1.5-pro-preview-0409",
+    "gpt-3.5-turbo-0125",
+    "gpt-4o-2024-05-13",
+    "llama-3-8b-chat",
+    "mixtral-8x22b-instruct-v0.1",
+    "o1-mini-2024-09-12",
+)
+
+
+@pytest.mark.parametrize("name", [*FULL_TABLES, *OTHER_TABLES])
+def test_every_row_fills_every_column(name: str) -> None:
+    table = paper_table(name)
+    assert {len(row) for row in table.rows.values()} == {len(table.columns)}
+    assert all(figure is None or 0 <= figure <= 100 for row in table.rows.values() for figure in row)
+
+
+@pytest.mark.parametrize("name", FULL_TABLES)
+def test_full_tables_have_the_same_models_and_our_metrics(name: str) -> None:
+    table = paper_table(name)
+    assert sorted(table.rows) == sorted(paper_models().values())
+    for column in table.columns:
+        if column.ability:
+            metrics = summarise([Verdict()], column.domain, Ability(column.ability), Protocol.EAI_1_0_5)
+            assert column.metric in metrics
+
+
+@pytest.mark.parametrize("name", [*FULL_TABLES, *OTHER_TABLES])
+def test_notes_are_on_cells_that_exist(name: str) -> None:
+    table = paper_table(name)
+    for note in table.notes:
+        assert note.columns, note.text
+        assert set(note.models) <= set(table.rows), note.text
+
+
+def test_contradictions_are_found_on_both_sides() -> None:
+    column = Column("subgoal_decomposition", "task_success", "virtualhome")
+    for name, printed in (("overview", 88.8), ("subgoal_decomposition_trajectory", 87.6)):
+        table = paper_table(name)
+        texts = [note.text for note in table.notes if note.is_on("GPT-4o", column)]
+        assert any(str(printed) in text for text in texts)
+        assert table.figure("GPT-4o", column) == {"overview": 87.6}.get(name, 88.8)
+
+
+@pytest.mark.parametrize("model", IN_ORACLE)
+def test_goal_interpretation_of_behavior_is_the_paper_s_to_the_digit(model: str, oracle: Oracle) -> None:
+    verdicts = [
+        Verdict(
+            counts={key: _confusion(row["verdict"][part]) for key, part in _PARTS.items()},
+        )
+        for row in oracle("behavior", "goal_interpretation", model)["records"]
+        if row["verdict"]
+    ]
+    rates = summarise(verdicts, "behavior", Ability.GOAL_INTERPRETATION, Protocol.EAI_1_0_5)
+    table = paper_table("goal_interpretation")
+    for column in table.columns:
+        printed = table.figure(paper_models()[model], column)
+        if column.domain == "behavior" and printed is not None:
+            assert rates[column.metric].percent == pytest.approx(printed, abs=DIGIT), column
+
+
+_PARTS = {"state": "state_goal", "relation": "relation_goal", "all": "overall"}
+
+
+def _confusion(part: dict[str, int]) -> Confusion:
+    keys = ("num_satisfied_conditions", "num_false_positive_conditions", "num_unsatisfied_conditions")
+    return Confusion(*(part[key] for key in keys))
+
+
+@pytest.mark.parametrize("model", IN_ORACLE)
+def test_operators_of_behavior_are_the_paper_s_to_the_digit(model: str, oracle: Oracle) -> None:
+    verdicts = [
+        Verdict(
+            counts={
+                side: {name.replace("-", "_"): Confusion(*c) for name, c in row["verdict"][key].items()}
+                for side, key in _SIDES.items()
+            }
+        )
+        for row in oracle("behavior", "transition_modeling", model)["records"]
+        if row["verdict"]
+    ]
+    rates = summarise(verdicts, "behavior", Ability.TRANSITION_MODELING, Protocol.EAI_1_0_5)
+    table = paper_table("transition_modeling_behavior_logic")
+    for column in table.columns:
+        printed = table.figure(paper_models()[model], column)
+        assert rates[column.metric].percent == pytest.approx(printed, abs=DIGIT), column
+
+
+_SIDES = {"precondition": "precond_predicate_type_res", "effect": "effect_predicate_type_res"}

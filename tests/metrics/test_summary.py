@@ -1,0 +1,126 @@
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from eai.abilities.protocol import Ability, Protocol
+from eai.abilities.verdict import Confusion, ErrorReport, SubgoalCategory, Verdict
+from eai.metrics.rate import Rate
+from eai.metrics.summary import MAIN_COLUMNS, TABLE_COLUMNS, summarise
+from eai.pddl.planning import PlannerOutcome
+from eai.world.fault import FaultKind
+from metrics.verdicts import SUCCEEDED, failed, goals
+
+ARITY = ErrorReport(FaultKind.ARGUMENT_NUMBER, None, "OPEN takes 1 argument")
+
+
+@pytest.mark.parametrize("ability", Ability)
+def test_every_column_of_the_tables_is_a_metric(ability: Ability) -> None:
+    rates = summarise([Verdict()], "virtualhome", ability, Protocol.STRICT)
+    assert {*TABLE_COLUMNS[ability], *MAIN_COLUMNS[ability]} <= rates.keys()
+
+
+def test_excluded_answers_are_in_no_denominator() -> None:
+    verdicts = [SUCCEEDED, replace(SUCCEEDED, excluded="why")]
+    rates = summarise(verdicts, "virtualhome", Ability.ACTION_SEQUENCING, Protocol.STRICT)
+    assert rates["task_success"] == Rate(1, 1)
+
+
+def test_plans_by_the_kind_of_their_end() -> None:
+    verdicts = [SUCCEEDED, failed(FaultKind.MISSING_STEP), failed(FaultKind.PARSING)]
+    rates = summarise(verdicts, "behavior", Ability.ACTION_SEQUENCING, Protocol.STRICT)
+    assert rates["task_success"] == Rate(1, 3)
+    assert rates["missing_step"] == rates["parsing"] == Rate(1, 3)
+    assert rates["wrong_order"] == Rate(0, 3)
+    assert rates["state_goal"] == rates["total_goal"] == Rate(1, 3)
+
+
+@pytest.mark.parametrize(
+    ("domain", "protocol", "counted"),
+    [
+        ("virtualhome", Protocol.EAI_1_0_5, 3),
+        ("behavior", Protocol.EAI_1_0_5, 1),
+        ("virtualhome", Protocol.STRICT, 1),
+    ],
+)
+def test_additional_steps_or_tasks_with_them(domain: str, protocol: Protocol, counted: int) -> None:
+    verdicts = [replace(SUCCEEDED, additional_steps=3), SUCCEEDED]
+    rates = summarise(verdicts, domain, Ability.ACTION_SEQUENCING, protocol)
+    assert rates["additional_step"] == Rate(counted, 2)
+
+
+def test_reference_counts_an_unreadable_answer_twice_and_takes_goals_in_order() -> None:
+    twice = replace(failed(FaultKind.PARSING), details={"times_counted": 2})
+    reordered = replace(SUCCEEDED, details={"data_set_order": {"success": False, "action": [1, 2]}})
+    rates = summarise([twice, reordered], "virtualhome", Ability.ACTION_SEQUENCING, Protocol.EAI_1_0_5)
+    assert rates["parsing"] == Rate(2, 2)
+    assert rates["task_success"] == Rate(0, 2)
+    assert rates["action_goal"] == Rate(1, 2)
+
+
+def test_predicted_goals() -> None:
+    read = Verdict(
+        counts={"state": Confusion(2, 1, 0), "action": Confusion(0, 0, 1)},
+        details={"predicted": 4, "ill_formed": 1, "hallucinated": ["sofaa", "x"]},
+    )
+    unread = Verdict(
+        counts={"state": Confusion(0, 0, 2)}, error=ErrorReport(FaultKind.PARSING, None, "no JSON")
+    )
+    rates = summarise([read, unread], "virtualhome", Ability.GOAL_INTERPRETATION, Protocol.STRICT)
+    assert rates["state.recall"] == Rate(2, 4)
+    assert rates["overall.precision"] == Rate(2, 3)
+    assert rates["overall.f1"] == Rate(4, 8)
+    assert rates["relation.f1"].percent is None
+    assert rates["parsing"] == Rate(1, 2)
+    assert (rates["ill_formed"], rates["hallucination"]) == (Rate(1, 4), Rate(2, 4))
+
+
+def test_goals_of_no_kind_count_overall() -> None:
+    verdict = Verdict(counts={"state": Confusion(1, 0, 0), "all": Confusion(1, 2, 0)})
+    rates = summarise([verdict], "behavior", Ability.GOAL_INTERPRETATION, Protocol.STRICT)
+    assert rates["overall.precision"] == Rate(1, 3)
+
+
+def test_subgoals_by_outcome() -> None:
+    correct = Verdict(category=SubgoalCategory.CORRECT, additional_steps=2, goals=goals((1, 1)))
+    arity = Verdict(category=SubgoalCategory.HALLUCINATION, error=ARITY)
+    unknown = Verdict(
+        category=SubgoalCategory.HALLUCINATION, error=ErrorReport(FaultKind.HALLUCINATION, None, "x")
+    )
+    unreadable = Verdict(category=SubgoalCategory.NOT_PARSEABLE)
+    verdicts = [correct, arity, unknown, unreadable]
+    rates = summarise(verdicts, "virtualhome", Ability.SUBGOAL_DECOMPOSITION, Protocol.STRICT)
+    for name in ("task_success", "execution_success", "parsing", "argument_number", "hallucination"):
+        assert rates[name] == Rate(1, 4), name
+    assert rates["additional_step"] == Rate(1, 4)
+
+
+def test_reference_counts_entries_but_not_those_of_unreachable_goals() -> None:
+    wrong_order = ErrorReport(FaultKind.WRONG_ORDER, 0, "why")
+    runtime = Verdict(
+        category=SubgoalCategory.RUNTIME, error=wrong_order, details={"error_entries": {"wrong_order": 2}}
+    )
+    missed = replace(runtime, category=SubgoalCategory.GOAL_UNREACHABLE, additional_steps=1)
+    for protocol, counted, additional in ((Protocol.EAI_1_0_5, 2, 0), (Protocol.STRICT, 2, 1)):
+        rates = summarise([runtime, missed], "virtualhome", Ability.SUBGOAL_DECOMPOSITION, protocol)
+        assert rates["wrong_order"] == Rate(counted, 2)
+        assert rates["additional_step"] == Rate(additional, 2)
+    assert rates["execution_success"] == Rate(1, 2)
+
+
+def test_operators_count_by_category_and_plans_by_task() -> None:
+    solved = Verdict(
+        counts={
+            "precondition": {"object_states": Confusion(1, 0, 1)},
+            "effect": {"object_states": Confusion(1, 2, 0), "object_tools": Confusion(3, 0, 0)},
+        },
+        planner=PlannerOutcome.SOLVED,
+        details={"categories": ["object_states", "spatial_relations"]},
+    )
+    not_run = replace(solved, planner=PlannerOutcome.NOT_RUN, counts=None)
+    rates = summarise([solved, not_run], "behavior", Ability.TRANSITION_MODELING, Protocol.STRICT)
+    assert rates["object_states.f1"] == Rate(4, 7)
+    assert rates["overall.precision"] == Rate(5, 7)
+    assert rates["overall.planner_success"] == rates["spatial_relations.planner_success"] == Rate(1, 1)
+    assert rates["object_affordance.planner_success"].percent is None

@@ -1,0 +1,36 @@
+"""Verdicts for the tests of metrics and reports."""
+
+from __future__ import annotations
+
+from eai.abilities.protocol import Ability, Domain, Protocol
+from eai.abilities.record import Record
+from eai.abilities.verdict import ErrorReport, GoalTallies, Tally, Verdict
+from eai.world.fault import FaultKind
+
+
+def goals(state: tuple[float, float], relation: tuple[float, float] = (0, 0)) -> GoalTallies:
+    """Tallies without action goals."""
+    return GoalTallies(Tally(*state), Tally(*relation), Tally(0, 0))
+
+
+def failed(kind: FaultKind) -> Verdict:
+    """A plan that an error ended."""
+    return Verdict(executable=False, success=False, error=ErrorReport(kind, 0, "why"), goals=goals((0, 1)))
+
+
+SUCCEEDED = Verdict(executable=True, success=True, goals=goals((1, 1)))
+"""A plan that reaches its goal."""
+
+
+def record(
+    task_id: str,
+    verdict: Verdict,
+    *,
+    ability: Ability = Ability.ACTION_SEQUENCING,
+    model: str = "m",
+    domain: Domain = Domain.VIRTUALHOME,
+    protocol: Protocol = Protocol.STRICT,
+    response: str = "{}",
+) -> Record:
+    """A record of a verdict."""
+    return Record(protocol, domain.value, ability, model, task_id, response, "0" * 64, verdict)
