@@ -1,0 +1,99 @@
+"""How far a trajectory has come with a goal, kept up to date step by step.
+
+The goal is a sequence of state formulas, ``f1 then f2 then ...`` (as all goals of the data set are): the
+first part is met at the earliest position at which it holds, each further part at the earliest one after
+that. An action belongs to the position of the state in which it is taken; the last position has none. So the
+number of parts met so far is all that a search has to know of the past.
+"""
+
+from __future__ import annotations
+
+from eai.abilities.subgoal_decomposition.rewriting import Leaf, rewrite
+from eai.errors import InputError
+from eai.logic.formula import FALSE, And, Equals, Formula, Occurs, Then, Variable
+from eai.logic.traversal import is_state_formula, walk
+from eai.world.condition import UNBOUND, Binding, Conditions, Frame, Truth
+from eai.world.execution import Action
+from eai.world.state import Scene, State
+
+_ARGUMENTS = (Variable("argument 1"), Variable("argument 2"))
+"""Stand for the objects of the action; their blanks keep them apart from the variables of any formula."""
+
+
+class StateTest:
+    """A closed formula on one state, compiled for a scene, where objects go by their names.
+
+    Raises:
+        DomainError: the formula uses a predicate or an object that there is not, or is no state formula.
+    """
+
+    __slots__ = ("_binding", "_truth")
+
+    def __init__(self, formula: Formula, scene: Scene) -> None:
+        frame = Frame(_ARGUMENTS)
+        self._truth: Truth = Conditions(scene.vocabulary, frame).truth(formula)
+        self._binding: Binding = frame.bind(scene, (UNBOUND, UNBOUND))
+
+    def __call__(self, state: State, arguments: tuple[int, ...] = ()) -> bool:
+        """Whether it holds in the state; ``arguments`` are those of the action taken there."""
+        binding = [*self._binding]
+        binding[1 : 1 + len(arguments)] = arguments
+        return self._truth(state, binding)
+
+
+class _Part:
+    """One part of a goal: a formula on a state and the action taken there."""
+
+    __slots__ = ("_actions", "_formula", "_scene", "_tests")
+
+    def __init__(self, formula: Formula, scene: Scene) -> None:
+        self._formula = formula
+        self._scene = scene
+        self._actions = frozenset([part.action for part in walk(formula) if isinstance(part, Occurs)])
+        self._tests: dict[str | None, StateTest] = {}
+
+    def holds(self, state: State, action: Action | None) -> bool:
+        """Whether the part holds at a position."""
+        name = action.operator if action is not None and action.operator in self._actions else None
+        test = self._tests.get(name)
+        if test is None:
+            at_action = rewrite(self._formula, lambda leaf, _: _with_action(leaf, name))
+            test = self._tests[name] = StateTest(at_action, self._scene)
+        return test(state, action.arguments if action is not None and name is not None else ())
+
+
+def _with_action(leaf: Leaf, name: str | None) -> Formula:
+    """A leaf where the action of this name is taken: its occurrence becomes equality of the objects."""
+    if not isinstance(leaf, Occurs):
+        return leaf
+    if leaf.action != name:
+        return FALSE
+    pairs = zip(leaf.arguments, _ARGUMENTS, strict=False)
+    return And(tuple(Equals(term, argument) for term, argument in pairs))
+
+
+class GoalProgress:
+    """The parts of a goal over a scene.
+
+    Raises:
+        InputError: the goal is not a sequence of state formulas.
+        DomainError: it uses a predicate or an object that there is not.
+    """
+
+    def __init__(self, goal: Formula, scene: Scene) -> None:
+        parts = goal.parts if isinstance(goal, Then) else (goal,)
+        for part in parts:
+            if not is_state_formula(part):
+                raise InputError("a goal must be a sequence of state formulas, 'f then g then ...'")
+        self._parts = tuple(_Part(part, scene) for part in parts)
+
+    def advance(self, met: int, state: State, action: Action) -> int:
+        """How many parts are met after a position, of which ``met`` were before it."""
+        if met < len(self._parts) and self._parts[met].holds(state, action):
+            return met + 1
+        return met
+
+    def reached(self, met: int, final: State) -> bool:
+        """Whether all parts are met by the end, that is, after the last position."""
+        missing = len(self._parts) - met
+        return missing == 0 or (missing == 1 and self._parts[-1].holds(final, None))

@@ -1,0 +1,334 @@
+"""Search over the ways of carrying out a sequence of subgoals.
+
+A subgoal can be translated into several plans, and an ``or`` leaves a choice of subgoals; each choice makes a
+branch, and all branches are explored. Branches that meet in one state, with the same subgoals left and the
+same progress towards the goal, have the same future, so that only the best of them go on: 2^k choices do not
+cost 2^k executions. What is reported is what a search without merging would report. (The states that a branch
+has been through can make its last error a wrong order instead of a missing step, but no branch is preferred
+for that.)
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from enum import Enum
+from typing import Protocol, TypeAlias
+
+from typing_extensions import assert_never
+
+from eai.world.domain import Domain
+from eai.world.execution import Action, Fault, Step, Trajectory, attempt
+from eai.world.fault import FaultKind
+from eai.world.operator import Check
+from eai.world.state import State
+
+Plan: TypeAlias = Sequence[Action]
+
+
+@dataclass(frozen=True, slots=True)
+class Do:
+    """Carry out a subgoal by one of the plans for it in the state at hand; if there is none, do nothing."""
+
+    plans: Callable[[State], Sequence[Plan]]
+    subgoal: int
+    then: int
+
+
+@dataclass(frozen=True, slots=True)
+class Require:
+    """Go on only if a subgoal holds that no action brings about; ``check`` says what is wrong if not."""
+
+    holds: Callable[[State], bool]
+    check: Check
+    subgoal: int
+    then: int
+
+
+@dataclass(frozen=True, slots=True)
+class Split:
+    """Go on in each of several ways."""
+
+    targets: tuple[int, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Halt:
+    """End the whole search: the reference would abort."""
+
+    reason: str
+
+
+@dataclass(frozen=True, slots=True)
+class End:
+    """All subgoals are carried out."""
+
+
+Instruction: TypeAlias = Do | Require | Split | Halt | End
+Program: TypeAlias = Sequence[Instruction]
+"""Instructions that lead to earlier ones only; the last one is the first to run, number 0 is the `End`."""
+
+
+class Goal(Protocol):
+    """What a branch is to achieve, as far as its past can be summed up in a number."""
+
+    def advance(self, met: int, state: State, action: Action) -> int:
+        """The summary after an action was taken in a state."""
+        ...
+
+    def reached(self, met: int, final: State) -> bool:
+        """Whether a branch that ends in this state has reached the goal."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class Limits:
+    """How much a search may do.
+
+    Attributes:
+        attempts: actions that may be tried, over all branches.
+        seconds: time it may take; None is no limit.
+        clock: tells the time in seconds.
+    """
+
+    attempts: int = 50_000
+    seconds: float | None = 30.0
+    clock: Callable[[], float] = time.monotonic
+
+
+class SearchEnd(str, Enum):
+    """Why a search ended."""
+
+    COMPLETE = "complete"
+    ATTEMPTS = "attempts"
+    TIME = "time"
+    HALTED = "halted"
+
+
+@dataclass(frozen=True, slots=True)
+class Branch:
+    """One way of carrying out the subgoals, so far.
+
+    Attributes:
+        states: the initial state, then the state after each executed action.
+        steps: every action tried, in order, with its fault if it was not executed.
+        errors: the number of faults.
+        met: the goal's summary of the branch.
+        subgoal: the number of the subgoal that was carried out last.
+        failure: the fault that ended the branch.
+    """
+
+    states: tuple[State, ...]
+    steps: tuple[Step, ...] = ()
+    errors: int = 0
+    met: int = 0
+    subgoal: int = 0
+    failure: Fault | None = None
+
+    @property
+    def trajectory(self) -> Trajectory:
+        """What was tried and what came of it."""
+        return Trajectory(self.states, self.steps)
+
+    @property
+    def faults(self) -> tuple[Fault, ...]:
+        """All faults in order: those of steps, then that of a required subgoal which does not hold."""
+        faults = tuple([step.fault for step in self.steps if step.fault is not None])
+        if self.failure is None or len(faults) == self.errors:
+            return faults
+        return (*faults, self.failure)
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """What a search found.
+
+    Attributes:
+        reported: of the branches that reach the goal, or else of those that carry out all subgoals, or else
+            of all: the one with the fewest errors; of several the first, or, if none reaches the goal, the
+            one with the most actions.
+        success: some branch reaches the goal.
+        executable: some branch carries out all subgoals.
+        end: why the search ended; if not for being complete, ``reported`` is the best of what was seen.
+        attempts: the number of actions that were tried.
+        reason: what halted the search.
+    """
+
+    reported: Branch
+    success: bool
+    executable: bool
+    end: SearchEnd
+    attempts: int
+    reason: str = ""
+
+
+def uncategorised(fault: Fault) -> bool:
+    """Whether the declaration leaves open what the fault means."""
+    return fault.kind is FaultKind.UNCATEGORISED
+
+
+def search(
+    domain: Domain,
+    initial: State,
+    program: Program,
+    goal: Goal,
+    limits: Limits,
+    halts: Callable[[Fault], bool] = uncategorised,
+) -> Outcome:
+    """Carry out a program of subgoals in all ways.
+
+    ``halts`` says which faults end the whole search and not only their branch.
+    """
+    return _Search(domain, program, goal, limits, halts).run(Branch((initial,)))
+
+
+class _Best:
+    """The best branch seen so far; of equal ones the longer is better, if that is asked, then the first."""
+
+    __slots__ = ("_longer", "branch")
+
+    def __init__(self, *, longer: bool) -> None:
+        self._longer = longer
+        self.branch: Branch | None = None
+
+    def offer(self, branch: Branch) -> None:
+        """See one more branch."""
+        if self.branch is None or self._rank(branch) < self._rank(self.branch):
+            self.branch = branch
+
+    def _rank(self, branch: Branch) -> tuple[int, int]:
+        return branch.errors, -len(branch.states) if self._longer else 0
+
+
+class _Search:
+    """The state of one search."""
+
+    def __init__(
+        self,
+        domain: Domain,
+        program: Program,
+        goal: Goal,
+        limits: Limits,
+        halts: Callable[[Fault], bool],
+    ) -> None:
+        self._halts = halts
+        self._domain = domain
+        self._program = program
+        self._goal = goal
+        self._limits = limits
+        self._deadline = None if limits.seconds is None else limits.clock() + limits.seconds
+        self._waiting: list[list[Branch]] = [[] for _ in program]
+        self._attempts = 0
+        self._end = SearchEnd.COMPLETE
+        self._reason = ""
+        self._successful = _Best(longer=False)
+        self._executable = _Best(longer=True)
+        self._failed = _Best(longer=True)
+
+    def run(self, start: Branch) -> Outcome:
+        """Explore all branches."""
+        self._waiting[-1].append(start)
+        for number in reversed(range(len(self._program))):
+            branches, self._waiting[number] = _without_twins(self._waiting[number]), []
+            for branch in branches:
+                self._go_on(branch, self._program[number])
+                if self._end is not SearchEnd.COMPLETE:
+                    return self._outcome(branch)
+        return self._outcome(start)
+
+    def _outcome(self, fallback: Branch) -> Outcome:
+        best = (self._successful.branch, self._executable.branch, self._failed.branch, fallback)
+        return Outcome(
+            reported=next(branch for branch in best if branch is not None),
+            success=self._successful.branch is not None,
+            executable=self._successful.branch is not None or self._executable.branch is not None,
+            end=self._end,
+            attempts=self._attempts,
+            reason=self._reason,
+        )
+
+    def _go_on(self, branch: Branch, instruction: Instruction) -> None:
+        match instruction:
+            case Do():
+                self._do(branch, instruction)
+            case Require():
+                self._require(branch, instruction)
+            case Split(targets):
+                for target in targets:
+                    self._waiting[target].append(branch)
+            case Halt(reason):
+                self._halt(reason)
+            case End():
+                reached = self._goal.reached(branch.met, branch.states[-1])
+                (self._successful if reached else self._executable).offer(branch)
+            case _:
+                assert_never(instruction)
+
+    def _do(self, branch: Branch, instruction: Do) -> None:
+        plans = instruction.plans(branch.states[-1])
+        if not plans:
+            self._waiting[instruction.then].append(branch)
+        for plan in plans:
+            if self._is_exhausted():
+                return
+            after = self._follow(branch, plan, instruction.subgoal)
+            if after.failure is None:
+                self._waiting[instruction.then].append(after)
+            else:
+                self._failed.offer(after)
+
+    def _follow(self, branch: Branch, plan: Plan, subgoal: int) -> Branch:
+        """The branch after a plan, or after the first step of it that fails."""
+        states, steps, errors, met = [*branch.states], [*branch.steps], branch.errors, branch.met
+        for action in plan:
+            self._attempts += 1
+            outcome = attempt(self._domain, states, action)
+            if isinstance(outcome, State):
+                met = self._goal.advance(met, states[-1], action)
+                states.append(outcome)
+                steps.append(Step(action, None))
+                continue
+            errors += 1
+            steps.append(Step(action, outcome))
+            if self._halts(outcome):
+                self._halt(outcome.check.reason)
+            if outcome.kind is not FaultKind.ADDITIONAL_STEP:
+                return Branch(tuple(states), tuple(steps), errors, met, subgoal, outcome)
+        return Branch(tuple(states), tuple(steps), errors, met, subgoal)
+
+    def _require(self, branch: Branch, instruction: Require) -> None:
+        holds, check = instruction.holds, instruction.check
+        if holds(branch.states[-1]):
+            self._waiting[instruction.then].append(branch)
+            return
+        held = [i for i, state in enumerate(branch.states) if holds(state)]
+        fault = Fault(FaultKind.WRONG_ORDER, check, held[-1]) if held else Fault(check.fault, check)
+        self._failed.offer(
+            Branch(branch.states, branch.steps, branch.errors + 1, branch.met, instruction.subgoal, fault)
+        )
+
+    def _halt(self, reason: str) -> None:
+        self._end, self._reason = SearchEnd.HALTED, reason
+
+    def _is_exhausted(self) -> bool:
+        if self._attempts >= self._limits.attempts:
+            self._end = SearchEnd.ATTEMPTS
+        elif self._deadline is not None and self._limits.clock() > self._deadline:
+            self._end = SearchEnd.TIME
+        return self._end is not SearchEnd.COMPLETE
+
+
+def _without_twins(branches: list[Branch]) -> list[Branch]:
+    """Of branches with the same future those to report if they succeed, and if they fail; in order."""
+    if len(branches) < 2:
+        return branches
+    best: dict[tuple[State, int], tuple[_Best, _Best]] = {}
+    for branch in branches:
+        key = (branch.states[-1], branch.met)
+        if key not in best:
+            best[key] = (_Best(longer=False), _Best(longer=True))
+        for each in best[key]:
+            each.offer(branch)
+    kept = {id(each.branch) for pair in best.values() for each in pair}
+    return [branch for branch in branches if id(branch) in kept]

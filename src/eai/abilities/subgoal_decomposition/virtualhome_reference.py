@@ -1,0 +1,92 @@
+"""How eai-eval 1.0.5 reads VirtualHome subgoals (spec sections b and e; reference: ``subgoal_plan.py``).
+
+Its quirks: an answer ends at the first closing brace; strings without anything like ``word(...)`` vanish; a
+string with `` or `` is cut there as plain text, whatever the brackets say, and one piece is taken by lot
+(here always the first); a quantifier is a parsing error, and so is a negation or an object without an id, but
+only when the search gets to it.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+
+from eai.abilities.subgoal_decomposition.search import uncategorised
+from eai.abilities.subgoal_decomposition.written import Unreadable, WrittenSubgoals
+from eai.logic.formula import FALSE, And, Atom, Formula, Not, Occurs, Or, Then
+from eai.logic.traversal import children, is_state_formula, walk
+from eai.world.execution import Fault
+
+_OBJECT = re.compile(r"{[^{}]*}", re.DOTALL)
+_PRIMITIVE = re.compile(r"\w+\(.*?\)")
+_WITHOUT_ARGUMENTS = frozenset({"SLEEP", "WAKEUP", "STANDUP"})
+
+
+def read_subgoals(text: str) -> WrittenSubgoals | Unreadable:
+    """The subgoals that the reference finds in an answer."""
+    found = _OBJECT.search(text.strip().replace("}}", "}"))
+    if found is None:
+        return Unreadable("there is no JSON object")
+    try:
+        value = json.loads(found.group())
+    except (ValueError, RecursionError) as error:
+        return Unreadable(f"the first pair of braces holds no JSON object: {error}")
+    output = value.get("output")
+    if not isinstance(output, list) or not all(isinstance(subgoal, str) for subgoal in output):
+        return Unreadable('"output" is not a list of strings')
+    pieces = [_first_piece(subgoal.strip()) for subgoal in output]
+    return WrittenSubgoals(tuple(piece for piece in pieces if piece is not None))
+
+
+def _first_piece(subgoal: str) -> str | None:
+    if subgoal in _WITHOUT_ARGUMENTS:
+        return f"{subgoal}()"
+    return subgoal.split(" or ")[0] if _PRIMITIVE.search(subgoal) else None
+
+
+def halts(fault: Fault) -> bool:
+    """Whether the reference raises an exception when it diagnoses a fault, which makes a parsing error.
+
+    It does so for faults that it does not categorise and, in the revision with which its verdicts were
+    published, for a missing step of which it does not say what is missing (``checkers.py``,
+    ``check_missing_preconds``). Release 1.0.5 calls the latter a missing step; 1 row of nine models differs.
+    """
+    return uncategorised(fault) or fault.check.sought == (FALSE,)
+
+
+def conjoins_moments(formula: Formula) -> bool:
+    """Whether some ``and`` has parts with ``then`` and parts without, which the reference rejects."""
+    return any(
+        isinstance(part, And) and len({is_state_formula(operand) for operand in children(part)}) > 1
+        for part in walk(formula)
+    )
+
+
+def literals(formula: Formula) -> list[Formula] | None:
+    """The atoms, actions and negated ones of a formula in order; None for what is rejected at once.
+
+    Of an ``or`` the first operand is taken.
+    """
+    if isinstance(formula, (Atom, Occurs)):
+        return [formula]
+    if isinstance(formula, Or):
+        return literals(formula.operands[0])
+    if isinstance(formula, Not):
+        return [formula] if _is_odd_negation(formula) else None
+    if not isinstance(formula, (And, Then)):
+        return None
+    found: list[Formula] = []
+    for part in children(formula):
+        inner = literals(part)
+        if inner is None:
+            return None
+        found += inner
+    return found
+
+
+def _is_odd_negation(formula: Formula) -> bool:
+    """Whether an atom or action is negated an odd number of times, which is rejected when it is reached."""
+    odd = False
+    while isinstance(formula, Not):
+        formula, odd = formula.operand, not odd
+    return odd and isinstance(formula, (Atom, Occurs))

@@ -1,0 +1,60 @@
+"""What VirtualHome subgoals may name: predicates, actions and the objects of a scene."""
+
+from __future__ import annotations
+
+from functools import cache
+
+from eai.abilities.protocol import Protocol
+from eai.domains import virtualhome
+from eai.domains.virtualhome.predicates import VOCABULARY
+from eai.logic.signature import Signature
+from eai.world.state import Scene
+
+ACTIONS = (
+    "DRINK",
+    "EAT",
+    "CUT",
+    "TOUCH",
+    "LOOKAT",
+    "WATCH",
+    "READ",
+    "TYPE",
+    "PUSH",
+    "PULL",
+    "MOVE",
+    "SQUEEZE",
+    "SLEEP",
+    "WAKEUP",
+    "RINSE",
+    "SCRUB",
+    "WASH",
+    "WIPE",
+    "GRAB",
+    "SWITCHOFF",
+)
+"""The actions that the reference lets subgoals name (``resources/vocabulary.json``, ``subgoal_actions``)."""
+
+FORGOTTEN = "POUR"
+"""The action that the goals of five tasks ask for although the reference's vocabulary lacks it."""
+
+
+def signature(scene: Scene, protocol: Protocol) -> Signature:
+    """The names that are allowed under a protocol; objects with their id (``soap.1002``) or by class."""
+    objects = frozenset(scene.index).union([thing.category for thing in scene.objects])
+    return Signature(_predicates(), _actions(protocol), objects)
+
+
+def without_arguments(protocol: Protocol) -> frozenset[str]:
+    """The actions that take no objects."""
+    return frozenset(name for name, arity in _actions(protocol).items() if arity == 0)
+
+
+@cache
+def _predicates() -> dict[str, int | None]:
+    return {p.name: p.arity for p in VOCABULARY.predicates if p.visible}
+
+
+@cache
+def _actions(protocol: Protocol) -> dict[str, int | None]:
+    names = ACTIONS if protocol is Protocol.EAI_1_0_5 else (*ACTIONS, FORGOTTEN)
+    return {name: virtualhome.as_meant().compiled[name].operator.arity for name in names}
