@@ -16,6 +16,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
+from itertools import pairwise
 
 from eai.abilities.json_text import Pairs, find_json
 from eai.pddl.model import Action
@@ -78,8 +79,8 @@ def _output(value: object) -> str | None:
 
 def _segments(text: str) -> list[str]:
     """The stretches of a text from one operator's beginning to the next."""
-    starts = [match.start() for match in _HEAD.finditer(text)]
-    return [text[start:end] for start, end in zip(starts, [*starts[1:], len(text)], strict=True)]
+    bounds = [*(match.start() for match in _HEAD.finditer(text)), len(text)]
+    return [text[start:end] for start, end in pairwise(bounds)]
 
 
 def _read(segment: str) -> tuple[WrittenOperator, tuple[str, ...]]:
