@@ -99,7 +99,9 @@ def test_subgoals_by_outcome() -> None:
 def test_reference_counts_entries_but_not_those_of_unreachable_goals() -> None:
     wrong_order = ErrorReport(FaultKind.WRONG_ORDER, 0, "why")
     runtime = Verdict(
-        category=SubgoalCategory.RUNTIME, error=wrong_order, details={"error_entries": {"wrong_order": 2}}
+        category=SubgoalCategory.RUNTIME,
+        error=wrong_order,
+        details={"errors": ["wrong_order", "additional_step", "wrong_order"]},
     )
     missed = replace(runtime, category=SubgoalCategory.GOAL_UNREACHABLE, additional_steps=1)
     for protocol, counted, additional in ((Protocol.EAI_1_0_5, 2, 0), (Protocol.STRICT, 2, 1)):
@@ -116,7 +118,7 @@ def test_operators_count_by_category_and_plans_by_task() -> None:
             "effect": {"object_states": Confusion(1, 2, 0), "object_tools": Confusion(3, 0, 0)},
         },
         planner=PlannerOutcome.SOLVED,
-        details={"categories": ["object_states", "spatial_relations"]},
+        details={"task_categories": ["object_states", "spatial_relations"]},
     )
     not_run = replace(solved, planner=PlannerOutcome.NOT_RUN, counts=None)
     rates = summarise([solved, not_run], "behavior", Ability.TRANSITION_MODELING, Protocol.STRICT)

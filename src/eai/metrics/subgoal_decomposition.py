@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 from eai.abilities.protocol import Protocol
 from eai.abilities.verdict import SubgoalCategory, Verdict
 from eai.metrics.goals import GOAL_COLUMNS, goal_rates, tallies_of
@@ -31,8 +29,9 @@ _EXECUTED = (SubgoalCategory.CORRECT, SubgoalCategory.GOAL_UNREACHABLE)
 def contribution(verdict: Verdict, protocol: Protocol) -> dict[str, Rate]:
     """What one answer contributes to each rate.
 
-    Under `eai-1.0.5` the three runtime errors are counted by entry in the reported branch, not by task, and
-    answers that run but miss the goal count none of their errors (reference: ``subgoal_eval_utils.py``).
+    Under `eai-1.0.5` the three runtime errors are counted by entry in the reported branch (``errors`` in the
+    details), not by task, and answers that run but miss the goal count none of their errors (reference:
+    ``subgoal_eval_utils.py``).
     """
     category = verdict.category
     kind = None if verdict.error is None else verdict.error.kind
@@ -62,8 +61,7 @@ def _times(verdict: Verdict, fault: FaultKind, protocol: Protocol) -> int:
     if protocol is Protocol.EAI_1_0_5:
         if _errors_do_not_count(verdict, protocol):
             return 0
-        entries = (verdict.details or {}).get("error_entries")
-        if isinstance(entries, Mapping):
-            count = entries.get(fault.value, 0)
-            return count if isinstance(count, int) else 0
+        entries = (verdict.details or {}).get("errors")
+        if isinstance(entries, list | tuple):
+            return list(entries).count(fault.value)
     return int(verdict.error is not None and verdict.error.kind is fault)

@@ -25,8 +25,8 @@ def contribution(verdict: Verdict) -> dict[str, Rate]:
     """What one answer contributes to each rate.
 
     Counts are of preconditions and effects together. A task's planner outcome counts in each of the task's
-    categories (``categories`` in the details) and once overall; one that the planner did not run on counts
-    nowhere.
+    categories (``task_categories`` in the details) and once overall; one that no planner ran on counts in
+    neither.
     """
     counts = _by_category(verdict)
     planned = verdict.planner not in (None, PlannerOutcome.NOT_RUN)
@@ -52,5 +52,5 @@ def _by_category(verdict: Verdict) -> dict[str, Confusion]:
 
 
 def _categories(verdict: Verdict) -> Collection[str]:
-    found = (verdict.details or {}).get("categories")
+    found = (verdict.details or {}).get("task_categories")
     return [str(name) for name in found] if isinstance(found, list | tuple) else ()
