@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from eai.data.published_files import BEHAVIOR_PDDL_FILES, PROMPT_FILES, RESOURCE_FILES
+from eai.data.published_files import BEHAVIOR_PDDL_FILES, PROMPT_FILES, RESOURCE_FILES, TEMPLATE_SOURCE
 from eai.data.source import Archive
 
 PROGRAMS = "virtualhome_eval/dataset/programs_processed_precond_nograb_morepreconds/"
@@ -133,6 +133,7 @@ def files(tasks: Iterable[MadeTask] = TASKS) -> dict[str, bytes]:
     contents[RESOURCE_FILES["success_task.json"]] = json.dumps([made[0].id]).encode()
     contents[RESOURCE_FILES["gold_action.json"]] = b'{"grab": {}}'
     prompts = [{"identifier": f"scene_1_{made[0].id}", "llm_prompt": "?"}]
+    contents[TEMPLATE_SOURCE] = b'prompt = """<goal_str>"""'
     contents[PROMPT_FILES["virtualhome/subgoal_decomposition.json"]] = json.dumps(prompts).encode()
     return contents
 

@@ -15,14 +15,14 @@ from filelock import FileLock
 
 from eai.data.bundle import Bundle
 from eai.data.dataset import fetch, info, open_pack
-from eai.data.packs import BEHAVIOR_PDDL, PROMPTS, RESOURCES, Pack
+from eai.data.packs import BEHAVIOR_PDDL, PROMPTS, RESOURCES, TEMPLATES, Pack
 from eai.data.progress import Progress, Report, Stage
 from eai.data.source import Archive
 from eai.data.store import Store
 from eai.data.virtualhome import PACK, VirtualHome
 from eai.errors import DataError
 
-NAMES = (PACK, RESOURCES, PROMPTS, BEHAVIOR_PDDL)
+NAMES = (PACK, RESOURCES, PROMPTS, BEHAVIOR_PDDL, TEMPLATES)
 
 FETCH = """
 import sys

@@ -8,7 +8,12 @@ from dataclasses import dataclass
 from eai.data import virtualhome
 from eai.data.bundle import Bundle
 from eai.data.progress import Report
-from eai.data.published_files import convert_behavior_pddl, convert_prompts, convert_resources
+from eai.data.published_files import (
+    convert_behavior_pddl,
+    convert_prompts,
+    convert_resources,
+    convert_templates,
+)
 from eai.data.source import EAI_EVAL, Archive
 from eai.data.virtualhome_convert import convert_tasks
 
@@ -45,6 +50,9 @@ BEHAVIOR_PDDL = "behavior_pddl"
 PROMPTS = "prompts"
 """Name of the pack with the official prompts of both domains."""
 
+TEMPLATES = "prompt_templates"
+"""Name of the pack with the official templates from which prompts must be rendered."""
+
 
 def published_packs(eai_eval: Archive = EAI_EVAL) -> tuple[Pack, ...]:
     """All packs, made from the given archives (tests give their own)."""
@@ -54,4 +62,5 @@ def published_packs(eai_eval: Archive = EAI_EVAL) -> tuple[Pack, ...]:
         Pack(RESOURCES, (eai_eval,), lambda files, report: convert_resources(files[key])),
         Pack(PROMPTS, (eai_eval,), lambda files, report: convert_prompts(files[key])),
         Pack(BEHAVIOR_PDDL, (eai_eval,), lambda files, report: convert_behavior_pddl(files[key])),
+        Pack(TEMPLATES, (eai_eval,), lambda files, report: convert_templates(files[key])),
     )

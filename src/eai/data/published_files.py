@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import ast
 import json
 from collections.abc import Mapping
 from pathlib import PurePosixPath
 
 from eai.data.bundle import Bundle
+from eai.errors import DataError
 
 _VIRTUALHOME = "virtualhome_eval/resources/virtualhome/"
 _BEHAVIOR = "virtualhome_eval/resources/behavior/"
@@ -73,6 +75,13 @@ PROMPT_FILES: Mapping[str, str] = {
 """Member of the pack `prompts` -> file of the wheel. VirtualHome's goal interpretation ships no prompts."""
 
 
+TEMPLATE_MEMBER = "virtualhome/goal_interpretation.txt"
+"""The template of VirtualHome's goal interpretation, whose prompts alone are not shipped ready made."""
+
+TEMPLATE_SOURCE = "virtualhome_eval/evaluation/goal_interpretation/prompts/one_shot.py"
+"""The module of the wheel that holds it."""
+
+
 def convert_resources(wheel: Bundle) -> dict[str, bytes]:
     """The members of the pack `virtualhome_resources`; DataError when a file is absent."""
     return {**_copy(wheel, RESOURCE_FILES), PROBLEMS_MEMBER: _problems(wheel, _VIRTUALHOME)}
@@ -86,6 +95,19 @@ def convert_behavior_pddl(wheel: Bundle) -> dict[str, bytes]:
 def convert_prompts(wheel: Bundle) -> dict[str, bytes]:
     """The members of the pack `prompts`; DataError when a file is absent."""
     return _copy(wheel, PROMPT_FILES)
+
+
+def convert_templates(wheel: Bundle) -> dict[str, bytes]:
+    """The members of the pack `prompt_templates`: string constants of modules that are read, never run.
+
+    Raises:
+        DataError: the module is absent or has no such constant.
+    """
+    for statement in ast.parse(wheel.read(TEMPLATE_SOURCE)).body:
+        match statement:
+            case ast.Assign(targets=[ast.Name(id="prompt")], value=ast.Constant(value=str(template))):
+                return {TEMPLATE_MEMBER: template.encode()}
+    raise DataError(f"{TEMPLATE_SOURCE}: expected a constant named prompt; run `eai data fetch --force`")
 
 
 def _problems(wheel: Bundle, folder: str) -> bytes:

@@ -10,30 +10,70 @@ from eai.abilities.responses import SCENE_PREFIX
 from eai.data.dataset import open_pack
 from eai.data.packs import PROMPTS
 from eai.data.progress import Report, silent
-from eai.data.store import Store
+from eai.data.store import PackFile, Store
+from eai.prompts.prompt import Prompt, prompt_file
+from eai.prompts.virtualhome_goals import goal_interpretation_prompts
 
 
 @dataclass(frozen=True, slots=True)
-class Prompt:
-    """What a model is asked: an optional system message and a user message."""
+class OfficialFiles:
+    """The prompts of a suite as the data set ships them.
 
-    user: str
-    system: str | None = None
+    Attributes:
+        prompts: content of the file of prompts.
+        system: content of the file with the system message, or None where the prompts have none.
+    """
+
+    prompts: bytes
+    system: bytes | None
 
 
 def official_prompts(
     domain: Domain, ability: Ability, store: Store | None = None, *, report: Report = silent
 ) -> Mapping[str, Prompt]:
-    """The data set's prompts by task id, in its order.
+    """The official prompts by task id, in the order of the data set.
 
     Raises:
-        DataError: the prompts cannot be obtained, or the data set has none for this ability.
+        DataError: they cannot be obtained.
     """
     pack = open_pack(PROMPTS, store, report=report)
-    name = f"{domain.value}/{ability.value}"
-    system_member = f"{name}_system.json"
-    system = None
-    if system_member in pack.manifest.members:
-        system = pack.read_json(system_member)["system_prompt"]
-    rows = pack.read_json(f"{name}.json")
-    return {row["identifier"].removeprefix(SCENE_PREFIX): Prompt(row["llm_prompt"], system) for row in rows}
+    if _is_rendered(pack, domain, ability):
+        rendered = goal_interpretation_prompts(store, report=report)
+        return {task_id: Prompt(text) for task_id, text in rendered.items()}
+    setup = (
+        pack.read_json(_setup(domain, ability)) if _setup(domain, ability) in pack.manifest.members else {}
+    )
+    system, stop = setup.get("system_prompt"), tuple(setup.get("stop_sequences", ()))
+    rows = pack.read_json(_member(domain, ability))
+    return {
+        row["identifier"].removeprefix(SCENE_PREFIX): Prompt(row["llm_prompt"], system, stop) for row in rows
+    }
+
+
+def official_files(
+    domain: Domain, ability: Ability, store: Store | None = None, *, report: Report = silent
+) -> OfficialFiles:
+    """The files of a suite's prompts, byte for byte where the data set ships them.
+
+    Raises:
+        DataError: they cannot be obtained.
+    """
+    pack = open_pack(PROMPTS, store, report=report)
+    if _is_rendered(pack, domain, ability):
+        return OfficialFiles(prompt_file(official_prompts(domain, ability, store, report=report)), None)
+    setup = _setup(domain, ability)
+    system = pack.read(setup) if setup in pack.manifest.members else None
+    return OfficialFiles(pack.read(_member(domain, ability)), system)
+
+
+def _is_rendered(pack: PackFile, domain: Domain, ability: Ability) -> bool:
+    """Whether the data set ships only a template: VirtualHome's goal interpretation."""
+    return _member(domain, ability) not in pack.manifest.members
+
+
+def _member(domain: Domain, ability: Ability) -> str:
+    return f"{domain.value}/{ability.value}.json"
+
+
+def _setup(domain: Domain, ability: Ability) -> str:
+    return f"{domain.value}/{ability.value}_system.json"

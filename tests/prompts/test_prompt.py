@@ -1,0 +1,44 @@
+from __future__ import annotations
+
+import hashlib
+import json
+from pathlib import Path
+
+import pytest
+
+from eai.errors import InputError
+from eai.prompts.prompt import Prompt, prompt_file, read_prompt_file, read_system_file, system_file
+
+
+def test_digest_covers_both_messages_and_where_they_meet() -> None:
+    assert Prompt("question").sha256 == hashlib.sha256(b"question").hexdigest()
+    assert len({Prompt("bc", "a").sha256, Prompt("c", "ab").sha256, Prompt("abc").sha256}) == 3
+    assert Prompt("q", stop=("}",)).sha256 == Prompt("q").sha256
+
+
+def test_files_have_the_shape_of_the_reference(tmp_path: Path) -> None:
+    prompts = {"27_2": Prompt("ask ünder", "be brief"), "1_1": Prompt("?", "be brief")}
+    content = prompt_file(prompts)
+    assert json.loads(content) == [
+        {"identifier": "27_2", "llm_prompt": "ask ünder"},
+        {"identifier": "1_1", "llm_prompt": "?"},
+    ]
+    (tmp_path / "p.json").write_bytes(content)
+    assert read_prompt_file(tmp_path / "p.json") == {"27_2": "ask ünder", "1_1": "?"}
+    system = system_file(prompts)
+    assert system is not None
+    (tmp_path / "s.json").write_bytes(system)
+    assert read_system_file(tmp_path / "s.json") == "be brief"
+    assert system_file({"1_1": Prompt("?")}) is None
+
+
+@pytest.mark.parametrize(
+    "content", ["", "{}", '[{"identifier": "1"}]', '[{"identifier": 1, "llm_prompt": "?"}]']
+)
+def test_another_shape_is_refused_by_name(tmp_path: Path, content: str) -> None:
+    file = tmp_path / "p.json"
+    file.write_text(content)
+    with pytest.raises(InputError, match=r"p\.json: expected a list"):
+        read_prompt_file(file)
+    with pytest.raises(InputError, match=r"p\.json: expected .*system_prompt"):
+        read_system_file(file)
