@@ -39,7 +39,7 @@ class Task:
         title: the name that tasks of a kind share.
         instruction: the task in natural language.
         initial: the state in which a plan starts.
-        annotated_final: the state that the data set's own annotation ends in.
+        annotated_final: the state that the data set's own annotation ends in, or None if it has none.
         script: the data set's own plan.
         goals: without duplicates, in the order of the data set.
         temporal_goal: the goal as a text in temporal logic, or None if the task has none.
@@ -50,7 +50,7 @@ class Task:
     title: str
     instruction: str
     initial: State
-    annotated_final: State
+    annotated_final: State | None
     script: tuple[Action, ...]
     goals: tuple[Goal, ...]
     temporal_goal: str | None

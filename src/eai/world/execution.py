@@ -29,13 +29,13 @@ class Fault:
         check: the check whose failure it is.
         earlier: the index of the state of the trajectory in which the step would have been possible; given
             exactly if one of the kinds is a wrong order.
-        kinds: all kinds that the step has, in the order found.
+        also: the kinds that the step has besides, in the order found.
     """
 
     kind: FaultKind
     check: Check
-    earlier: int | None
-    kinds: tuple[FaultKind, ...]
+    earlier: int | None = None
+    also: tuple[FaultKind, ...] = ()
 
 
 class Step(NamedTuple):
@@ -123,7 +123,7 @@ def _diagnose(
             kinds.setdefault(FaultKind.WRONG_ORDER, check)
             earlier = index if earlier is None else max(earlier, index)
     kind = min(kinds, key=domain.precedence.index)
-    return Fault(kind, kinds[kind], earlier, tuple(kinds))
+    return Fault(kind, kinds[kind], earlier, tuple(other for other in kinds if other is not kind))
 
 
 def describe(fault: Fault, domain: Domain, action: Action, scene: Scene) -> str:

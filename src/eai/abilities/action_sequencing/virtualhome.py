@@ -163,7 +163,8 @@ class ActionSequencing:
     def _reason_to_exclude(self) -> str | None:
         if self.protocol is Protocol.STRICT:
             return None if self.task.goals else NO_GOALS
-        return None if self._goals.hold_in(self.task.annotated_final) else GOLD_TEST
+        final = self.task.annotated_final
+        return None if final is not None and self._goals.hold_in(final) else GOLD_TEST
 
     def _equals_script(self, actions: Sequence[Action]) -> bool:
         """Quirk: the reference does not run a plan that equals the data set's script, and counts no goal."""

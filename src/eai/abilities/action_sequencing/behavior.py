@@ -1,0 +1,143 @@
+"""Action sequencing in BEHAVIOR: from an answer's text to a verdict."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from eai.abilities.action_sequencing import behavior_answer, behavior_reference
+from eai.abilities.action_sequencing.plan import Unreadable, WrittenPlan, WrittenStep
+from eai.abilities.behavior_goals import BehaviorGoals
+from eai.abilities.explanation import Explanation, goal_reports, step_reports
+from eai.abilities.protocol import Protocol
+from eai.abilities.verdict import ErrorReport, Verdict
+from eai.data.behavior_tasks import BehaviorTask
+from eai.domains import behavior
+from eai.world.domain import Domain
+from eai.world.execution import Action, Trajectory, describe, execute
+from eai.world.fault import FaultKind
+from eai.world.state import State
+
+
+@dataclass(frozen=True, slots=True)
+class Rejected:
+    """An answer that cannot be run, and why: parsing, hallucination or argument number."""
+
+    error: ErrorReport
+
+
+class ActionSequencing:
+    """The scorer of one task under one protocol; `score` is a pure function of the answer.
+
+    A verdict's details hold ``goals_satisfied``: for each goal of the task, in order, whether it holds at the
+    end. An answer that cannot be run leaves the initial state.
+    """
+
+    def __init__(self, task: BehaviorTask, protocol: Protocol) -> None:
+        self.task = task
+        self.protocol = protocol
+        self.domain = domain_of(protocol)
+        self._initial = task.initial if protocol is Protocol.STRICT else task.initial_as_published
+        self._goals = BehaviorGoals(task, protocol)
+
+    def score(self, text: str) -> Verdict:
+        """The verdict on an answer."""
+        plan = self.read(text)
+        if isinstance(plan, Unreadable):
+            return self._rejection(ErrorReport(FaultKind.PARSING, None, plan.reason), ())
+        actions = self.resolve(plan)
+        if isinstance(actions, Rejected):
+            return self._rejection(actions.error, plan.repairs)
+        return self._judge(execute(self.domain, self._initial, actions), plan.repairs)
+
+    def explain(self, text: str) -> Explanation:
+        """What becomes of an answer step by step."""
+        plan = self.read(text)
+        if isinstance(plan, Unreadable):
+            return Explanation(notes=(f"parsing: {plan.reason}",))
+        notes = tuple(f"read with repair: {repair}" for repair in plan.repairs)
+        actions = self.resolve(plan)
+        if isinstance(actions, Rejected):
+            error = actions.error
+            step = f"step {error.step + 1}: " if error.step is not None else ""
+            return Explanation(notes=(*notes, f"{error.kind.value}: {step}{error.detail}"))
+        trajectory = execute(self.domain, self._initial, actions)
+        satisfied = self._goals.satisfied(_left_by(trajectory))
+        return Explanation(
+            notes,
+            step_reports(self.task, self.domain, trajectory),
+            goal_reports(self.task.goals, satisfied),
+        )
+
+    def read(self, text: str) -> WrittenPlan | Unreadable:
+        """The plan as written, or why there is none."""
+        if self.protocol is Protocol.EAI_1_0_5:
+            return behavior_reference.read_plan(text)
+        return behavior_answer.read_plan(text)
+
+    def resolve(self, plan: WrittenPlan) -> list[Action] | Rejected:
+        """The plan as ground actions, or the first grammar error: of all names before of any arity."""
+        actions = []
+        for index, step in enumerate(plan.steps):
+            action = self._named(index, step)
+            if isinstance(action, Rejected):
+                return action
+            actions.append(action)
+        for index, action in enumerate(actions):
+            arity = self.domain.compiled[action.operator].operator.arity
+            if len(action.arguments) != arity:
+                detail = f"{action.operator} takes {arity} objects, not {len(action.arguments)}"
+                return Rejected(ErrorReport(FaultKind.ARGUMENT_NUMBER, index, detail))
+        return actions
+
+    def _named(self, index: int, step: WrittenStep) -> Action | Rejected:
+        if step.action not in self.domain.compiled:
+            detail = f"{step.action} is not an action"
+            return Rejected(ErrorReport(FaultKind.HALLUCINATION, index, detail))
+        arguments = []
+        for name in step.arguments:
+            found = self.task.scene.index.get(str(name).strip())
+            if found is None:
+                detail = f"{step.action}: there is no {str(name).strip()}"
+                return Rejected(ErrorReport(FaultKind.HALLUCINATION, index, detail))
+            arguments.append(found)
+        return Action(step.action, tuple(arguments))
+
+    def _judge(self, trajectory: Trajectory, repairs: tuple[str, ...]) -> Verdict:
+        failure = trajectory.failure
+        error = None
+        if failure is not None:
+            step = len(trajectory.steps) - 1
+            detail = describe(failure, self.domain, trajectory.steps[-1].action, self.task.scene)
+            error = ErrorReport(failure.kind, step, detail)
+        return self._verdict(_left_by(trajectory), error, trajectory.additional_steps, repairs)
+
+    def _rejection(self, error: ErrorReport, repairs: tuple[str, ...]) -> Verdict:
+        return self._verdict(self._initial, error, 0, repairs)
+
+    def _verdict(
+        self, final: State, error: ErrorReport | None, additional_steps: int, repairs: tuple[str, ...]
+    ) -> Verdict:
+        satisfied: Sequence[bool] = self._goals.satisfied(final)
+        return Verdict(
+            executable=error is None,
+            success=all(satisfied) and (error is None or self.protocol is Protocol.EAI_1_0_5),
+            error=error,
+            additional_steps=additional_steps,
+            goals=self._goals.tallies(satisfied),
+            repairs=repairs,
+            details={"goals_satisfied": list(satisfied)},
+        )
+
+
+def _left_by(trajectory: Trajectory) -> State:
+    """The state in which a plan leaves the world, which an action of the reference may leave half done."""
+    failure = trajectory.failure
+    if failure is not None and failure.kind is FaultKind.UNCATEGORISED:
+        return behavior.half_done(trajectory.final, trajectory.steps[-1].action)
+    return trajectory.final
+
+
+def domain_of(protocol: Protocol) -> Domain:
+    """The BEHAVIOR domain as a protocol has it."""
+    return behavior.as_meant() if protocol is Protocol.STRICT else behavior.as_in_reference()

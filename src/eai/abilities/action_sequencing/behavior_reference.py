@@ -1,0 +1,51 @@
+"""How eai-eval 1.0.5 reads a BEHAVIOR plan (``action_sequence_evaluator.py`` parse_response).
+
+It evaluates what stands between the first ``[`` and the first ``]`` of the answer as a Python expression,
+keeps the dictionaries that have an action and an object, and drops everything else in silence. We evaluate
+literals and calls of ``dict`` only, and run nothing.
+"""
+
+from __future__ import annotations
+
+import ast
+import warnings
+
+from eai.abilities.action_sequencing.plan import Unreadable, WrittenPlan, WrittenStep
+
+_NO_ACTIONS = Unreadable("no actions were found")
+_MAX_LENGTH = 1_000_000
+
+
+def read_plan(text: str) -> WrittenPlan | Unreadable:
+    """The steps that the reference finds in an answer, in order."""
+    start, end = text.find("["), text.find("]")
+    segment = text[start : end + 1]
+    if start < 0 or len(segment) > _MAX_LENGTH:
+        return _NO_ACTIONS
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            elements = _value(ast.parse(segment.strip(), mode="eval").body)
+    except (SyntaxError, ValueError, TypeError, RecursionError, MemoryError):
+        return _NO_ACTIONS
+    found = [each for each in elements if isinstance(each, dict)] if isinstance(elements, list) else []
+    steps = [
+        WrittenStep(str(each["action"]), tuple(str(each["object"]).strip().split(",")))
+        for each in found
+        if "action" in each and "object" in each
+    ]
+    return WrittenPlan(tuple(steps)) if steps else _NO_ACTIONS
+
+
+def _value(node: ast.expr) -> object:
+    """The value of an expression made of literals, lists and calls of ``dict`` with keywords.
+
+    Raises:
+        ValueError, TypeError: it is something else, or no value in Python either.
+    """
+    if isinstance(node, ast.List):
+        return [_value(element) for element in node.elts]
+    is_dict_call = isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "dict"
+    if isinstance(node, ast.Call) and is_dict_call and not node.args:
+        return {keyword.arg: _value(keyword.value) for keyword in node.keywords if keyword.arg}
+    return ast.literal_eval(node)
