@@ -1,7 +1,8 @@
 """How protocol `strict` reads a VirtualHome plan.
 
 An answer maps actions to argument lists, in order and with repeated keys: ``{"WALK": ["sofa", "352"], ...}``.
-Lists of such objects, fences, prose and single quotes are accepted; every repair is named.
+Lists of such objects, an object around them, fences, prose and single quotes are accepted; every repair is
+named.
 """
 
 from __future__ import annotations
@@ -35,8 +36,9 @@ def _steps(value: object) -> tuple[WrittenStep, ...] | None:
         return tuple(step for part in parts if part is not None for step in part)
     if not isinstance(value, Pairs) or not value.members:
         return None
-    if len(value.members) == 1 and isinstance(value.members[0][1], Pairs):
-        return _steps(value.members[0][1])
+    wrapped = _steps(value.members[0][1]) if len(value.members) == 1 else None
+    if wrapped is not None:
+        return wrapped
     if not all(isinstance(arguments, list) for _, arguments in value.members):
         return None
     return tuple(

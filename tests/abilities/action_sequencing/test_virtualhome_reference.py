@@ -1,0 +1,78 @@
+from __future__ import annotations
+
+import time
+
+import pytest
+
+from eai.abilities.action_sequencing.plan import TOO_LONG, Unreadable, WrittenPlan
+from eai.abilities.action_sequencing.virtualhome_reference import read_plan
+from eai.abilities.json_text import MAX_LENGTH
+
+Steps = list[tuple[str, tuple[object, ...]]]
+
+WALK_GRAB: Steps = [("WALK", ("sofa",)), ("GRAB", ("cup",))]
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ('{"WALK": ["sofa"], "GRAB": ["cup"]}', WALK_GRAB),
+        ('```json\n{"WALK": ["sofa"], "GRAB": ["cup"]}\n```', WALK_GRAB),
+        ('``` {"WALK": ["sofa"], "GRAB": ["cup"]} ```', WALK_GRAB),
+        ("{'WALK': ['sofa'], 'GRAB': ['cup']}", WALK_GRAB),
+        ('[{"WALK": ["sofa"]}, {"GRAB": ["cup"]}]', WALK_GRAB),
+        ('Sure: "WALK": ["sofa"] and then "GRAB" : ["cup"]', WALK_GRAB),
+        ('{"WALK": ["sofa"], "GRAB": ["cup"], "PUTBACK": ["cup", "ta', WALK_GRAB),
+        ('{"WALK":\n["so\nfa"],\n"GRAB":\t["cup"]}', WALK_GRAB),
+        ('<think>"WALK": ["sofa"]</think>"GRAB": ["cup"]', WALK_GRAB),
+        ('{"STANDUP": [ ]}', [("STANDUP", ())]),
+        ('{"STANDUP": [], "GRAB": ["cup"]}', [("GRAB", ("cup",))]),
+        ('{"WALK": ["sofa", 352]}', [("WALK", ("sofa", 352))]),
+        ('{"walk": ["sofa"]}', [("walk", ("sofa",))]),
+        ('{"WALK": [""]}', [("WALK", ("",))]),
+    ],
+)
+def test_every_pair_in_the_text_is_a_step(text: str, expected: Steps) -> None:
+    plan = read_plan(text)
+    assert isinstance(plan, WrittenPlan), plan
+    assert [tuple(step) for step in plan.steps] == expected
+    assert plan.repairs == ()
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["", "{}", "I would walk.", '{"STANDUP": []}', '{"WALK": "sofa"}', '{"WALK: ["sofa"]}', '"WALK": [', "]"],
+)
+def test_no_step_at_all_counts_once(text: str) -> None:
+    assert read_plan(text) == Unreadable("no step was found", times_counted=1)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        '{"WALK": [sofa]}',
+        '{"GRAB": ["child\'s cup"]}',
+        '{"WALK": [["sofa"]]}',
+        '{"WALK": ["\0"]}',
+        '{"WALK": ' + "[" * 100_000 + "]}",
+        '{"WALK": [' + "1" * 10_000 + "]}",
+    ],
+    ids=lambda text: text[:20],
+)
+def test_a_list_that_is_not_json_counts_twice(text: str) -> None:
+    plan = read_plan(text)
+    assert isinstance(plan, Unreadable)
+    assert plan.times_counted == 2
+    assert plan.reason.endswith("is not JSON")
+
+
+def test_an_endless_answer_is_not_searched() -> None:
+    assert read_plan('{"WALK": ["sofa"]}' + " " * MAX_LENGTH) is TOO_LONG
+
+
+@pytest.mark.parametrize("piece", ['"A": [', '"A":', '"', "[", '"A": []', '"A": [] '])
+def test_reading_takes_time_in_proportion_to_the_text(piece: str) -> None:
+    text = piece * (MAX_LENGTH // len(piece))
+    started = time.process_time()
+    assert isinstance(read_plan(text), Unreadable)
+    assert time.process_time() - started < 10
