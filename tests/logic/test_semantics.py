@@ -4,10 +4,28 @@ from __future__ import annotations
 
 import pytest
 from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from eai.errors import InputError
 from eai.logic.evidence import explain
-from eai.logic.formula import And, Atom, Exists, Formula, Not, Or, Then, Variable
+from eai.logic.formula import (
+    Always,
+    And,
+    Atom,
+    Eventually,
+    Exactly,
+    Exists,
+    ForAll,
+    Formula,
+    Implies,
+    Next,
+    Not,
+    Occurs,
+    Or,
+    Then,
+    Until,
+    Variable,
+)
 from eai.logic.ltl import parse
 from eai.logic.semantics import holds, holds_in
 from eai.logic.signature import Signature
@@ -26,6 +44,42 @@ def test_agrees_with_the_naive_evaluator(formula: Formula, given_: tuple[list[Fa
     evidence = explain(formula, trajectory)
     assert evidence.holds == expected
     assert bool(evidence.failed) != expected
+
+
+def sequences() -> st.SearchStrategy[Formula]:
+    """Formulas with much in front of ``then``: what may end anywhere."""
+    x, y = Variable("x"), Variable("y", "cup")
+    some_open = Exists(x, Atom("open", (x,)))
+    leaves = st.sampled_from([Atom("-raining"), Not(Atom("-raining")), Occurs("sleep"), some_open])
+
+    def larger(part: st.SearchStrategy[Formula]) -> st.SearchStrategy[Formula]:
+        pairs = st.tuples(part, part)
+        return st.one_of(
+            pairs.map(Then),
+            pairs.map(And),
+            pairs.map(Or),
+            pairs.map(lambda both: Until(*both)),
+            pairs.map(lambda both: Implies(*both)),
+            part.map(Not),
+            part.map(Always),
+            part.map(Eventually),
+            part.map(Next),
+            part.map(lambda body: ForAll(y, body)),
+            part.map(lambda body: Exactly(1, y, body)),
+        )
+
+    part = st.recursive(leaves, larger, max_leaves=6)
+    return st.lists(part, min_size=2, max_size=3).map(lambda parts: Then(tuple(parts)))
+
+
+@given(sequences(), trajectories())
+@settings(max_examples=250, deadline=None)
+def test_sequences_agree_with_the_naive_evaluator(
+    formula: Formula, given_: tuple[list[Facts], list[Action]]
+) -> None:
+    states, actions = given_
+    expected = Naive(tuple(states), tuple(actions)).on(formula, 0, len(states) - 1, {})
+    assert holds(formula, Trajectory(states, actions)) == expected
 
 
 @given(formulas(temporal=False), trajectories())
@@ -87,6 +141,16 @@ def test_conjunctions_with_then_hold_on_the_same_trajectory() -> None:
     assert check("((p() then q()) and (q() then r())) then p()", path)
     assert not check("((p() then q()) and (q() then p())) then r()", path)
     assert check("(not (r() then q())) then p()", path)
+
+
+def test_what_comes_before_then_may_end_early_or_late() -> None:
+    path = trajectory("p", "GRAB", "q", "GRAB", "r")
+    assert check("(not (p() then q())) then r()", path)
+    assert check("(not (p() then q())) then q()", path)
+    assert not check("(not (p() then q())) then p()", path)
+    assert check("((not (p() then q())) and (GRAB() or p())) then q() then r()", path)
+    assert not check("(not (p() then q()) and (p() then p() or q())) then r()", path)
+    assert check("(always p() or always (q() or p())) then r()", path)
 
 
 def test_operators_beyond_the_paper_speak_of_positions() -> None:

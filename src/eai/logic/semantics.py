@@ -8,9 +8,10 @@ Giacomo and Vardi 2013): below next, eventually, always and until a state formul
 and at the top these operators mean "at the first position".
 
 Every subformula is evaluated once for all positions at a time, as a mask of positions, so that connectives
-are integer operations. An operand in front of ``then`` may end anywhere. If it cannot become false when its
-piece grows (as all formulas without not, always, implies and forn over ``then``), only the last possible end
-counts; otherwise its truth on every prefix is needed, which costs a factor of the trajectory's length.
+are integer operations. The piece of an operand in front of ``then`` may end anywhere. If the operand cannot
+become false when its piece grows (as all formulas without not, always, implies and forn over ``then``), only
+the last possible end counts; if it cannot when the piece shrinks, only the first. What mixes both needs its
+truth on every piece, which costs a factor of the trajectory's length.
 """
 
 from __future__ import annotations
@@ -46,7 +47,7 @@ from eai.logic.formula import (
 from eai.logic.matching import maximum_matching
 from eai.logic.support import support
 from eai.logic.trajectory import Interpretation, Trajectory, positions_in
-from eai.logic.traversal import lasting_parts, temporal_parts
+from eai.logic.traversal import monotony, temporal_parts
 
 Binding: TypeAlias = Mapping[str, str]
 """Objects by the variables that stand for them."""
@@ -80,7 +81,7 @@ class Evaluator:
         self._trajectory = trajectory
         self._formula = formula  # keeps the ids below alive
         self._temporal = temporal_parts(formula)
-        self._lasting = lasting_parts(formula)
+        self._monotony = monotony(formula)
         self._closed: dict[int, int] = {}
         self._tables: dict[tuple[int, frozenset[tuple[str, str]]], list[int]] = {}
 
@@ -148,10 +149,26 @@ class Evaluator:
     def _followed_by(self, formula: Formula, binding: Binding, rest: int) -> int:
         """The positions from which a piece satisfies the formula and the next position is in ``rest``."""
         ends = rest >> 1
-        if id(formula) in self._lasting:
+        if id(formula) in self._monotony.lasting:  # the last end is the best one
             return self.on(formula, binding, ends.bit_length() - 1) if ends else 0
+        if id(formula) in self._monotony.perishing and ends == _before(ends):  # the first end is
+            return self._alone(formula, binding) & ends
         table = self._table(formula, binding)
         return _union(table[end] for end in positions_in(ends))
+
+    def _alone(self, formula: Formula, binding: Binding) -> int:
+        """The positions that satisfy the formula as pieces of length 1."""
+        if not self.is_temporal(formula):
+            return self.state(formula, binding)
+        match formula:
+            case Next():
+                return 0
+            case Then(parts):
+                return self._alone(parts[0], binding) if len(parts) == 1 else 0
+            case Eventually(operand) | Always(operand) | Until(right=operand):
+                return self._alone(operand, binding)
+            case _:
+                return self._combined(formula, binding, self._alone, self._trajectory.length - 1)
 
     def _table(self, formula: Formula, binding: Binding) -> list[int]:
         """For every end, the positions from which the piece up to it satisfies the formula."""

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Container, Iterator
+from typing import NamedTuple
 
 from typing_extensions import assert_never
 
@@ -81,24 +82,52 @@ def temporal_parts(formula: Formula) -> frozenset[int]:
     return frozenset(found)
 
 
-def lasting_parts(formula: Formula) -> frozenset[int]:
-    """The ``id`` of every part, the formula included, that stays true when the trajectory goes on.
+class Monotony(NamedTuple):
+    """The ``id`` of parts of a formula whose truth on a piece of a trajectory depends simply on its end."""
 
-    Sufficient, not necessary: a negation is lasting only if it speaks of one position.
-    """
+    lasting: frozenset[int]
+    """Parts that stay true when the piece grows at its end."""
+    perishing: frozenset[int]
+    """Parts that speak of several positions and stay true when the piece shrinks at its end."""
+
+
+def monotony(formula: Formula) -> Monotony:
+    """Which parts, the formula included, are lasting or perishing, as far as their shape tells."""
     temporal = temporal_parts(formula)
-    found: set[int] = set()
+    lasting: set[int] = set()
+    perishing: set[int] = set()
     for part in reversed(list(walk(formula))):
-        if (
-            id(part) not in temporal
-            or (
-                not isinstance(part, (Not, Implies, Exactly, Always, Then))
-                and all(id(child) in found for child in children(part))
-            )
-            or (isinstance(part, Then) and (not part.parts or id(part.parts[-1]) in found))
-        ):
-            found.add(id(part))
-    return frozenset(found)
+        if id(part) not in temporal or _is_lasting(part, lasting, perishing):
+            lasting.add(id(part))
+        elif _is_perishing(part, temporal, lasting, perishing):
+            perishing.add(id(part))
+    return Monotony(frozenset(lasting), frozenset(perishing))
+
+
+def _is_lasting(part: Formula, lasting: Container[int], perishing: Container[int]) -> bool:
+    match part:
+        case Not(operand):
+            return id(operand) in perishing
+        case Then(parts):
+            return not parts or id(parts[-1]) in lasting
+        case Implies() | Exactly() | Always():
+            return False
+        case _:
+            return all(id(child) in lasting for child in children(part))
+
+
+def _is_perishing(
+    part: Formula, temporal: Container[int], lasting: Container[int], perishing: Container[int]
+) -> bool:
+    match part:
+        case Not(operand):
+            return id(operand) in lasting
+        case Always(operand):
+            return id(operand) not in temporal or id(operand) in perishing
+        case And() | Or() | ForAll() | Exists():
+            return all(id(child) in perishing for child in children(part))
+        case _:
+            return False
 
 
 def is_state_formula(formula: Formula) -> bool:
