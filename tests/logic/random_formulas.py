@@ -28,7 +28,7 @@ from eai.logic.formula import (
     Until,
     Variable,
 )
-from eai.logic.trajectory import Action
+from eai.logic.trajectory import Action, Trajectory
 from logic.naive import Facts
 
 PREDICATES = {"open": 1, "next_to": 2, "notable": 1, "-raining": 0}
@@ -122,3 +122,9 @@ def trajectories(draw: st.DrawFn) -> tuple[list[Facts], list[Action]]:
     states = [Facts(draw(st.frozensets(ground(PREDICATES), max_size=8)), SCENE) for _ in range(length)]
     actions = [Action(*draw(ground(ACTIONS))) for _ in range(length - 1)]
     return states, actions
+
+
+def trajectory(*texts: str) -> Trajectory:
+    """Names of true atoms and actions by turns: ``trajectory("p q", "GRAB", "")``."""
+    states = [Facts(frozenset((name, ()) for name in text.split()), SCENE) for text in texts[::2]]
+    return Trajectory(states, [Action(text) for text in texts[1::2]])

@@ -2,34 +2,29 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from eai.errors import InputError, ParseError
+from eai.errors import ParseError
 from eai.logic.bddl import Declaration, parse_condition, parse_problem
 from eai.logic.bddl_printer import print_condition, print_problem
 from eai.logic.formula import (
     And,
     Atom,
     Constant,
-    Equals,
     Exactly,
     Exists,
     ForAll,
     Formula,
     ForPairs,
     Implies,
-    Next,
     Not,
     Or,
     Variable,
 )
 from eai.logic.signature import OffenceKind, Signature
-from eai.logic.traversal import MAX_DEPTH, walk
-from logic.random_formulas import formulas
+from eai.logic.traversal import MAX_DEPTH
 
 PROBLEM = """(define (problem Sorting_0)   ; a comment with (brackets
     (:domain igibson)
@@ -169,29 +164,6 @@ def test_long_conditions() -> None:
     assert parse_condition(print_condition(formula)).formula == formula
 
 
-@pytest.mark.parametrize(
-    "formula",
-    [Next(open_(SHELF)), Equals(SHELF, SHELF), ForAll(Variable("x"), open_(Variable("x")))],
-)
-def test_what_bddl_cannot_say_is_an_error(formula: Formula) -> None:
-    with pytest.raises(InputError, match="BDDL"):
-        print_condition(formula)
-
-
-@given(formulas(temporal=False))
-@settings(max_examples=100)
-def test_what_is_printed_is_read_back(formula: Formula) -> None:
-    if all(not isinstance(part, Equals) for part in walk(formula)):
-        try:
-            text = print_condition(formula)
-        except InputError:
-            return
-        signature = Signature(
-            {"open": 1, "next_to": 2, "notable": 1, "-raining": 0}, {"grab": 1, "pour": 2, "sleep": 0}
-        )
-        assert parse_condition(text, signature).formula == formula
-
-
 @given(st.text(alphabet=" ()?-xandofr12;:\n", max_size=40))
 @settings(max_examples=100)
 def test_any_text_is_a_condition_or_a_parse_error(text: str) -> None:
@@ -200,17 +172,3 @@ def test_any_text_is_a_condition_or_a_parse_error(text: str) -> None:
     except ParseError:
         return
     assert parse_condition(print_condition(formula)).formula == formula
-
-
-def as_text(tree: list[Any] | str) -> str:
-    return tree if isinstance(tree, str) else f"({' '.join(map(as_text, tree))})"
-
-
-def test_all_goals_of_the_data_set_survive_the_round_trip(oracle: Any) -> None:
-    goals = [
-        goal for record in oracle("behavior", "", "reconstructed").values() for goal in record["bddl_goal"]
-    ]
-    assert len(goals) == 366
-    for goal in goals:
-        formula = parse_condition(as_text(goal)).formula
-        assert parse_condition(print_condition(formula)).formula == formula

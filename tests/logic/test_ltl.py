@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import pickle
-
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -25,7 +23,6 @@ from eai.logic.formula import (
     Implies,
     Next,
     Not,
-    Occurs,
     Or,
     Then,
     Until,
@@ -33,8 +30,7 @@ from eai.logic.formula import (
 )
 from eai.logic.ltl import Dialect, parse
 from eai.logic.ltl_printer import print_ltl
-from eai.logic.signature import OffenceKind, Signature
-from eai.logic.traversal import MAX_DEPTH
+from eai.logic.signature import Signature
 from logic.random_formulas import ACTIONS, PREDICATES, formulas
 
 SIGNATURE = Signature(PREDICATES, ACTIONS)
@@ -51,14 +47,6 @@ def failure_of(text: str, dialect: Dialect) -> ParseError | None:
     except ParseError as error:
         return error
     return None
-
-
-@given(formulas())
-@settings(max_examples=120)
-def test_what_is_printed_is_read_back(formula: Formula) -> None:
-    reading = parse(print_ltl(formula), SIGNATURE)
-    assert reading.formula == formula
-    assert reading.offences == ()
 
 
 @given(formulas(beyond_paper=False))
@@ -154,32 +142,6 @@ def test_names_are_checked_after_the_whole_text_parsed() -> None:
         parse("nonsense(a) and (", SIGNATURE)
 
 
-def test_kinds_of_offences_and_their_places() -> None:
-    signature = Signature({"open": 1, "in": 2, "any": None}, {"grab": 1}, {"cup.1"})
-    text = "open(cup.1) and\n opn(cup.1) or in( cup.1 ) then grab(cup.2) and exists x. (any(x, x, y))"
-    found = [(o.kind, o.name, o.primitive, o.line, o.column) for o in parse(text, signature).offences]
-    assert found == [
-        (OffenceKind.UNKNOWN_PREDICATE, "opn", "opn", 2, 2),
-        (OffenceKind.WRONG_ARITY, "in", "in", 2, 16),
-        (OffenceKind.UNKNOWN_OBJECT, "cup.2", "grab", 2, 38),
-        (OffenceKind.UNKNOWN_OBJECT, "y", "any", 2, 70),
-    ]
-    assert str(parse(text, signature).offences[1]) == "line 2, column 16: in takes 2 arguments, not 1"
-
-
-def test_a_variable_is_no_object_outside_its_quantifier() -> None:
-    signature = Signature({"open": 1}, objects=())
-    assert parse("forall x. (open(x))", signature).offences == ()
-    (offence,) = parse("forall x. (open(x)) and open(x)", signature).offences
-    assert (offence.kind, offence.column) == (OffenceKind.UNKNOWN_OBJECT, 30)
-
-
-def test_actions_come_from_the_signature() -> None:
-    grab = Occurs("grab", (Constant("a"),))
-    assert parse("grab(a) and p(a)", Signature({"p": 1}, {"grab": 1})).formula == And((grab, P))
-    assert parse("p(a)", Signature({"p": 1}, {"p": 2})).formula == P
-
-
 @pytest.mark.parametrize(
     ("text", "line", "column", "expected"),
     [
@@ -213,70 +175,3 @@ def test_the_caret_points_at_the_place() -> None:
 
 def test_non_ascii_letters_may_follow_the_first() -> None:
     assert read("is_süß(kuchen)") == Atom("is_süß", (Constant("kuchen"),))
-
-
-DEEP = {
-    "negations": "not " * MAX_DEPTH,
-    "quantifiers": "exists x. (" * MAX_DEPTH,
-    "thousand negations": "not " * 1000,
-    "thousand quantifiers": "forall x. (" * 1000,
-    "a hundred kilobytes of negations": "not " * 25_000,
-}
-
-
-@pytest.mark.parametrize("prefix", DEEP.values(), ids=DEEP.keys())
-def test_too_deep_nesting_is_an_error(prefix: str) -> None:
-    with pytest.raises(ParseError, match="at most 100 levels of nesting"):
-        parse(prefix + "p(x)" + ")" * prefix.count("("))
-
-
-@pytest.mark.parametrize(
-    ("before", "after", "levels"),
-    [
-        ("not ", "", 1),
-        ("next ", "", 1),
-        ("exists x. (p(x) and ", ")", 2),
-        ("(p(x) then ", ")", 1),
-        ("(p(x) until ", ")", 1),
-    ],
-)
-def test_the_deepest_formulas_can_be_compared_hashed_shown_and_stored(
-    before: str, after: str, levels: int
-) -> None:
-    times = (MAX_DEPTH - 1) // levels
-    text = before * times + "p(x)" + after * times
-    formula = read(text)
-    assert formula == read(text)
-    assert hash(formula) == hash(read(text))
-    assert repr(formula).count("Atom") >= 1
-    assert read(print_ltl(formula)) == formula
-    assert pickle.loads(pickle.dumps(formula)) == formula  # noqa: S301
-
-
-LONG = {
-    "conjuncts": " and ".join(["p(x)"] * 12_000),
-    "steps": " then ".join(["p(x)"] * 10_000),
-    "arguments": f"p({', '.join(['x'] * 33_000)})",
-    "brackets": "(" * 50_000 + "p(x)" + ")" * 50_000,
-    "one name": "p" * 100_000 + "(x)",
-}
-
-
-@pytest.mark.parametrize("text", LONG.values(), ids=LONG.keys())
-def test_long_texts_are_formulas(text: str) -> None:
-    assert len(text) > 80_000
-    assert read(text) == read(text)
-
-
-BROKEN = {
-    "open brackets": "(" * 100_000,
-    "endless arguments": "p(" + "x," * 50_000,
-    "names": "p " * 50_000,
-    "blank lines": "\n" * 100_000,
-}
-
-
-@pytest.mark.parametrize("text", BROKEN.values(), ids=BROKEN.keys())
-def test_long_broken_texts_are_parse_errors(text: str) -> None:
-    with pytest.raises(ParseError):
-        parse(text)

@@ -31,7 +31,7 @@ from eai.logic.semantics import holds, holds_in
 from eai.logic.signature import Signature
 from eai.logic.trajectory import Action, Trajectory
 from logic.naive import Facts, Naive
-from logic.random_formulas import SCENE, formulas, trajectories
+from logic.random_formulas import SCENE, formulas, trajectories, trajectory
 
 
 @given(formulas(), trajectories())
@@ -80,24 +80,6 @@ def test_sequences_agree_with_the_naive_evaluator(
     states, actions = given_
     expected = Naive(tuple(states), tuple(actions)).on(formula, 0, len(states) - 1, {})
     assert holds(formula, Trajectory(states, actions)) == expected
-
-
-@given(formulas(temporal=False), trajectories())
-@settings(max_examples=100, deadline=None)
-def test_evidence_of_a_state_formula_is_where_it_holds(
-    formula: Formula, given_: tuple[list[Facts], list[Action]]
-) -> None:
-    states, actions = given_
-    naive = Naive(tuple(states), tuple(actions))
-    last = len(states) - 1
-    expected = tuple(i for i in range(len(states)) if naive.at(formula, i, last, {}))
-    assert explain(formula, Trajectory(states, actions)).positions == expected
-
-
-def trajectory(*texts: str) -> Trajectory:
-    """Names of true atoms and actions by turns: ``trajectory("p q", "GRAB", "")``."""
-    states = [Facts(frozenset((name, ()) for name in text.split()), SCENE) for text in texts[::2]]
-    return Trajectory(states, [Action(text) for text in texts[1::2]])
 
 
 def check(text: str, on: Trajectory) -> bool:
@@ -199,42 +181,3 @@ def test_shadowed_variables_take_the_inner_value() -> None:
     state = Facts(frozenset({("open", ("sofa",))}), SCENE)
     assert holds_in(parse("forall x: cup. (exists x. (open(x)))").formula, state)
     assert not holds_in(parse("exists x. (open(x) and forall x. (open(x)))").formula, state)
-
-
-def test_numbers_of_states_and_actions_must_fit() -> None:
-    with pytest.raises(InputError, match="0 states"):
-        Trajectory([])
-    with pytest.raises(InputError, match="one action between two states"):
-        Trajectory([Facts(frozenset(), ())], [Action("GRAB")])
-
-
-def test_many_objects_do_not_matter_to_rare_actions() -> None:
-    names = tuple((f"o.{i}", "thing") for i in range(2000))
-    path = Trajectory([Facts(frozenset(), names)] * 2, [Action("POUR", ("o.7", "o.9"))])
-    signature = Signature({}, {"POUR": 2})
-    assert holds(parse("exists x. (exists y. (POUR(x, y)))", signature).formula, path)
-    assert not holds(parse("exists x. (POUR(x, x))", signature).formula, path)
-    assert holds(parse("forn 1 x. (exists y. (POUR(x, y)))", signature).formula, path)
-
-
-P, Q, R = Atom("p"), Atom("q"), Atom("r")
-
-
-def test_evidence_names_the_conjuncts_that_never_hold() -> None:
-    path = trajectory("p", "GRAB", "q")
-    assert explain(And((P, R, Not(Or((P, Q))))), path).failed == (R, Not(Or((P, Q))))
-    assert explain(And((P, And((Q, R)))), path).failed == (R,)
-
-
-def test_evidence_of_conjuncts_that_hold_only_apart_is_the_conjunction() -> None:
-    assert explain(And((P, Q)), trajectory("p", "GRAB", "q")).failed == (And((P, Q)),)
-
-
-def test_evidence_of_then_is_how_far_it_went() -> None:
-    path = trajectory("", "GRAB", "p", "GRAB", "q", "GRAB", "p")
-    complete = explain(Then((P, Q, P)), path)
-    assert (complete.holds, complete.positions, complete.failed) == (True, (1, 2, 3), ())
-    partial = explain(Then((P, And((Q, R)), P)), path)
-    assert (partial.holds, partial.positions, partial.failed) == (False, (1,), (R,))
-    late = explain(Then((P, Q, P, P)), path)
-    assert (late.holds, late.positions, late.failed) == (False, (1, 2, 3), (P,))

@@ -1,0 +1,38 @@
+"""BEHAVIOR's goals as the reference's records give them, for tests that compare options."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from eai.logic.bddl import parse_condition
+from eai.logic.choice import Literal
+from eai.logic.formula import Atom, Formula, Not
+from logic.naive import Facts
+
+
+def as_list(literal: Literal) -> list[Any]:
+    if isinstance(literal, Not):
+        assert isinstance(literal.operand, (Atom, Not))
+        return ["not", as_list(literal.operand)]
+    assert isinstance(literal, Atom)
+    return [literal.predicate, *(term.name for term in literal.arguments)]
+
+
+def as_text(tree: list[Any] | str) -> str:
+    return tree if isinstance(tree, str) else f"({' '.join(map(as_text, tree))})"
+
+
+def records(oracle: Any) -> dict[str, tuple[list[Formula], Facts, int]]:
+    """Task -> its goals, its objects, and the reference's number of goal options."""
+    found = {}
+    for task, record in oracle("behavior", "", "reconstructed").items():
+        goals = [parse_condition(as_text(goal)).formula for goal in record["bddl_goal"]]
+        objects = tuple((thing["bddl_instance"], thing["category"]) for thing in record["objects"])
+        found[task] = (goals, Facts(frozenset(), objects), record["n_goal_options"])
+    return found
+
+
+def universe(**sizes: int) -> Facts:
+    return Facts(
+        frozenset(), tuple((f"{kind}{i}", kind) for kind, size in sizes.items() for i in range(size))
+    )

@@ -1,0 +1,52 @@
+"""Evidence: where a formula holds, or which part is to blame."""
+
+from __future__ import annotations
+
+from hypothesis import given, settings
+
+from eai.logic.evidence import explain
+from eai.logic.formula import (
+    And,
+    Atom,
+    Formula,
+    Not,
+    Or,
+    Then,
+)
+from eai.logic.trajectory import Action, Trajectory
+from logic.naive import Facts, Naive
+from logic.random_formulas import formulas, trajectories, trajectory
+
+P, Q, R = Atom("p"), Atom("q"), Atom("r")
+
+
+@given(formulas(temporal=False), trajectories())
+@settings(max_examples=100, deadline=None)
+def test_evidence_of_a_state_formula_is_where_it_holds(
+    formula: Formula, given_: tuple[list[Facts], list[Action]]
+) -> None:
+    states, actions = given_
+    naive = Naive(tuple(states), tuple(actions))
+    last = len(states) - 1
+    expected = tuple(i for i in range(len(states)) if naive.at(formula, i, last, {}))
+    assert explain(formula, Trajectory(states, actions)).positions == expected
+
+
+def test_evidence_names_the_conjuncts_that_never_hold() -> None:
+    path = trajectory("p", "GRAB", "q")
+    assert explain(And((P, R, Not(Or((P, Q))))), path).failed == (R, Not(Or((P, Q))))
+    assert explain(And((P, And((Q, R)))), path).failed == (R,)
+
+
+def test_evidence_of_conjuncts_that_hold_only_apart_is_the_conjunction() -> None:
+    assert explain(And((P, Q)), trajectory("p", "GRAB", "q")).failed == (And((P, Q)),)
+
+
+def test_evidence_of_then_is_how_far_it_went() -> None:
+    path = trajectory("", "GRAB", "p", "GRAB", "q", "GRAB", "p")
+    complete = explain(Then((P, Q, P)), path)
+    assert (complete.holds, complete.positions, complete.failed) == (True, (1, 2, 3), ())
+    partial = explain(Then((P, And((Q, R)), P)), path)
+    assert (partial.holds, partial.positions, partial.failed) == (False, (1,), (R,))
+    late = explain(Then((P, Q, P, P)), path)
+    assert (late.holds, late.positions, late.failed) == (False, (1, 2, 3), (P,))

@@ -1,0 +1,37 @@
+"""Places and expectations in error messages."""
+
+from __future__ import annotations
+
+import pytest
+
+from eai.logic.grammar import error_at, expectation, load, place
+
+
+@pytest.mark.parametrize(
+    ("position", "line_and_column"), [(0, (1, 1)), (2, (1, 3)), (3, (2, 1)), (4, (3, 1)), (6, (3, 3))]
+)
+def test_place(position: int, line_and_column: tuple[int, int]) -> None:
+    assert place("ab\n\ncd", position) == line_and_column
+
+
+def test_only_newlines_end_lines() -> None:
+    assert place("a\fb\x85c\rd", 6) == (1, 7)
+    assert error_at("a\fb\n!", 4, "x").caret() == "!\n^"
+
+
+@pytest.mark.parametrize(
+    ("terminals", "words"),
+    [
+        ({"A"}, "a"),
+        ({"A", "C"}, "a or c"),
+        ({"C", "B", "A"}, "a, b or c"),
+        ({"X"}, "the end"),
+        ({"A", "A2"}, "a"),
+    ],
+)
+def test_expectation(terminals: set[str], words: str) -> None:
+    assert expectation(terminals, {"A": "a", "A2": "a", "B": "b", "C": "c"}) == words
+
+
+def test_a_grammar_is_loaded_once() -> None:
+    assert load("ltl.lark") is load("ltl.lark")

@@ -1,0 +1,55 @@
+"""LTL printed, and read back."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import given, settings
+
+from eai.logic.formula import (
+    And,
+    Atom,
+    Formula,
+    Or,
+    Then,
+)
+from eai.logic.ltl import parse
+from eai.logic.ltl_printer import print_ltl
+from eai.logic.signature import Signature
+from logic.random_formulas import ACTIONS, PREDICATES, formulas
+
+SIGNATURE = Signature(PREDICATES, ACTIONS)
+
+
+@given(formulas())
+@settings(max_examples=120)
+def test_what_is_printed_is_read_back(formula: Formula) -> None:
+    reading = parse(print_ltl(formula), SIGNATURE)
+    assert reading.formula == formula
+    assert reading.offences == ()
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "p(a) then q(a) or r(a) and not s(a)",
+        "(p(a) then q(a)) then r(a)",
+        "(p(a) and q(a)) and r(a)",
+        "(p(a) or q(a)) and r(a)",
+        "not (p(a) and q(a))",
+        "p(a) implies q(a) implies r(a)",
+        "(p(a) implies q(a)) implies r(a)",
+        "p(a) until q(a) until not r(a)",
+        "next (p(a) until q(a))",
+        "forn 2. x: cup. (p(x) or exists y. (x = y))",
+        "fornpairs 2. x: cup, y. (in(x, y))",
+        "true and false",
+    ],
+)
+def test_only_needed_brackets_are_printed(text: str) -> None:
+    assert print_ltl(parse(text).formula) == text
+
+
+def test_connectives_of_one_part_are_that_part() -> None:
+    p, q = Atom("p"), Atom("q")
+    assert print_ltl(And((Or((p,)), Then((Or((p, q)),))))) == "p() and (p() or q())"
+    assert print_ltl(Then(())) == "true"

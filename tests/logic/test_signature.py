@@ -1,0 +1,40 @@
+"""What a signature says about the names in a formula."""
+
+from __future__ import annotations
+
+from eai.logic.formula import (
+    And,
+    Atom,
+    Constant,
+    Occurs,
+)
+from eai.logic.ltl import parse
+from eai.logic.signature import OffenceKind, Signature
+
+P = Atom("p", (Constant("a"),))
+
+
+def test_kinds_of_offences_and_their_places() -> None:
+    signature = Signature({"open": 1, "in": 2, "any": None}, {"grab": 1}, {"cup.1"})
+    text = "open(cup.1) and\n opn(cup.1) or in( cup.1 ) then grab(cup.2) and exists x. (any(x, x, y))"
+    found = [(o.kind, o.name, o.primitive, o.line, o.column) for o in parse(text, signature).offences]
+    assert found == [
+        (OffenceKind.UNKNOWN_PREDICATE, "opn", "opn", 2, 2),
+        (OffenceKind.WRONG_ARITY, "in", "in", 2, 16),
+        (OffenceKind.UNKNOWN_OBJECT, "cup.2", "grab", 2, 38),
+        (OffenceKind.UNKNOWN_OBJECT, "y", "any", 2, 70),
+    ]
+    assert str(parse(text, signature).offences[1]) == "line 2, column 16: in takes 2 arguments, not 1"
+
+
+def test_a_variable_is_no_object_outside_its_quantifier() -> None:
+    signature = Signature({"open": 1}, objects=())
+    assert parse("forall x. (open(x))", signature).offences == ()
+    (offence,) = parse("forall x. (open(x)) and open(x)", signature).offences
+    assert (offence.kind, offence.column) == (OffenceKind.UNKNOWN_OBJECT, 30)
+
+
+def test_actions_come_from_the_signature() -> None:
+    grab = Occurs("grab", (Constant("a"),))
+    assert parse("grab(a) and p(a)", Signature({"p": 1}, {"grab": 1})).formula == And((grab, P))
+    assert parse("p(a)", Signature({"p": 1}, {"p": 2})).formula == P

@@ -1,0 +1,56 @@
+"""Trajectories: truths and actions as masks of positions."""
+
+from __future__ import annotations
+
+import pytest
+
+from eai.errors import InputError
+from eai.logic.trajectory import Action, Trajectory, positions_in
+from logic.naive import Facts
+from logic.random_formulas import SCENE, trajectory
+
+
+def test_numbers_of_states_and_actions_must_fit() -> None:
+    with pytest.raises(InputError, match="0 states"):
+        Trajectory([])
+    with pytest.raises(InputError, match="one action between two states"):
+        Trajectory([Facts(frozenset(), ())], [Action("GRAB")])
+
+
+def test_masks_have_one_bit_for_each_position() -> None:
+    path = trajectory("p", "GRAB", "q", "PUT", "p", "GRAB", "")
+    assert path.length == 4
+    assert path.atom("p", ()) == 0b0101
+    assert path.atom("unknown", ("x",)) == 0
+    assert path.occurrence("GRAB", ()) == 0b0101
+    assert path.occurrence("GRAB", ("x",)) == 0
+    assert list(positions_in(0b1011)) == [0, 1, 3]
+
+
+def test_participants_are_the_arguments_that_occur() -> None:
+    state = Facts(frozenset(), SCENE)
+    actions = [
+        Action("POUR", ("a", "b")),
+        Action("POUR", ("c", "b")),
+        Action("POUR", ("d",)),
+        Action("GRAB", ("e",)),
+    ]
+    path = Trajectory([state] * 5, actions)
+    assert path.participants("POUR", 0) == {"a", "c", "d"}
+    assert path.participants("POUR", 1) == {"b"}
+    assert path.participants("DROP", 0) == set()
+
+
+def test_each_truth_is_looked_up_once() -> None:
+    class Counting(Facts):
+        asked = 0
+
+        def holds(self, predicate: str, arguments: tuple[str, ...]) -> bool:
+            Counting.asked += 1
+            return super().holds(predicate, arguments)
+
+    path = Trajectory([Counting(frozenset(), SCENE)] * 3)
+    assert path.atom("p", ()) == path.atom("p", ()) == 0
+    assert Counting.asked == 3
+    assert path.objects("cup") == ["cup.1", "cup.2"]
+    assert path.domain(None) == {"cup.1", "cup.2", "sofa"}

@@ -1,0 +1,60 @@
+"""Walking over formulas."""
+
+from __future__ import annotations
+
+import pytest
+
+from eai.logic.formula import And, Atom, Not, Or
+from eai.logic.ltl import parse
+from eai.logic.traversal import depth, is_state_formula, monotony, temporal_parts, walk
+
+P, Q, R = Atom("p"), Atom("q"), Atom("r")
+
+
+def test_walk_goes_from_left_to_right_and_top_to_bottom() -> None:
+    left, right = Not(P), Or((Q, R))
+    formula = And((left, right))
+    assert list(walk(formula)) == [formula, left, P, right, Q, R]
+
+
+def test_depth_does_not_recurse() -> None:
+    formula: Not | Atom = P
+    for _ in range(5000):
+        formula = Not(formula)
+    assert depth(formula) == 5001
+    assert is_state_formula(formula)
+    assert depth(P) == 1
+
+
+def test_temporal_parts_are_those_with_a_temporal_operator_inside() -> None:
+    formula = parse("p() and exists x. (q(x) then not p())").formula
+    temporal = [part for part in walk(formula) if id(part) in temporal_parts(formula)]
+    assert [type(part).__name__ for part in temporal] == ["And", "Exists", "Then"]
+    assert not is_state_formula(formula)
+
+
+@pytest.mark.parametrize(
+    ("text", "lasting", "perishing"),
+    [
+        ("p() and not q()", True, False),
+        ("p() then q()", True, False),
+        ("p() and (p() then q())", True, False),
+        ("exists x. (p(x) then q())", True, False),
+        ("(always p()) then q()", True, False),
+        ("p() then always q()", False, False),
+        ("next p()", True, False),
+        ("p() until q()", True, False),
+        ("not (p() then q())", False, True),
+        ("always p()", False, True),
+        ("forall x. (always p(x))", False, True),
+        ("not always p()", True, False),
+        ("p() and always q()", False, False),
+        ("always next p()", False, False),
+        ("forn 1 x. (p(x) then q())", False, False),
+        ("(p() then q()) implies r()", False, False),
+    ],
+)
+def test_monotony(text: str, lasting: bool, perishing: bool) -> None:
+    formula = parse(text).formula
+    found = monotony(formula)
+    assert (id(formula) in found.lasting, id(formula) in found.perishing) == (lasting, perishing)
