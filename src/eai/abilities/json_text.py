@@ -30,6 +30,9 @@ class Pairs(NamedTuple):
 
     members: tuple[tuple[str, object], ...]
 
+    def __repr__(self) -> str:
+        return "{" + ", ".join(f"{key!r}: {value!r}" for key, value in self.members) + "}"
+
 
 @dataclass(frozen=True, slots=True)
 class Found:

@@ -14,7 +14,7 @@ from eai.world.state import Scene, WorldObject
 def make_task(
     *changes: str,
     goals: Sequence[str] = ("state OPEN fridge.10",),
-    final: Iterable[str] | None = (),
+    final: Iterable[str] | None = None,
     script: Sequence[str] = (),
     relevant: Sequence[str] | None = None,
     more_objects: Sequence[str] = (),
@@ -24,7 +24,7 @@ def make_task(
     Args:
         changes: how the flat differs at the start (``HOLDS_RH character.65 cup.13``, ``-CLOSED fridge.10``).
         goals: ``state OPEN fridge.10``, ``relation ONTOP cup.13 bed.20`` or ``action LOOKAT|WATCH``.
-        final: how the annotated final state differs from the start; None to let every goal hold in it.
+        final: how the annotated final state differs from the start; if None, every goal holds in it.
         script: the annotated plan (``WALK fridge.10``).
         relevant: the objects that an answer may name without an id, in order; all if None.
         more_objects: further objects, about which nothing is true but what ``changes`` says.

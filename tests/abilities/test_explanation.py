@@ -1,0 +1,124 @@
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from abilities.action_sequencing.household import make_task
+from eai.abilities.action_sequencing.virtualhome import ActionSequencing
+from eai.abilities.explanation import Explanation, GoalReport, StepReport, formula_text
+from eai.abilities.protocol import Protocol
+from eai.data.task import Task
+from eai.logic.formula import Atom, Constant, Occurs, Or
+
+BOTH = pytest.mark.parametrize("protocol", list(Protocol), ids=lambda protocol: protocol.value)
+
+
+def explain(text: str, task: Task | None = None, protocol: Protocol = Protocol.STRICT) -> Explanation:
+    return ActionSequencing(task or make_task(), protocol).explain(text)
+
+
+@BOTH
+def test_a_step_tells_what_it_changed_about_the_objects_of_the_task(protocol: Protocol) -> None:
+    task = make_task("NEXT_TO character.65 fridge.10", relevant=["fridge.10"])
+    (step,) = explain('{"OPEN": ["fridge"]}', task, protocol).steps
+    added, removed = ("OPEN(fridge.10)",), ("CLOSED(fridge.10)",)
+    assert step == StepReport("OPEN(fridge.10)", "executed", added=added, removed=removed)
+
+
+def test_changes_to_other_objects_are_only_counted() -> None:
+    task = make_task(relevant=["fridge.10"])
+    (step,) = explain('{"WALK": ["fridge"]}', task).steps
+    assert "NEXT_TO(character.65, fridge.10)" in step.added
+    assert not any("milk" in fact or "kitchen" in fact for fact in step.added)
+    assert step.hidden_changes > 0
+
+
+def test_a_failed_step_names_the_check_and_the_objects_and_is_the_last() -> None:
+    steps = explain('{"WALK": ["table"], "PUTIN": ["cup", "fridge"], "OPEN": ["fridge"]}').steps
+    assert [step.outcome for step in steps] == ["executed", "missing_step"]
+    assert steps[-1] == StepReport(
+        "PUTIN(cup.13, fridge.10)", "missing_step", "the character does not hold cup.13"
+    )
+
+
+def test_a_wrong_order_tells_when_the_step_would_have_been_possible() -> None:
+    steps = explain('{"WALK": ["cup"], "WALK": ["bed"], "GRAB": ["cup"]}').steps
+    assert steps[-1].outcome == "wrong_order"
+    assert steps[-1].earlier == "it would have been possible after step 1, WALK(cup.13)"
+
+
+def test_a_wrong_order_may_have_been_possible_from_the_start() -> None:
+    task = make_task("NEXT_TO character.65 book.16", "NEXT_TO book.16 character.65")
+    steps = explain('{"WALK": ["fridge"], "GRAB": ["book"]}', task).steps
+    assert (steps[-1].outcome, steps[-1].earlier) == (
+        "wrong_order",
+        "it would have been possible after the start",
+    )
+
+
+def test_an_additional_step_is_told_and_the_plan_goes_on() -> None:
+    steps = explain('{"STANDUP": [], "WALK": ["fridge"]}').steps
+    assert [step.outcome for step in steps] == ["additional_step", "executed"]
+    assert steps[0].reason == "the character stands already"
+
+
+@BOTH
+def test_every_goal_is_told(protocol: Protocol) -> None:
+    goals = ("state CLOSED fridge.10", "relation ONTOP cup.13 bed.20", "action LOOKAT|WALK")
+    explanation = explain('{"WALK": ["fridge"]}', make_task(goals=goals), protocol)
+    assert explanation.goals == (
+        GoalReport("state", "CLOSED(fridge.10)", satisfied=True),
+        GoalReport("relation", "ONTOP(cup.13, bed.20)", satisfied=False),
+        GoalReport("action", "LOOKAT or WALK", satisfied=True),
+    )
+
+
+@pytest.mark.parametrize(
+    ("text", "notes"),
+    [
+        ("I cannot.", ("parsing: no step was found",)),
+        ('{"FLY": ["fridge"]}', ("hallucination: step 1: FLY is not an action",)),
+        (
+            '```{"WALK": []}```',
+            ("read with repair: code_fence", "argument_number: step 1: WALK takes 1 objects, not 0"),
+        ),
+        ('{"WALK": [{"a": 1}]}', ("hallucination: step 1: WALK: there is no {'a': 1}",)),
+    ],
+)
+def test_an_answer_that_never_runs_is_explained_in_a_note(text: str, notes: tuple[str, ...]) -> None:
+    assert explain(text) == Explanation(notes=notes)
+
+
+def test_what_is_excluded_is_executed_all_the_same() -> None:
+    explanation = explain('{"WALK": ["fridge"]}', make_task(goals=()))
+    assert explanation.notes == ("excluded: the task has no goals",)
+    assert [step.outcome for step in explanation.steps] == ["executed"]
+
+
+def test_a_plan_that_the_reference_counts_as_failed_is_executed_all_the_same() -> None:
+    explanation = explain('{"WALK": ["fridge"]}', make_task(script=["WALK fridge.10"]), Protocol.EAI_1_0_5)
+    assert explanation.notes == (
+        "the plan equals the data set's script, which the reference counts as a failure",
+    )
+    assert [step.outcome for step in explanation.steps] == ["executed"]
+
+
+def test_an_explanation_is_json() -> None:
+    explanation = explain('```{"WALK": ["fridge"], "OPEN": ["fridge"]}```')
+    wire = json.loads(json.dumps(explanation.to_json()))
+    assert wire["notes"] == ["read with repair: code_fence"]
+    assert wire["steps"][1]["added"] == ["OPEN(fridge.10)"]
+    assert wire["goals"] == [{"kind": "state", "goal": "OPEN(fridge.10)", "satisfied": True}]
+
+
+@pytest.mark.parametrize(
+    ("formula", "text"),
+    [
+        (Atom("ON", (Constant("tv.1"),)), "ON(tv.1)"),
+        (Occurs("GRAB"), "GRAB"),
+        (Or((Occurs("WASH"), Occurs("RINSE"))), "WASH or RINSE"),
+    ],
+)
+def test_a_goal_as_text(formula: Atom | Occurs | Or, text: str) -> None:
+    assert formula_text(formula) == text
