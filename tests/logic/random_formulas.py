@@ -72,7 +72,7 @@ def formulas(
     def quantified(name: str) -> st.SearchStrategy[Formula]:
         category = st.sampled_from(CATEGORIES) if beyond_paper else st.none()
         variable = category.map(lambda c: Variable(name, c))
-        kinds = [
+        kinds: list[st.SearchStrategy[Formula]] = [
             st.builds(ForAll, variable, sub(name)),
             st.builds(Exists, variable, sub(name)),
             st.builds(Exactly, st.integers(0, 3), variable, sub(name)),

@@ -50,7 +50,9 @@ def sequences() -> st.SearchStrategy[Formula]:
     """Formulas with much in front of ``then``: what may end anywhere."""
     x, y = Variable("x"), Variable("y", "cup")
     some_open = Exists(x, Atom("open", (x,)))
-    leaves = st.sampled_from([Atom("-raining"), Not(Atom("-raining")), Occurs("sleep"), some_open])
+    leaves: st.SearchStrategy[Formula] = st.sampled_from(
+        [Atom("-raining"), Not(Atom("-raining")), Occurs("sleep"), some_open]
+    )
 
     def larger(part: st.SearchStrategy[Formula]) -> st.SearchStrategy[Formula]:
         pairs = st.tuples(part, part)
@@ -68,8 +70,8 @@ def sequences() -> st.SearchStrategy[Formula]:
             part.map(lambda body: Exactly(1, y, body)),
         )
 
-    part = st.recursive(leaves, larger, max_leaves=6)
-    return st.lists(part, min_size=2, max_size=3).map(lambda parts: Then(tuple(parts)))
+    part: st.SearchStrategy[Formula] = st.recursive(leaves, larger, max_leaves=6)
+    return st.lists(part, min_size=2, max_size=3).map(tuple).map(Then)
 
 
 @given(sequences(), trajectories())

@@ -89,7 +89,7 @@ def expansion(formula: Formula, objects: Facts) -> list[SimpleGoal]:
 
 
 def literals() -> st.SearchStrategy[Literal]:
-    return formulas(depth=0, beyond_paper=False).flatmap(  # type: ignore[return-value]
+    return formulas(depth=0, beyond_paper=False).flatmap(
         lambda atom: st.sampled_from([atom, Not(atom)] if isinstance(atom, Atom) else [atom])
     )
 

@@ -57,10 +57,10 @@ PATH = Trajectory(
 def test_support(text: str, true: set[str] | None, false: set[str] | None) -> None:
     quantified = parse(f"exists x. ({text})", Signature({"open": 1}, {"POUR": 2, "GRAB": 1})).formula
     assert isinstance(quantified, Exists)
-    assert support(quantified.body, "x", {}, True, PATH) == true
-    assert support(quantified.body, "x", {}, False, PATH) == false
+    assert support(quantified.body, "x", {}, True, PATH) == (None if true is None else frozenset(true))
+    assert support(quantified.body, "x", {}, False, PATH) == (None if false is None else frozenset(false))
 
 
 def test_an_equation_with_a_bound_variable() -> None:
     equation = Equals(Variable("x"), Variable("y"))
-    assert support(equation, "x", {"y": "cup.1"}, True, PATH) == {"cup.1"}
+    assert support(equation, "x", {"y": "cup.1"}, True, PATH) == frozenset({"cup.1"})
