@@ -6,14 +6,18 @@ import pickle
 
 import pytest
 
-from eai.errors import ParseError
+from eai.errors import InputError, ParseError
 from eai.logic.bddl import parse_condition
+from eai.logic.evidence import explain
 from eai.logic.formula import (
     Formula,
 )
 from eai.logic.ltl import Dialect, parse
 from eai.logic.ltl_printer import print_ltl
+from eai.logic.options import count_options, options
+from eai.logic.trajectory import Trajectory
 from eai.logic.traversal import MAX_DEPTH
+from logic.activities import universe
 
 
 def read(text: str, dialect: Dialect = Dialect.LTLF) -> Formula:
@@ -93,3 +97,28 @@ def test_too_deep_constants_are_an_error(text: str) -> None:
         parse("not " * MAX_DEPTH + text) if text == "true" else parse_condition(
             "(not " * MAX_DEPTH + text + ")" * MAX_DEPTH
         )
+
+
+@pytest.mark.parametrize(
+    ("before", "after"),
+    [
+        ("not ", ""),
+        ("next ", ""),
+        ("(p(x) or ", ")"),
+        ("exists x: a. (", ")"),
+        ("forn 1 x: a. (", ")"),
+        ("forpairs x: a, y: b. (", ")"),
+        ("(p(x) then ", ")"),
+        ("not always ", ""),
+    ],
+)
+def test_the_deepest_formulas_can_be_evaluated_and_expanded(before: str, after: str) -> None:
+    times = (MAX_DEPTH - 1) // (2 if before == "not always " else 1)
+    formula = read(before * times + "p(x)" + after * times)
+    state = universe(a=1, b=1)
+    assert explain(formula, Trajectory([state] * 3)).holds in (True, False)
+    try:
+        count = count_options(formula, state)
+    except InputError:
+        return
+    assert count == len(list(options(formula, state)))
