@@ -7,6 +7,7 @@ import json
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
@@ -100,12 +101,19 @@ class _Error(BaseModel):
     detail: str
 
 
+class _Goals(BaseModel):
+    model_config = ConfigDict(extra="forbid")
+
+    state: tuple[int | float, int | float]
+    relation: tuple[int | float, int | float]
+    action: tuple[int | float, int | float]
+
+
 class _Line(BaseModel):
     """The wire form of a record."""
 
     model_config = ConfigDict(extra="allow")
 
-    schema_: int
     protocol: Protocol
     domain: str
     ability: Ability
@@ -113,14 +121,14 @@ class _Line(BaseModel):
     task_id: str
     response_sha256: str
     data_sha256: str
-    status: str
+    status: Literal["scored", "excluded"]
     excluded_reason: str | None
     executable: bool | None
     success: bool | None
     error: _Error | None
     additional_steps: int | None
     category: SubgoalCategory | None
-    goals: dict[str, tuple[float, float]] | None
+    goals: _Goals | None
     counts: dict[str, tuple[int, int, int] | dict[str, tuple[int, int, int]]] | None
     planner: PlannerOutcome | None
     repairs: list[str]
@@ -130,15 +138,19 @@ class _Line(BaseModel):
 def _parse(place: str, line: str) -> Record:
     try:
         values = json.loads(line)
-        wire = _Line.model_validate({**values, "schema_": values.get("schema")})
+    except (ValueError, RecursionError) as error:
+        raise InputError(f"{place}: expected a JSON object ({error})") from error
+    if not isinstance(values, dict):
+        raise InputError(f"{place}: expected a JSON object")
+    schema = values.pop("schema", None)
+    if schema != SCHEMA:
+        raise InputError(f"{place}: schema {schema!r}, expected {SCHEMA}")
+    try:
+        wire = _Line.model_validate(values)
     except ValidationError as error:
         first = error.errors()[0]
-        field = ".".join(str(part) for part in first["loc"]).replace("schema_", "schema")
+        field = ".".join(str(part) for part in first["loc"])
         raise InputError(f"{place}: field {field}: {first['msg']}") from error
-    except (ValueError, AttributeError, TypeError, RecursionError) as error:
-        raise InputError(f"{place}: expected a JSON object ({error})") from error
-    if wire.schema_ != SCHEMA:
-        raise InputError(f"{place}: schema {wire.schema_}, expected {SCHEMA}")
     return Record(
         wire.protocol,
         wire.domain,
@@ -159,11 +171,11 @@ def _verdict(wire: _Line) -> Verdict:
         error=None if wire.error is None else ErrorReport(**wire.error.model_dump()),
         additional_steps=wire.additional_steps,
         category=wire.category,
-        goals=None if wire.goals is None else GoalTallies(**{k: Tally(*t) for k, t in wire.goals.items()}),
+        goals=None if wire.goals is None else GoalTallies(**{kind: Tally(*t) for kind, t in wire.goals}),
         counts=None if wire.counts is None else _counts(wire.counts),
         planner=wire.planner,
         repairs=tuple(wire.repairs),
-        details={k: v for k, v in (wire.model_extra or {}).items() if k != "schema"} or None,
+        details=wire.model_extra or None,
     )
 
 

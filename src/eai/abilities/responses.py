@@ -15,6 +15,9 @@ from eai.errors import InputError
 SUFFIX = "_outputs.json"
 SCENE_PREFIX = "scene_1_"
 
+_SHOWN = 100
+"""How many characters of an unknown identifier a message shows."""
+
 
 @dataclass(frozen=True, slots=True)
 class Response:
@@ -59,10 +62,11 @@ def read_responses(path: Path, task_ids: Collection[str]) -> ResponseFile:
     responses: dict[str, Response] = {}
     for number, row in enumerate(rows, 1):
         response = _response(f"{path}, row {number}", row)
+        shown = response.task_id[:_SHOWN]
         if response.task_id not in task_ids:
-            raise InputError(f"{path}, row {number}: identifier {response.task_id!r} is not one of the tasks")
+            raise InputError(f"{path}, row {number}: identifier {shown!r} is not one of the tasks")
         if response.task_id in responses:
-            raise InputError(f"{path}, row {number}: identifier {response.task_id!r} stands there twice")
+            raise InputError(f"{path}, row {number}: identifier {shown!r} stands there twice")
         responses[response.task_id] = response
     if not responses:
         raise InputError(f"{path}: expected at least one answer, found an empty list")

@@ -1,0 +1,94 @@
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from eai.abilities.responses import Response, find_response_files, model_name, read_responses
+from eai.errors import InputError
+
+TASKS = ("27_2", "11_1")
+GOOD = {"identifier": "27_2", "llm_output": "a"}
+
+
+def written(folder: Path, content: object, name: str = "m_outputs.json") -> Path:
+    file = folder / name
+    file.write_bytes(content if isinstance(content, bytes) else json.dumps(content).encode())
+    return file
+
+
+def test_answers_are_read_in_the_order_of_the_file(tmp_path: Path) -> None:
+    rows = [{"identifier": "scene_1_11_1", "llm_output": None, "more": 1}, GOOD]
+    read = read_responses(written(tmp_path, rows), TASKS)
+    assert read.model == "m"
+    assert read.responses == (Response("11_1", ""), Response("27_2", "a"))
+
+
+@pytest.mark.parametrize(
+    ("content", "complaint"),
+    [
+        (b"", ", line 1, column 1: expected JSON"),
+        (b'[\n{"identifier"]', ", line 2, column 14: expected JSON"),
+        (b"\0" * 100, ", line 1, column 1: expected JSON"),
+        (b'["\xff"]', ": expected JSON in UTF-8"),
+        (b"[" * 100_000, ": expected JSON"),
+        (b"[" + b"1" * 10_000 + b"]", ": expected JSON"),
+        ({}, ': expected a list of {"identifier", "llm_output"}, not an object'),
+        ("x", ': expected a list of {"identifier", "llm_output"}, not a string'),
+        (3, ': expected a list of {"identifier", "llm_output"}, not a number'),
+        (None, ': expected a list of {"identifier", "llm_output"}, not null'),
+        ([], ": expected at least one answer"),
+        ([GOOD, [1]], ', row 2: expected {"identifier", "llm_output"}, not a list'),
+        ([{"identifier": "27_2"}], ', row 1: the key "llm_output" is missing'),
+        ([{"llm_output": "a"}], ', row 1: the key "identifier" is missing'),
+        ([{**GOOD, "identifier": 27}], ', row 1: "identifier" must be a string, not a number'),
+        ([{**GOOD, "llm_output": {}}], ', row 1: "llm_output" must be a string, not an object'),
+        ([{**GOOD, "llm_output": True}], ', row 1: "llm_output" must be a string, not a truth value'),
+        ([{**GOOD, "identifier": "0_0"}], ", row 1: identifier '0_0' is not one of the tasks"),
+        ([{**GOOD, "identifier": "\ud800\n"}], ", row 1: identifier '\\ud800\\n' is not one of the tasks"),
+        ([{**GOOD, "identifier": "x" * 10_000}], ", row 1: identifier 'xxx"),
+        ([GOOD, GOOD], ", row 2: identifier '27_2' stands there twice"),
+        (
+            [GOOD, {**GOOD, "identifier": "scene_1_27_2"}],
+            ", row 2: identifier '27_2' stands there twice",
+        ),
+    ],
+    ids=lambda content: str(content)[:30],
+)
+def test_a_bad_file_is_named_with_the_place(content: object, complaint: str, tmp_path: Path) -> None:
+    file = written(tmp_path, content)
+    with pytest.raises(InputError) as caught:
+        read_responses(file, TASKS)
+    assert str(caught.value).startswith(f"{file}{complaint}")
+    assert "\n" not in str(caught.value)
+    assert len(str(caught.value)) < len(str(file)) + 200
+
+
+def test_a_file_that_cannot_be_read_is_named(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="cannot be read"):
+        read_responses(tmp_path, TASKS)
+
+
+@pytest.mark.parametrize(
+    ("name", "model"),
+    [("gpt-4o_outputs.json", "gpt-4o"), ("answers.json", "answers"), ("a.b_outputs.json", "a.b"), ("x", "x")],
+)
+def test_a_file_is_named_after_its_model(name: str, model: str) -> None:
+    assert model_name(Path("folder") / name) == model
+
+
+def test_files_are_found_below_a_folder_by_name(tmp_path: Path) -> None:
+    below = tmp_path / "below"
+    below.mkdir()
+    files = [written(tmp_path, [], "b_outputs.json"), written(below, [], "a_outputs.json")]
+    written(tmp_path, [], "notes.json")
+    assert find_response_files(tmp_path) == files
+    assert find_response_files(tmp_path / "notes.json") == [tmp_path / "notes.json"]
+
+
+def test_nothing_to_score_is_an_error(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="found none"):
+        find_response_files(tmp_path)
+    with pytest.raises(InputError, match="no such file or folder"):
+        find_response_files(tmp_path / "none.json")
