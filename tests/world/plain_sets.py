@@ -75,10 +75,9 @@ def apply(
             return facts | {Fact(atom.predicate, tuple(_object(state, t, bound) for t in atom.arguments))}
         case Delete(atom):
             return facts - set(_matching(state, atom, bound))
-        case When(condition, effects):
-            if holds(state, before, condition, bound):
-                for inner in effects:
-                    facts = apply(state, before, facts, inner, bound)
+        case When(condition, effects, otherwise):
+            for inner in effects if holds(state, before, condition, bound) else otherwise:
+                facts = apply(state, before, facts, inner, bound)
             return facts
         case ForEach(variable, condition, effects) | Let(variable, condition, effects):
             chosen = [

@@ -144,7 +144,9 @@ class Conditions:
                 inner = self.extension(operand, slot, scope)
                 return lambda state, binding: state.scene.everything & ~inner(state, binding)
             case And(operands):
-                return _intersection([self.extension(f, slot, scope) for f in operands])
+                inside = [self.extension(f, slot, scope) for f in operands if not isinstance(f, Not)]
+                outside = [self.extension(f.operand, slot, scope) for f in operands if isinstance(f, Not)]
+                return _intersection(inside, outside)
             case Or(operands):
                 return _union([self.extension(f, slot, scope) for f in operands])
             case Implies(premise, conclusion):
@@ -289,17 +291,32 @@ def _any(parts: list[Truth]) -> Truth:
     return truth
 
 
-def _intersection(parts: list[Extension]) -> Extension:
+def _intersection(inside: list[Extension], outside: list[Extension]) -> Extension:
+    """The objects in all of the one masks and in none of the others."""
+    if len(inside) == 2 and not outside:
+        first, second = inside
+        return lambda state, binding: first(state, binding) & second(state, binding)
+    if len(inside) == 1 and len(outside) == 1:
+        (included,), (excluded,) = inside, outside
+        return lambda state, binding: included(state, binding) & ~excluded(state, binding)
+
     def extension(state: State, binding: Binding) -> int:
         mask = state.scene.everything
-        for part in parts:
+        for part in inside:
             mask &= part(state, binding)
+        for part in outside:
+            mask &= ~part(state, binding)
         return mask
 
     return extension
 
 
 def _union(parts: list[Extension]) -> Extension:
+    """The objects in any of the masks."""
+    if len(parts) == 2:
+        first, second = parts
+        return lambda state, binding: first(state, binding) | second(state, binding)
+
     def extension(state: State, binding: Binding) -> int:
         mask = 0
         for part in parts:

@@ -39,10 +39,11 @@ class Delete:
 
 @dataclass(frozen=True, slots=True)
 class When:
-    """The effects take place if the condition held before the action."""
+    """The effects take place if the condition held before the action, ``otherwise`` if it did not."""
 
     condition: Formula
     effects: tuple[Effect, ...]
+    otherwise: tuple[Effect, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,8 +104,8 @@ class Effects:
         match effect:
             case Add(atom) | Delete(atom):
                 return self._write(atom, scope, adding=isinstance(effect, Add))
-            case When(condition, effects):
-                return self._when(condition, effects, scope)
+            case When():
+                return self._when(effect, scope)
             case ForEach(variable, condition, effects):
                 return self._for_each(variable, condition, effects, scope)
             case Let(variable, condition, effects):
@@ -112,13 +113,16 @@ class Effects:
             case _:
                 assert_never(effect)
 
-    def _when(self, condition: Formula, effects: tuple[Effect, ...], scope: Mapping[str, int]) -> Apply:
-        truth = self._conditions.truth(condition, scope)
-        then = self.sequence(effects, scope)
+    def _when(self, effect: When, scope: Mapping[str, int]) -> Apply:
+        truth = self._conditions.truth(effect.condition, scope)
+        then = self.sequence(effect.effects, scope)
+        otherwise = self.sequence(effect.otherwise, scope) if effect.otherwise else None
 
         def apply(before: State, draft: Draft, binding: Binding) -> None:
             if truth(before, binding):
                 then(before, draft, binding)
+            elif otherwise is not None:
+                otherwise(before, draft, binding)
 
         return apply
 

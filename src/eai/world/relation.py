@@ -39,7 +39,7 @@ class Matrix:
 
 
 class Relation:
-    """A set of pairs on top of a shared matrix. All changes return a new relation."""
+    """A set of pairs on top of a shared matrix; once it is part of a state, it never changes."""
 
     __slots__ = ("_base", "_column_keys", "_columns", "_row_keys", "_rows")
 
@@ -90,15 +90,35 @@ class Relation:
 
     def with_row(self, source: int, targets: int) -> Relation:
         """The relation in which ``source`` has exactly these targets (a mask)."""
-        columns = _patched(self._columns, source, targets)
-        rows = {**self._rows, source: targets}
-        return Relation(self._base, rows, columns, self._row_keys | 1 << source, self._column_keys)
+        changed = self.copy()
+        changed.set_row(source, targets)
+        return changed
 
     def with_column(self, target: int, sources: int) -> Relation:
         """The relation in which ``target`` has exactly these sources (a mask)."""
-        rows = _patched(self._rows, target, sources)
-        columns = {**self._columns, target: sources}
-        return Relation(self._base, rows, columns, self._row_keys, self._column_keys | 1 << target)
+        changed = self.copy()
+        changed.set_column(target, sources)
+        return changed
+
+    def copy(self) -> Relation:
+        """A relation with the same pairs that its maker may change by `set_row` and `set_column`."""
+        return Relation(
+            self._base, self._rows.copy(), self._columns.copy(), self._row_keys, self._column_keys
+        )
+
+    def set_row(self, source: int, targets: int) -> None:
+        """Change a copy, before anyone else has it, so that ``source`` has exactly these targets."""
+        self._rows[source] = targets
+        self._row_keys |= 1 << source
+        if self._column_keys:
+            _patch(self._columns, source, targets)
+
+    def set_column(self, target: int, sources: int) -> None:
+        """Change a copy, before anyone else has it, so that ``target`` has exactly these sources."""
+        self._columns[target] = sources
+        self._column_keys |= 1 << target
+        if self._row_keys:
+            _patch(self._rows, target, sources)
 
     def pairs(self) -> Iterator[Pair]:
         """All members, by source and then target."""
@@ -145,13 +165,8 @@ def _line(base: int, index: int, crossing: dict[int, int], crossing_keys: int) -
     return line
 
 
-def _patched(crossing: dict[int, int], index: int, line: int) -> dict[int, int]:
-    """The crossing lines after line ``index`` was replaced; the same object if none changes."""
+def _patch(crossing: dict[int, int], index: int, line: int) -> None:
+    """Correct the crossing lines after line ``index`` was replaced."""
     bit = 1 << index
-    changed = None
     for key, mask in crossing.items():
-        new = mask | bit if line >> key & 1 else mask & ~bit
-        if new != mask:
-            changed = changed if changed is not None else dict(crossing)
-            changed[key] = new
-    return crossing if changed is None else changed
+        crossing[key] = mask | bit if line >> key & 1 else mask & ~bit

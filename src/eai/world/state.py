@@ -167,12 +167,13 @@ def change(before: State, after: State) -> Change:
 class Draft:
     """A state being changed by one action; `commit` ends it."""
 
-    __slots__ = ("_before", "_binary", "_unary")
+    __slots__ = ("_before", "_binary", "_copied", "_unary")
 
     def __init__(self, before: State) -> None:
         self._before = before
         self._unary = list(before.unary)
         self._binary = list(before.binary)
+        self._copied = 0
 
     def add(self, slot: int, mask: int) -> None:
         """Give a unary predicate to all objects in the mask."""
@@ -184,32 +185,35 @@ class Draft:
 
     def link_from(self, slot: int, source: int, targets: int) -> None:
         """Relate ``source`` to all targets in the mask."""
-        relation = self._binary[slot]
-        row = relation.row(source)
+        row = self._binary[slot].row(source)
         if row | targets != row:
-            self._binary[slot] = relation.with_row(source, row | targets)
+            self._own(slot).set_row(source, row | targets)
 
     def link_to(self, slot: int, sources: int, target: int) -> None:
         """Relate all sources in the mask to ``target``."""
-        relation = self._binary[slot]
-        column = relation.column(target)
+        column = self._binary[slot].column(target)
         if column | sources != column:
-            self._binary[slot] = relation.with_column(target, column | sources)
+            self._own(slot).set_column(target, column | sources)
 
     def unlink_from(self, slot: int, source: int, targets: int) -> None:
         """Remove the pairs of ``source`` with all targets in the mask."""
-        relation = self._binary[slot]
-        row = relation.row(source)
+        row = self._binary[slot].row(source)
         if row & targets:
-            self._binary[slot] = relation.with_row(source, row & ~targets)
+            self._own(slot).set_row(source, row & ~targets)
 
     def unlink_to(self, slot: int, sources: int, target: int) -> None:
         """Remove the pairs of all sources in the mask with ``target``."""
-        relation = self._binary[slot]
-        column = relation.column(target)
+        column = self._binary[slot].column(target)
         if column & sources:
-            self._binary[slot] = relation.with_column(target, column & ~sources)
+            self._own(slot).set_column(target, column & ~sources)
 
     def commit(self) -> State:
         """The state after all changes."""
         return State(self._before.scene, tuple(self._unary), tuple(self._binary))
+
+    def _own(self, slot: int) -> Relation:
+        """The relation in a slot, copied from the state before at its first change."""
+        if not self._copied >> slot & 1:
+            self._copied |= 1 << slot
+            self._binary[slot] = self._binary[slot].copy()
+        return self._binary[slot]

@@ -23,14 +23,14 @@ def read_plan(text: str) -> WrittenPlan | Unreadable:
         return TOO_LONG
     text = text[: text.rfind(_LIST_END) + 1]  # no step ends later, and none is looked for in vain
     text = text.removeprefix(_FENCE).strip().replace("\n", "").replace("'", '"')
-    steps: list[WrittenStep] = []
-    for match in _STEP.finditer(re.sub(r"\s+", " ", text)):
-        action, arguments = match.groups()
-        try:
-            steps.append(WrittenStep(action, tuple(json.loads(arguments))))
-        except (ValueError, RecursionError):
-            reason = f"the list of step {len(steps) + 1} ({action}) is not JSON"
-            return Unreadable(reason, times_counted=2)
-    if not steps:
+    written = _STEP.findall(re.sub(r"\s+", " ", text))
+    if not written:
         return Unreadable("no step was found")
-    return WrittenPlan(tuple(steps))
+    try:
+        # A line break cannot stand in a JSON string, so no list runs on into the next.
+        lists = json.loads("[" + ",\n".join([arguments for _, arguments in written]) + "]")
+    except (ValueError, RecursionError):
+        return Unreadable("the list of a step is not JSON", times_counted=2)
+    return WrittenPlan(
+        tuple(WrittenStep(name, tuple(args)) for (name, _), args in zip(written, lists, strict=True))
+    )

@@ -125,10 +125,16 @@ def _overwriting(effect: Effect) -> tuple[Effect, ...]:
             return (*deletions, effect)
         case Delete():
             return (effect,)
-        case When() | ForEach() | Let():
-            return (replace(effect, effects=tuple(x for e in effect.effects for x in _overwriting(e))),)
+        case When(condition, effects, otherwise):
+            return (When(condition, _all_overwriting(effects), _all_overwriting(otherwise)),)
+        case ForEach() | Let():
+            return (replace(effect, effects=_all_overwriting(effect.effects)),)
         case _:
             assert_never(effect)
+
+
+def _all_overwriting(effects: tuple[Effect, ...]) -> tuple[Effect, ...]:
+    return tuple(x for effect in effects for x in _overwriting(effect))
 
 
 def _freezes_anywhere(operator: Operator) -> Operator:

@@ -88,9 +88,15 @@ def go_to(target: Variable, room_of_held: Formula) -> tuple[Effect, ...]:
                 *both_ways(Add, p.next_to(AGENT, target)),
             ),
         ),
-        ForEach(H, p.held(H), cut_loose(H, p.inside, p.next_to, p.facing)),
-        ForEach(H, p.held(H), both_ways(Add, p.next_to(AGENT, H))),
-        Let(R, room_of_held, (ForEach(H, p.held(H), (Add(p.inside(H, R)),)),)),
+        ForEach(
+            H,
+            p.held(H),
+            (
+                *cut_loose(H, p.inside, p.next_to, p.facing),
+                *both_ways(Add, p.next_to(AGENT, H)),
+                Let(R, room_of_held, (Add(p.inside(H, R)),)),
+            ),
+        ),
         When(p.can_open(target), (ForEach(Y, p.inside(Y, target), both_ways(Add, p.next_to(AGENT, Y))),)),
         ForEach(Y, p.ontop(target, Y), both_ways(Add, p.next_to(AGENT, Y))),
     )
@@ -105,11 +111,11 @@ def find(room_of_held: Formula) -> Operator:
     """FIND: turn away from everything and step up to an object at hand; walk to any other."""
     checks = (
         missing(Implies(p.ontop(X, AGENT) | p.body_part(X), p.near(X)), NEAR.reason, sought=(p.near(X),)),
-        missing(Or((AT_HAND, p.upright())), UPRIGHT.reason, sought=(p.upright(),)),
+        missing(Or((p.upright(), AT_HAND)), UPRIGHT.reason, sought=(p.upright(),)),
         affordance(Or((AT_HAND, p.somewhere(X))), SOMEWHERE.reason),
     )
     step_up = (Delete(p.facing(AGENT, ANYTHING)), *both_ways(Add, p.next_to(AGENT, X)))
-    return _unary("FIND", checks, (When(AT_HAND, step_up), When(~AT_HAND, go_to(X, room_of_held))))
+    return _unary("FIND", checks, (When(AT_HAND, step_up, go_to(X, room_of_held)),))
 
 
 def put(relation: Predicate) -> tuple[Effect, ...]:
@@ -147,8 +153,7 @@ def grab() -> Operator:
     effects = (
         *cut_loose(X, p.ontop, p.inside, p.next_to, p.holds_lh, p.holds_rh),
         *both_ways(Add, p.next_to(AGENT, X)),
-        When(p.right_hand_free(), (Add(p.holds_rh(AGENT, X)),)),
-        When(~p.right_hand_free(), (Add(p.holds_lh(AGENT, X)),)),
+        When(p.right_hand_free(), (Add(p.holds_rh(AGENT, X)),), (Add(p.holds_lh(AGENT, X)),)),
         Let(R, p.room_of(AGENT, R), (Add(p.inside(X, R)),)),
         *remember,
     )

@@ -52,20 +52,21 @@ def rooms(state: State, arguments: tuple[int, ...]) -> int:
     followed upwards.
     """
     (x,) = arguments
-    is_room = state.those("ROOM")
+    is_room, inside = state.those("ROOM"), state.relation("INSIDE")
     if is_room >> x & 1:
         return 1 << x
-    containers = state.relation("INSIDE").row(x)
+    containers = inside.row(x)
     if containers & (containers - 1):
         return next((1 << c for c in targets(state, "INSIDE", x) if is_room >> c & 1), 0)
     seen = 0
     while containers and not containers & seen:
-        container = targets(state, "INSIDE", x)[0]
-        if is_room >> container & 1:
-            return 1 << container
-        seen |= 1 << container
-        x = container
-        containers = state.relation("INSIDE").row(x)
+        if containers & (containers - 1):
+            containers = 1 << targets(state, "INSIDE", x)[0]
+        if containers & is_room:
+            return containers
+        seen |= containers
+        x = containers.bit_length() - 1
+        containers = inside.row(x)
     return 0
 
 
