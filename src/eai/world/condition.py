@@ -190,7 +190,7 @@ class Conditions:
             adjacency = []
             for x in left:
                 binding[slot] = x
-                adjacency.append([right[y] for y in bits(partners(state, binding))])
+                adjacency.append([right[y] for y in bits(partners(state, binding)) if y != x])
             needed = min(len(left), len(right)) if count is None else count
             return sum(j is not None for j in maximum_matching(adjacency)) >= needed
 
