@@ -120,9 +120,17 @@ def test_operators_count_by_category_and_plans_by_task() -> None:
         planner=PlannerOutcome.SOLVED,
         details={"task_categories": ["object_states", "spatial_relations"]},
     )
-    not_run = replace(solved, planner=PlannerOutcome.NOT_RUN, counts=None)
-    rates = summarise([solved, not_run], "behavior", Ability.TRANSITION_MODELING, Protocol.STRICT)
+    unsolved = replace(solved, planner=PlannerOutcome.TIME, counts=None, details=None)
+    rates = summarise([solved, unsolved], "behavior", Ability.TRANSITION_MODELING, Protocol.STRICT)
     assert rates["object_states.f1"] == Rate(4, 7)
     assert rates["overall.precision"] == Rate(5, 7)
-    assert rates["overall.planner_success"] == rates["spatial_relations.planner_success"] == Rate(1, 1)
+    assert rates["overall.planner_success"] == Rate(1, 2)
+    assert rates["spatial_relations.planner_success"] == Rate(1, 1)
     assert rates["object_affordance.planner_success"].percent is None
+
+
+def test_without_a_planner_there_is_no_planner_success() -> None:
+    foregone = Verdict(planner=PlannerOutcome.INPUT_ERROR)
+    verdicts = [foregone, Verdict(planner=PlannerOutcome.NOT_RUN)]
+    rates = summarise(verdicts, "virtualhome", Ability.TRANSITION_MODELING, Protocol.STRICT)
+    assert rates["overall.planner_success"].percent is None

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from eai.abilities.record import Record
 from eai.metrics.bootstrap import Bootstrap, Interval
 from eai.metrics.rate import Rate, Rates, total
-from eai.metrics.summary import MAIN_COLUMNS, contribution
+from eai.metrics.summary import MAIN_COLUMNS, contributions
 
 SUCCESSES = ("task_success", "execution_success", "overall.planner_success")
 """Metrics to which every task contributes a yes or a no, so that McNemar's test applies."""
@@ -93,11 +93,10 @@ def mcnemar(only_first: int, only_second: int) -> float:
 
 
 def _by_task(records: Sequence[Record]) -> Mapping[str, Rates]:
-    return {
-        r.task_id: contribution(r.verdict, r.domain, r.ability, r.protocol)
-        for r in records
-        if r.verdict.excluded is None
-    }
+    scored = [record for record in records if record.verdict.excluded is None]
+    key = records[0]
+    rates = contributions([r.verdict for r in scored], key.domain, key.ability, key.protocol)
+    return {record.task_id: rate for record, rate in zip(scored, rates, strict=True)}
 
 
 def _difference(

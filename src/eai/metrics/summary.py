@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 from typing_extensions import assert_never
 
@@ -10,6 +11,7 @@ from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.verdict import Verdict
 from eai.metrics import action_sequencing, goal_interpretation, subgoal_decomposition, transition_modeling
 from eai.metrics.rate import Rate, total
+from eai.pddl.planning import PlannerOutcome
 
 TABLE_COLUMNS: Mapping[Ability, tuple[str, ...]] = {
     Ability.GOAL_INTERPRETATION: goal_interpretation.TABLE_COLUMNS,
@@ -40,7 +42,21 @@ def summarise(
     verdicts: Sequence[Verdict], domain: str, ability: Ability, protocol: Protocol
 ) -> dict[str, Rate]:
     """All metrics of the paper's tables for an ability, by name, over the verdicts that are not excluded."""
-    return total(contribution(v, domain, ability, protocol) for v in verdicts if v.excluded is None)
+    return total(contributions(verdicts, domain, ability, protocol))
+
+
+def contributions(
+    verdicts: Sequence[Verdict], domain: str, ability: Ability, protocol: Protocol
+) -> list[dict[str, Rate]]:
+    """What each verdict of a run that is not excluded contributes to each metric, in order.
+
+    A run in which the planner was left out has no planner success, though some of its answers are known to
+    be unsolvable without planning.
+    """
+    scored = [verdict for verdict in verdicts if verdict.excluded is None]
+    if any(verdict.planner is PlannerOutcome.NOT_RUN for verdict in scored):
+        scored = [replace(verdict, planner=PlannerOutcome.NOT_RUN) for verdict in scored]
+    return [contribution(verdict, domain, ability, protocol) for verdict in scored]
 
 
 def contribution(verdict: Verdict, domain: str, ability: Ability, protocol: Protocol) -> dict[str, Rate]:

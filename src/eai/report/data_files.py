@@ -1,0 +1,102 @@
+"""Tables for programs: one JSON file, and one CSV file with a line a number."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+from collections.abc import Sequence
+
+from eai.abilities.verdict import Json
+from eai.report.layout import ColumnSpec
+from eai.report.table import Cell, Row, Table
+
+CSV_COLUMNS = (
+    "table",
+    "protocol",
+    "domain",
+    "model",
+    "source",
+    "rank",
+    "ability",
+    "metric",
+    "percent",
+    "numerator",
+    "denominator",
+    "low",
+    "high",
+)
+"""The columns of the CSV file."""
+
+
+def tables_json(tables: Sequence[Table]) -> str:
+    """All tables, each number with what it is made of; percentages unrounded."""
+    content: list[Json] = [
+        {
+            "name": table.name,
+            "title": table.title,
+            "protocol": table.protocol.value,
+            "domain": table.domain,
+            "unit": "percent",
+            "rows": [_row(table, row) for row in table.rows],
+            "notes": list(table.notes),
+        }
+        for table in tables
+    ]
+    return json.dumps({"tables": content}, indent=1, ensure_ascii=False) + "\n"
+
+
+def tables_csv(tables: Sequence[Table]) -> str:
+    """All numbers of all tables, one a line."""
+    file = io.StringIO()
+    writer = csv.writer(file, lineterminator="\n")
+    writer.writerow(CSV_COLUMNS)
+    for table in tables:
+        for row in table.rows:
+            for column, cell in zip(table.columns, row.cells, strict=True):
+                if cell.percent is not None:
+                    writer.writerow(_line(table, row, column, cell))
+    return file.getvalue()
+
+
+def _line(table: Table, row: Row, column: ColumnSpec, cell: Cell) -> list[str | float | None]:
+    return [
+        table.name,
+        table.protocol.value,
+        table.domain,
+        row.model,
+        _source(row),
+        row.rank,
+        column.ability.value if column.ability else "all",
+        column.metric,
+        cell.percent,
+        cell.rate.numerator if cell.rate else None,
+        cell.rate.denominator if cell.rate else None,
+        cell.interval.low if cell.interval else None,
+        cell.interval.high if cell.interval else None,
+    ]
+
+
+def _row(table: Table, row: Row) -> Json:
+    return {
+        "model": row.model,
+        "source": _source(row),
+        "rank": row.rank,
+        "cells": [
+            {
+                "ability": column.ability.value if column.ability else None,
+                "metric": column.metric,
+                "percent": cell.percent,
+                "numerator": cell.rate.numerator if cell.rate else None,
+                "denominator": cell.rate.denominator if cell.rate else None,
+                "interval": list(cell.interval) if cell.interval else None,
+                "best": cell.best,
+                "notes": [*cell.notes, *notes],
+            }
+            for column, notes, cell in zip(table.columns, table.column_notes, row.cells, strict=True)
+        ],
+    }
+
+
+def _source(row: Row) -> str:
+    return "paper" if row.from_paper else "run"

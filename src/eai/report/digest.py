@@ -1,0 +1,58 @@
+"""What a report keeps of a run: rates with intervals, and what its answers came to."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from eai.metrics.bootstrap import Bootstrap, Interval, Replicates
+from eai.metrics.breakdown import Breakdown, break_down
+from eai.metrics.rate import Rate, total
+from eai.metrics.summary import AVERAGED, contributions
+from eai.report.runs import Run, RunKey
+
+
+@dataclass(frozen=True, slots=True)
+class Digest:
+    """A run without its records.
+
+    Attributes:
+        answers: how many there are.
+        excluded: reason -> how many answers are left out of all rates for it.
+        repaired: how many answers were read only after a repair.
+        data_sha256: digests of the data that it was scored against, usually one.
+        rates: metric -> rate.
+        intervals: metric -> 95 % interval, None where the rate is not defined.
+        averaged: the replicates of what enters the average over abilities.
+    """
+
+    key: RunKey
+    answers: int
+    excluded: Mapping[str, int]
+    repaired: int
+    data_sha256: tuple[str, ...]
+    rates: Mapping[str, Rate]
+    intervals: Mapping[str, Interval | None]
+    averaged: Mapping[str, Replicates]
+    breakdown: Breakdown
+
+
+def digest(run: Run, bootstrap: Bootstrap) -> Digest:
+    """The digest of a run."""
+    key = run.key
+    verdicts = [record.verdict for record in run.records]
+    scored = contributions(verdicts, key.domain, key.ability, key.protocol)
+    rates = total(scored)
+    replicates = bootstrap.replicates(scored, list(rates))
+    return Digest(
+        key,
+        len(verdicts),
+        dict(Counter(v.excluded for v in verdicts if v.excluded is not None)),
+        sum(bool(v.repairs) for v in verdicts),
+        tuple(sorted({record.data_sha256 for record in run.records})),
+        rates,
+        {name: bootstrap.interval(values) for name, values in replicates.items()},
+        {name: replicates[name] for name in AVERAGED[key.ability] if name in replicates},
+        break_down(run.records, key.ability),
+    )

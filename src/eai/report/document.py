@@ -1,0 +1,148 @@
+"""The report as one Markdown page."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+from eai.abilities.protocol import Ability, Protocol
+from eai.metrics.breakdown import Outcome
+from eai.metrics.summary import MAIN_COLUMNS
+from eai.report.agreement import DIGIT, Agreement
+from eai.report.digest import Digest
+from eai.report.layout import ABILITY_TITLES, domain_title, label_of
+from eai.report.markdown import escaped, grid, table_markdown
+from eai.report.table import Table
+
+_INTRODUCTION = """\
+All numbers are in percent. Under each run stand its 95 % intervals: percentile bootstrap over tasks, seeded.
+Bold is the best of a column. A protocol says what the numbers mean: `strict` is what the paper defines,
+`eai-1.0.5` gives the verdicts of the reference package, defects included, and is the one to set beside
+published numbers."""
+_AGREEMENT = """\
+Runs under `eai-1.0.5` that have the name of a published response file, beside the paper's figures for that
+model."""
+
+
+@dataclass(frozen=True, slots=True)
+class Plot:
+    """A plot by the name of its files, without ending, and what it shows."""
+
+    name: str
+    caption: str
+
+
+def report_markdown(
+    digests: Sequence[Digest],
+    tables: Sequence[Table],
+    agreements: Sequence[Agreement],
+    plots: Sequence[Plot],
+) -> str:
+    """The page."""
+    blocks = [
+        "# Results\n",
+        _INTRODUCTION + "\n",
+        *_tables(tables),
+        *_protocols(digests),
+        *_agreement(agreements),
+        *_outcomes(digests),
+        *_runs(digests),
+        *_plots(plots),
+    ]
+    return "\n".join(blocks)
+
+
+def _tables(tables: Sequence[Table]) -> Iterator[str]:
+    place: tuple[Protocol, str] | None = None
+    for table in tables:
+        if place != (table.protocol, table.domain):
+            place = (table.protocol, table.domain)
+            yield f"## {domain_title(table.domain)}, protocol {table.protocol.value}\n"
+        yield f"### {table.title}\n"
+        yield table_markdown(table)
+
+
+def _protocols(digests: Sequence[Digest]) -> Iterator[str]:
+    """The main metrics of runs that are there under both protocols."""
+    by_key = {item.key: item for item in digests}
+    rows = []
+    for key, item in by_key.items():
+        strict = by_key.get(key._replace(protocol=Protocol.STRICT))
+        if key.protocol is Protocol.EAI_1_0_5 and strict is not None:
+            for metric in MAIN_COLUMNS[key.ability]:
+                numbers = [_percent(run.rates[metric].percent) for run in (item, strict)]
+                rows.append([escaped(key.model), _suite(key.domain, key.ability), label_of(metric), *numbers])
+    if rows:
+        yield "## Both protocols\n"
+        header = ["model", "suite", "metric", Protocol.EAI_1_0_5.value, Protocol.STRICT.value]
+        yield "\n".join(grid(header, rows)) + "\n"
+
+
+def _agreement(agreements: Sequence[Agreement]) -> Iterator[str]:
+    if not agreements:
+        return
+    yield "## Against the paper, cell by cell\n"
+    yield f"{_AGREEMENT}\n"
+    header = ["table", "suite", "cells", "to the digit", "within 1", "within 2", "largest", "where"]
+    yield "\n".join(grid(header, map(_agreement_row, agreements))) + "\n"
+
+
+def _agreement_row(item: Agreement) -> list[str]:
+    worst = item.worst
+    return [
+        item.table,
+        _suite(item.domain, Ability(item.ability)),
+        str(len(item.pairs)),
+        *(str(item.within(points)) for points in (DIGIT, 1, 2)),
+        f"{worst.difference:.1f}",
+        f"{escaped(worst.model)}, {escaped(worst.metric)}: {worst.ours:.1f} for {worst.printed:.1f}",
+    ]
+
+
+def _outcomes(digests: Sequence[Digest]) -> Iterator[str]:
+    yield "## What answers came to\n"
+    kinds = [kind for kind in Outcome if any(kind in item.breakdown.outcomes for item in digests)]
+    rows = [
+        [
+            escaped(item.key.model),
+            f"{_suite(item.key.domain, item.key.ability)}, {item.key.protocol.value}",
+            *(str(item.breakdown.outcomes.get(kind, "")) for kind in kinds),
+        ]
+        for item in digests
+    ]
+    yield "\n".join(grid(["model", "suite", *(label_of(kind.value) for kind in kinds)], rows)) + "\n"
+
+
+def _runs(digests: Sequence[Digest]) -> Iterator[str]:
+    yield "## Runs\n"
+    header = ["model", "suite", "answers", "excluded", "repaired", "data"]
+    rows = [
+        [
+            escaped(item.key.model),
+            f"{_suite(item.key.domain, item.key.ability)}, {item.key.protocol.value}",
+            str(item.answers),
+            str(sum(item.excluded.values())),
+            str(item.repaired),
+            " ".join(digest[:12] for digest in item.data_sha256),
+        ]
+        for item in digests
+    ]
+    yield "\n".join(grid(header, rows)) + "\n"
+    reasons = {reason for item in digests for reason in item.excluded}
+    if reasons:
+        yield "Excluded: " + "; ".join(escaped(reason) for reason in sorted(reasons)) + ".\n"
+
+
+def _plots(plots: Sequence[Plot]) -> Iterator[str]:
+    if plots:
+        yield "## Plots\n"
+        for plot in plots:
+            yield f"{plot.caption}\n\n![{plot.caption}](plots/{plot.name}.svg)\n"
+
+
+def _suite(domain: str, ability: Ability) -> str:
+    return f"{domain_title(domain)}, {ABILITY_TITLES[ability].lower()}"
+
+
+def _percent(percent: float | None) -> str:
+    return "–" if percent is None else f"{percent:.1f}"

@@ -1,0 +1,97 @@
+"""From answer to outcome: how many answers are left after each stage, and what the others were lost to."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, NamedTuple
+
+from eai.metrics.breakdown import Flow, Outcome
+from eai.metrics.rate import Rate
+from eai.report.digest import Digest
+from eai.report.palette import INK, OUTCOME_COLORS
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+_PER_ROW = 3
+_SIZE = (3.6, 1.9)
+_STAGES = ("answers", "parsed", "names known", "executed", "goal reached")
+_LOSSES = (
+    ("unreadable", Outcome.PARSING),
+    ("unknown names", Outcome.HALLUCINATION),
+    ("failed step", Outcome.MISSING_STEP),
+    ("goal missed", Outcome.GOAL_MISSED),
+)
+_TOP = 100.0
+_GAP = 9.0
+"""How far a band bends down that leaves the flow."""
+_SMALLEST_LABELLED = 0.5
+
+
+class Band(NamedTuple):
+    """A band that leads from one height to another of the same thickness, in percent."""
+
+    start: float
+    end: float
+    thickness: float
+
+
+def draw(digests: Sequence[Digest]) -> Figure | None:
+    """The runs of one ability, a panel a model; None if they have no plans."""
+    from matplotlib.figure import Figure
+
+    flows = [(item.key.model, flow) for item in digests if (flow := item.breakdown.flow) and flow.answers]
+    if not flows:
+        return None
+    columns = min(_PER_ROW, len(flows))
+    rows = -(-len(flows) // columns)
+    figure = Figure(figsize=(_SIZE[0] * columns, _SIZE[1] * rows), layout="constrained")
+    grid = figure.subplots(rows, columns, squeeze=False)
+    for place, panel in enumerate(grid.flat):
+        panel.set_axis_off()
+        if place < len(flows):
+            _draw_model(panel, *flows[place])
+    return figure
+
+
+def _draw_model(panel: Axes, model: str, flow: Flow) -> None:
+    """Bands flow from left to right at the top; what is lost bends down at the end of its stage."""
+    shares = [Rate(count, flow.answers).percent or 0.0 for count in flow]
+    panel.set_xlim(-0.35, len(_STAGES) - 0.3)
+    panel.set_ylim(-_GAP - 12, 124)
+    panel.set_title(model)
+    for stage, (label, kind) in enumerate(_LOSSES):
+        kept, lost = shares[stage + 1], shares[stage] - shares[stage + 1]
+        _band(panel, stage, Band(_TOP - kept, _TOP - kept, kept), OUTCOME_COLORS[Outcome.SUCCESS])
+        if lost >= _SMALLEST_LABELLED:
+            end = _TOP - kept - lost - _GAP
+            _band(panel, stage, Band(_TOP - kept - lost, end, lost), OUTCOME_COLORS[kind])
+            text = f"{label} {lost:.0f}"
+            panel.text(stage + 0.1, end - 5, text, fontsize=6, va="center", color=INK)
+    for stage, (name, share) in enumerate(zip(_STAGES, shares, strict=True)):
+        panel.text(stage, 104, f"{share:.0f}", fontsize=7.5, weight="bold", ha="center")
+        panel.text(stage, 115, name, fontsize=5.8, ha="center", color="#55575e")
+
+
+def _band(panel: Axes, stage: int, band: Band, color: str) -> None:
+    from matplotlib.patches import PathPatch
+    from matplotlib.path import Path
+
+    left, right, bend = stage, stage + 1.0, 0.5
+    low, high = band.start, band.start + band.thickness
+    low_end, high_end = band.end, band.end + band.thickness
+    points = [
+        (left, low),
+        (left + bend, low),
+        (right - bend, low_end),
+        (right, low_end),
+        (right, high_end),
+        (right - bend, high_end),
+        (left + bend, high),
+        (left, high),
+        (left, low),
+    ]
+    curve = [Path.CURVE4] * 3
+    codes = [Path.MOVETO, *curve, Path.LINETO, *curve, Path.CLOSEPOLY]
+    panel.add_patch(PathPatch(Path(points, codes), facecolor=color, linewidth=0, alpha=0.9))

@@ -1,0 +1,62 @@
+"""Stacked bars: what the answers of each run came to."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import groupby
+from typing import TYPE_CHECKING
+
+from eai.metrics.breakdown import Outcome
+from eai.metrics.rate import Rate
+from eai.report.digest import Digest
+from eai.report.layout import ABILITY_TITLES, label_of
+from eai.report.palette import OUTCOME_COLORS
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+_WIDTH = 8.2
+_BAR = 0.27
+_HEAD = 0.62
+
+
+def draw(digests: Sequence[Digest]) -> Figure | None:
+    """The runs of one domain and protocol, a panel an ability; None if there are none."""
+    from matplotlib.figure import Figure
+    from matplotlib.patches import Patch
+
+    panels = [list(items) for _, items in groupby(digests, key=lambda item: item.key.ability)]
+    if not panels:
+        return None
+    heights = [_HEAD + _BAR * len(items) for items in panels]
+    figure = Figure(figsize=(_WIDTH, sum(heights) + 0.55), layout="constrained")
+    grid = figure.subplots(len(panels), 1, squeeze=False, gridspec_kw={"height_ratios": heights})
+    for panel, items in zip(grid[:, 0], panels, strict=True):
+        _draw_ability(panel, items)
+    kinds = [kind for kind in Outcome if any(_count(item, kind) for item in digests)]
+    handles = [Patch(color=OUTCOME_COLORS[kind], label=label_of(kind.value)) for kind in kinds]
+    figure.legend(handles=handles, loc="outside lower center", ncols=5, frameon=False, fontsize=7.5)
+    return figure
+
+
+def _draw_ability(panel: Axes, items: Sequence[Digest]) -> None:
+    panel.set_title(ABILITY_TITLES[items[0].key.ability])
+    panel.set_xlim(0, 100)
+    panel.set_xticks([0, 25, 50, 75, 100], labels=["0", "25", "50", "75", "100 %"])
+    panel.set_yticks(range(len(items)), labels=[item.key.model for item in items])
+    panel.invert_yaxis()
+    panel.tick_params(axis="y", length=0)
+    panel.spines["left"].set_visible(False)
+    for place, item in enumerate(items):
+        scored = sum(_count(item, kind) for kind in Outcome)
+        start = 0.0
+        for kind in Outcome:
+            width = Rate(_count(item, kind), scored).percent or 0.0
+            if width:
+                panel.barh(place, width, left=start, height=0.74, color=OUTCOME_COLORS[kind], linewidth=0)
+                start += width
+
+
+def _count(item: Digest, kind: Outcome) -> int:
+    return 0 if kind is Outcome.EXCLUDED else item.breakdown.outcomes.get(kind, 0)

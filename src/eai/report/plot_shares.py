@@ -1,0 +1,138 @@
+"""Success against difficulty, and heat maps by action and by predicate."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+from eai.metrics.rate import Rate
+from eai.report.digest import Digest
+from eai.report.palette import INK, LINES, RULE
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+_FEWEST = 5
+"""Fewer cases than this say little: lines leave them out, fields are pale."""
+
+_MOST_NAMES = 45
+_LONGEST_NAME = 30
+_MAP = ("#f6efe6", "#e8c78e", "#8fae8b", "#2f6b57")
+_ROW = 0.2
+_COLUMN = 0.42
+
+
+def draw_difficulty(digests: Sequence[Digest]) -> Figure | None:
+    """Success by number of goals and by length of plan, a line a model; None if neither is known."""
+    from matplotlib.figure import Figure
+
+    tables: list[tuple[str, list[Mapping[int, Rate]]]] = [
+        ("number of goals", [item.breakdown.by_goals for item in digests]),
+        ("steps of the plan", [_binned(item.breakdown.by_length) for item in digests]),
+    ]
+    tables = [(label, series) for label, series in tables if any(len(rates) > 1 for rates in series)]
+    if not tables:
+        return None
+    figure = Figure(figsize=(4.3 * len(tables) + 1.6, 3.1), layout="constrained")
+    grid = figure.subplots(1, len(tables), squeeze=False, sharey=True)
+    for panel, (label, series) in zip(grid[0], tables, strict=True):
+        _draw_lines(panel, label, series, [item.key.model for item in digests])
+    grid[0][0].set_ylabel("success in percent")
+    handles, labels = grid[0][0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside right center", frameon=False, fontsize=6.5)
+    return figure
+
+
+def draw_names(digests: Sequence[Digest]) -> Figure | None:
+    """Heat maps of the shares by action and by predicate, a column a model; None if neither is known."""
+    from matplotlib.figure import Figure
+
+    tables = [
+        ("by action", [item.breakdown.by_action for item in digests]),
+        ("by predicate", [item.breakdown.by_predicate for item in digests]),
+    ]
+    tables = [(title, columns) for title, columns in tables if any(columns)]
+    if not tables:
+        return None
+    names = [_most_frequent(columns) for _, columns in tables]
+    height = _ROW * max(map(len, names)) + 1.9
+    width = (_COLUMN * len(digests) + 2.1) * len(tables) + 0.4
+    figure = Figure(figsize=(width, height), layout="constrained")
+    grid = figure.subplots(1, len(tables), squeeze=False)
+    for panel, (title, columns), rows in zip(grid[0], tables, names, strict=True):
+        panel.set_title(title)
+        _draw_map(panel, rows, columns, [item.key.model for item in digests])
+    return figure
+
+
+def _most_frequent(columns: Sequence[Mapping[str, Rate]]) -> list[str]:
+    """The names with most cases, in order; answers can have any number of names of their own."""
+    cases: dict[str, float] = {}
+    for column in columns:
+        for name, rate in column.items():
+            cases[name] = cases.get(name, 0) + rate.denominator
+    return sorted(sorted(cases, key=lambda name: (-cases[name], name))[:_MOST_NAMES])
+
+
+def _clipped(name: str) -> str:
+    """A name as a label: one short line of characters that can be printed."""
+    text = "".join(character if character.isprintable() else "?" for character in name)
+    return text if len(text) <= _LONGEST_NAME else f"{text[: _LONGEST_NAME - 1]}…"
+
+
+def _binned(rates: Mapping[int, Rate]) -> dict[int, Rate]:
+    """Lengths above ten by fives, each bin under its middle."""
+    bins: dict[int, Rate] = {}
+    for length, rate in rates.items():
+        place = length if length <= 10 else (length - 1) // 5 * 5 + 3
+        before = bins.get(place, Rate(0, 0))
+        bins[place] = Rate(before.numerator + rate.numerator, before.denominator + rate.denominator)
+    return bins
+
+
+def _draw_lines(panel: Axes, label: str, series: Sequence[Mapping[int, Rate]], models: Sequence[str]) -> None:
+    panel.set_xlabel(label)
+    panel.set_ylim(-3, 103)
+    panel.grid(axis="y", color=RULE, linewidth=0.7)
+    for place, (rates, model) in enumerate(zip(series, models, strict=True)):
+        color = LINES[place % len(LINES)]
+        style = ("-", "--", ":")[place // len(LINES) % 3]
+        many = {x: rate.percent or 0.0 for x, rate in rates.items() if rate.denominator >= _FEWEST}
+        shape = f"o{style}"
+        panel.plot(
+            list(many), list(many.values()), shape, color=color, linewidth=1.2, markersize=3, label=model
+        )
+
+
+def _draw_map(
+    panel: Axes, names: Sequence[str], columns: Sequence[Mapping[str, Rate]], models: Sequence[str]
+) -> None:
+    from matplotlib.colors import LinearSegmentedColormap
+
+    colors = LinearSegmentedColormap.from_list("eai", _MAP)
+    panel.set_xlim(-0.5, len(columns) - 0.5)
+    panel.set_ylim(len(names) - 0.5, -0.5)
+    panel.set_yticks(range(len(names)), labels=[_clipped(name) for name in names], fontsize=6.2)
+    panel.set_xticks(range(len(models)), labels=models, rotation=60, ha="right", fontsize=6.2)
+    panel.tick_params(length=0)
+    for spine in panel.spines.values():
+        spine.set_visible(False)
+    values = [[_share(column, name) for column in columns] for name in names]
+    strength = [[_strength(column, name) for column in columns] for name in names]
+    panel.imshow(values, cmap=colors, vmin=0, vmax=100, aspect="auto", alpha=strength)
+    for y, name in enumerate(names):
+        for x, column in enumerate(columns):
+            rate = column.get(name)
+            if rate is not None and rate.percent is not None:
+                color = "white" if rate.percent > 65 and rate.denominator >= _FEWEST else INK
+                panel.text(x, y, f"{rate.percent:.0f}", fontsize=5.6, ha="center", va="center", color=color)
+
+
+def _share(column: Mapping[str, Rate], name: str) -> float:
+    percent = column[name].percent if name in column else None
+    return float("nan") if percent is None else percent
+
+
+def _strength(column: Mapping[str, Rate], name: str) -> float:
+    return 0.35 if name in column and column[name].denominator < _FEWEST else 1.0

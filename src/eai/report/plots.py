@@ -1,0 +1,84 @@
+"""Plots for papers, as SVG and PNG. Needs matplotlib, which is imported when there is something to draw."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from importlib import resources
+from itertools import groupby
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from eai.abilities.protocol import Ability
+from eai.errors import EaiError
+from eai.metrics.breakdown import PLANS
+from eai.report import plot_flow, plot_outcomes, plot_radar, plot_shares
+from eai.report.digest import Digest
+from eai.report.document import Plot
+from eai.report.layout import ABILITY_TITLES, domain_title
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+FORMATS = ("svg", "png")
+_DOTS_PER_INCH = 150
+_STYLE = "plots.mplstyle"
+
+
+def draw_plots(digests: Sequence[Digest], folder: Path) -> list[Plot]:
+    """Draw everything that the runs have numbers for; returns what was drawn, in order.
+
+    Raises:
+        EaiError: matplotlib is not installed.
+    """
+    try:
+        import matplotlib as mpl
+    except ImportError as error:
+        hint = "pip install 'embodied-agent-interface[plots]'"
+        raise EaiError(f"plots need matplotlib: {hint}") from error
+    folder.mkdir(parents=True, exist_ok=True)
+    drawn = []
+    style = resources.files("eai.report") / _STYLE
+    with resources.as_file(style) as path, mpl.rc_context(fname=path):
+        for plot, figure in _figures(digests):
+            _save(figure, folder / plot.name)
+            drawn.append(plot)
+    return drawn
+
+
+def _figures(digests: Sequence[Digest]) -> Iterator[tuple[Plot, Figure]]:
+    ordered = sorted(digests, key=lambda item: item.key.order)
+    for (protocol, domain), items in groupby(ordered, lambda item: (item.key.protocol, item.key.domain)):
+        group = list(items)
+        place = f"{domain_title(domain)}, protocol {protocol.value}"
+        name = f"{domain}-{protocol.value}"
+        whole: Sequence[tuple[str, str, Callable[[Sequence[Digest]], Figure | None]]] = (
+            ("radar", "Main results by model", plot_radar.draw),
+            ("outcomes", "What answers came to", plot_outcomes.draw),
+        )
+        for kind, caption, draw in whole:
+            yield from _drawn(f"{kind}-{name}", f"{caption}: {place}", draw(group))
+        for ability in Ability:
+            runs = [item for item in group if item.key.ability is ability]
+            if not runs:
+                continue
+            what = f"{ABILITY_TITLES[ability].lower()}, {place}"
+            slug = f"{ability.value}-{name}"
+            if ability in PLANS:
+                caption = f"From answer to outcome: {what}"
+                yield from _drawn(f"flow-{slug}", caption, plot_flow.draw(runs))
+            caption = f"Success by number of goals and length of plan: {what}"
+            yield from _drawn(f"difficulty-{slug}", caption, plot_shares.draw_difficulty(runs))
+            caption = f"By action and by predicate: {what}"
+            yield from _drawn(f"names-{slug}", caption, plot_shares.draw_names(runs))
+
+
+def _drawn(name: str, caption: str, figure: Figure | None) -> Iterator[tuple[Plot, Figure]]:
+    if figure is not None:
+        yield Plot(name, caption), figure
+
+
+def _save(figure: Figure, path: Path) -> None:
+    """Write a figure in all formats, without the date and the program's version."""
+    for kind in FORMATS:
+        metadata = {"Date": None} if kind == "svg" else {"Software": None}
+        figure.savefig(path.with_name(f"{path.name}.{kind}"), metadata=metadata, dpi=_DOTS_PER_INCH)

@@ -1,0 +1,95 @@
+"""Runs: the records of one model in one ability and domain under one protocol, found in files and folders."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NamedTuple
+
+from eai.abilities.protocol import Ability, Domain, Protocol
+from eai.abilities.record import Record, read_records
+from eai.errors import InputError
+
+RECORDS = "records.jsonl"
+"""The name of a file of records."""
+
+
+class RunKey(NamedTuple):
+    """What a run is a run of. Keys sort by protocol, domain and ability as declared, then by model."""
+
+    protocol: Protocol
+    domain: str
+    ability: Ability
+    model: str
+
+    @property
+    def order(self) -> tuple[int, int, str, int, str]:
+        """What runs are sorted by; domains of third parties come last."""
+        known = [domain.value for domain in Domain]
+        place = known.index(self.domain) if self.domain in known else len(known)
+        protocols, abilities = list(Protocol), list(Ability)
+        return (
+            protocols.index(self.protocol),
+            place,
+            self.domain,
+            abilities.index(self.ability),
+            self.model,
+        )
+
+    def __str__(self) -> str:
+        return f"{self.model}, {self.domain} {self.ability.value}, protocol {self.protocol.value}"
+
+
+@dataclass(frozen=True, slots=True)
+class Run:
+    """The records of a run, in data set order; there is at least one."""
+
+    key: RunKey
+    records: tuple[Record, ...]
+
+
+def find_record_files(paths: Iterable[Path]) -> list[Path]:
+    """The files of records that paths name, or that are below the folders they name, each once.
+
+    Raises:
+        InputError: a path does not exist, or there is no such file below it.
+    """
+    found: dict[Path, None] = {}
+    for path in paths:
+        if path.is_dir():
+            files = sorted(path.rglob(RECORDS))
+            if not files:
+                raise InputError(f"{path}: expected a folder with {RECORDS} somewhere below, found none")
+            found |= dict.fromkeys(files)
+        elif path.exists():
+            found[path] = None
+        else:
+            raise InputError(f"{path}: no such file or folder")
+    return list(found)
+
+
+def read_runs(paths: Iterable[Path]) -> Iterator[Run]:
+    """The runs in files of records, file by file, so that only one file's records are in memory.
+
+    Raises:
+        InputError: a file is not one of records or holds none, or two hold the same run.
+    """
+    sources: dict[RunKey, Path] = {}
+    for path in find_record_files(paths):
+        runs = _group(read_records(path))
+        if not runs:
+            raise InputError(f"{path}: expected at least one record, found none")
+        for key, records in runs.items():
+            if key in sources:
+                raise InputError(f"{path}: the run {key} is also in {sources[key]}; give one of them")
+            sources[key] = path
+            yield Run(key, tuple(records))
+
+
+def _group(records: Iterable[Record]) -> Mapping[RunKey, Sequence[Record]]:
+    runs: dict[RunKey, list[Record]] = {}
+    for record in records:
+        key = RunKey(record.protocol, record.domain, record.ability, record.model)
+        runs.setdefault(key, []).append(record)
+    return runs

@@ -1,0 +1,198 @@
+"""Tables: rows of models, ours and the paper's, ranked, with the best in bold and footnotes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+from eai.abilities.protocol import Ability, Protocol
+from eai.metrics.average import AVERAGE, average_performance
+from eai.metrics.bootstrap import Bootstrap, Interval, Replicates
+from eai.metrics.paper_tables import Column, PaperTable, paper_table
+from eai.metrics.rate import Rate
+from eai.report.digest import Digest
+from eai.report.layout import ColumnSpec, TableSpec
+
+
+@dataclass(frozen=True, slots=True)
+class Cell:
+    """One number.
+
+    Attributes:
+        percent: the number, None where there is none.
+        rate: what it is a share of; None for averages and for the paper's figures.
+        interval: its 95 % interval; None for the paper's figures.
+        best: whether no other row of the column is better.
+        notes: numbers of footnotes, from 1.
+    """
+
+    percent: float | None
+    rate: Rate | None = None
+    interval: Interval | None = None
+    best: bool = False
+    notes: tuple[int, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """One model; the rank is by the table's primary column and shared by equals."""
+
+    model: str
+    from_paper: bool
+    cells: tuple[Cell, ...]
+    rank: int | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Table:
+    """One table of one domain under one protocol.
+
+    Attributes:
+        columns: only those in which some row has a number.
+        column_notes: for each column the numbers of the footnotes on the whole of it.
+        rows: by rank.
+        notes: the footnotes, the first is number 1.
+    """
+
+    name: str
+    title: str
+    protocol: Protocol
+    domain: str
+    columns: tuple[ColumnSpec, ...]
+    column_notes: tuple[tuple[int, ...], ...]
+    rows: tuple[Row, ...]
+    notes: tuple[str, ...]
+
+
+Cells = Mapping[tuple["Ability | None", str], Cell]
+"""What is known of one model in one domain: (ability, metric) -> number."""
+
+
+def make_table(
+    spec: TableSpec,
+    protocol: Protocol,
+    domain: str,
+    digests: Sequence[Digest],
+    bootstrap: Bootstrap,
+    *,
+    with_paper: bool,
+) -> Table | None:
+    """The table of the digests of one protocol and domain, or None if they have none of its numbers."""
+    known = cells_by_model(digests, bootstrap)
+    columns = tuple(
+        column
+        for column in spec.columns
+        if any(_cell(cells, column).percent is not None for cells in known.values())
+    )
+    if not columns:
+        return None
+    ours = [Row(model, False, tuple(_cell(cells, c) for c in columns)) for model, cells in known.items()]
+    ours = [row for row in ours if any(cell.percent is not None for cell in row.cells)]
+    papers = [paper_table(name) for name in spec.paper] if with_paper else []
+    notes = _Notes()
+    places = [Column(c.ability.value if c.ability else "", c.metric, domain) for c in columns]
+    column_notes = tuple(notes.on_column(papers, place) for place in places)
+    rows = _ranked(spec.primary, columns, [*ours, *_paper_rows(places, papers, notes)])
+    texts = tuple(notes.texts)
+    return Table(spec.name, spec.title, protocol, domain, columns, column_notes, tuple(rows), texts)
+
+
+def cells_by_model(digests: Sequence[Digest], bootstrap: Bootstrap) -> dict[str, Cells]:
+    """All numbers of each model of one protocol and domain, the average over abilities included."""
+    found: dict[str, dict[tuple[Ability | None, str], Cell]] = {}
+    averaged: dict[str, dict[tuple[Ability, str], Replicates]] = {}
+    for item in digests:
+        ability, model = item.key.ability, item.key.model
+        for metric, rate in item.rates.items():
+            cell = Cell(rate.percent, rate, item.intervals[metric])
+            found.setdefault(model, {})[ability, metric] = cell
+        for metric, values in item.averaged.items():
+            averaged.setdefault(model, {})[ability, metric] = values
+    for model, cells in found.items():
+        cells[None, AVERAGE] = _average(cells, averaged.get(model, {}), bootstrap)
+    return dict(found)
+
+
+def _average(
+    cells: Cells, replicates: Mapping[tuple[Ability, str], Replicates], bootstrap: Bootstrap
+) -> Cell:
+    percent = average_performance({(a, metric): cell.percent for (a, metric), cell in cells.items() if a})
+    if percent is None:
+        return Cell(None)
+    means = [
+        average_performance(dict(zip(replicates, values, strict=True)))
+        for values in zip(*replicates.values(), strict=True)
+    ]
+    return Cell(percent, interval=bootstrap.interval(means))
+
+
+def _cell(cells: Cells, column: ColumnSpec) -> Cell:
+    return cells.get((column.ability, column.metric), Cell(None))
+
+
+class _Notes:
+    """Footnotes in the order in which they are first needed."""
+
+    def __init__(self) -> None:
+        self.texts: list[str] = []
+
+    def number(self, text: str) -> int:
+        if text not in self.texts:
+            self.texts.append(text)
+        return self.texts.index(text) + 1
+
+    def on_column(self, papers: Sequence[PaperTable], column: Column) -> tuple[int, ...]:
+        """The numbers of the notes on a whole column."""
+        notes = [n for paper in papers for n in paper.notes if not n.models and column in n.columns]
+        return tuple(sorted({self.number(note.text) for note in notes}))
+
+    def on_cell(self, paper: PaperTable, model: str, column: Column) -> tuple[int, ...]:
+        """The numbers of the notes on a cell in particular."""
+        notes = [note for note in paper.notes if note.models and note.is_on(model, column)]
+        return tuple(sorted({self.number(note.text) for note in notes}))
+
+
+def _paper_rows(columns: Sequence[Column], papers: Sequence[PaperTable], notes: _Notes) -> Iterator[Row]:
+    """The paper's models; of two tables with a figure the first is taken."""
+    for model in dict.fromkeys(model for paper in papers for model in paper.rows):
+        cells = tuple(_paper_cell(model, column, papers, notes) for column in columns)
+        if any(cell.percent is not None for cell in cells):
+            yield Row(model, True, cells)
+
+
+def _paper_cell(model: str, column: Column, papers: Sequence[PaperTable], notes: _Notes) -> Cell:
+    for paper in papers:
+        figure = paper.figure(model, column)
+        if figure is not None:
+            return Cell(figure, notes=notes.on_cell(paper, model, column))
+    return Cell(None)
+
+
+def _ranked(primary: str, columns: Sequence[ColumnSpec], rows: Sequence[Row]) -> list[Row]:
+    """The rows by rank, with the best of each column marked if there is something to compare."""
+    names = [column.metric for column in columns]
+    values = [row.cells[names.index(primary) if primary in names else 0].percent for row in rows]
+    ranks = [None if v is None else 1 + sum(_above(other, v) for other in values) for v in values]
+    best = [_best(column, [row.cells[i].percent for row in rows]) for i, column in enumerate(columns)]
+    marked = [
+        replace(row, rank=rank, cells=tuple(map(_marked, row.cells, best)))
+        for row, rank in zip(rows, ranks, strict=True)
+    ]
+    return sorted(marked, key=lambda row: (row.rank is None, row.rank or 0, row.from_paper, row.model))
+
+
+def _marked(cell: Cell, best: str | None) -> Cell:
+    return replace(cell, best=best is not None and _shown(cell.percent) == best)
+
+
+def _above(other: float | None, value: float) -> bool:
+    return other is not None and round(other, 1) > round(value, 1)
+
+
+def _best(column: ColumnSpec, values: Sequence[float | None]) -> str | None:
+    known = [value for value in values if value is not None]
+    return _shown(max(known)) if column.more_is_better and len(known) > 1 else None
+
+
+def _shown(percent: float | None) -> str | None:
+    return None if percent is None else f"{percent:.1f}"

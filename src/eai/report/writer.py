@@ -1,0 +1,54 @@
+"""Writing a report: tables, plots and the explorer into a folder."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import groupby
+from pathlib import Path
+
+from eai.metrics.bootstrap import Bootstrap
+from eai.report import latex
+from eai.report.agreement import agreements
+from eai.report.data_files import tables_csv, tables_json
+from eai.report.digest import Digest
+from eai.report.document import Plot, report_markdown
+from eai.report.layout import TABLES
+from eai.report.table import Table, make_table
+
+
+def make_tables(digests: Sequence[Digest], bootstrap: Bootstrap, *, with_paper: bool) -> list[Table]:
+    """All tables, by protocol and domain, in the order of the paper's.
+
+    Args:
+        digests: the runs, sorted by the order of their keys.
+        bootstrap: how the digests were made.
+        with_paper: whether the paper's models appear beside ours.
+    """
+    places = groupby(digests, key=lambda item: (item.key.protocol, item.key.domain))
+    return [
+        table
+        for (protocol, domain), group in ((place, list(items)) for place, items in places)
+        for spec in TABLES
+        if (table := make_table(spec, protocol, domain, group, bootstrap, with_paper=with_paper))
+    ]
+
+
+def write_tables(
+    folder: Path,
+    digests: Sequence[Digest],
+    tables: Sequence[Table],
+    plots: Sequence[Plot],
+    *,
+    with_paper: bool,
+) -> None:
+    """Write ``report.md``, ``report.tex`` with ``tables.tex``, ``tables.json`` and ``tables.csv``."""
+    compared = agreements(digests) if with_paper else []
+    contents = {
+        "report.md": report_markdown(digests, tables, compared, plots),
+        "tables.tex": "\n".join(latex.table_latex(table) for table in tables),
+        "report.tex": f"{latex.PREAMBLE}\\input{{tables}}\n{latex.ENDING}",
+        "tables.json": tables_json(tables),
+        "tables.csv": tables_csv(tables),
+    }
+    for name, text in contents.items():
+        (folder / name).write_text(text, encoding="utf-8")
