@@ -3,25 +3,33 @@
 from __future__ import annotations
 
 import json
-import sys
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from eai.abilities.protocol import Ability, Domain, Protocol
-from eai.abilities.responses import SUFFIX, ResponseFile
-from eai.abilities.suite import Source, Suite, available_suites, open_suite
+from eai.abilities.suite import PlannerChoice, Source, Suite, available_suites, open_suite
+from eai.abilities.verdict import Json
 from eai.cli.console import data_progress, errors, output, print_rates
-from eai.cli.score import write_results
-from eai.envs.batch import score_batch
+from eai.cli.data import DataFolder, store
+from eai.cli.progress import run_progress
+from eai.cli.running import Obtained, Outcome, Scoring, settle
 from eai.errors import EaiError, InputError
-from eai.metrics.rate import Rate
-from eai.metrics.summary import TABLE_COLUMNS, summarise
+from eai.metrics.summary import TABLE_COLUMNS
+from eai.prompts.library import Library
+from eai.prompts.prompt import Prompt, PromptSet
+from eai.run.answers import gold_examples
+from eai.run.job import Decoding, Endpoint, Job, Pace
+from eai.run.journal import JOURNAL
 
 if TYPE_CHECKING:
-    from eai.run.evaluation import Answers
+    pass
+
+LOGS = "logs"
+SHOWN_TASKS = 5
 
 
 def run(
@@ -31,100 +39,150 @@ def run(
     protocol: Annotated[Protocol, typer.Option(help="The rules for scoring.")] = Protocol.STRICT,
     tasks: Annotated[str, typer.Option(help="Only these tasks: ids separated by commas.")] = "",
     limit: Annotated[int | None, typer.Option(min=1, help="At most so many tasks of each suite.")] = None,
+    prompt_set: Annotated[PromptSet, typer.Option("--set", help="Which prompts.")] = PromptSet.OFFICIAL,
+    prompts: Annotated[Path | None, typer.Option(help="A folder with prompts of your own.")] = None,
+    epochs: Annotated[int, typer.Option(min=1, help="Answers a task; the majority counts.")] = 1,
+    temperature: Annotated[float, typer.Option(min=0.0, help="The sampling temperature.")] = 0.0,
+    max_tokens: Annotated[int | None, typer.Option(min=1, help="The most tokens of an answer.")] = None,
+    stop: Annotated[bool, typer.Option(help="Stop sequences as in the paper's runs.")] = True,
+    structured: Annotated[bool, typer.Option(help="Ask for JSON where a provider can enforce it.")] = False,
+    max_connections: Annotated[int | None, typer.Option(min=1, help="Requests at a time.")] = None,
+    max_retries: Annotated[int, typer.Option(min=0, help="Repetitions of a failed request.")] = 5,
+    timeout: Annotated[int | None, typer.Option(min=1, help="Seconds until a request has failed.")] = None,
+    batch: Annotated[bool, typer.Option(help="Use the provider's batch service.")] = False,
     model_arg: Annotated[
         list[str] | None, typer.Option("-M", help="An argument of the model, as NAME=VALUE.")
     ] = None,
     model_base_url: Annotated[str | None, typer.Option(help="Where a local server listens.")] = None,
+    prices: Annotated[Path | None, typer.Option(help="Prices of models, as Inspect reads them.")] = None,
+    workers: Annotated[int, typer.Option(min=1, help="Processes to score with.")] = 1,
+    planner: Annotated[
+        PlannerChoice, typer.Option(help="Transition modeling: which planner judges operators.")
+    ] = PlannerChoice.FULL,
     out: Annotated[Path, typer.Option(help="Where answers, logs, records and summaries go.")] = Path("runs"),
+    quiet: Annotated[bool, typer.Option("--quiet", help="Print nothing but what went wrong.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the results as JSON.")] = False,
+    data: DataFolder = None,
 ) -> None:
-    """Obtain answers to the official prompts through Inspect and score them.
+    """Obtain answers through Inspect and score them. The same command goes on where it was interrupted.
+
+    Exit status 1 if some tasks were not answered; they count neither as right nor as wrong.
 
     Example: eai run --model eai/noisy -M rate=0.2 --domain virtualhome --ability action_sequencing
     """
+    arguments = dict(_pair(text) for text in model_arg or ())
+    order = _Order(
+        endpoints=[Endpoint(name, arguments, model_base_url, prices) for name in model],
+        epochs=epochs,
+        decoding=Decoding(temperature, max_tokens, stop, structured),
+        pace=Pace(max_connections, max_retries, timeout, batch),
+        out=out,
+        quiet=quiet or as_json,
+    )
     with data_progress() as report:
+        source = Source(store(data), report, planner)
         suites = [
-            open_suite(d, a, protocol, source=Source(report=report))
+            open_suite(d, a, protocol, source=source)
             for d, a in available_suites()
             if d in (domain or Domain) and a in (ability or Ability)
         ]
-    if not suites:
-        raise InputError("no suite has this domain and this ability yet")
-    arguments = dict(_pair(text) for text in model_arg or ())
-    for suite in suites:
-        task_ids = _chosen(tasks, suite)
-        rates = {
-            name: _run_model(suite, _ask(suite, name, task_ids, limit, arguments, model_base_url, out), out)
-            for name in model
-        }
-        title = f"{suite.domain.value}, {suite.ability.value}, protocol {protocol.value} (percent)"
-        print_rates(title, TABLE_COLUMNS[suite.ability], rates)
-    output().print(f"written to {out}", soft_wrap=True, highlight=False)
+        if not suites:
+            raise InputError("no suite has this domain and this ability yet")
+        library = Library(prompt_set, prompts, gold_examples(source.store), source.store, report)
+        chosen = [_chosen(suite, library, tasks, limit) for suite in suites]
+    outcomes = []
+    for suite, asked in zip(suites, chosen, strict=True):
+        scoring = Scoring(suite.domain, suite.ability, protocol, source, workers)
+        of_suite = [_run_model(order, endpoint, asked, scoring) for endpoint in order.endpoints]
+        if not order.quiet:
+            title = f"{suite.domain.value}, {suite.ability.value}, protocol {protocol.value}"
+            print_rates(title, TABLE_COLUMNS[suite.ability], {o.model: o.rates for o in of_suite})
+        outcomes += of_suite
+    _report(outcomes, order, as_json=as_json)
 
 
-def _ask(
-    suite: Suite,
-    model: str,
-    task_ids: tuple[str, ...],
-    limit: int | None,
-    arguments: Mapping[str, str],
-    base_url: str | None,
-    out: Path,
-) -> Answers:
-    """Obtain a model's answers through Inspect, which is imported only here."""
+@dataclass(frozen=True, slots=True)
+class _Order:
+    """What the command line asks for, of all suites alike."""
+
+    endpoints: Sequence[Endpoint]
+    epochs: int
+    decoding: Decoding
+    pace: Pace
+    out: Path
+    quiet: bool
+
+
+def _run_model(order: _Order, endpoint: Endpoint, prompts: Mapping[str, Prompt], scoring: Scoring) -> Outcome:
+    """Obtain one model's answers to one suite, through Inspect, which is imported only here; score them."""
     try:
-        from eai.run.evaluation import Job, obtain_answers
+        from eai.run.evaluation import obtain_answers, slug
     except ImportError as error:
         hint = "pip install 'embodied-agent-interface[run]'"
         raise EaiError(f"model runs need inspect-ai ({error.name} is missing): {hint}") from error
-    job = Job(
-        model=model,
-        domain=suite.domain,
-        ability=suite.ability,
-        protocol=suite.protocol,
-        limit=limit,
-        task_ids=task_ids,
-        model_args=arguments,
-        model_base_url=base_url,
-    )
-    return obtain_answers(job, out / "logs", display="rich" if sys.stderr.isatty() else "none")
+    job = Job(endpoint, scoring.domain, scoring.ability, prompts, order.epochs, order.decoding, order.pace)
+    name = slug(endpoint.model)
+    folder = order.out / scoring.domain.value / scoring.ability.value / name
+    title = f"{scoring.domain.value} {scoring.ability.value} {endpoint.model}"
+    with run_progress(title, quiet=order.quiet) as watch:
+        answers = obtain_answers(job, folder / JOURNAL, order.out / LOGS, watch=watch)
+    return settle(Obtained(name, prompts, answers.given, answers.failures, order.epochs), folder, scoring)
 
 
-def _run_model(suite: Suite, answers: Answers, out: Path) -> dict[str, Rate]:
-    """Write a model's answers, score them and write the results."""
-    for task_id, why in answers.unanswered.items():
-        errors().print(f"task {task_id} was not answered: {why}", markup=False, highlight=False)
-    file = answers.file
-    if not file.responses:
-        raise EaiError(f"{file.model} answered none of the tasks; see {answers.log}")
-    folder = out / suite.domain.value / suite.ability.value / file.model
-    _write_answers(folder, file)
-    texts = [response.text for response in file.responses]
-    settled = open_suite(suite.domain, suite.ability, suite.protocol, answers=texts)
-    records = score_batch(settled, file)
-    verdicts = [record.verdict for record in records]
-    rates = summarise(verdicts, suite.domain.value, suite.ability, suite.protocol)
-    write_results(folder, records, rates)
-    return rates
+def _report(outcomes: Sequence[Outcome], order: _Order, *, as_json: bool) -> None:
+    """Say what went wrong, what it took and where results are; end with status 1 if answers are missing."""
+    if as_json:
+        print(json.dumps([outcome.to_json() for outcome in outcomes], indent=2))
+    for outcome in outcomes:
+        for why, task_ids in outcome.failures.items():
+            shown = ", ".join(task_ids[:SHOWN_TASKS]) + (", ..." if len(task_ids) > SHOWN_TASKS else "")
+            errors().print(
+                f"{outcome.model}, {outcome.scoring.domain.value} {outcome.scoring.ability.value}: "
+                f"{len(task_ids)} tasks not answered ({shown}): {why}",
+                markup=False,
+                highlight=False,
+                soft_wrap=True,
+            )
+    if not order.quiet:
+        for outcome in outcomes:
+            output().print(_effort(outcome), highlight=False, markup=False, soft_wrap=True)
+    if any(outcome.failures for outcome in outcomes):
+        raise typer.Exit(1)
 
 
-def _write_answers(folder: Path, file: ResponseFile) -> None:
-    """Write the answers as a response file, so that they can be scored again and elsewhere."""
-    folder.mkdir(parents=True, exist_ok=True)
-    rows = [{"identifier": r.task_id, "llm_output": r.text} for r in file.responses]
-    (folder / f"{file.model}{SUFFIX}").write_text(json.dumps(rows, indent=1) + "\n", encoding="utf-8")
+def _effort(outcome: Outcome) -> str:
+    """One line on what an outcome took and where it is."""
+    usage = outcome.usage
+    parts = [f"{outcome.answered} answers", f"{usage.input_tokens:,} + {usage.output_tokens:,} tokens"]
+    if usage.cost is not None:
+        parts.append(f"${usage.cost:.2f}")
+    if outcome.truncated:
+        parts.append(f"{outcome.truncated} cut off")
+    return f"{', '.join(parts)}; records in {outcome.folder}"
 
 
-def _chosen(tasks: str, suite: Suite) -> tuple[str, ...]:
-    """The tasks named on the command line."""
-    chosen: Sequence[str] = [task_id.strip() for task_id in tasks.split(",") if task_id.strip()]
-    for task_id in chosen:
+def _chosen(suite: Suite, library: Library, tasks: str, limit: int | None) -> dict[str, Prompt]:
+    """The prompts of the tasks that the command line asks for, in the order of the data set.
+
+    Raises:
+        InputError: a task is unknown.
+    """
+    named = [task_id.strip() for task_id in tasks.split(",") if task_id.strip()]
+    for task_id in named:
         if task_id not in suite.task_ids:
-            raise InputError(f"--tasks: {task_id!r} is not a task of {suite.domain.value}")
-    return tuple(chosen)
+            name = f"{suite.domain.value} {suite.ability.value}"
+            raise InputError(f"--tasks: {task_id!r} is not a task of {name}")
+    prompts = library.open(suite.domain, suite.ability)
+    chosen = [task_id for task_id in suite.task_ids if task_id in (named or suite.task_ids)]
+    return {task_id: prompts[task_id] for task_id in chosen[:limit]}
 
 
-def _pair(text: str) -> tuple[str, str]:
+def _pair(text: str) -> tuple[str, Json]:
+    """An argument of a model; what is a JSON value is taken as one."""
     name, separator, value = text.partition("=")
     if not separator:
         raise InputError(f"-M {text}: expected NAME=VALUE")
-    return name, value
+    try:
+        return name, json.loads(value)
+    except json.JSONDecodeError:
+        return name, value

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated
 
@@ -68,8 +69,10 @@ def score(
         output().print(f"written to {out}", soft_wrap=True, highlight=False)
 
 
-def write_results(folder: Path, records: list[Record], rates: dict[str, Rate]) -> None:
-    """Write the records and the summary of one model.
+def write_results(
+    folder: Path, records: list[Record], rates: Mapping[str, Rate], run: Mapping[str, Json] | None = None
+) -> None:
+    """Write the records and the summary of one model; ``run`` is what the summary says of a run besides.
 
     Raises:
         InputError: the folder cannot be written.
@@ -82,6 +85,7 @@ def write_results(folder: Path, records: list[Record], rates: dict[str, Rate]) -
         "model": first.model,
         "data_sha256": first.data_sha256,
         "unit": "percent",
+        **({} if run is None else {"run": run}),
         **{name: rate.to_json() for name, rate in rates.items()},
     }
     try:

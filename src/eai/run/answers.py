@@ -49,7 +49,17 @@ def open_answer_book(domain: Domain, ability: Ability, store: Store | None = Non
     return opener(store)
 
 
-def noisy_answer(book: AnswerBook, task_id: str, *, rate: float, seed: int) -> WrittenAnswer:
+def gold_examples(store: Store | None = None) -> Callable[[Domain, Ability], Callable[[str], str]]:
+    """For a domain and an ability the gold answer to a task, as the examples in prompts need it."""
+
+    def examples(domain: Domain, ability: Ability) -> Callable[[str], str]:
+        book = open_answer_book(domain, ability, store)
+        return lambda task_id: book.gold(task_id).text
+
+    return examples
+
+
+def noisy_answer(book: AnswerBook, task_id: str, *, rate: float, seed: str) -> WrittenAnswer:
     """A gold answer in which each part is spoilt with probability ``rate``: a pure function of the arguments.
 
     A spoilt part is dropped, repeated, swapped with the next, or replaced by a part of another task's answer.

@@ -1,41 +1,25 @@
-"""Running models on suites through Inspect, and turning its logs into answers."""
+"""Running a job through Inspect."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import inspect_ai
-from inspect_ai.log import EvalLog, EvalSample
+from inspect_ai.log import EvalLog
+from inspect_ai.model import Model, get_model
+from rich.text import Text
 
-from eai.abilities.protocol import Ability, Domain, Protocol
-from eai.abilities.responses import Response, ResponseFile
+from eai.abilities.protocol import Protocol
 from eai.errors import EaiError
+from eai.run.asking import ask
+from eai.run.desk import Desk, Watch, unwatched
+from eai.run.job import Endpoint, Job
+from eai.run.journal import Answer, Journal, Place
 from eai.run.tasks import build_task
-
-
-@dataclass(frozen=True, slots=True)
-class Job:
-    """What is to be run.
-
-    Attributes:
-        model: an Inspect model name, built-in ones included (``eai/oracle``).
-        limit: at most so many tasks, from the first on; None for all.
-        task_ids: only these tasks; empty for all.
-        model_args: arguments of the model's provider.
-        model_base_url: where an OpenAI-compatible server listens.
-    """
-
-    model: str
-    domain: Domain
-    ability: Ability
-    protocol: Protocol
-    limit: int | None = None
-    task_ids: tuple[str, ...] = ()
-    model_args: Mapping[str, str] | None = None
-    model_base_url: str | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,43 +27,33 @@ class Answers:
     """What came of a job.
 
     Attributes:
-        file: the answers that were given, in the order of the data set.
-        unanswered: for every task without an answer, why the model or its provider failed.
-        log: where Inspect wrote its log.
+        given: the answers by task and epoch.
+        failures: for every task and epoch without an answer, why the model or its provider failed.
     """
 
-    file: ResponseFile
-    unanswered: Mapping[str, str]
-    log: Path
+    given: Mapping[Place, Answer]
+    failures: Mapping[Place, str]
 
 
-def obtain_answers(job: Job, log_dir: Path, *, display: str) -> Answers:
-    """Ask the model.
+def obtain_answers(job: Job, journal: Path, log_dir: Path, *, watch: Watch = unwatched) -> Answers:
+    """Ask the model for what the journal does not hold yet.
 
     Args:
         job: what to ask whom.
+        journal: where answers are written down as they arrive.
         log_dir: where Inspect writes its log.
-        display: Inspect's ``display``: ``full``, ``rich``, ``plain`` or ``none``.
+        watch: told of every answer and failure.
 
     Raises:
         EaiError: the run as a whole failed: no such model, a key is missing, it was interrupted.
     """
-    (log,) = inspect_ai.eval(
-        build_task(job.domain, job.ability, job.protocol),
-        model=job.model,
-        model_args=dict(job.model_args or {}),
-        model_base_url=job.model_base_url,
-        limit=job.limit,
-        sample_id=list(job.task_ids) or None,
-        log_dir=str(log_dir),
-        display=display,  # type: ignore[arg-type]
-        fail_on_error=False,
-        score_display=False,
-    )
-    if log.status != "success":
-        message = log.error.message.strip().splitlines()[-1] if log.error else "it was interrupted"
-        raise EaiError(f"{job.model} on {job.domain.value} {job.ability.value}: {log.status}: {message}")
-    return _answers(job.model, log)
+    desk = Desk(job, Journal(journal), watch)
+    desk.tell()
+    open_prompts = desk.open_prompts()
+    if open_prompts:
+        task = build_task(job.domain, job.ability, open_prompts, ask(desk), Protocol.STRICT)
+        _check(job, _evaluate(job, task, log_dir))
+    return Answers(desk.answers, desk.failures)
 
 
 def slug(model: str) -> str:
@@ -87,8 +61,44 @@ def slug(model: str) -> str:
     return re.sub(r"[^\w.-]+", "_", model)
 
 
-def _answers(model: str, log: EvalLog) -> Answers:
-    samples: Sequence[EvalSample] = log.samples or []
-    failed = {str(s.id): s.error.message for s in samples if s.error is not None}
-    given = tuple(Response(str(s.id), s.output.completion) for s in samples if s.error is None)
-    return Answers(ResponseFile(slug(model), given), failed, Path(log.location))
+def _evaluate(job: Job, task: inspect_ai.Task, log_dir: Path) -> EvalLog:
+    """Let Inspect ask; scoring waits until all answers are there, whose form decides how each is read."""
+    pace, prices = job.pace, job.endpoint.prices
+    (log,) = inspect_ai.eval(
+        task,
+        model=_model(job.endpoint),
+        model_cost_config=None if prices is None else str(prices),
+        epochs=job.epochs,
+        log_dir=str(log_dir),
+        display="none",
+        fail_on_error=False,
+        score=False,
+        temperature=job.decoding.temperature,
+        max_tokens=job.decoding.max_tokens,
+        max_connections=pace.max_connections,
+        max_retries=pace.max_retries,
+        attempt_timeout=pace.timeout,
+        batch=pace.batch or None,
+    )
+    return log
+
+
+def _model(endpoint: Endpoint) -> Model:
+    arguments: dict[str, Any] = dict(endpoint.arguments)
+    try:
+        return get_model(endpoint.model, base_url=endpoint.base_url, **arguments)
+    except EaiError:
+        raise
+    except Exception as error:  # providers raise what they like when a key, a library or a name is missing
+        message = " ".join(Text.from_markup(str(getattr(error, "message", error))).plain.split())
+        raise EaiError(f"{endpoint.model}: {message}") from error
+
+
+def _check(job: Job, log: EvalLog) -> None:
+    """Raise if the run as a whole did not come to its end."""
+    if log.status == "success":
+        return
+    if log.status == "cancelled":
+        raise EaiError("interrupted; the same command goes on from here")
+    message = log.error.message.strip().splitlines()[-1] if log.error else log.status
+    raise EaiError(f"{job.endpoint.model} on {job.domain.value} {job.ability.value}: {message}")

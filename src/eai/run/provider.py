@@ -79,7 +79,10 @@ class BuiltInModel(ModelAPI):
         if not {"domain", "ability", "task_id"} <= question.keys():
             raise InputError(f"eai/{self.model_name} can only answer the questions of eai's own tasks")
         answer = self._answer(
-            Domain(question["domain"]), Ability(question["ability"]), str(question["task_id"])
+            Domain(question["domain"]),
+            Ability(question["ability"]),
+            str(question["task_id"]),
+            int(question.get("epoch", 1)),
         )
         output = ModelOutput.from_content(f"{PROVIDER}/{self.model_name}", answer)
         # Without a usage Inspect would count tokens itself, for which it downloads a tokenizer.
@@ -90,13 +93,13 @@ class BuiltInModel(ModelAPI):
         )
         return output
 
-    def _answer(self, domain: Domain, ability: Ability, task_id: str) -> str:
+    def _answer(self, domain: Domain, ability: Ability, task_id: str, epoch: int) -> str:
         if self.model_name == "replay":
             return self._recorded(domain, ability).get(task_id, "")
         book: AnswerBook = self._book(domain, ability)
         if self.model_name == "oracle":
             return book.gold(task_id).text
-        return noisy_answer(book, task_id, rate=self._rate, seed=self._seed).text
+        return noisy_answer(book, task_id, rate=self._rate, seed=f"{self._seed} {epoch}").text
 
     def _read_recorded(self, domain: Domain, ability: Ability) -> dict[str, str]:
         task_ids = self._book(domain, ability).task_ids

@@ -1,6 +1,14 @@
-"""What Inspect finds of us by entry point: the built-in models and the tasks."""
+"""What Inspect finds of us by entry point: the built-in models, the scorer, and a task for every suite."""
 
+from eai.abilities.protocol import Ability, Domain
 from eai.run.provider import BuiltInModel
-from eai.run.tasks import verdict_scorer, virtualhome_action_sequencing
+from eai.run.tasks import published_task, verdict_scorer
 
-__all__ = ["BuiltInModel", "verdict_scorer", "virtualhome_action_sequencing"]
+TASKS = {
+    f"{domain.value}_{ability.value}": published_task(domain, ability)
+    for domain in Domain
+    for ability in Ability
+}
+"""The tasks by name; registering them is what making them does."""
+
+__all__ = ["TASKS", "BuiltInModel", "verdict_scorer"]

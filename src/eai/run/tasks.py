@@ -2,56 +2,95 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
 import inspect_ai
 from inspect_ai.dataset import MemoryDataset, Sample
 from inspect_ai.model import ChatMessage, ChatMessageSystem, ChatMessageUser, GenerateConfig
-from inspect_ai.scorer import Score, Scorer, Target, accuracy, scorer, stderr
-from inspect_ai.solver import TaskState, generate
+from inspect_ai.scorer import Score, Scorer, Target, mean, scorer, stderr
+from inspect_ai.solver import Solver, TaskState
+from inspect_ai.util import registry_info
 
 from eai.abilities.protocol import Ability, Domain, Protocol
 from eai.abilities.suite import Suite, open_suite
 from eai.abilities.verdict import Verdict, fields_of
-from eai.prompts.official import Prompt, official_prompts
+from eai.metrics.summary import MAIN_COLUMNS, contribution
+from eai.prompts.library import Library
+from eai.prompts.prompt import Prompt, PromptSet
+from eai.run.answers import gold_examples
+from eai.run.asking import ask_as_published
 
 
-def build_task(domain: Domain, ability: Ability, protocol: Protocol) -> inspect_ai.Task:
-    """The Inspect task of a domain and an ability: official prompts, one generation, our verdict."""
-    prompts = official_prompts(domain, ability)
-    samples = [_sample(domain, ability, task_id, prompt) for task_id, prompt in prompts.items()]
+def build_task(
+    domain: Domain, ability: Ability, prompts: Mapping[str, Prompt], solver: Solver, protocol: Protocol
+) -> inspect_ai.Task:
+    """The Inspect task that puts prompts to a model, each with its task's id.
+
+    Args:
+        domain: the domain.
+        ability: the ability.
+        prompts: the questions by id of their task.
+        solver: what asks them.
+        protocol: the rules for scoring.
+    """
     name = f"{domain.value}_{ability.value}"
+    samples = [_sample(domain, ability, task_id, prompt) for task_id, prompt in prompts.items()]
     return inspect_ai.Task(
         dataset=MemoryDataset(samples, name=name),
-        solver=generate(),
+        solver=solver,
         scorer=verdict_scorer(domain.value, ability.value, protocol.value),
-        config=GenerateConfig(temperature=0.0),
         name=name,
         metadata={"domain": domain.value, "ability": ability.value},
     )
 
 
-@inspect_ai.task
-def virtualhome_action_sequencing(protocol: str = Protocol.STRICT.value) -> inspect_ai.Task:
-    """Action sequencing in VirtualHome."""
-    return build_task(Domain.VIRTUALHOME, Ability.ACTION_SEQUENCING, Protocol(protocol))
+def published_task(domain: Domain, ability: Ability) -> Callable[..., inspect_ai.Task]:
+    """Register a suite as an Inspect task, ``eai/<domain>_<ability>``."""
+
+    def suite(
+        protocol: str = Protocol.STRICT.value,
+        prompts: str = PromptSet.OFFICIAL.value,
+        prompt_folder: str | None = None,
+    ) -> inspect_ai.Task:
+        folder = None if prompt_folder is None else Path(prompt_folder)
+        library = Library(PromptSet(prompts), folder, gold_examples())
+        task = build_task(
+            domain, ability, library.open(domain, ability), ask_as_published(), Protocol(protocol)
+        )
+        task.config = GenerateConfig(temperature=0.0)
+        return task
+
+    name = f"{domain.value}_{ability.value}"
+    registered = inspect_ai.task(name=name)(suite)
+    if registry_info(registered).name == name:  # Inspect names the package only where it is not editable
+        registered = inspect_ai.task(name=f"eai/{name}")(suite)
+    return registered
 
 
-@scorer(metrics=[accuracy(), stderr()], name="eai_verdict")
+@scorer(metrics=[mean(), stderr()], name="eai_verdict")
 def verdict_scorer(domain: str, ability: str, protocol: str) -> Scorer:
-    """Scores an answer with the pure function of the library; the verdict goes into the score's metadata."""
+    """Scores an answer with the pure function of the library.
+
+    The value is the answer's own share of the suite's main metric: success, or F1. The verdict goes into the
+    metadata of the score.
+    """
     suite: Suite | None = None
 
     async def score(state: TaskState, target: Target) -> Score:
         nonlocal suite
         if suite is None:
             suite = open_suite(Domain(domain), Ability(ability), Protocol(protocol))
-        verdict = suite.score(str(state.sample_id), state.output.completion)
+        answer = state.output.completion
+        verdict = suite.score(str(state.sample_id), answer)
         if verdict.excluded is not None:
-            return Score.unscored(answer=state.output.completion, explanation=verdict.excluded)
+            return Score.unscored(answer=answer, explanation=verdict.excluded)
+        shares = contribution(verdict, domain, suite.ability, suite.protocol)
+        percent = shares[MAIN_COLUMNS[suite.ability][0]].percent
+        if percent is None:
+            return Score.unscored(answer=answer, explanation="nothing to be right or wrong about")
         return Score(
-            value=1 if verdict.success else 0,
-            answer=state.output.completion,
-            explanation=_explanation(verdict),
-            metadata=fields_of(verdict),
+            value=percent / 100, answer=answer, explanation=_explanation(verdict), metadata=fields_of(verdict)
         )
 
     return score
@@ -62,10 +101,8 @@ def _sample(domain: Domain, ability: Ability, task_id: str, prompt: Prompt) -> S
     messages: list[ChatMessage] = [ChatMessageUser(content=prompt.user, metadata=about)]
     if prompt.system is not None:
         messages.insert(0, ChatMessageSystem(content=prompt.system))
-    return Sample(id=task_id, input=messages, metadata=about)
+    return Sample(id=task_id, input=messages, metadata={**about, "stop": list(prompt.stop)})
 
 
-def _explanation(verdict: Verdict) -> str:
-    if verdict.error is not None:
-        return f"{verdict.error.kind.value}: {verdict.error.detail}"
-    return "success" if verdict.success else "the goal is not reached"
+def _explanation(verdict: Verdict) -> str | None:
+    return None if verdict.error is None else f"{verdict.error.kind.value}: {verdict.error.detail}"

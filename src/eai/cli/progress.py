@@ -1,0 +1,71 @@
+"""The progress of a run: a bar with rate and time left on a terminal, a line now and then elsewhere."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+from eai.cli.console import errors
+from eai.run.desk import Count, Watch, unwatched
+
+LINES = 10
+"""How many lines a run takes where there is no terminal."""
+
+
+@contextmanager
+def run_progress(title: str, *, quiet: bool, console: Console | None = None) -> Iterator[Watch]:
+    """Shows how far a run is on standard error, and takes the bar away at the end."""
+    console = console or errors()
+    if quiet:
+        yield unwatched
+    elif console.is_terminal:
+        with _bar(title, console) as watch:
+            yield watch
+    else:
+        yield _lines(title, console)
+
+
+@contextmanager
+def _bar(title: str, console: Console) -> Iterator[Watch]:
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TextColumn("{task.fields[rate]}"),
+        TimeRemainingColumn(),
+        TextColumn("{task.fields[failed]}", style="red"),
+    )
+    with Progress(*columns, console=console, transient=True) as bar:
+        task = bar.add_task(title, total=None, rate="", failed="")
+
+        def watch(count: Count) -> None:
+            speed = bar.tasks[0].speed
+            bar.update(
+                task,
+                total=count.total,
+                completed=count.answered + count.failed,
+                rate="" if speed is None else f"{speed:.1f}/s",
+                failed=f"{count.failed} failed" if count.failed else "",
+            )
+
+        yield watch
+
+
+def _lines(title: str, console: Console) -> Watch:
+    told = -1
+
+    def watch(count: Count) -> None:
+        nonlocal told
+        done = count.answered + count.failed
+        tenth = done * LINES // count.total if count.total else LINES
+        if tenth != told:
+            told = tenth
+            failed = f", {count.failed} failed" if count.failed else ""
+            console.print(
+                f"{title}: {done}/{count.total}{failed}", markup=False, highlight=False, soft_wrap=True
+            )
+
+    return watch

@@ -1,0 +1,224 @@
+"""From a model's answers to records: what ``eai run`` does once the model has answered."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from eai.abilities.protocol import Ability, Domain, Protocol
+from eai.abilities.record import Record
+from eai.abilities.responses import SUFFIX, Response, ResponseFile
+from eai.abilities.suite import Source, open_suite
+from eai.abilities.verdict import Json, Verdict
+from eai.cli.score import write_results
+from eai.envs.batch import score_batch
+from eai.metrics.rate import Rate
+from eai.metrics.summary import summarise
+from eai.prompts.prompt import Prompt
+from eai.run.consensus import majority
+from eai.run.journal import Answer, Place, Usage
+
+
+@dataclass(frozen=True, slots=True)
+class Scoring:
+    """How answers are scored.
+
+    Attributes:
+        source: where the data comes from.
+        workers: how many processes to use.
+    """
+
+    domain: Domain
+    ability: Ability
+    protocol: Protocol
+    source: Source
+    workers: int = 1
+
+
+@dataclass(frozen=True, slots=True)
+class Obtained:
+    """What a model answered to a suite.
+
+    Attributes:
+        model: the model's name as part of file names.
+        prompts: what it was asked, by task.
+        given: the answers by task and epoch.
+        failures: for every task and epoch without an answer, why.
+        epochs: how many answers to each task were asked for.
+    """
+
+    model: str
+    prompts: Mapping[str, Prompt]
+    given: Mapping[Place, Answer]
+    failures: Mapping[Place, str]
+    epochs: int
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """What came of one model on one suite.
+
+    Attributes:
+        model: the model's name as part of file names.
+        folder: where its results are.
+        scoring: what was scored, and how.
+        rates: the metrics.
+        answered: how many tasks have an answer.
+        failures: the tasks that have none, by the reason why.
+        truncated: how many answers were cut off.
+        usage: what all answers took.
+    """
+
+    model: str
+    folder: Path
+    scoring: Scoring
+    rates: Mapping[str, Rate]
+    answered: int
+    failures: Mapping[str, Sequence[str]]
+    truncated: int
+    usage: Usage
+
+    def to_json(self) -> dict[str, Json]:
+        """The outcome as ``--json`` prints it."""
+        return {
+            "model": self.model,
+            "domain": self.scoring.domain.value,
+            "ability": self.scoring.ability.value,
+            "protocol": self.scoring.protocol.value,
+            "folder": str(self.folder),
+            **self.effort(),
+            "metrics": {name: rate.to_json() for name, rate in self.rates.items()},
+        }
+
+    def effort(self) -> dict[str, Json]:
+        """What the summary says of the run besides the metrics."""
+        return {
+            "answered": self.answered,
+            "not_answered": {why: list(task_ids) for why, task_ids in self.failures.items()},
+            "truncated": self.truncated,
+            "usage": usage_json(self.usage),
+        }
+
+
+def usage_json(usage: Usage) -> dict[str, Json]:
+    """What answers took, as records and summaries have it."""
+    return {
+        "input_tokens": usage.input_tokens,
+        "output_tokens": usage.output_tokens,
+        "reasoning_tokens": usage.reasoning_tokens,
+        "cost": usage.cost,
+    }
+
+
+def settle(obtained: Obtained, folder: Path, scoring: Scoring) -> Outcome:
+    """Score answers and write the results: of each epoch, where there are several, and of their majority.
+
+    Raises:
+        InputError: the folder cannot be written.
+    """
+    if obtained.epochs > 1:
+        for epoch in range(1, obtained.epochs + 1):
+            name = f"{obtained.model}.epoch_{epoch}"
+            _write(
+                replace(obtained, model=name), _of_epoch(obtained, epoch), folder / f"epoch_{epoch}", scoring
+            )
+    return _write(obtained, _chosen(obtained, scoring.ability), folder, scoring)
+
+
+def _of_epoch(obtained: Obtained, epoch: int) -> dict[str, Answer]:
+    return {task_id: answer for (task_id, number), answer in obtained.given.items() if number == epoch}
+
+
+def _chosen(obtained: Obtained, ability: Ability) -> dict[str, Answer]:
+    """Of each task's answers one that says what most of them say."""
+    epochs = [_of_epoch(obtained, epoch) for epoch in range(1, obtained.epochs + 1)]
+    chosen = {}
+    for task_id in obtained.prompts:
+        candidates = [given[task_id] for given in epochs if task_id in given]
+        if candidates:
+            chosen[task_id] = candidates[majority([answer.text for answer in candidates], ability)]
+    return chosen
+
+
+def _write(obtained: Obtained, answers: Mapping[str, Answer], folder: Path, scoring: Scoring) -> Outcome:
+    """Score one answer a task, and write answers, records and summary."""
+    why = {task_id: reason for (task_id, _), reason in obtained.failures.items() if task_id not in answers}
+    file = ResponseFile(
+        obtained.model, tuple(Response(i, answers[i].text) for i in obtained.prompts if i in answers)
+    )
+    _write_answers(folder, file)
+    records = _records(obtained, answers, file, why, scoring)
+    verdicts = [record.verdict for record in records]
+    outcome = Outcome(
+        model=obtained.model,
+        folder=folder,
+        scoring=scoring,
+        rates=summarise(verdicts, scoring.domain.value, scoring.ability, scoring.protocol),
+        answered=len(file.responses),
+        failures=_grouped(why),
+        truncated=sum(answer.truncated for answer in answers.values()),
+        usage=sum((answer.usage for answer in obtained.given.values()), Usage()),
+    )
+    write_results(folder, records, outcome.rates, outcome.effort())
+    return outcome
+
+
+def _records(
+    obtained: Obtained,
+    answers: Mapping[str, Answer],
+    file: ResponseFile,
+    why: Mapping[str, str],
+    scoring: Scoring,
+) -> list[Record]:
+    """A record of every task that was asked, in order; those without an answer are excluded."""
+    texts = [response.text for response in file.responses]
+    suite = open_suite(
+        scoring.domain, scoring.ability, scoring.protocol, answers=texts, source=scoring.source
+    )
+    scored = score_batch(suite, file, workers=scoring.workers, explanations=True)
+    by_task = {record.task_id: record for record in scored}
+    records = []
+    for task_id, prompt in obtained.prompts.items():
+        record = by_task.get(task_id) or Record(
+            suite.protocol,
+            suite.domain.value,
+            suite.ability,
+            obtained.model,
+            task_id,
+            "",
+            suite.data_sha256,
+            Verdict(excluded=f"not answered: {why.get(task_id, 'the run ended before')}"),
+        )
+        records.append(_with_origin(record, prompt, answers.get(task_id)))
+    return records
+
+
+def _with_origin(record: Record, prompt: Prompt, answer: Answer | None) -> Record:
+    """The record with where its answer comes from."""
+    details: dict[str, Json] = {**(record.verdict.details or {}), "prompt_sha256": prompt.sha256}
+    repairs = record.verdict.repairs
+    if answer is not None:
+        details |= {
+            "stop_reason": answer.stop_reason,
+            "truncated": answer.truncated,
+            "usage": usage_json(answer.usage),
+        }
+        repairs = (*answer.repairs, *repairs)
+    return replace(record, verdict=replace(record.verdict, details=details, repairs=repairs))
+
+
+def _grouped(why: Mapping[str, str]) -> dict[str, list[str]]:
+    """Tasks by the reason why they have no answer."""
+    tasks: dict[str, list[str]] = {}
+    for task_id, reason in why.items():
+        tasks.setdefault(reason, []).append(task_id)
+    return tasks
+
+
+def _write_answers(folder: Path, file: ResponseFile) -> None:
+    """Write the answers as a response file, so that they can be scored again and elsewhere."""
+    folder.mkdir(parents=True, exist_ok=True)
+    rows = [{"identifier": r.task_id, "llm_output": r.text} for r in file.responses]
+    (folder / f"{file.model}{SUFFIX}").write_text(json.dumps(rows, indent=1) + "\n", encoding="utf-8")

@@ -1,0 +1,59 @@
+"""Self-consistency: of several answers to a task, one that says what most of them say."""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from collections.abc import Sequence
+
+from eai.abilities.json_text import Pairs, find_json
+from eai.abilities.protocol import Ability
+
+
+def majority(answers: Sequence[str], ability: Ability) -> int:
+    """The index of the first answer that means what most readable ones mean.
+
+    Of meanings that are equally frequent the one that was given first counts. If none can be read, the
+    first answer is taken.
+    """
+    meanings = [meaning(text, ability) for text in answers]
+    counts = Counter(each for each in meanings if each is not None)
+    return meanings.index(counts.most_common(1)[0][0]) if counts else 0
+
+
+def meaning(text: str, ability: Ability) -> str | None:
+    """An answer without what does not matter, so that equal answers are equal texts; None if unreadable.
+
+    Prose around it, white space and the order of keys do not matter, except that the keys of a plan are its
+    steps; the order of goals does not matter either.
+    """
+    found = find_json(text, lambda value: _plain(value, ability))
+    if found is not None:
+        return found[0]
+    bare_operators = ability is Ability.TRANSITION_MODELING and "(:action" in text
+    return _spaced(text[text.index("(:action") :]) if bare_operators else None
+
+
+def _plain(value: object, ability: Ability) -> str | None:
+    """A JSON value as a text without accidents; None for what cannot be an answer."""
+    return _text(value, ability) if isinstance(value, Pairs | list) else None
+
+
+def _text(value: object, ability: Ability) -> str:
+    if isinstance(value, Pairs):
+        members = [f"{json.dumps(key)}:{_text(each, ability)}" for key, each in value.members]
+        return "{" + ",".join(members if ability is Ability.ACTION_SEQUENCING else sorted(members)) + "}"
+    if isinstance(value, list):
+        elements = [_text(each, ability) for each in value]
+        is_set = ability is Ability.GOAL_INTERPRETATION and not _is_tuple(value)
+        return "[" + ",".join(sorted(elements) if is_set else elements) + "]"
+    return json.dumps(_spaced(value) if isinstance(value, str) else value)
+
+
+def _is_tuple(values: Sequence[object]) -> bool:
+    """Whether a list is one goal, such as ``["inside", "rag", "bucket"]``, and not a list of goals."""
+    return all(isinstance(value, str) for value in values)
+
+
+def _spaced(text: str) -> str:
+    return " ".join(text.split())

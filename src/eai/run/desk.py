@@ -1,0 +1,91 @@
+"""The desk of a run: where answers are looked up, written down and counted while Inspect asks for them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import TypeAlias
+
+from eai.prompts.prompt import Prompt
+from eai.run.job import Job
+from eai.run.journal import Answer, Journal, Place
+
+
+@dataclass(frozen=True, slots=True)
+class Count:
+    """How far a run is.
+
+    Attributes:
+        answered: answers there are, found ones included.
+        failed: requests that were given up.
+        total: answers that are wanted.
+    """
+
+    answered: int
+    failed: int
+    total: int
+
+
+Watch: TypeAlias = Callable[[Count], None]
+"""Is told how far a run is."""
+
+
+def unwatched(count: Count) -> None:
+    """Tells nobody."""
+
+
+class Desk:
+    """What is known of a job, and what is still to be asked.
+
+    Args:
+        job: what is asked.
+        journal: where answers go; answers to the same requests that are there already are taken from it.
+        watch: told of every answer and failure.
+
+    Attributes:
+        job: what is asked.
+        answers: the answers there are, by task and epoch.
+        failures: why there is no answer, by task and epoch.
+    """
+
+    def __init__(self, job: Job, journal: Journal, watch: Watch = unwatched) -> None:
+        self.job = job
+        self.answers: dict[Place, Answer] = {}
+        self.failures: dict[Place, str] = {}
+        self._journal = journal
+        self._watch = watch
+        for task_id, prompt in job.prompts.items():
+            request = job.request_sha256(prompt)
+            for epoch in range(1, job.epochs + 1):
+                answer = journal.find(task_id, epoch, request)
+                if answer is not None:
+                    self.answers[task_id, epoch] = answer
+
+    def open_prompts(self) -> Mapping[str, Prompt]:
+        """The prompts of tasks that lack an answer in some epoch."""
+        epochs = range(1, self.job.epochs + 1)
+        return {
+            task_id: prompt
+            for task_id, prompt in self.job.prompts.items()
+            if any((task_id, epoch) not in self.answers for epoch in epochs)
+        }
+
+    def take(self, answer: Answer) -> None:
+        """Write an answer down.
+
+        Raises:
+            InputError: the journal cannot be written.
+        """
+        self._journal.add(answer)
+        self.answers[answer.task_id, answer.epoch] = answer
+        self.tell()
+
+    def give_up(self, task_id: str, epoch: int, why: str) -> None:
+        """Note that a request failed for good."""
+        self.failures[task_id, epoch] = why
+        self.tell()
+
+    def tell(self) -> None:
+        """Say how far the run is."""
+        total = len(self.job.prompts) * self.job.epochs
+        self._watch(Count(len(self.answers), len(self.failures), total))

@@ -1,0 +1,92 @@
+"""Jobs: what is to be asked of which model, and how."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from eai.abilities.protocol import Ability, Domain
+from eai.abilities.verdict import Json
+from eai.prompts.prompt import Prompt
+
+
+@dataclass(frozen=True, slots=True)
+class Endpoint:
+    """A model and how to reach it.
+
+    Attributes:
+        model: an Inspect model name, built-in ones included (``eai/oracle``).
+        arguments: arguments of the model's provider.
+        base_url: where an OpenAI-compatible server listens; None for the provider's own.
+        prices: a file with the prices of models, as Inspect's ``--model-cost-config`` takes it.
+    """
+
+    model: str
+    arguments: Mapping[str, Json] = field(default_factory=dict)
+    base_url: str | None = None
+    prices: Path | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Decoding:
+    """What decides an answer besides the prompt.
+
+    Attributes:
+        temperature: 0 as in the paper, or another.
+        max_tokens: the most an answer may take; None for the provider's limit.
+        stop: cut answers where the paper's runs did.
+        structured: ask for JSON where the provider can enforce it.
+    """
+
+    temperature: float = 0.0
+    max_tokens: int | None = None
+    stop: bool = True
+    structured: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Pace:
+    """How requests are made; none of it changes an answer.
+
+    Attributes:
+        max_connections: requests at a time; None to let Inspect find out.
+        max_retries: how often a failed request is repeated.
+        timeout: seconds after which a request counts as failed; None for the provider's own.
+        batch: use the provider's batch service, which is slower and cheaper.
+    """
+
+    max_connections: int | None = None
+    max_retries: int = 5
+    timeout: int | None = None
+    batch: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Job:
+    """Tasks of a suite to be put to a model.
+
+    Attributes:
+        prompts: the prompt of each task, by id, in the order of the data set.
+        epochs: how many answers to each task.
+    """
+
+    endpoint: Endpoint
+    domain: Domain
+    ability: Ability
+    prompts: Mapping[str, Prompt]
+    epochs: int = 1
+    decoding: Decoding = field(default_factory=Decoding)
+    pace: Pace = field(default_factory=Pace)
+
+    def request_sha256(self, prompt: Prompt) -> str:
+        """Digest of all that decides the answer to a prompt."""
+        endpoint, decoding = self.endpoint, self.decoding
+        decisive = (
+            (endpoint.model, sorted(endpoint.arguments.items()), endpoint.base_url),
+            (decoding.temperature, decoding.max_tokens, decoding.stop, decoding.structured),
+            (prompt.sha256, prompt.stop),
+        )
+        return hashlib.sha256(json.dumps(decisive).encode()).hexdigest()

@@ -1,0 +1,70 @@
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from eai.errors import InputError
+from eai.run.journal import Answer, Journal, Usage
+
+ANSWER = Answer("27_2", 1, "request", "prompt", "{}", "", "stop", ("reasoning",), Usage(3, 5, 2, 0.25))
+
+
+def test_what_is_written_is_found_again(tmp_path: Path) -> None:
+    file = tmp_path / "new" / "answers.jsonl"
+    strange = replace(ANSWER, task_id="1_1", text="ünder\r\n\u2028 }", usage=Usage(1, 1))
+    journal = Journal(file)
+    for answer in (ANSWER, strange):
+        journal.add(answer)
+    again = Journal(file)
+    assert again.find("27_2", 1, "request") == journal.find("27_2", 1, "request") == ANSWER
+    assert again.find("1_1", 1, "request") == strange
+
+
+def test_another_request_or_epoch_is_another_question(tmp_path: Path) -> None:
+    journal = Journal(tmp_path / "answers.jsonl")
+    journal.add(ANSWER)
+    assert journal.find("27_2", 2, "request") is None
+    assert journal.find("27_2", 1, "other") is None
+    assert journal.find("27_3", 1, "request") is None
+
+
+@given(cut=st.integers(min_value=1, max_value=200))
+def test_a_torn_last_line_is_cut_off_and_the_next_answer_is_whole(
+    cut: int, tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    file = tmp_path_factory.mktemp("torn") / "answers.jsonl"
+    journal = Journal(file)
+    journal.add(ANSWER)
+    journal.add(replace(ANSWER, epoch=2))
+    file.write_bytes(file.read_bytes()[:-cut])
+    torn = Journal(file)
+    assert torn.find("27_2", 1, "request") == ANSWER
+    assert torn.find("27_2", 2, "request") is None
+    torn.add(replace(ANSWER, epoch=2))
+    assert Journal(file).find("27_2", 2, "request") == replace(ANSWER, epoch=2)
+
+
+def test_a_file_of_something_else_is_refused_by_line(tmp_path: Path) -> None:
+    file = tmp_path / "answers.jsonl"
+    Journal(file).add(ANSWER)
+    with file.open("a") as opened:
+        opened.write('{"task_id": "27_2"}\n')
+    with pytest.raises(InputError, match=r"answers\.jsonl, line 2: expected an answer of a run"):
+        Journal(file)
+
+
+@pytest.mark.parametrize(
+    ("reason", "cut_off"), [("stop", False), ("max_tokens", True), ("model_length", True), ("unknown", False)]
+)
+def test_truncation_is_what_a_limit_of_length_did(reason: str, cut_off: bool) -> None:
+    assert replace(ANSWER, stop_reason=reason).truncated is cut_off
+
+
+def test_usage_adds_up_what_is_known() -> None:
+    assert Usage(1, 2) + Usage(3, 4) == Usage(4, 6)
+    assert Usage(1, 2, 3, None) + Usage(3, 4, None, 0.5) == Usage(4, 6, 3, 0.5)
+    assert Usage(1, 2, 3, 0.5) + Usage(0, 0, 4, 0.5) == Usage(1, 2, 7, 1.0)

@@ -1,0 +1,33 @@
+from __future__ import annotations
+
+import pytest
+
+from eai.run.reasoning import Parts, complete, part
+
+
+@pytest.mark.parametrize(
+    ("text", "answer", "reasoning"),
+    [
+        ('<think>\nhm, {"a": 1}?\n</think>\n\n{"b": 2}', '{"b": 2}', 'hm, {"a": 1}?'),
+        ('hm, first the cup\n</think>{"b": 2}', '{"b": 2}', "hm, first the cup"),
+        ("<think>a</think>b<think>c</think>d", "d", "a</think>b<think>c"),
+        ("\n<think>and so on and so", "", "and so on and so"),
+    ],
+)
+def test_reasoning_is_kept_apart(text: str, answer: str, reasoning: str) -> None:
+    assert part(text) == Parts(answer, reasoning, ("reasoning",))
+
+
+@pytest.mark.parametrize("text", ["", ' {"a": "b"}\n', "I <think> so", "```json\n{}\n```"])
+def test_other_text_is_left_as_it_is(text: str) -> None:
+    assert part(text) == Parts(text, "", ())
+
+
+@pytest.mark.parametrize(
+    ("text", "completed"),
+    [('{"output": ["a"]', '{"output": ["a"]}'), ('{"a": 1}', '{"a": 1}'), ("sorry", "sorry"), ("", "")],
+)
+def test_the_brace_that_the_stop_sequence_took_is_given_back(text: str, completed: str) -> None:
+    repairs = ("stop_sequence",) if text != completed else ()
+    assert complete(Parts(text, "", ()), ("}",)) == Parts(completed, "", repairs)
+    assert complete(Parts(text, "", ()), ()) == Parts(text, "", ())
