@@ -1,0 +1,227 @@
+from __future__ import annotations
+
+import json
+import re
+import subprocess
+import sys
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from cli.conftest import Command
+from eai.data.dataset import load
+from eai.data.store import Store
+from oracle import Oracle
+
+HERE = ("--domain", "virtualhome", "--ability", "action_sequencing")
+BOTH = pytest.mark.parametrize("protocol", ["strict", "eai-1.0.5"])
+WALK = {"identifier": "11_1", "llm_output": '{"WALK": ["floor_lamp"]}'}
+LIMITED = """
+import resource
+resource.setrlimit(resource.RLIMIT_AS, (2 << 30, 2 << 30))
+resource.setrlimit(resource.RLIMIT_CPU, (60, 60))
+from eai.cli import main
+main()
+"""
+"""The command line with 2 GB of memory and a minute of processor time."""
+
+
+@pytest.fixture(autouse=True)
+def folder(data_store: Store, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """An empty folder to work in, with the data set at hand."""
+    monkeypatch.setenv("EAI_DATA_DIR", str(data_store.folder))
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def write(answers: object, name: str = "m_outputs.json") -> Path:
+    """A response file in the working folder."""
+    content = answers if isinstance(answers, bytes) else json.dumps(answers).encode()
+    Path(name).write_bytes(content)
+    return Path(name)
+
+
+def responses_of(oracle: Oracle, model: str) -> list[Mapping[str, str]]:
+    rows = oracle("virtualhome", "action_sequencing", model)["tasks"]
+    return [{"identifier": row["id"], "llm_output": row["llm_output"]} for row in rows]
+
+
+def records(folder: str = "out") -> list[dict[str, Any]]:
+    return [json.loads(line) for line in (Path(folder) / "records.jsonl").read_text().splitlines()]
+
+
+def summary(folder: str = "out") -> dict[str, Any]:
+    content: dict[str, Any] = json.loads((Path(folder) / "summary.json").read_text())
+    return content
+
+
+@BOTH
+def test_answers_are_scored_into_records_a_summary_and_a_table(eai: Command, protocol: str) -> None:
+    answers = [
+        {"identifier": "11_1", "llm_output": '{"FLY": []}'},
+        {"identifier": "scene_1_27_2", "llm_output": None},
+    ]
+    outcome = eai("score", write(answers), *HERE, "--protocol", protocol, "--out", "out")
+    assert (outcome.status, outcome.err) == (0, "")
+    assert "written to out" in outcome.out
+    assert re.search(r"execution success\D+0\.0", outcome.out)
+    assert [(r["task_id"], r["model"], r["protocol"]) for r in records()] == [
+        ("27_2", "m", protocol),
+        ("11_1", "m", protocol),
+    ]
+    assert summary()["protocol"] == protocol
+    assert summary()["execution_success"]["numerator"] == 0
+    assert summary()["execution_success"]["denominator"] == (2 if protocol == "strict" else 1)
+
+
+def test_records_are_in_the_order_of_the_data_set(eai: Command, oracle: Oracle) -> None:
+    answers = responses_of(oracle, "llama-3-8b-chat")
+    assert eai("score", write(answers[::-1]), *HERE, "--out", "out").status == 0
+    assert [record["task_id"] for record in records()] == [answer["identifier"] for answer in answers]
+
+
+@BOTH
+@pytest.mark.parametrize("explanations", ["--explanations", "--no-explanations"])
+def test_any_number_of_workers_writes_the_same_bytes(
+    eai: Command, oracle: Oracle, protocol: str, explanations: str
+) -> None:
+    file = write(responses_of(oracle, "cohere-command-r"))
+    for workers in (1, 2):
+        outcome = eai(
+            *("score", file, *HERE, "--protocol", protocol, explanations),
+            *("--workers", workers, "--out", f"out{workers}"),
+        )
+        assert outcome.status == 0
+    for name in ("records.jsonl", "summary.json"):
+        assert Path("out1", name).read_bytes() == Path("out2", name).read_bytes()
+    assert all(("explanation" in record) == (explanations == "--explanations") for record in records("out1"))
+
+
+def test_each_model_gets_a_folder_of_its_own(eai: Command) -> None:
+    Path("answers").mkdir()
+    files = [write([WALK], f"answers/{model}_outputs.json") for model in ("a", "b")]
+    assert eai("score", "answers", *HERE, "--out", "out").status == 0
+    assert [records(f"out/{model}")[0]["model"] for model in ("a", "b")] == ["a", "b"]
+    assert not Path("out", "records.jsonl").exists()
+    assert eai("score", files[0], *HERE, "--out", "one").status == 0
+    assert records("one")[0]["model"] == "a"
+
+
+def test_two_files_of_one_model_are_refused(eai: Command) -> None:
+    Path("other").mkdir()
+    outcome = eai("score", write([WALK]), write([WALK], "other/m_outputs.json"), *HERE, "--out", "out")
+    assert outcome.status == 2
+    assert outcome.err == "eai: m: two response files are of this model; score them one at a time\n"
+
+
+@pytest.mark.parametrize(
+    ("content", "complaint"),
+    [
+        (b"", "m_outputs.json, line 1, column 1: expected JSON (Expecting value)"),
+        (b"\0\0", "m_outputs.json, line 1, column 1: expected JSON (Expecting value)"),
+        (b"WALK sofa", "m_outputs.json, line 1, column 1: expected JSON (Expecting value)"),
+        (b"[" * 100_000, "m_outputs.json: expected JSON in UTF-8 "),
+        ([], "m_outputs.json: expected at least one answer, found an empty list"),
+        ({"11_1": "x"}, 'm_outputs.json: expected a list of {"identifier", "llm_output"}, not an object'),
+        ([{"identifier": "11_1"}], 'm_outputs.json, row 1: the key "llm_output" is missing'),
+        ([WALK, WALK], "m_outputs.json, row 2: identifier '11_1' stands there twice"),
+        (
+            [WALK, {"identifier": "0_0", "llm_output": ""}],
+            "m_outputs.json, row 2: identifier '0_0' is not one of the tasks",
+        ),
+    ],
+    ids=lambda content: str(content)[:30],
+)
+def test_a_bad_response_file_ends_with_one_line(eai: Command, content: object, complaint: str) -> None:
+    outcome = eai("score", write(content), *HERE, "--out", "out")
+    assert (outcome.status, outcome.out) == (2, "")
+    assert outcome.err.startswith(f"eai: {complaint}")
+    assert outcome.err.count("\n") == 1
+    assert not Path("out").exists()
+
+
+def test_a_folder_without_response_files_ends_with_one_line(eai: Command) -> None:
+    outcome = eai("score", ".", *HERE)
+    assert (outcome.status, outcome.err) == (
+        2,
+        "eai: .: expected a folder with <model>_outputs.json files, found none\n",
+    )
+    assert eai("score", "nowhere", *HERE).err == "eai: nowhere: no such file or folder\n"
+
+
+@pytest.mark.parametrize("out", ["taken", "taken/below"])
+def test_results_that_cannot_be_written_end_with_one_line(eai: Command, out: str) -> None:
+    Path("taken").write_text("a file, not a folder")
+    outcome = eai("score", write([WALK]), *HERE, "--out", out)
+    assert outcome.status == 2
+    assert re.fullmatch(rf"eai: {out}: cannot be written \([\w ]+\)\n", outcome.err)
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [(), ("--domain", "mars"), ("--ability", "cooking"), ("--protocol", "lenient"), ("--workers", "0")],
+)
+def test_wrong_options_end_with_usage(eai: Command, arguments: Sequence[str]) -> None:
+    given = [*HERE, *arguments] if arguments else []
+    outcome = eai("score", write([WALK]), *given)
+    assert outcome.status == 2
+    assert "Usage" in outcome.err
+
+
+def test_help_shows_an_example(eai: Command) -> None:
+    outcome = eai("score", "--help")
+    assert outcome.status == 0
+    assert "Example: eai score" in outcome.out
+
+
+@BOTH
+@pytest.mark.parametrize("workers", [1, 2])
+def test_extreme_answers_are_counted_and_none_is_lost(
+    eai: Command, data_store: Store, protocol: str, workers: int
+) -> None:
+    texts = ["\0" * 1000, "\udfff\ud800", "[" * 100_000 + "]" * 100_000, "[" * 900 + "]" * 900, ""]
+    others = (task for task in load(data_store) if task != "11_1")
+    unreadable = dict(zip(others, texts, strict=False))
+    long_plan = "{" + ", ".join(['"WALK": ["floor_lamp"], "TOUCH": ["floor_lamp"]'] * 5_000) + "}"
+    chosen = {**unreadable, "11_1": long_plan}
+    answers = [{"identifier": task, "llm_output": text} for task, text in chosen.items()]
+    outcome = eai(
+        *("score", write(answers), *HERE, "--protocol", protocol, "--workers", workers),
+        *("--no-explanations", "--out", "out"),
+    )
+    assert (outcome.status, outcome.err) == (0, "")
+    scored = {record["task_id"]: record for record in records()}
+    assert {task: record["response"] for task, record in scored.items()} == chosen
+    assert scored["11_1"]["executable"] is True
+    for task in unreadable:
+        assert scored[task]["status"] == "excluded" or scored[task]["error"]["kind"] == "parsing"
+
+
+@BOTH
+@pytest.mark.skipif(sys.platform != "linux", reason="limits of a process are not kept elsewhere")
+def test_an_answer_of_100_megabytes_is_counted(protocol: str) -> None:
+    text = '"A": [' * 16_700_000
+    file = write([{"identifier": "11_1", "llm_output": text}, {"identifier": "27_2", "llm_output": "{}"}])
+    assert file.stat().st_size > 100_000_000
+    done = subprocess.run(
+        [sys.executable, "-c", LIMITED, "score", file, *HERE, "--protocol", protocol, "--out", "out"],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert (done.returncode, done.stderr) == (0, "")
+    by_task = {record["task_id"]: record for record in records()}
+    assert by_task["11_1"]["error"] == {
+        "kind": "parsing",
+        "step": None,
+        "detail": "the answer is longer than 1,000,000 characters",
+    }
+    assert by_task["11_1"]["response"] == text
+
+
+def test_the_command_as_installed_ends_with_status_2() -> None:
+    command = [sys.executable, "-c", "from eai.cli import main; main()", "score", "nowhere", *HERE]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout, done.stderr) == (2, "", "eai: nowhere: no such file or folder\n")
