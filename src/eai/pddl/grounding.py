@@ -105,6 +105,11 @@ class Grounder:
         """The initial state over the atoms met so far: to be asked for when grounding is done."""
         return sum(1 << number for key, number in self._numbers.items() if key in self._facts)
 
+    @property
+    def atoms(self) -> int:
+        """How many atoms have been met so far."""
+        return len(self._numbers)
+
     def goal(self) -> Condition | None:
         """The goal, or None if it is false in every state."""
         return self._condition(self._problem.goal, {}, negated=False)

@@ -1,23 +1,25 @@
 """Relaxed planning: how far is a state from the goal if nothing true, and nothing false, is ever lost?
 
 A relaxed state is a pair of masks: the atoms that may be true and those that may be false. Both only grow.
+One thing is lost all the same: an atom of the goal that is true now, but that every way to a part of the
+goal still missing makes false. It has to be made true once more, which is the reason why a machine is not
+switched on before its door is closed.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
 from eai.pddl.execute import Step
-from eai.pddl.grounding import Condition, GroundAction
+from eai.pddl.grounding import ALWAYS, Condition, GroundAction
 
 
 class _Rule(NamedTuple):
-    """One conditional effect of one action."""
+    """One conditional effect of one action, with all that it needs."""
 
     action: GroundAction
-    precondition: Condition
     condition: Condition
     add: int
     delete: int
@@ -46,58 +48,114 @@ class Estimate:
 
 
 class Relaxation:
-    """Relaxed planning for one set of ground actions and one goal."""
+    """Relaxed planning for one set of ground actions and one goal.
 
-    def __init__(self, actions: Sequence[GroundAction], goal: Condition) -> None:
+    Args:
+        actions: the ground actions.
+        goal: the goal.
+        atoms: how many atoms there are.
+    """
+
+    def __init__(self, actions: Sequence[GroundAction], goal: Condition, atoms: int) -> None:
         self._goal = goal
         self._actions = actions
+        self._atoms = atoms
+        self._prices = _prices(actions, goal)
         self._rules = [
-            _Rule(action, action.precondition, change.condition, change.add, change.delete)
+            _Rule(action, _both(action.precondition, change.condition), change.add, change.delete)
             for action in actions
             for change in action.changes
         ]
 
     def reachable(self, state: int) -> list[GroundAction]:
         """The actions that can ever be taken from a state on, in order."""
-        true, false = state, ~state
-        waiting = self._rules
-        while True:
-            rest = []
-            grown_true, grown_false = true, false
-            for rule in waiting:
-                if _may_hold(rule.precondition, true, false) and _may_hold(rule.condition, true, false):
-                    grown_true |= rule.add
-                    grown_false |= rule.delete
-                else:
-                    rest.append(rule)
-            if grown_true == true and grown_false == false:
-                break
-            true, false, waiting = grown_true, grown_false, rest
-        return [action for action in self._actions if _may_hold(action.precondition, true, false)]
+        layers, _ = _explore(self._rules, _Layer(state, ~state), until=None)
+        return [action for action in self._actions if _may_hold(action.precondition, *layers[-1])]
 
     def estimate(self, state: int) -> Estimate | None:
         """A relaxed plan from a state, or None if there is none: then there is no plan at all."""
-        layers = [_Layer(state, ~state)]
-        fired: list[list[_Rule]] = []
-        waiting = self._rules
-        while not _may_hold(self._goal, *layers[-1]):
-            true, false = layers[-1]
-            new, rest = [], []
-            grown_true, grown_false = true, false
-            for rule in waiting:
-                if _may_hold(rule.precondition, true, false) and _may_hold(rule.condition, true, false):
-                    if rule.add & ~true or rule.delete & ~false:
-                        new.append(rule)
-                        grown_true |= rule.add
-                        grown_false |= rule.delete
-                else:
-                    rest.append(rule)
-            if not new:
-                return None
-            waiting = rest
-            fired.append(new)
-            layers.append(_Layer(grown_true, grown_false))
-        return _extract(self._goal, layers, fired)
+        again = self._to_be_lost(state)
+        goal, rules = self._goal, self._rules
+        if again:
+            goal = goal._replace(true=goal.true | again << self._atoms)
+            rules = [_marking(rule, again, self._atoms) for rule in rules]
+        layers, fired = _explore(rules, _Layer(state, ~state), until=goal)
+        return _extract(goal, layers, fired) if _may_hold(goal, *layers[-1]) else None
+
+    def _to_be_lost(self, state: int) -> int:
+        """The goal's atoms that are true now and will be false before the whole goal holds."""
+        missing = self._goal.true & ~state
+        lost = 0
+        for bit, price in self._prices.items():
+            if missing & bit:
+                lost |= price
+        return lost & state
+
+
+def _prices(actions: Sequence[GroundAction], goal: Condition) -> dict[int, int]:
+    """For each atom of the goal (as a bit) the goal's atoms that every action adding it makes false."""
+    prices: dict[int, int] = {}
+    for action in actions:
+        adds = deletes = 0
+        for change in action.changes:
+            adds |= change.add
+            if change.condition == ALWAYS:
+                deletes |= change.delete
+        lost = deletes & ~adds & goal.true
+        for bit in _bits(adds & goal.true):
+            prices[bit] = prices.get(bit, goal.true) & lost
+    return {bit: price for bit, price in prices.items() if price}
+
+
+def _bits(mask: int) -> Iterator[int]:
+    while mask:
+        bit = mask & -mask
+        yield bit
+        mask ^= bit
+
+
+def _both(first: Condition, second: Condition) -> Condition:
+    return Condition(first.true | second.true, first.false | second.false, first.choices + second.choices)
+
+
+def _marking(rule: _Rule, again: int, atoms: int) -> _Rule:
+    """The rule with a second atom for each atom to be made true again, beyond all others."""
+    marked = rule.add & again
+    return rule._replace(add=rule.add | marked << atoms) if marked else rule
+
+
+def _explore(
+    rules: Sequence[_Rule], start: _Layer, until: Condition | None
+) -> tuple[list[_Layer], list[list[_Rule]]]:
+    """Relaxed states one step apart, and the rules that lead from each to the next.
+
+    Ends when a condition may hold, or when nothing more grows.
+    """
+    layers, fired = [start], list[list[_Rule]]()
+    waiting = rules
+    while until is None or not _may_hold(until, *layers[-1]):
+        true, false = layers[-1]
+        not_true, not_false = ~true, ~false
+        new, rest = list[_Rule](), list[_Rule]()
+        grown_true, grown_false = true, false
+        for rule in waiting:
+            needed_true, needed_false, choices = rule.condition
+            if (
+                needed_true & not_true
+                or needed_false & not_false
+                or (choices and not _may_hold(rule.condition, true, false))
+            ):
+                rest.append(rule)
+            elif rule.add & not_true or rule.delete & not_false:
+                new.append(rule)
+                grown_true |= rule.add
+                grown_false |= rule.delete
+        if not new:
+            break
+        waiting = rest
+        fired.append(new)
+        layers.append(_Layer(grown_true, grown_false))
+    return layers, fired
 
 
 def _may_hold(condition: Condition, true: int, false: int) -> bool:
@@ -126,10 +184,9 @@ def _extract(goal: Condition, layers: Sequence[_Layer], fired: Sequence[Sequence
             chosen.add(rule.action.step)
             if depth == 0:
                 helpful.add(rule.action.step)
-            for condition in (rule.precondition, rule.condition):
-                need = _needs(condition, before)
-                true |= need.true
-                false |= need.false
+            need = _needs(rule.condition, before)
+            true |= need.true
+            false |= need.false
             if not missing_true and not missing_false:
                 break
     return Estimate(len(chosen), frozenset(helpful))

@@ -45,8 +45,7 @@ class SearchResult:
 class Effort:
     """How many states may be evaluated: with actions on the goal's objects only, and with all actions.
 
-    On the gold operators the default leaves 6 of 296 VirtualHome and 2 of 100 BEHAVIOR problems undecided;
-    ten times as much would decide none of them.
+    On the gold operators the default leaves no VirtualHome problem and 2 of 100 BEHAVIOR problems undecided.
     """
 
     central: int = 60
@@ -64,11 +63,11 @@ def search(domain: Domain, problem: Problem, effort: Effort) -> SearchResult:
     if goal is None:
         return SearchResult(SearchVerdict.UNSOLVABLE)
     central = list(grounder.actions(grounder.central_objects()))
-    result = _Search(central, goal).run(grounder.initial, effort.central)
+    result = _Search(central, goal, grounder.atoms).run(grounder.initial, effort.central)
     if result.verdict is SearchVerdict.SOLVED:
         return result
     everything = list(grounder.actions())
-    return _Search(everything, goal).run(grounder.initial, effort.full)
+    return _Search(everything, goal, grounder.atoms).run(grounder.initial, effort.full)
 
 
 @dataclass(frozen=True, slots=True)
@@ -126,8 +125,8 @@ class _Frontier:
 class _Search:
     """One search over one set of ground actions."""
 
-    def __init__(self, actions: Sequence[GroundAction], goal: Condition) -> None:
-        self._relaxation = Relaxation(actions, goal)
+    def __init__(self, actions: Sequence[GroundAction], goal: Condition, atoms: int) -> None:
+        self._relaxation = Relaxation(actions, goal, atoms)
         self._goal = goal
 
     def run(self, initial: int, limit: int) -> SearchResult:
