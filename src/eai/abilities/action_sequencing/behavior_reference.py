@@ -8,6 +8,7 @@ literals and calls of ``dict`` only, and run nothing.
 from __future__ import annotations
 
 import ast
+import json
 import warnings
 
 from eai.abilities.action_sequencing.plan import Unreadable, WrittenPlan, WrittenStep
@@ -22,12 +23,7 @@ def read_plan(text: str) -> WrittenPlan | Unreadable:
     segment = text[start : end + 1]
     if start < 0 or len(segment) > _MAX_LENGTH:
         return _NO_ACTIONS
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            elements = _value(ast.parse(segment.strip(), mode="eval").body)
-    except (SyntaxError, ValueError, TypeError, RecursionError, MemoryError):
-        return _NO_ACTIONS
+    elements = _as_json(segment) or _as_python(segment)
     found = [each for each in elements if isinstance(each, dict)] if isinstance(elements, list) else []
     steps = [
         WrittenStep(str(each["action"]), tuple(str(each["object"]).strip().split(",")))
@@ -35,6 +31,28 @@ def read_plan(text: str) -> WrittenPlan | Unreadable:
         if "action" in each and "object" in each
     ]
     return WrittenPlan(tuple(steps)) if steps else _NO_ACTIONS
+
+
+def _as_json(segment: str) -> object:
+    """The value of a list that is the same in JSON and Python, of objects with plain texts; else None."""
+    if "\\" in segment:
+        return None
+    try:
+        elements = json.loads(segment)
+    except (ValueError, RecursionError):
+        return None
+    texts = (isinstance(each, dict) and all(isinstance(v, str) for v in each.values()) for each in elements)
+    return elements if all(texts) else None
+
+
+def _as_python(segment: str) -> object:
+    """The value of a text that is a Python expression; None if it has none."""
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            return _value(ast.parse(segment.strip(), mode="eval").body)
+    except (SyntaxError, ValueError, TypeError, RecursionError, MemoryError):
+        return None
 
 
 def _value(node: ast.expr) -> object:

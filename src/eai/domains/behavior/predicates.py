@@ -7,13 +7,20 @@ is what both of its halves are, and a thing in a bowl in a fridge is inside the 
 
 from __future__ import annotations
 
-from eai.domains.behavior.support import carriers, shut_away, standing_floor
+from eai.domains.behavior.support import (
+    Values,
+    as_its_parts,
+    carriers,
+    containers,
+    shut_away,
+    standing_floor,
+    targets,
+)
 from eai.logic.formula import Exists, ForAll, Implies, Or, Variable
 from eai.world.vocabulary import Computed, Defined, Lookup, Predicate, Vocabulary
 
 X = Variable("x")
 Y = Variable("y")
-Z = Variable("z")
 P = Variable("p")
 
 # Abilities and kinds of an object. They never change.
@@ -101,23 +108,20 @@ def _state_seen(name: str, own: Predicate) -> Defined:
     return Defined(name, (X,), (own(X) & ~cut_up(X)) | (cut_up(X) & of_parts))
 
 
-def _relation_seen(name: str, own: Predicate | Defined) -> Defined:
+def _relation_seen(name: str, values: Values, *reads: Predicate) -> Lookup:
     """A relation as goals see it."""
-    of_parts = ForAll(P, Implies(part_of(P, X), own(P, Y)))
-    return Defined(name, (X, Y), (own(X, Y) & ~cut_up(X)) | (cut_up(X) & of_parts))
+    return Lookup(name, 2, as_its_parts(values), (*(each.name for each in reads), "is_sliced", "part_of"))
 
-
-within = Defined("within", (X, Y), lies_in(X, Y) | Exists(Z, lies_in(Z, Y) & carried_by(X, Z)))
 
 GOAL_STATES = tuple(_state_seen(own.name.removeprefix("is_"), own) for _, own in STATES)
 GOAL_RELATIONS = (
-    _relation_seen("inside", within),
-    _relation_seen("ontop", lies_on),
-    _relation_seen("onfloor", stands_on),
-    _relation_seen("under", stands_under),
-    _relation_seen("nextto", stands_by),
+    _relation_seen("inside", containers, lies_in, lies_on),
+    _relation_seen("ontop", targets(lies_on.name), lies_on),
+    _relation_seen("onfloor", targets(stands_on.name), stands_on),
+    _relation_seen("under", targets(stands_under.name), stands_under),
+    _relation_seen("nextto", targets(stands_by.name), stands_by),
 )
-directly_inside = _relation_seen("directly_inside", lies_in)
+directly_inside = _relation_seen("directly_inside", targets(lies_in.name), lies_in)
 
 VOCABULARY = Vocabulary(
     predicates=(
@@ -154,7 +158,6 @@ VOCABULARY = Vocabulary(
         carried_by,
         shut_in,
         floor_below,
-        within,
         *GOAL_STATES,
         *GOAL_RELATIONS,
         directly_inside,

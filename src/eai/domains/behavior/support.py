@@ -1,12 +1,18 @@
-"""The derived predicates of BEHAVIOR that walk along supports: what carries an object, and where it stands.
+"""The derived predicates of BEHAVIOR that walk along supports: what carries an object, and where it is.
 
 An object rests in or on at most one other, that one on the next, up to a root that rests on nothing.
 """
 
 from __future__ import annotations
 
-from eai.world.relation import Relation
+from collections.abc import Callable
+from typing import TypeAlias
+
+from eai.world.relation import Relation, bits
 from eai.world.state import State
+
+Values: TypeAlias = Callable[[State, tuple[int, ...]], int]
+"""From an object to the mask of all that it stands in a relation to."""
 
 
 def carriers(state: State, arguments: tuple[int, ...]) -> int:
@@ -33,6 +39,45 @@ def shut_away(state: State, arguments: tuple[int, ...]) -> bool:
         if not support:
             return False
         x = support.bit_length() - 1
+
+
+def containers(state: State, arguments: tuple[int, ...]) -> int:
+    """Everything that an object is in, or that something which carries it is in, as a mask."""
+    inside, ontop = state.relation("lies_in"), state.relation("lies_on")
+    (x,) = arguments
+    containers = 0
+    while True:
+        container = inside.row(x)
+        containers |= container
+        support = container or ontop.row(x)
+        if not support:
+            return containers
+        x = support.bit_length() - 1
+
+
+def targets(relation: str) -> Values:
+    """All that an object stands in a stored relation to."""
+
+    def values(state: State, arguments: tuple[int, ...]) -> int:
+        return state.relation(relation).row(arguments[0])
+
+    return values
+
+
+def as_its_parts(values: Values) -> Values:
+    """The relation as goals see it: an object that has been sliced is where both its parts are."""
+
+    def seen(state: State, arguments: tuple[int, ...]) -> int:
+        (x,) = arguments
+        parts = state.relation("part_of").column(x) if state.those("is_sliced") >> x & 1 else 0
+        if not parts:
+            return values(state, arguments)
+        common = state.scene.everything
+        for part in bits(parts):
+            common &= values(state, (part,))
+        return common
+
+    return seen
 
 
 def standing_floor(state: State, arguments: tuple[int, ...]) -> int:
