@@ -28,7 +28,7 @@ class Fault:
         kind: the kind that counts.
         check: the check whose failure it is.
         earlier: the index of the state of the trajectory in which the step would have been possible; given
-            exactly if one of the kinds is a wrong order.
+            exactly for a wrong order.
         also: the kinds that the step has besides, in the order found.
     """
 
@@ -123,6 +123,7 @@ def _diagnose(
             kinds.setdefault(FaultKind.WRONG_ORDER, check)
             earlier = index if earlier is None else max(earlier, index)
     kind = min(kinds, key=domain.precedence.index)
+    earlier = earlier if kind is FaultKind.WRONG_ORDER else None
     return Fault(kind, kinds[kind], earlier, tuple(other for other in kinds if other is not kind))
 
 
