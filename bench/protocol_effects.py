@@ -1,0 +1,239 @@
+"""What each difference between the protocols does to the numbers of VirtualHome action sequencing.
+
+Scores response files under both protocols, then under ``strict`` with one rule of ``eai-1.0.5`` at a time,
+and prints the tables of docs/protocols.md. Run with ``python bench/protocol_effects.py FILE_OR_FOLDER...`` on
+files that ``eai score`` reads.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+from statistics import mean
+
+from eai.abilities.action_sequencing.goals import TaskGoals
+from eai.abilities.action_sequencing.plan import Unreadable
+from eai.abilities.action_sequencing.virtualhome import ActionSequencing, Rejected, written_with_ids
+from eai.abilities.protocol import Ability, Domain, Protocol
+from eai.abilities.responses import ResponseFile, find_response_files, read_responses
+from eai.abilities.verdict import ErrorReport, GoalTallies, Tally, Verdict
+from eai.data.task import Task
+from eai.data.virtualhome_tasks import VirtualHomeTasks, open_tasks
+from eai.domains import virtualhome
+from eai.domains.virtualhome.operators import declared_operators
+from eai.domains.virtualhome.predicates import VOCABULARY, R, X, room_of
+from eai.domains.virtualhome.quirks import QUIRKS
+from eai.metrics.rate import Rate
+from eai.metrics.summary import summarise
+from eai.world.domain import Domain as Simulator
+from eai.world.execution import Trajectory, execute
+from eai.world.fault import FaultKind
+
+STRICT, REFERENCE = Protocol.STRICT, Protocol.EAI_1_0_5
+RATES = ("task_success", "execution_success")
+ERRORS = (
+    "parsing",
+    "hallucination",
+    "argument_number",
+    "wrong_order",
+    "missing_step",
+    "affordance",
+    "additional_step",
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Rules:
+    """Which protocol each part of scoring follows."""
+
+    tasks: Protocol
+    reading: Protocol
+    naming: Protocol
+    script: Protocol
+    success: Protocol
+    relations: Protocol
+    actions: Protocol
+    counting: Protocol
+    simulator: Simulator
+
+
+def rules_of(protocol: Protocol) -> Rules:
+    """The rules of one protocol throughout."""
+    simulator = virtualhome.as_meant() if protocol is STRICT else virtualhome.as_in_reference()
+    return Rules(*(protocol,) * 8, simulator)
+
+
+def variants() -> dict[str, Rules]:
+    """`strict` with one rule of the reference at a time, by name."""
+    strict = rules_of(STRICT)
+    in_reference_order = Simulator("virtualhome", VOCABULARY, declared_operators(room_of(X, R)))
+    return {
+        "relation_goals_end_at_first": replace(strict, tasks=REFERENCE, relations=REFERENCE),
+        "script_counts_as_failure": replace(strict, script=REFERENCE),
+        "success_without_execution": replace(strict, success=REFERENCE),
+        "lossy_reading": replace(strict, reading=REFERENCE),
+        "advertised_actions_rejected": replace(strict, naming=REFERENCE),
+        "action_goals_in_text": replace(strict, actions=REFERENCE),
+        "counts": replace(strict, counting=REFERENCE),
+        "order_of_checks": replace(strict, simulator=in_reference_order),
+        **{quirk.name: replace(strict, simulator=quirk.apply(strict.simulator)) for quirk in QUIRKS},
+    }
+
+
+@dataclass(frozen=True)
+class Judge:
+    """Scores the answers to one task by any rules."""
+
+    task: Task
+    with_ids: bool
+
+    @cached_property
+    def scorers(self) -> Mapping[Protocol, ActionSequencing]:
+        return {
+            STRICT: ActionSequencing(self.task, STRICT),
+            REFERENCE: ActionSequencing(self.task, REFERENCE, with_ids=self.with_ids),
+        }
+
+    @cached_property
+    def goals(self) -> Mapping[Protocol, TaskGoals]:
+        return {protocol: TaskGoals(self.task, protocol) for protocol in Protocol}
+
+    def score(self, text: str, rules: Rules) -> Verdict:
+        """The verdict on an answer."""
+        excluded = self.scorers[rules.tasks].score("").excluded
+        if excluded is not None:
+            return Verdict(excluded=excluded)
+        plan = self.scorers[rules.reading].read(text)
+        if isinstance(plan, Unreadable):
+            error = ErrorReport(FaultKind.PARSING, None, plan.reason)
+            return replace(self._not_run(error), details={"times_counted": plan.times_counted})
+        actions = self.scorers[rules.naming].resolve(plan)
+        if isinstance(actions, Rejected):
+            return self._not_run(actions.error)
+        if rules.script is REFERENCE and tuple(actions) == self.task.script:
+            return replace(self._not_run(None), executable=True)
+        return self._judge(execute(rules.simulator, self.task.initial, actions), rules)
+
+    def _not_run(self, error: ErrorReport | None) -> Verdict:
+        goals = self.goals[STRICT].none_satisfied()
+        return Verdict(executable=False, success=False, error=error, additional_steps=0, goals=goals)
+
+    def _judge(self, trajectory: Trajectory, rules: Rules) -> Verdict:
+        executed = [action.operator for action in trajectory.executed]
+        goals = GoalTallies(
+            self.goals[STRICT].count(trajectory.final, executed).state,
+            self.goals[rules.relations].count(trajectory.final, executed).relation,
+            self._action_goals(trajectory, executed, rules.actions),
+        )
+        failure = trajectory.failure
+        executable = failure is None
+        return Verdict(
+            executable=executable,
+            success=goals.all_satisfied and (executable or rules.success is REFERENCE),
+            error=None if failure is None else ErrorReport(failure.kind, None, ""),
+            additional_steps=trajectory.additional_steps,
+            goals=goals,
+        )
+
+    def _action_goals(self, trajectory: Trajectory, executed: Sequence[str], protocol: Protocol) -> Tally:
+        """The tally of the action goals, in data set order."""
+        counter = self.goals[protocol]
+        counted = counter.count(trajectory.final, executed)
+        in_order = counter.in_data_set_order(counted, executed)
+        match in_order:
+            case {"data_set_order": {"action": [int(satisfied), int(total)]}}:
+                return Tally(satisfied, total)
+            case _:
+                return counted.action
+
+
+@dataclass(frozen=True, slots=True)
+class Answers:
+    """The answers of one model, each with its judge."""
+
+    model: str
+    judged: Sequence[tuple[Judge, str]]
+
+    def rates(self, rules: Rules) -> dict[str, Rate]:
+        """The summary by some rules."""
+        verdicts = [judge.score(text, rules) for judge, text in self.judged]
+        return summarise(verdicts, Domain.VIRTUALHOME.value, Ability.ACTION_SEQUENCING, rules.counting)
+
+    def check(self) -> None:
+        """The parts put together are the protocols.
+
+        Raises:
+            AssertionError: they are not.
+        """
+        for protocol in Protocol:
+            verdicts = [judge.scorers[protocol].score(text) for judge, text in self.judged]
+            rates = summarise(verdicts, Domain.VIRTUALHOME.value, Ability.ACTION_SEQUENCING, protocol)
+            if rates != self.rates(rules_of(protocol)):
+                raise AssertionError(f"{self.model}: the parts of {protocol.value} do not make the whole")
+
+
+def answers_of(file: ResponseFile, tasks: VirtualHomeTasks) -> Answers:
+    """The answers of a file, each with its judge."""
+    with_ids = written_with_ids([response.text for response in file.responses])
+    return Answers(file.model, [(Judge(tasks[r.task_id], with_ids), r.text) for r in file.responses])
+
+
+def percent(rate: Rate) -> float:
+    """A rate in percent, 0 where it is about nothing."""
+    return rate.percent or 0.0
+
+
+def side_by_side(models: Sequence[Answers]) -> Iterator[str]:
+    """The rates of each model under both protocols, as a Markdown table."""
+    yield "| model | task success | | execution success | |"
+    yield "|---|---:|---:|---:|---:|"
+    yield "| | eai-1.0.5 | strict | eai-1.0.5 | strict |"
+    for model in models:
+        reference, strict = model.rates(rules_of(REFERENCE)), model.rates(rules_of(STRICT))
+        cells = [f"{percent(rates[name]):.1f}" for name in RATES for rates in (reference, strict)]
+        yield f"| {model.model} | {' | '.join(cells)} |"
+
+
+def effects(models: Sequence[Answers]) -> Iterator[str]:
+    """What each rule of the reference changes in `strict`, in points, as a Markdown table."""
+    yield "| rule | task success | execution success | kinds of error that change most (mean) |"
+    yield "|---|---:|---:|---|"
+    base = [model.rates(rules_of(STRICT)) for model in models]
+    for name, rules in variants().items():
+        changed = [model.rates(rules) for model in models]
+        moved = {
+            rate: [percent(new[rate]) - percent(old[rate]) for new, old in zip(changed, base, strict=True)]
+            for rate in (*RATES, *ERRORS)
+        }
+        yield f"| {name} | {' | '.join(spread(moved[rate]) for rate in RATES)} | {largest(moved)} |"
+
+
+def spread(points: Sequence[float]) -> str:
+    """Mean and range of differences in points."""
+    if not any(round(point, 1) for point in points):
+        return "0"
+    return f"{mean(points):+.1f} ({min(points):+.1f} to {max(points):+.1f})"
+
+
+def largest(moved: Mapping[str, Sequence[float]]) -> str:
+    """The kinds of error whose mean changes by at least a tenth of a point, the largest change first."""
+    means = {name: mean(moved[name]) for name in ERRORS}
+    shown = sorted((n for n in ERRORS if abs(means[n]) >= 0.05), key=lambda n: -abs(means[n]))
+    return ", ".join(f"{name.replace('_', ' ')} {means[name]:+.1f}" for name in shown[:3]) or "none"
+
+
+def main(paths: Sequence[str]) -> None:
+    """Print the tables for some response files."""
+    tasks = open_tasks()
+    files = [file for path in paths for file in find_response_files(Path(path))]
+    models = [answers_of(read_responses(file, tasks), tasks) for file in files]
+    for model in models:
+        model.check()
+    print("\n".join((*side_by_side(models), "", *effects(models))))
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])
