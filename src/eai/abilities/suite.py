@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from enum import Enum
 from functools import partial
-from typing import NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 from typing import Protocol as Interface
 
 from eai.abilities.explanation import Explanation
@@ -15,6 +15,9 @@ from eai.abilities.verdict import Verdict
 from eai.data.progress import Report, silent
 from eai.data.store import Store
 from eai.errors import InputError
+
+if TYPE_CHECKING:
+    from eai.data.behavior_tasks import BehaviorTask
 
 
 class Scorer(Interface):
@@ -155,6 +158,40 @@ def _virtualhome_goal_interpretation(protocol: Protocol, answers: Sequence[str],
     return Opened(tuple(tasks), tasks.sha256, lambda task_id: GoalInterpretation(tasks[task_id], protocol))
 
 
+def _virtualhome_subgoal_decomposition(protocol: Protocol, answers: Sequence[str], source: Source) -> Opened:
+    from eai.abilities.subgoal_decomposition.virtualhome import SubgoalDecomposition
+    from eai.data.virtualhome_tasks import open_tasks
+
+    tasks = open_tasks(source.store, report=source.report)
+    with_goal = tuple(task_id for task_id in tasks if tasks[task_id].temporal_goal is not None)
+    return Opened(with_goal, tasks.sha256, lambda task_id: SubgoalDecomposition(tasks[task_id], protocol))
+
+
+def _behavior_action_sequencing(protocol: Protocol, answers: Sequence[str], source: Source) -> Opened:
+    from eai.abilities.action_sequencing.behavior import ActionSequencing
+
+    return _behavior(source, lambda task: ActionSequencing(task, protocol))
+
+
+def _behavior_goal_interpretation(protocol: Protocol, answers: Sequence[str], source: Source) -> Opened:
+    from eai.abilities.goal_interpretation.behavior import GoalInterpretation
+
+    return _behavior(source, lambda task: GoalInterpretation(task, protocol))
+
+
+def _behavior_subgoal_decomposition(protocol: Protocol, answers: Sequence[str], source: Source) -> Opened:
+    from eai.abilities.subgoal_decomposition.behavior import SubgoalDecomposition
+
+    return _behavior(source, lambda task: SubgoalDecomposition(task, protocol))
+
+
+def _behavior(source: Source, make: Callable[[BehaviorTask], Scorer]) -> Opened:
+    from eai.data.behavior_tasks import open_tasks
+
+    tasks = open_tasks(source.store, report=source.report)
+    return Opened(tuple(tasks), tasks.sha256, lambda task_id: make(tasks[task_id]))
+
+
 def _transition_modeling(domain: Domain) -> Opener:
     def open_tasks(protocol: Protocol, answers: Sequence[str], source: Source) -> Opened:
         from eai.abilities.transition_modeling.planners import make_planner
@@ -177,8 +214,12 @@ def _transition_modeling(domain: Domain) -> Opener:
 
 _OPENERS: Mapping[tuple[Domain, Ability], Opener] = {
     (Domain.VIRTUALHOME, Ability.GOAL_INTERPRETATION): _virtualhome_goal_interpretation,
+    (Domain.VIRTUALHOME, Ability.SUBGOAL_DECOMPOSITION): _virtualhome_subgoal_decomposition,
     (Domain.VIRTUALHOME, Ability.ACTION_SEQUENCING): _virtualhome_action_sequencing,
     (Domain.VIRTUALHOME, Ability.TRANSITION_MODELING): _transition_modeling(Domain.VIRTUALHOME),
+    (Domain.BEHAVIOR, Ability.GOAL_INTERPRETATION): _behavior_goal_interpretation,
+    (Domain.BEHAVIOR, Ability.SUBGOAL_DECOMPOSITION): _behavior_subgoal_decomposition,
+    (Domain.BEHAVIOR, Ability.ACTION_SEQUENCING): _behavior_action_sequencing,
     (Domain.BEHAVIOR, Ability.TRANSITION_MODELING): _transition_modeling(Domain.BEHAVIOR),
 }
 """How each suite is opened. What an opener needs is imported by it: scoring plans loads no planner."""
