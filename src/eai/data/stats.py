@@ -6,15 +6,19 @@ Published tables use four different numbers of tasks; the rows say which ability
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Collection, Iterable
+from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass
+from math import prod
 from statistics import fmean
 
+from eai.data.behavior import PACK as BEHAVIOR
+from eai.data.behavior import Behavior, BehaviorRecord, Condition
 from eai.data.dataset import load, open_pack
-from eai.data.packs import RESOURCES
+from eai.data.packs import BEHAVIOR_PDDL, RESOURCES
 from eai.data.records import TaskRecord
 from eai.data.store import Store
 from eai.data.virtualhome import VirtualHome
+from eai.logic.options import count_options
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,4 +113,77 @@ def has_goals(task: TaskRecord) -> bool:
     return bool(task.node_goals or task.edge_goals or task.action_goals)
 
 
-_COUNTERS: tuple[Callable[[Store], StatTable], ...] = (virtualhome_table,)
+def behavior_table(store: Store) -> StatTable:
+    """BEHAVIOR's column; DataError as in `stats`."""
+    tasks = Behavior(open_pack(BEHAVIOR, store))
+    operators = open_pack(BEHAVIOR_PDDL, store).read_json("gold_action.json")
+    return StatTable("behavior", behavior_rows(tasks, len(operators)))
+
+
+def behavior_rows(tasks: Behavior, operators: int) -> tuple[StatRow, ...]:
+    """The figures of BEHAVIOR.
+
+    Args:
+        tasks: all tasks.
+        operators: number of annotated operators.
+    """
+    records = tuple(tasks.values())
+    conditions = Counter(
+        _arguments(condition)
+        for record in records
+        for goal in tasks.goal_options(record.id)
+        for condition in goal[0]
+    )
+    ways = [
+        prod(count_options(goal, _Declared(record)) for goal in record.problem.goals) for record in records
+    ]
+    steps = [len(record.plan) for record in records]
+    first = "in the first ground option of each goal"
+    return (
+        StatRow("task names", len({record.activity for record in records}), "distinct activities"),
+        StatRow("instructions", len(records), "tasks; the denominator of every ability"),
+        StatRow(
+            "goals", conditions.total(), f"ground conditions {first}, as goal interpretation counts them"
+        ),
+        StatRow("state goals", conditions[1], f"of one object, {first}"),
+        StatRow("relation goals", conditions[2], f"of two objects, {first}"),
+        StatRow("action goals", 0, "BEHAVIOR has none"),
+        StatRow(
+            "goals per task", round(conditions.total() / len(records), 2), f"{conditions.total()} conditions"
+        ),
+        StatRow(
+            "goal conditions",
+            sum(len(record.problem.goals) for record in records),
+            "conjuncts of the problems' goals, as action sequencing and subgoal decomposition count them",
+        ),
+        StatRow(
+            "goal options per task",
+            round(fmean(ways), 2),
+            "ways to choose a ground option for each goal, counted without listing them",
+        ),
+        StatRow("trajectories", len(records), "annotated plans"),
+        StatRow("action steps", sum(steps), "of those plans as released; the paper counts 1,460"),
+        StatRow("steps per trajectory", round(fmean(steps), 2), f"{sum(steps)} steps / {len(steps)} plans"),
+        StatRow("transition models", operators, "annotated operators"),
+    )
+
+
+def _arguments(condition: Condition) -> int:
+    """The number of objects of a condition or of its negation."""
+    inner = condition[1] if condition[0] == "not" else condition
+    return len(inner) - 1
+
+
+@dataclass(frozen=True, slots=True)
+class _Declared:
+    """The objects of a task by the category that its problem declares them with."""
+
+    record: BehaviorRecord
+
+    def objects(self, category: str | None) -> Sequence[str]:
+        """The instances of a category, in the order of the problem."""
+        things = self.record.objects
+        return [thing.instance for thing in things if category is None or thing.category == category]
+
+
+_COUNTERS: tuple[Callable[[Store], StatTable], ...] = (virtualhome_table, behavior_table)
