@@ -6,6 +6,7 @@ import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, partial
+from pathlib import Path
 from typing import Any, TypeAlias
 
 import pytest
@@ -14,9 +15,12 @@ from eai.abilities.protocol import Ability, Domain, Protocol
 from eai.abilities.suite import Source, open_suite
 from eai.abilities.verdict import Verdict
 from eai.data.store import Store
+from eai.domains.virtualhome.quirks import QUIRKS
 from eai.metrics.rate import Rate
 from eai.metrics.summary import summarise
 from oracle import ORACLE, Oracle
+
+PAGE = Path(__file__).parents[3] / "docs" / "protocols.md"
 
 MODELS = (
     "claude-3-5-sonnet-20240620",
@@ -177,9 +181,30 @@ def test_row_verdicts_and_summaries_differ_in_the_order_of_action_goals(score: S
     assert (by_row["action_goal"].numerator, summary(verdicts)["action_goal"].numerator) == (98, 101)
 
 
-def summary(verdicts: Sequence[Verdict]) -> dict[str, Rate]:
-    domain = Domain.VIRTUALHOME.value
-    return summarise(verdicts, domain, Ability.ACTION_SEQUENCING, Protocol.EAI_1_0_5)
+@pytest.mark.parametrize("name", MODELS)
+def test_the_documentation_shows_the_rates_of_both_protocols(
+    name: str, score: Score, data_store: Store
+) -> None:
+    """docs/protocols.md, "Both protocols on public answers"."""
+    reference = summary(score(name).verdicts)
+    answers = {row["id"]: row["llm_output"] for row in score(name).rows}
+    suite = open_suite(Domain.VIRTUALHOME, Ability.ACTION_SEQUENCING, source=Source(data_store))
+    strict = summary([suite.score(*answer) for answer in answers.items()], Protocol.STRICT)
+    cells = [
+        f"{rates[rate].percent:.1f}"
+        for rate in ("task_success", "execution_success")
+        for rates in (reference, strict)
+    ]
+    assert f"\n| {name} | {' | '.join(cells)} |\n" in PAGE.read_text(encoding="utf-8")
+
+
+def test_the_documentation_names_every_quirk_of_the_simulator() -> None:
+    page = PAGE.read_text(encoding="utf-8")
+    assert [quirk.name for quirk in QUIRKS if f"`{quirk.name}`" not in page] == []
+
+
+def summary(verdicts: Sequence[Verdict], protocol: Protocol = Protocol.EAI_1_0_5) -> dict[str, Rate]:
+    return summarise(verdicts, Domain.VIRTUALHOME.value, Ability.ACTION_SEQUENCING, protocol)
 
 
 def in_order_of_hash_seed_0(verdict: Verdict) -> Verdict:
