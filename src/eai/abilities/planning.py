@@ -1,0 +1,25 @@
+"""Plans for tasks, found by search on the declared domain: what the built-in model `eai/planner` answers."""
+
+from __future__ import annotations
+
+from eai.data.task import GoalKind, Task
+from eai.logic.formula import Formula, Occurs, Or
+from eai.world.search import Planned, Planner, PlanningGoal, PlanningLimits
+
+
+def planning_goal(task: Task) -> PlanningGoal:
+    """The goals of a task: states and relations at the end, and its actions in order."""
+    return PlanningGoal(
+        conditions=tuple(goal.formula for goal in task.goals if goal.kind is not GoalKind.ACTION),
+        actions=tuple(_alternatives(goal.formula) for goal in task.goals_of(GoalKind.ACTION)),
+    )
+
+
+def find_plan(task: Task, planner: Planner, limits: PlanningLimits | None = None) -> Planned:
+    """Look for a plan that reaches all goals of a task with the objects that an answer may name."""
+    return planner.plan(task.initial, planning_goal(task), task.relevant, limits)
+
+
+def _alternatives(formula: Formula) -> tuple[str, ...]:
+    operands = formula.operands if isinstance(formula, Or) else (formula,)
+    return tuple(operand.action for operand in operands if isinstance(operand, Occurs))

@@ -1,0 +1,79 @@
+"""State formulas read on demand: compiled once each, for whatever variables are free in them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TypeAlias
+
+from eai.logic.formula import (
+    Atom,
+    Equals,
+    Exactly,
+    Exists,
+    ForAll,
+    Formula,
+    ForPairs,
+    Occurs,
+    Term,
+    Variable,
+)
+from eai.logic.traversal import children
+from eai.world.condition import Conditions, Extension, Frame, Truth
+from eai.world.relation import bits
+from eai.world.state import State
+from eai.world.vocabulary import Vocabulary
+
+Scope: TypeAlias = Mapping[str, int]
+"""Object indices by the names of the variables that stand for them."""
+
+
+class Readings:
+    """The compiled formulas of one vocabulary. They are told apart by identity, so that none is hashed."""
+
+    def __init__(self, vocabulary: Vocabulary) -> None:
+        self._vocabulary = vocabulary
+        self._truths: dict[int, tuple[Formula, tuple[str, ...], Frame, Truth]] = {}
+        self._extensions: dict[int, tuple[Formula, tuple[str, ...], Frame, Extension]] = {}
+
+    def holds(self, formula: Formula, scope: Scope, state: State) -> bool:
+        """Whether a formula holds in a state, its free variables standing for the objects in ``scope``."""
+        found = self._truths.get(id(formula))
+        if found is None:
+            names = tuple(sorted(free_variables(formula)))
+            frame = Frame([Variable(name) for name in names])
+            truth = Conditions(self._vocabulary, frame).truth(formula)
+            found = self._truths[id(formula)] = (formula, names, frame, truth)
+        _, names, frame, truth = found
+        return truth(state, frame.bind(state.scene, [scope[name] for name in names]))
+
+    def witnesses(self, variable: Variable, body: Formula, scope: Scope, state: State) -> Iterator[int]:
+        """The values of a quantified variable for which the body of the quantifier holds."""
+        found = self._extensions.get(id(body))
+        if found is None:
+            names = tuple(sorted(free_variables(body) - {variable.name}))
+            frame = Frame([Variable(name) for name in (*names, variable.name)])
+            conditions = Conditions(self._vocabulary, frame)
+            extension = conditions.extension(body, len(names) + 1, frame.scope)
+            found = self._extensions[id(body)] = (body, names, frame, extension)
+        _, names, frame, extension = found
+        binding = frame.bind(state.scene, [scope[name] for name in names])
+        return bits(extension(state, binding) & state.scene.category(variable.category))
+
+
+def free_variables(formula: Formula) -> frozenset[str]:
+    """The names of the variables that no quantifier of the formula binds."""
+    match formula:
+        case Atom(_, arguments) | Occurs(_, arguments):
+            return _names(arguments)
+        case Equals(left, right):
+            return _names((left, right))
+        case ForAll(variable, body) | Exists(variable, body) | Exactly(_, variable, body):
+            return free_variables(body) - {variable.name}
+        case ForPairs(first, second, body):
+            return free_variables(body) - {first.name, second.name}
+        case _:
+            return frozenset().union(*map(free_variables, children(formula)))
+
+
+def _names(terms: Sequence[Term]) -> frozenset[str]:
+    return frozenset([term.name for term in terms if isinstance(term, Variable)])
