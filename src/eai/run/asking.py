@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from inspect_ai.model import ChatMessage, ContentReasoning, GenerateConfig, ModelOutput, get_model
 from inspect_ai.solver import Generate, Solver, TaskState, solver
+from tenacity import RetryError
 
 from eai.prompts.prompt import Prompt
 from eai.run.desk import Desk
@@ -73,7 +74,9 @@ def _replied(state: TaskState, reply: _Reply) -> TaskState:
 
 
 def reason(error: BaseException) -> str:
-    """Why a request failed, in one line."""
+    """Why a request failed, in one line; of a request that was repeated in vain, why its last attempt did."""
+    if isinstance(error, RetryError) and error.__cause__ is not None:
+        error = error.__cause__
     lines = str(error).strip().splitlines()
     return f"{type(error).__name__}: {lines[0].strip()}" if lines else type(error).__name__
 

@@ -1,0 +1,130 @@
+"""A small OpenAI-compatible server that answers from a script and misbehaves where the script says so."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import threading
+import time
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from typing import Any
+
+
+@dataclass(frozen=True)
+class Reply:
+    """How one request is answered.
+
+    Attributes:
+        text: the content of the message.
+        status: the HTTP status; other than 200 there is no message.
+        retry_after: what the header of that name says, in seconds.
+        delay: seconds until the answer begins.
+        cut: the connection is closed in the middle of the answer.
+        finish: why the message ends.
+        reasoning: what the field ``reasoning_content`` holds.
+        unless: parameters that make the server answer with status 400.
+        empty_if: parameters that make the message empty.
+    """
+
+    text: str = ""
+    status: int = 200
+    retry_after: str | None = None
+    delay: float = 0.0
+    cut: bool = False
+    finish: str = "stop"
+    reasoning: str | None = None
+    unless: tuple[str, ...] = ()
+    empty_if: tuple[str, ...] = ()
+
+
+@dataclass
+class Log:
+    """What was asked: the requests, and how often each question came."""
+
+    requests: list[dict[str, Any]] = field(default_factory=list)
+    asked: Counter[str] = field(default_factory=Counter)
+
+
+@dataclass(frozen=True)
+class Served:
+    """A running server."""
+
+    url: str
+    log: Log
+
+
+@contextmanager
+def serve(script: Mapping[str, Sequence[Reply]]) -> Iterator[Served]:
+    """Serve while the block runs. The script holds the replies to each question; the last one stays."""
+    log = Log()
+    lock = threading.Lock()
+
+    class Handler(BaseHTTPRequestHandler):
+        def do_POST(self) -> None:
+            request = json.loads(self.rfile.read(int(self.headers["Content-Length"])))
+            question = request["messages"][-1]["content"]
+            with lock:
+                replies = script[question]
+                reply = replies[min(log.asked[question], len(replies) - 1)]
+                log.asked[question] += 1
+                log.requests.append(request)
+            self._answer(reply, request)
+
+        def _answer(self, reply: Reply, request: dict[str, Any]) -> None:
+            time.sleep(reply.delay)
+            refused = any(name in request for name in reply.unless)
+            status = 400 if refused else reply.status
+            empty = any(name in request for name in reply.empty_if)
+            body = json.dumps(_completion(reply, empty=empty) if status == 200 else _error(status)).encode()
+            self.send_response(status)
+            self.send_header("Content-Type", "application/json")
+            self.send_header("Content-Length", str(len(body)))
+            if reply.retry_after is not None:
+                self.send_header("Retry-After", reply.retry_after)
+            self.end_headers()
+            if reply.cut:
+                self.wfile.write(body[: len(body) // 2])
+                self.close_connection = True
+            else:
+                self.wfile.write(body)
+
+        def log_message(self, format: str, *args: object) -> None:
+            pass
+
+        def handle(self) -> None:
+            with contextlib.suppress(ConnectionError):  # the client has given up waiting
+                super().handle()
+
+    server = ThreadingHTTPServer(("127.0.0.1", 0), Handler)
+    server.daemon_threads = True
+    server.block_on_close = False
+    thread = threading.Thread(target=server.serve_forever, kwargs={"poll_interval": 0.05}, daemon=True)
+    thread.start()
+    try:
+        yield Served(f"http://127.0.0.1:{server.server_address[1]}/v1", log)
+    finally:
+        server.shutdown()
+        server.server_close()
+        thread.join()
+
+
+def _completion(reply: Reply, *, empty: bool) -> dict[str, Any]:
+    message: dict[str, Any] = {"role": "assistant", "content": "" if empty else reply.text}
+    if reply.reasoning is not None:
+        message["reasoning_content"] = reply.reasoning
+    return {
+        "id": "chatcmpl-1",
+        "object": "chat.completion",
+        "created": 1,
+        "model": "scripted",
+        "choices": [{"index": 0, "message": message, "finish_reason": reply.finish, "logprobs": None}],
+        "usage": {"prompt_tokens": 11, "completion_tokens": 7, "total_tokens": 18},
+    }
+
+
+def _error(status: int) -> dict[str, Any]:
+    return {"error": {"message": f"scripted failure {status}", "type": "server_error", "code": None}}

@@ -1,0 +1,166 @@
+"""The real path over HTTP, against a server of the test's own that misbehaves on demand."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from concurrent.futures import Executor, ProcessPoolExecutor
+from multiprocessing import get_context
+from pathlib import Path
+
+import pytest
+
+from eai.abilities.protocol import Ability, Domain
+from eai.prompts.prompt import Prompt
+from eai.run.evaluation import Answers, obtain_answers
+from eai.run.job import Decoding, Endpoint, Job, Pace
+from run.server import Log, Reply, serve
+
+PLAN = '{"WALK": ["sofa", "352"]}'
+Script = Mapping[str, Sequence[Reply]]
+Run = Callable[..., tuple[Answers, Log]]
+
+
+@pytest.fixture(scope="module")
+def process() -> Iterator[Executor]:
+    """A process of its own for Inspect, whose warnings are none of ours."""
+    with ProcessPoolExecutor(1, get_context("spawn")) as pool:
+        yield pool
+
+
+@pytest.fixture
+def ask(tmp_path: Path, process: Executor) -> Callable[..., Answers]:
+    """Puts questions to a running server; the answers go to one journal."""
+
+    def obtain(
+        url: str,
+        task_ids: Collection[str],
+        cut_at: tuple[str, ...] = (),
+        decoding: Decoding | None = None,
+        timeout: int = 60,
+    ) -> Answers:
+        job = Job(
+            Endpoint("openai-api/local/scripted", {"max_retries": 1, "api_key": "none"}, url),
+            Domain.VIRTUALHOME,
+            Ability.SUBGOAL_DECOMPOSITION,
+            {task_id: Prompt(task_id, stop=cut_at) for task_id in task_ids},
+            decoding=decoding or Decoding(),
+            pace=Pace(max_retries=0, timeout=timeout),
+        )
+        journal, logs = tmp_path / "answers.jsonl", tmp_path / "logs"
+        return process.submit(obtain_answers, job, journal, logs).result(timeout=60)
+
+    return obtain
+
+
+@pytest.fixture
+def run(ask: Callable[..., Answers]) -> Run:
+    """Puts the questions of a script to a server that answers by it."""
+
+    def serve_and_ask(
+        script: Script, cut_at: tuple[str, ...] = (), decoding: Decoding | None = None
+    ) -> tuple[Answers, Log]:
+        with serve(script) as served:
+            return ask(served.url, script, cut_at, decoding), served.log
+
+    return serve_and_ask
+
+
+def test_failures_cost_their_own_samples_only(run: Run) -> None:
+    answers, log = run(
+        {
+            "good": [Reply(PLAN)],
+            "busy": [Reply(status=429, retry_after="0.01"), Reply(PLAN)],
+            "shaky": [Reply(status=500), Reply(PLAN)],
+            "broken": [Reply(status=500)],
+            "cut": [Reply(PLAN, cut=True)],
+            "empty": [Reply("")],
+            "fenced": [Reply(f"```json\n{PLAN}\n```")],
+            "quotes": [Reply("{“WALK”: [„sofa“, «352»]}")],
+        }
+    )
+    texts = {task_id: answer.text for (task_id, _), answer in answers.given.items()}
+    assert texts == {
+        "good": PLAN,
+        "busy": PLAN,
+        "shaky": PLAN,
+        "empty": "",
+        "fenced": f"```json\n{PLAN}\n```",
+        "quotes": "{“WALK”: [„sofa“, «352»]}",
+    }
+    assert {task_id for task_id, _ in answers.failures} == {"broken", "cut"}
+    assert "scripted failure 500" in answers.failures["broken", 1]
+    assert "Connection" in answers.failures["cut", 1]
+    assert log.asked["busy"] == 2
+    assert {request["temperature"] for request in log.requests} == {0.0}
+
+
+def test_an_answer_that_takes_too_long_is_none(ask: Callable[..., Answers]) -> None:
+    with serve({"slow": [Reply(PLAN, delay=2)]}) as served:
+        answers = ask(served.url, ("slow",), timeout=1)
+    assert answers.given == {}
+    assert "Timeout" in answers.failures["slow", 1]
+
+
+def test_what_was_answered_is_not_asked_again(ask: Callable[..., Answers]) -> None:
+    with serve({"good": [Reply(PLAN)], "broken": [Reply(status=400), Reply("mended")]}) as served:
+        first = ask(served.url, ("good", "broken"))
+        second = ask(served.url, ("good", "broken"))
+        warmer = ask(served.url, ("good",), decoding=Decoding(temperature=1.0))
+    assert set(first.given) == {("good", 1)}
+    assert set(first.failures) == {("broken", 1)}
+    assert second.given["good", 1] == first.given["good", 1]
+    assert second.given["broken", 1].text == "mended"
+    assert second.failures == {}
+    assert warmer.given["good", 1].request_sha256 != first.given["good", 1].request_sha256
+    assert served.log.asked == {"good": 2, "broken": 2}
+
+
+def test_reasoning_is_kept_apart_and_tokens_are_counted(run: Run) -> None:
+    answers, _ = run(
+        {
+            "tags": [Reply(f"<think>first the sofa</think>\n{PLAN}")],
+            "end": [Reply(f"first the sofa\n</think>\n{PLAN}")],
+            "field": [Reply(PLAN, reasoning="first the sofa")],
+        }
+    )
+    for answer in answers.given.values():
+        assert (answer.text.strip(), answer.reasoning) == (PLAN, "first the sofa")
+        assert (answer.usage.input_tokens, answer.usage.output_tokens) == (11, 7)
+    assert answers.given["end", 1].repairs == ("reasoning",)
+    assert answers.given["field", 1].repairs == ()
+
+
+def test_truncated_answers_are_marked(run: Run) -> None:
+    answers, log = run({"long": [Reply('{"a": ["so', finish="length")]}, ("}",), Decoding(max_tokens=5))
+    assert answers.given["long", 1].truncated
+    assert answers.given["long", 1].text == '{"a": ["so'
+    assert log.requests[0]["max_tokens"] == 5
+
+
+def test_stop_sequences_are_those_of_the_paper_and_the_brace_is_given_back(run: Run) -> None:
+    answers, log = run({"cut": [Reply('{"output": ["ON(tv.1)"]')]}, ("}",))
+    assert [request["stop"] for request in log.requests] == [["}"]]
+    assert answers.given["cut", 1].text == '{"output": ["ON(tv.1)"]}'
+    assert answers.given["cut", 1].repairs == ("stop_sequence",)
+
+
+def test_stop_sequences_can_be_left_out(run: Run) -> None:
+    answers, log = run({"cut": [Reply('{"output": ["ON(tv.1)"]')]}, ("}",), Decoding(stop=False))
+    assert ["stop" in request for request in log.requests] == [False]
+    assert answers.given["cut", 1].text == '{"output": ["ON(tv.1)"]'
+
+
+@pytest.mark.parametrize(
+    "reply",
+    [
+        Reply(PLAN, unless=("stop",)),
+        Reply(PLAN, empty_if=("stop",)),
+        Reply(PLAN, unless=("response_format",)),
+        Reply(PLAN, empty_if=("response_format",)),
+    ],
+)
+def test_what_a_model_cannot_stand_is_left_out_the_second_time(run: Run, reply: Reply) -> None:
+    answers, log = run({"task": [reply]}, ("}",), Decoding(structured=True))
+    assert answers.given["task", 1].text == PLAN
+    assert [("stop" in r, "response_format" in r) for r in log.requests] == [(True, True), (False, False)]
+    assert answers.given["task", 1].usage.input_tokens == (11 if reply.unless else 22)

@@ -1,0 +1,56 @@
+"""A run that is killed in the middle and started again comes to the same end and asks nothing twice."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+from eai.abilities.protocol import Ability, Domain
+from eai.data.store import Store
+from eai.prompts.official import official_prompts
+from eai.run.answers import open_answer_book
+from run.server import Reply, serve
+
+SUITE = (Domain.VIRTUALHOME, Ability.ACTION_SEQUENCING)
+RESULTS = Path("virtualhome", "action_sequencing", "openai-api_local_scripted")
+TASKS = 10
+KILLED_AFTER = 4
+
+
+def start(url: str, out: Path) -> subprocess.Popen[str]:
+    """The command of a run; it asks one question after the other."""
+    arguments = f"run --model openai-api/local/scripted -M api_key=none --model-base-url {url}".split()
+    arguments += f"--domain virtualhome --ability action_sequencing --limit {TASKS}".split()
+    arguments += f"--max-connections 1 --max-retries 0 --json --out {out}".split()
+    command = [sys.executable, "-c", "from eai.cli import main; main()", *arguments]
+    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+
+def test_a_killed_run_goes_on_where_it_was(data_store: Store, tmp_path: Path) -> None:
+    prompts = dict(list(official_prompts(*SUITE, data_store).items())[:TASKS])
+    gold = open_answer_book(*SUITE, data_store).gold
+    script = {prompt.user: [Reply(gold(task_id).text, delay=0.1)] for task_id, prompt in prompts.items()}
+    with serve(script) as served:
+        first = start(served.url, tmp_path / "killed")
+        deadline = time.monotonic() + 60
+        while sum(served.log.asked.values()) <= KILLED_AFTER and time.monotonic() < deadline:
+            time.sleep(0.01)
+        first.kill()
+        first.communicate()
+        journal = tmp_path / "killed" / RESULTS / "answers.jsonl"
+        finished = [json.loads(line)["task_id"] for line in journal.read_text().splitlines()]
+        assert KILLED_AFTER <= len(finished) < TASKS
+        resumed = start(served.url, tmp_path / "killed")
+        printed, errors = resumed.communicate(timeout=60)
+        assert resumed.returncode == 0, errors
+        for task_id, prompt in prompts.items():
+            assert served.log.asked[prompt.user] == 1 or task_id not in finished
+        killed, at_once = str(tmp_path / "killed"), tmp_path / "at_once"
+        assert start(served.url, at_once).communicate(timeout=60)[0] == printed.replace(killed, str(at_once))
+    for name in ("records.jsonl", "summary.json", "openai-api_local_scripted_outputs.json"):
+        interrupted, whole = (tmp_path / run / RESULTS / name for run in ("killed", "at_once"))
+        assert interrupted.read_bytes() == whole.read_bytes()
+    assert json.loads(printed)[0]["metrics"]["task_success"]["numerator"] == TASKS
