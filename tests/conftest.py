@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import pytest
 
+from eai.data.behavior_tasks import BehaviorTasks
+from eai.data.behavior_tasks import open_tasks as open_behavior_tasks
 from eai.data.dataset import fetch
 from eai.data.store import Store
 from eai.data.virtualhome_tasks import VirtualHomeTasks, open_tasks
@@ -26,6 +28,12 @@ def data_store() -> Store:
 def virtualhome_tasks(data_store: Store) -> VirtualHomeTasks:
     """The real VirtualHome tasks."""
     return open_tasks(data_store)
+
+
+@pytest.fixture(scope="session")
+def behavior_tasks(data_store: Store) -> BehaviorTasks:
+    """The real BEHAVIOR tasks."""
+    return open_behavior_tasks(data_store)
 
 
 @pytest.fixture(scope="session")

@@ -21,7 +21,7 @@ from eai.world.execution import Action
 from eai.world.state import Fact, Scene, State, WorldObject
 
 MAX_GRASPABLE = 1.5
-"""The volume up to which an object can be grasped, in cubic metres (reference: ``evolving_graph.py`` grasp)."""
+"""The volume up to which an object can be grasped, in m3 (reference: ``evolving_graph.py`` grasp)."""
 
 MUCH = 5
 """How many times larger than its support a thing is that falls off when the support is grasped (ibid.)."""
@@ -82,7 +82,8 @@ class BehaviorTasks(Mapping[str, BehaviorTask]):
     def __getitem__(self, task_id: str) -> BehaviorTask:
         task = self._built.get(task_id)
         if task is None:
-            task = self._build(self._records[task_id])
+            options = self._records.goal_options(task_id)
+            task = build_task(self._records[task_id], options, self._evidence)
             self._built[task_id] = task
         return task
 
@@ -92,24 +93,34 @@ class BehaviorTasks(Mapping[str, BehaviorTask]):
     def __len__(self) -> int:
         return len(self._records)
 
-    def _build(self, record: BehaviorRecord) -> BehaviorTask:
-        builder = _Builder(record, self._evidence)
-        initial = builder.state(initial_relations(record, self._evidence))
-        as_published = record.id in self._evidence.listed_relations_only
-        return BehaviorTask(
-            id=record.id,
-            title=record.activity,
-            instruction=record.instruction,
-            initial=initial,
-            annotated_final=None,
-            script=tuple(builder.script()),
-            goals=tuple(builder.goals()),
-            temporal_goal=None,
-            relevant=tuple(range(len(builder.scene.objects))),
-            record=record,
-            interpretation_goals=self._records.goal_options(record.id),
-            initial_as_published=builder.state(listed_relations(record)) if as_published else initial,
-        )
+
+def build_task(
+    record: BehaviorRecord, goal_options: tuple[tuple[GroundOption, ...], ...], evidence: Evidence
+) -> BehaviorTask:
+    """The task of a record.
+
+    Args:
+        record: what published files say.
+        goal_options: the goals of goal interpretation, as `Behavior.goal_options` gives them.
+        evidence: what they do not say.
+    """
+    builder = _Builder(record, evidence)
+    initial = builder.state(initial_relations(record, evidence))
+    as_published = record.id in evidence.listed_relations_only
+    return BehaviorTask(
+        id=record.id,
+        title=record.activity,
+        instruction=record.instruction,
+        initial=initial,
+        annotated_final=None,
+        script=tuple(builder.script()),
+        goals=tuple(builder.goals()),
+        temporal_goal=None,
+        relevant=tuple(range(len(builder.scene.objects))),
+        record=record,
+        interpretation_goals=goal_options,
+        initial_as_published=builder.state(listed_relations(record)) if as_published else initial,
+    )
 
 
 def open_tasks(store: Store | None = None, *, report: Report = silent) -> BehaviorTasks:
@@ -122,7 +133,7 @@ def open_tasks(store: Store | None = None, *, report: Report = silent) -> Behavi
 
 
 def initial_relations(record: BehaviorRecord, evidence: Evidence) -> tuple[GroundRelation, ...]:
-    """How the objects of a task stand to each other at the start, by name: listed, then assumed, then found."""
+    """How objects stand to each other at the start, by name: as listed, as assumed, as found by evidence."""
     listed = listed_relations(record)
     removed = evidence.removed.get(record.id, frozenset())
     kept = tuple(each for each in listed if (each.predicate, each.source) not in removed)
