@@ -26,6 +26,7 @@ from eai.abilities.subgoal_decomposition import behavior_answer, behavior_refere
 from eai.abilities.subgoal_decomposition.behavior_program import reference_program, strict_program
 from eai.abilities.subgoal_decomposition.behavior_translation import Translation
 from eai.abilities.subgoal_decomposition.behavior_vocabulary import published_names, signature
+from eai.abilities.subgoal_decomposition.lots import draw_lots
 from eai.abilities.subgoal_decomposition.search import (
     Branch,
     Limits,
@@ -122,7 +123,8 @@ class SubgoalDecomposition:
         )
 
     def _compile_as_reference(self, text: str) -> Compiled | Rejected:
-        written = behavior_reference.read_subgoals(text)
+        lots = draw_lots()
+        written = behavior_reference.read_subgoals(text, lots)
         if isinstance(written, Unreadable):
             return _unparseable(written.reason)
         try:
@@ -137,7 +139,7 @@ class SubgoalDecomposition:
             parsing = kind is FaultKind.PARSING
             category = SubgoalCategory.NOT_PARSEABLE if parsing else SubgoalCategory.HALLUCINATION
             return Rejected(category, ErrorReport(kind, None, detail))
-        literals = virtualhome_reference.literals(reading.formula)
+        literals = virtualhome_reference.literals(reading.formula, lots)
         if literals is None:
             return _unparseable("the reference cannot make a plan of this formula")
         names = tuple(print_ltl(literal) for literal in literals)

@@ -2,7 +2,7 @@
 
 Its quirks: every ``}}`` becomes one brace; an answer ends at the first closing brace; strings that contain
 the word agent or the name of a quantifier vanish; a string with `` or `` is cut there as plain text, whatever
-the brackets say, and one piece is taken by lot (here always the first); a t-shirt becomes a shirt, which no
+the brackets say, and one piece is taken by lot (see `lots`); a t-shirt becomes a shirt, which no
 scene has.
 """
 
@@ -11,6 +11,7 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Collection
+from random import Random
 from typing import NamedTuple
 
 from eai.abilities.subgoal_decomposition.behavior_vocabulary import ACTIONS, STATES
@@ -23,8 +24,8 @@ _OBJECT = re.compile(r"{[^{}]*}")
 _QUANTIFIERS = ("forall", "exists", "forpairs", "forn")
 
 
-def read_subgoals(text: str) -> WrittenSubgoals | Unreadable:
-    """The subgoals that the reference finds in an answer."""
+def read_subgoals(text: str, lots: Random) -> WrittenSubgoals | Unreadable:
+    """The subgoals that the reference finds in an answer, alternatives drawn by lot."""
     text = text.strip().replace("}}", "}").replace("toggled.on", "toggledon").replace("t-shirt", "shirt")
     found = _OBJECT.search(text)
     if found is None:
@@ -35,7 +36,8 @@ def read_subgoals(text: str) -> WrittenSubgoals | Unreadable:
         return Unreadable(f"the first pair of braces holds no JSON object: {error}")
     if not isinstance(output, list) or not all(isinstance(subgoal, str) for subgoal in output):
         return Unreadable('"output" is not a list of strings')
-    pieces = [subgoal.strip().split(" or ")[0] for subgoal in output if _is_kept(subgoal.strip())]
+    kept = [subgoal.strip() for subgoal in output if _is_kept(subgoal.strip())]
+    pieces = [lots.choice(subgoal.split(" or ")) for subgoal in kept]
     return WrittenSubgoals(tuple(piece for piece in pieces if piece))
 
 

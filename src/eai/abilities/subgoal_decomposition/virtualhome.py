@@ -23,6 +23,7 @@ from eai.abilities.action_sequencing.virtualhome import NO_GOALS, domain_of
 from eai.abilities.explanation import Explanation, goal_reports, step_reports
 from eai.abilities.protocol import Protocol
 from eai.abilities.subgoal_decomposition import virtualhome_answer, virtualhome_reference
+from eai.abilities.subgoal_decomposition.lots import draw_lots
 from eai.abilities.subgoal_decomposition.progress import GoalProgress, StateTest
 from eai.abilities.subgoal_decomposition.search import (
     Branch,
@@ -144,7 +145,8 @@ class SubgoalDecomposition:
         return progress if self._as_in_reference else _HeldAtEnd(progress, self.task)
 
     def _compile_as_reference(self, text: str) -> Compiled | Rejected:
-        written = virtualhome_reference.read_subgoals(text)
+        lots = draw_lots()
+        written = virtualhome_reference.read_subgoals(text, lots)
         if isinstance(written, Unreadable):
             return _unparseable(written.reason)
         try:
@@ -154,7 +156,7 @@ class SubgoalDecomposition:
         rejected = _offending(reading.offences, written)
         if rejected is not None:
             return rejected
-        literals = virtualhome_reference.literals(reading.formula)
+        literals = virtualhome_reference.literals(reading.formula, lots)
         if literals is None or virtualhome_reference.conjoins_moments(reading.formula):
             return _unparseable("the reference cannot make a plan of this formula")
         names = tuple(print_ltl(literal) for literal in literals)

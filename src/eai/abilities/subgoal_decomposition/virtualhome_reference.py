@@ -2,7 +2,7 @@
 
 Its quirks: an answer ends at the first closing brace; strings without anything like ``word(...)`` vanish; a
 string with `` or `` is cut there as plain text, whatever the brackets say, and one piece is taken by lot
-(here always the first); a quantifier is a parsing error, and so is a negation or an object without an id, but
+(see `lots`); a quantifier is a parsing error, and so is a negation or an object without an id, but
 only when the search gets to it.
 """
 
@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import json
 import re
+from random import Random
 
 from eai.abilities.subgoal_decomposition.search import uncategorised
 from eai.abilities.subgoal_decomposition.written import Unreadable, WrittenSubgoals
@@ -22,8 +23,8 @@ _PRIMITIVE = re.compile(r"\w+\(.*?\)")
 _WITHOUT_ARGUMENTS = frozenset({"SLEEP", "WAKEUP", "STANDUP"})
 
 
-def read_subgoals(text: str) -> WrittenSubgoals | Unreadable:
-    """The subgoals that the reference finds in an answer."""
+def read_subgoals(text: str, lots: Random) -> WrittenSubgoals | Unreadable:
+    """The subgoals that the reference finds in an answer, alternatives drawn by lot."""
     found = _OBJECT.search(text.strip().replace("}}", "}"))
     if found is None:
         return Unreadable("there is no JSON object")
@@ -34,14 +35,14 @@ def read_subgoals(text: str) -> WrittenSubgoals | Unreadable:
     output = value.get("output")
     if not isinstance(output, list) or not all(isinstance(subgoal, str) for subgoal in output):
         return Unreadable('"output" is not a list of strings')
-    pieces = [_first_piece(subgoal.strip()) for subgoal in output]
+    pieces = [_piece(subgoal.strip(), lots) for subgoal in output]
     return WrittenSubgoals(tuple(piece for piece in pieces if piece is not None))
 
 
-def _first_piece(subgoal: str) -> str | None:
+def _piece(subgoal: str, lots: Random) -> str | None:
     if subgoal in _WITHOUT_ARGUMENTS:
         return f"{subgoal}()"
-    return subgoal.split(" or ")[0] if _PRIMITIVE.search(subgoal) else None
+    return lots.choice(subgoal.split(" or ")) if _PRIMITIVE.search(subgoal) else None
 
 
 def halts(fault: Fault) -> bool:
@@ -62,22 +63,22 @@ def conjoins_moments(formula: Formula) -> bool:
     )
 
 
-def literals(formula: Formula) -> list[Formula] | None:
+def literals(formula: Formula, lots: Random) -> list[Formula] | None:
     """The atoms, actions and negated ones of a formula in order; None for what is rejected at once.
 
-    Of an ``or`` the first operand is taken.
+    Of an ``or`` one operand is taken by lot.
     """
     if isinstance(formula, (Atom, Occurs)):
         return [formula]
     if isinstance(formula, Or):
-        return literals(formula.operands[0])
+        return literals(lots.choice(formula.operands), lots)
     if isinstance(formula, Not):
         return [formula] if _is_odd_negation(formula) else None
     if not isinstance(formula, (And, Then)):
         return None
     found: list[Formula] = []
     for part in children(formula):
-        inner = literals(part)
+        inner = literals(part, lots)
         if inner is None:
             return None
         found += inner
