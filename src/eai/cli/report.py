@@ -7,15 +7,23 @@ from typing import Annotated
 
 import typer
 
+from eai.abilities.protocol import Ability, Domain
 from eai.cli.console import output
-from eai.errors import InputError
+from eai.cli.data import DataFolder, store
+from eai.data import dataset, transition_modeling
+from eai.data.store import Store
+from eai.errors import DataError, InputError
 from eai.metrics.bootstrap import Bootstrap
+from eai.prompts.official import official_prompts
 from eai.report.digest import digest
+from eai.report.explorer import explorer_html
+from eai.report.explorer_data import Background, ExplorerData
 from eai.report.plots import draw_plots
 from eai.report.runs import read_runs
 from eai.report.writer import make_tables, write_tables
 
 PLOTS = "plots"
+EXPLORER = "explorer.html"
 
 
 def report(
@@ -25,18 +33,65 @@ def report(
     out: Annotated[Path, typer.Option(help="Where the report goes.")],
     paper: Annotated[bool, typer.Option("--paper", help="Show the paper's models beside the runs.")] = False,
     plots: Annotated[bool, typer.Option(help="Draw plots (needs the extra 'plots').")] = True,
+    prompts: Annotated[
+        bool, typer.Option(help="Put prompts and the data set's operators into the explorer.")
+    ] = True,
+    data: DataFolder = None,
 ) -> None:
     """Write tables (Markdown, LaTeX, CSV, JSON), plots and the HTML explorer.
 
     Example: eai report scores --out report --paper
     """
     bootstrap = Bootstrap()
-    digests = sorted((digest(run, bootstrap) for run in read_runs(records)), key=lambda item: item.key.order)
+    explorer = ExplorerData(background(store(data)) if prompts else Background())
+    digests = []
+    for run in read_runs(records):
+        digests.append(digest(run, bootstrap))
+        explorer.add(run)
+    digests.sort(key=lambda item: item.key.order)
+    tables = make_tables(digests, bootstrap, with_paper=paper)
     try:
         out.mkdir(parents=True, exist_ok=True)
         drawn = draw_plots(digests, out / PLOTS) if plots else []
-        tables = make_tables(digests, bootstrap, with_paper=paper)
         write_tables(out, digests, tables, drawn, with_paper=paper)
+        (out / EXPLORER).write_text(explorer_html(explorer.to_json()), encoding="utf-8")
     except OSError as error:
         raise InputError(f"{out}: cannot be written ({error.strerror})") from error
-    output().print(f"{len(digests)} runs, {len(tables)} tables, {len(drawn)} plots: {out}", highlight=False)
+    message = f"{len(digests)} runs, {len(tables)} tables, {len(drawn)} plots; open {out / EXPLORER}"
+    output().print(message, soft_wrap=True, highlight=False)
+
+
+def background(source: Store) -> Background:
+    """What the user's data set says of the tasks; nothing is fetched for it."""
+    if any(status.problem for status in dataset.info(source)):
+        return Background()
+    gold = {
+        Domain.VIRTUALHOME.value: transition_modeling.open_virtualhome(source),
+        Domain.BEHAVIOR.value: transition_modeling.open_behavior(source),
+    }
+    return Background(
+        prompts={
+            (domain.value, ability.value): _prompts(domain, ability, source)
+            for domain in Domain
+            for ability in Ability
+        },
+        operators={
+            domain: {
+                name: operator.pddl
+                for task in list(tasks.values())[:1]
+                for name, operator in task.domain.operators.items()
+            }
+            for domain, tasks in gold.items()
+        },
+    )
+
+
+def _prompts(domain: Domain, ability: Ability, source: Store) -> dict[str, str]:
+    try:
+        found = official_prompts(domain, ability, source)
+    except DataError:
+        return {}
+    return {
+        task_id: f"{prompt.system}\n\n{prompt.user}" if prompt.system else prompt.user
+        for task_id, prompt in found.items()
+    }

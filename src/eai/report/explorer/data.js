@@ -1,0 +1,69 @@
+// The records, unpacked. The keys are those of explorer_data.py.
+
+const packed = JSON.parse(document.getElementById('data').textContent);
+const text = (number) => packed.texts[number];
+
+const OUTCOMES = ['success', 'partly_right', 'goal_missed', 'parsing', 'hallucination', 'argument_number',
+  'affordance', 'missing_step', 'wrong_order', 'additional_step', 'uncategorised', 'excluded'];
+const DOMAINS = { virtualhome: 'VirtualHome', behavior: 'BEHAVIOR' };
+
+const words = (name) => name.replace(/_/g, ' ');
+const title = (name) => DOMAINS[name] || words(name).replace(/^./, (first) => first.toUpperCase());
+
+const runs = packed.runs.map((run, number) => ({
+  number,
+  domain: run.domain,
+  ability: run.ability,
+  protocol: run.protocol,
+  model: run.model,
+  key: `${run.domain}/${run.ability}/${run.protocol}/${run.model}`,
+  suite: `${run.domain}/${run.ability}`,
+}));
+
+const answers = [];
+const byTask = new Map();
+packed.runs.forEach((run, number) => {
+  for (const row of run.answers) {
+    const answer = { number: answers.length, run: runs[number], task: text(row.t), outcome: row.o, row };
+    answers.push(answer);
+    const place = `${answer.run.suite}/${answer.task}`;
+    if (!byTask.has(place)) byTask.set(place, []);
+    byTask.get(place).push(answer);
+  }
+});
+
+const othersOf = (answer) => byTask.get(`${answer.run.suite}/${answer.task}`);
+const answerOf = (run, task) => (byTask.get(`${run.suite}/${task}`) || []).find((other) => other.run === run);
+
+const errorOf = (answer) => {
+  const error = answer.row.f;
+  return error ? { kind: error[0], step: error[1], detail: text(error[2]) } : null;
+};
+const notesOf = (answer) => (answer.row.w || []).map(text);
+const stepsOf = (answer) => (answer.row.s || []).map((number) => {
+  const [action, outcome, reason, earlier, added, removed, hidden] = packed.steps[number];
+  return { action: text(action), outcome: text(outcome), reason: text(reason), earlier: text(earlier),
+    added: added.map(text), removed: removed.map(text), hidden };
+});
+const goalsOf = (answer) => (answer.row.G || []).map(([kind, goal, satisfied]) => (
+  { kind, goal: text(goal), satisfied: Boolean(satisfied) }));
+const operatorsOf = (answer) => (answer.row.q || []).map((number) => {
+  const [name, status, precondition, effect, offences] = packed.operators[number];
+  return { name, status, precondition, effect, offences };
+});
+const responseOf = (answer) => (answer.row.r === undefined ? '' : text(answer.row.r));
+const promptOf = (answer) => {
+  const lines = (packed.prompts[answer.run.suite] || {})[answer.task];
+  return lines ? lines.map(text).join('\n') : null;
+};
+const goldOf = (answer, operator) => (packed.gold[answer.run.domain] || {})[operator] || null;
+
+const wholeText = (answer) => {
+  if (answer.text === undefined) {
+    const error = errorOf(answer);
+    const goals = goalsOf(answer).map((goal) => goal.goal);
+    answer.text = [answer.task, answer.run.model, error ? error.detail : '', ...notesOf(answer), ...goals,
+      responseOf(answer)].join('\n').toLowerCase();
+  }
+  return answer.text;
+};

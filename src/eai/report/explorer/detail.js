@@ -1,0 +1,125 @@
+// One answer, or the answers of two runs to one task, side by side.
+
+function renderDetail() {
+  const place = byId('detail');
+  place.scrollTop = 0;
+  if (!state.selected) {
+    place.replaceChildren(element('p', { class: 'empty welcome' }, 'Choose an answer. ',
+      element('kbd', {}, 'j'), ' and ', element('kbd', {}, 'k'), ' go through the list.'));
+    return;
+  }
+  const back = element('button', { type: 'button', class: 'back', onclick: closeDetail }, '← Answers');
+  if (state.pair) {
+    const other = answerOf(state.pair.b, state.selected.task);
+    place.replaceChildren(back, heading(state.selected),
+      element('div', { class: 'columns even two' }, [state.selected, other].map((answer) => element('div', { class: 'side-run' },
+        element('h3', { class: 'run-name' }, answer.run.model, element('span', {}, answer.run.protocol)), body(answer, true)))),
+      promptBlock(state.selected));
+    return;
+  }
+  place.replaceChildren(back, heading(state.selected), body(state.selected, false), promptBlock(state.selected), others(state.selected));
+}
+
+function closeDetail() {
+  document.body.classList.remove('reading');
+  byId('list').focus();
+}
+
+function heading(answer) {
+  const { run } = answer;
+  const parts = [title(run.domain), words(run.ability), ...(state.pair ? [] : [run.model, `protocol ${run.protocol}`])];
+  return element('header', { class: 'heading' }, element('h2', {}, shortTask(answer.task)),
+    element('p', { class: 'where' }, parts.join(' · ')),
+    shortTask(answer.task) !== answer.task ? element('p', { class: 'id' }, answer.task) : null);
+}
+
+function body(answer, narrow) {
+  return element('div', { class: narrow ? 'body narrow' : 'body' }, verdict(answer), goals(answer), counts(answer),
+    operators(answer), replay(answer), notes(answer), rawAnswer(answer));
+}
+
+function verdict(answer) {
+  const error = errorOf(answer);
+  const { row } = answer;
+  const lines = [];
+  if (row.x !== undefined) lines.push(`Left out of all rates: ${text(row.x)}.`);
+  if (error) lines.push(`${title(error.kind)}${stepText(answer, error)}: ${error.detail}`);
+  if (error && answer.outcome === 'success') lines.push('The goals hold all the same.');
+  if (row.a) lines.push(`${plural(row.a, 'step')} skipped as not needed.`);
+  const tags = [row.e !== undefined && (row.e ? 'executable' : 'not executable'), row.c && words(row.c),
+    row.p && `planner: ${words(row.p)}`, ...(row.m || []).map((repair) => `repaired: ${words(repair)}`)].filter(Boolean);
+  return element('div', { class: `verdict-box of-${answer.outcome}` },
+    element('p', { class: 'headline' }, words(answer.outcome).replace(/^./, (first) => first.toUpperCase())),
+    lines.map((line) => element('p', {}, line)),
+    tags.length ? element('p', { class: 'tags' }, tags.map((tag) => element('span', { class: 'tag' }, tag))) : null);
+}
+
+const stepText = (answer, error) => {
+  if (error.step === null) return '';
+  const noun = answer.run.ability === 'subgoal_decomposition' ? 'subgoal' : 'step';
+  return ` at ${noun} ${error.step + 1}`;
+};
+
+function goals(answer) {
+  const found = goalsOf(answer);
+  const invented = [...(answer.row.i || []).map(text)];
+  const hallucinated = [...new Set((answer.row.h || []).map(text))];
+  const interpretation = answer.run.ability === 'goal_interpretation';
+  if (!found.length && !invented.length && !hallucinated.length) return null;
+  const met = found.filter((goal) => goal.satisfied);
+  const missed = found.filter((goal) => !goal.satisfied);
+  const list = (heading, items, mark) => element('div', { class: `goal-list ${mark}` },
+    element('h4', {}, `${heading} `, element('span', { class: 'count' }, items.length)),
+    items.length ? element('ul', {}, items.map((item) => element('li', {}, element('code', {}, item.goal || item),
+      item.kind && element('span', { class: 'kind' }, item.kind)))) : element('p', { class: 'empty' }, 'none'));
+  return element('section', { class: 'goals' }, element('h3', {}, interpretation ? 'Goals' : 'Goals at the end'),
+    element('div', { class: 'columns even' }, list(interpretation ? 'Found' : 'Reached', met, 'met'), list('Missed', missed, 'missed'),
+      invented.length ? list('Invented', invented, 'invented') : null,
+      hallucinated.length ? list('Names that do not exist', hallucinated, 'invented') : null));
+}
+
+function counts(answer) {
+  const rows = Object.entries(answer.row.n || {}).filter(([, row]) => row.some(Boolean));
+  if (!rows.length) return null;
+  return element('table', { class: 'counts' }, element('caption', {}, 'Counts'),
+    element('thead', {}, element('tr', {}, ['', 'right', 'wrong', 'missed'].map((head) => element('th', { scope: 'col' }, head)))),
+    element('tbody', {}, rows.map(([name, row]) => element('tr', {}, element('th', { scope: 'row' }, words(name.replace('/', ': '))),
+      row.map((count) => element('td', {}, String(count)))))));
+}
+
+function notes(answer) {
+  const found = notesOf(answer);
+  if (!found.length || answer.run.ability === 'transition_modeling') return null;
+  return element('section', { class: 'notes' }, element('h3', {}, 'How it was read'),
+    element('ul', {}, found.map((note) => element('li', {}, note))));
+}
+
+function rawAnswer(answer) {
+  return element('section', { class: 'raw' }, element('h3', {}, 'Answer as given'),
+    responseOf(answer) ? element('pre', { tabindex: '0' }, responseOf(answer)) : element('p', { class: 'empty' }, 'The answer is empty.'));
+}
+
+function promptBlock(answer) {
+  const prompt = promptOf(answer);
+  return prompt && element('details', { class: 'prompt' }, element('summary', {}, 'Prompt'), element('pre', { tabindex: '0' }, prompt));
+}
+
+function others(answer) {
+  const found = othersOf(answer).filter((other) => other !== answer);
+  if (!found.length) return null;
+  return element('section', { class: 'others' }, element('h3', {}, 'This task in other runs'),
+    element('ul', {}, found.map((other) => element('li', {},
+      element('button', { type: 'button', onclick: () => jump(other) }, swatch(other.outcome), other.run.model,
+        element('span', { class: 'kind' }, `${words(other.outcome)} · ${other.run.protocol}`)),
+      element('button', { type: 'button', class: 'quiet', onclick: () => comparePair(answer.run, other.run, answer.task) }, 'side by side')))));
+}
+
+function jump(answer) {
+  state.selected = answer;
+  state.step = null;
+  const place = placeOfSelected();
+  if (place >= 0) bringIntoSight(place);
+  renderList();
+  renderDetail();
+  writeAddress();
+}

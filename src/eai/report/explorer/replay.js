@@ -1,0 +1,70 @@
+// A plan step by step: what was done, what changed, what failed and why, and how the world is by then.
+
+const DONE = new Set(['executed', 'planned', 'additional_step']);
+
+function replay(answer) {
+  const steps = stepsOf(answer);
+  if (!steps.length) return null;
+  const tells = steps.some((step) => step.added.length || step.removed.length);
+  const box = element('section', { class: 'replay', 'aria-label': 'Plan step by step' });
+  const draw = (focus) => {
+    const at = answer === state.selected && state.step !== null ? state.step : steps.length - 1;
+    const go = (to) => {
+      state.selected = state.pair ? state.selected : answer;
+      state.step = Math.min(steps.length - 1, Math.max(0, to));
+      draw(true);
+      writeAddress();
+    };
+    box.replaceChildren(
+      element('div', { class: 'controls' }, element('h3', {}, steps[0].outcome === 'planned' ? 'Plan that the planner found' : 'Plan'),
+        element('button', { type: 'button', 'aria-label': 'Previous step', disabled: at === 0, onclick: () => go(at - 1) }, '←'),
+        element('span', { class: 'place', role: 'status' }, `step ${at + 1} of ${steps.length}`),
+        element('button', { type: 'button', 'aria-label': 'Next step', disabled: at === steps.length - 1, onclick: () => go(at + 1) }, '→')),
+      element('div', { class: tells ? 'columns' : '' },
+        element('ol', { class: 'steps' }, steps.map((step, index) => stepItem(step, index, at, go))),
+        tells && stateAfter(steps, at)));
+    if (focus) {
+      const current = box.querySelector('[aria-current]');
+      current.focus({ preventScroll: true });
+      current.scrollIntoView({ block: 'nearest' });
+    }
+    box.go = (by) => go(at + by);
+  };
+  draw(false);
+  return box;
+}
+
+function stepItem(step, index, at, go) {
+  const done = DONE.has(step.outcome);
+  const kind = step.outcome === 'additional_step' ? 'needless' : done ? 'done' : 'failed';
+  const marks = { needless: '↺', done: '✓', failed: '✗' };
+  return element('li', { class: `step ${kind}${index > at ? ' later' : ''}` },
+    element('button', { type: 'button', class: 'action', 'aria-current': index === at ? 'step' : null, onclick: () => go(index) },
+      element('span', { class: 'mark', 'aria-hidden': 'true' }, marks[kind]),
+      element('code', {}, step.action),
+      element('span', { class: done && kind !== 'needless' ? 'unseen' : 'verdict' }, words(step.outcome))),
+    step.reason && element('p', { class: 'reason' }, step.reason),
+    step.earlier && element('p', { class: 'earlier' }, step.earlier),
+    changes(step.added, step.removed, step.hidden));
+}
+
+function changes(added, removed, hidden) {
+  if (!added.length && !removed.length && !hidden) return null;
+  return element('ul', { class: 'changes' },
+    added.map((fact) => element('li', { class: 'added' }, element('span', { class: 'unseen' }, 'becomes true: '), fact)),
+    removed.map((fact) => element('li', { class: 'removed' }, element('span', { class: 'unseen' }, 'becomes false: '), fact)),
+    hidden ? element('li', { class: 'hidden-changes' }, `${plural(hidden, 'more change')} elsewhere`) : null);
+}
+
+// The net change from the start to a step.
+function stateAfter(steps, at) {
+  const net = new Map();
+  for (const step of steps.slice(0, at + 1)) {
+    for (const fact of step.added) if (net.get(fact) === 'removed') net.delete(fact); else net.set(fact, 'added');
+    for (const fact of step.removed) if (net.get(fact) === 'added') net.delete(fact); else net.set(fact, 'removed');
+  }
+  const of = (kind) => [...net].filter(([, change]) => change === kind).map(([fact]) => fact).sort();
+  return element('aside', { class: 'state', 'aria-label': `Changed since the start, after step ${at + 1}` },
+    element('h4', {}, 'Since the start'), net.size ? changes(of('added'), of('removed'), 0)
+      : element('p', { class: 'empty' }, 'Nothing about the task’s objects has changed.'));
+}
