@@ -1,8 +1,9 @@
 """Reading PDDL text into values (`model`), the opposite half of `writer`.
 
 Reading checks form only: a connective has its number of parts, a variable list is a variable list. Whether
-the names mean anything is the business of `check`. Quantifiers over several variables become nested ones,
-over none their body. What cannot be read is a `PddlError` that names the offence and its place.
+the names mean anything is the business of `check`. The type ``object`` is no restriction, and is read as
+none. Quantifiers over several variables become nested ones, over none their body. What cannot be read is a
+`PddlError` that names the offence and its place.
 """
 
 from __future__ import annotations
@@ -218,7 +219,7 @@ class PddlReader:
                     Offence.MALFORMED,
                     "a variable, as in ?x",
                 )
-            found.append(Variable(symbol.text[1:], category))
+            found.append(Variable(symbol.text[1:], None if category == OBJECT else category))
         return tuple(found)
 
     def _definition(self, group: Group, kind: str) -> tuple[str, Sequence[Group]]:

@@ -5,7 +5,7 @@ What is printed is read back as the same value (`reader`), and the same value al
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 from eai.logic.formula import (
     And,
@@ -21,7 +21,7 @@ from eai.logic.formula import (
     Term,
     Variable,
 )
-from eai.pddl.model import Action, Add, Both, Delete, Domain, Each, Effect, Problem, TypedName, When
+from eai.pddl.model import Action, Add, Both, Delete, Domain, Each, Effect, Problem, TypedName, When, type_of
 
 
 def write_domain(domain: Domain) -> str:
@@ -30,7 +30,7 @@ def write_domain(domain: Domain) -> str:
         f"(:requirements {' '.join(domain.requirements)})" if domain.requirements else "",
         f"(:types {_typed_names(domain.types)})" if domain.types else "",
         f"(:constants {_typed_names(domain.constants)})" if domain.constants else "",
-        _block(":predicates", (_list([p.name, *map(_declared, p.parameters)]) for p in domain.predicates)),
+        _block(":predicates", (_list([p.name, *_declared(p.parameters)]) for p in domain.predicates)),
         *map(write_action, domain.actions),
     ]
     return _definition(f"(domain {domain.name})", sections)
@@ -53,7 +53,7 @@ def write_action(action: Action) -> str:
     return "\n  ".join(
         (
             f"(:action {action.name}",
-            f":parameters {_list(map(_declared, action.parameters))}",
+            f":parameters {_list(_declared(action.parameters))}",
             f":precondition {write_formula(action.precondition)}",
             f":effect {write_effect(action.effect)})",
         )
@@ -70,7 +70,7 @@ def write_effect(effect: Effect) -> str:
         case Both(parts):
             return _list(["and", *map(write_effect, parts)])
         case Each(variable, part):
-            return f"(forall ({_declared(variable)}) {write_effect(part)})"
+            return f"(forall {_list(_declared((variable,)))} {write_effect(part)})"
         case When(condition, part):
             return f"(when {write_formula(condition)} {write_effect(part)})"
 
@@ -95,9 +95,9 @@ def write_formula(formula: Formula) -> str:
         case Implies(premise, conclusion):
             return f"(imply {write_formula(premise)} {write_formula(conclusion)})"
         case ForAll(variable, body):
-            return f"(forall ({_declared(variable)}) {write_formula(body)})"
+            return f"(forall {_list(_declared((variable,)))} {write_formula(body)})"
         case Exists(variable, body):
-            return f"(exists ({_declared(variable)}) {write_formula(body)})"
+            return f"(exists {_list(_declared((variable,)))} {write_formula(body)})"
         case _:
             raise ValueError(f"{type(formula).__name__} has no PDDL form")
 
@@ -115,8 +115,11 @@ def _term(term: Term) -> str:
             return name
 
 
-def _declared(variable: Variable) -> str:
-    return f"?{variable.name}" + (f" - {variable.category}" if variable.category else "")
+def _declared(variables: Sequence[Variable]) -> list[str]:
+    """A typed list; a type reaches back to the one before, so either all names have one or none has."""
+    if all(variable.category is None for variable in variables):
+        return [f"?{variable.name}" for variable in variables]
+    return [f"?{variable.name} - {type_of(variable)}" for variable in variables]
 
 
 def _typed_names(names: Iterable[TypedName]) -> str:

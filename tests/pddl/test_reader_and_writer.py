@@ -1,0 +1,146 @@
+from __future__ import annotations
+
+import pytest
+from hypothesis import given, settings
+
+from eai.data.packs import BEHAVIOR_PDDL, RESOURCES
+from eai.data.store import Store
+from eai.logic.formula import TRUE, And, Atom, Constant, Exists, ForAll, Not, Variable
+from eai.pddl.model import NO_EFFECT, Add, Delete, Domain, Problem, TypedName, When
+from eai.pddl.offence import Offence, PddlError
+from eai.pddl.reader import read_action, read_domain, read_effect, read_formula, read_problem
+from eai.pddl.writer import write_action, write_domain, write_problem
+from pddl.random_pddl import DOMAINS, PROBLEMS
+
+
+@settings(max_examples=30, deadline=None)
+@given(DOMAINS)
+def test_a_written_domain_is_read_back(domain: Domain) -> None:
+    assert read_domain(write_domain(domain)) == domain
+
+
+@given(PROBLEMS)
+def test_a_written_problem_is_read_back(problem: Problem) -> None:
+    assert read_problem(write_problem(problem)) == problem
+
+
+@pytest.mark.parametrize(
+    ("pack", "header", "problems", "operators"),
+    [(RESOURCES, "virtualhome_pd.pddl", 338, 33), (BEHAVIOR_PDDL, "behavior_pd.pddl", 100, 30)],
+)
+def test_every_pddl_text_of_the_data_set_survives_a_round_trip(
+    data_store: Store, pack: str, header: str, problems: int, operators: int
+) -> None:
+    files = data_store.open(pack)
+    domain = read_domain(files.read(header).decode() + ")")
+    assert read_domain(write_domain(domain)) == domain
+    texts = files.read_json("problems.json").values()
+    assert len(texts) == problems
+    for text in texts:
+        problem = read_problem(text)
+        assert problem.initial
+        assert read_problem(write_problem(problem)) == problem
+    gold = files.read_json("gold_action.json").values()
+    assert len(gold) == operators
+    for each in gold:
+        action = read_action(
+            f"(:action {each['action_name']} :parameters {each['action_parameters']} :precondition "
+            f"{each['action_preconditions']} :effect {each['action_effects']})"
+        )
+        assert read_action(write_action(action)) == action
+
+
+def test_an_operator_as_a_value() -> None:
+    action = read_action(
+        "(:ACTION Open :parameters (?c - character ?o) :precondition (and (not (open ?o)) (near ?c kitchen))"
+        " :effect (and (open ?o) (when (lit ?o) (not (closed ?o)))))"
+    )
+    assert action.name == "open"
+    assert action.parameters == (Variable("c", "character"), Variable("o"))
+    near = Atom("near", (Variable("c"), Constant("kitchen")))
+    assert action.precondition == And((Not(Atom("open", (Variable("o"),))), near))
+    closed = When(Atom("lit", (Variable("o"),)), Delete(Atom("closed", (Variable("o"),))))
+    assert action.effect.parts == (Add(Atom("open", (Variable("o"),))), closed)  # type: ignore[union-attr]
+
+
+def test_absent_and_empty_parts_mean_nothing_is_asked_or_done() -> None:
+    for text in ("(:action a)", "(:action a :parameters () :precondition () :effect ())"):
+        action = read_action(text)
+        assert (action.precondition, action.effect, action.parameters) == (TRUE, NO_EFFECT, ())
+
+
+def test_quantifiers_over_several_variables_are_nested_and_over_none_vanish() -> None:
+    body = Atom("p", (Variable("x"),))
+    text = "(forall (?x ?y - t) (exists () (p ?x)))"
+    assert read_formula(text) == ForAll(Variable("x", "t"), ForAll(Variable("y", "t"), body))
+    assert read_formula("(exists (?x) (p ?x))") == Exists(Variable("x"), body)
+
+
+def test_types_of_a_list_reach_back_to_the_type_before() -> None:
+    domain = read_domain("(define (domain d) (:types a b - c d) (:constants k - a))")
+    assert domain.types == (TypedName("a", "c"), TypedName("b", "c"), TypedName("d", "object"))
+    assert domain.constants == (TypedName("k", "a"),)
+
+
+@pytest.mark.parametrize(
+    ("text", "offence"),
+    [
+        ("(not (p) (q))", Offence.MALFORMED),
+        ("(not)", Offence.MALFORMED),
+        ("(imply (p))", Offence.MALFORMED),
+        ("(exists (?x))", Offence.MALFORMED),
+        ("(exists ?x (p ?x))", Offence.MALFORMED),
+        ("(exists (x) (p x))", Offence.MALFORMED),
+        ("(exists (?x -) (p ?x))", Offence.MALFORMED),
+        ("(exists (?x - (either a b)) (p ?x))", Offence.UNSUPPORTED),
+        ("(and p)", Offence.MALFORMED),
+        ("(and ())", Offence.MALFORMED),
+        ("((p) ?x)", Offence.MALFORMED),
+        ("(p (q))", Offence.MALFORMED),
+        ("(when (p) (q))", Offence.EFFECT_IN_CONDITION),
+        ("(and (p)", Offence.UNBALANCED),
+    ],
+)
+def test_a_malformed_condition_is_refused_by_name(text: str, offence: Offence) -> None:
+    with pytest.raises(PddlError) as raised:
+        read_formula(text)
+    assert raised.value.offence is offence
+
+
+@pytest.mark.parametrize(
+    ("text", "offence"),
+    [
+        ("(or (p) (q))", Offence.CONDITION_IN_EFFECT),
+        ("(exists (?x) (p ?x))", Offence.CONDITION_IN_EFFECT),
+        ("(imply (p) (q))", Offence.CONDITION_IN_EFFECT),
+        ("(not (not (p)))", Offence.CONDITION_IN_EFFECT),
+        ("(not (and (p)))", Offence.CONDITION_IN_EFFECT),
+        ("(= ?x ?y)", Offence.CONDITION_IN_EFFECT),
+        ("(when (p))", Offence.MALFORMED),
+        ("(and ())", Offence.MALFORMED),
+    ],
+)
+def test_a_malformed_effect_is_refused_by_name(text: str, offence: Offence) -> None:
+    with pytest.raises(PddlError) as raised:
+        read_effect(text)
+    assert raised.value.offence is offence
+
+
+@pytest.mark.parametrize("text", ["(action a)", "(:action)", "(:action a :effect)", "(:action a :cost (p))"])
+def test_a_malformed_operator_is_refused(text: str) -> None:
+    with pytest.raises(PddlError):
+        read_action(text)
+
+
+@pytest.mark.parametrize("text", ["(define (problem p))", "(domain d)", "(define (domain))"])
+def test_a_domain_must_define_one(text: str) -> None:
+    with pytest.raises(PddlError, match=r"define \(domain NAME\)"):
+        read_domain(text)
+
+
+def test_only_literals_are_initial_facts() -> None:
+    problem = read_problem("(define (problem p) (:domain d) (:init (a) (not (b))) (:goal (a)))")
+    assert (problem.initial, problem.denied) == ((Atom("a"),), (Atom("b"),))
+    with pytest.raises(PddlError) as raised:
+        read_problem("(define (problem p) (:domain d) (:init (= (f) 1)) (:goal (a)))")
+    assert raised.value.offence in {Offence.MALFORMED, Offence.UNSUPPORTED}

@@ -1,0 +1,120 @@
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Iterator
+from itertools import product
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+
+from eai.data.store import Store
+from eai.data.transition_modeling import TransitionTask, open_behavior, open_virtualhome
+from eai.pddl.execute import Executor, Step
+from eai.pddl.model import Action, Domain, Problem, objects_by_type, type_of
+from eai.pddl.normalise import normalise, read_operator
+from eai.pddl.reader import read_domain, read_problem
+from eai.pddl.search import Effort, SearchVerdict, search
+from pddl.random_pddl import DOMAINS, PROBLEMS
+
+EVERYTHING = Effort(central=50, full=100_000)
+
+
+def steps(domain: Domain, problem: Problem) -> Iterator[Step]:
+    members = objects_by_type(domain, problem)
+    for action in domain.actions:
+        for names in product(*(members.get(type_of(parameter), ()) for parameter in action.parameters)):
+            yield Step(action.name, names)
+
+
+def is_solvable(domain: Domain, problem: Problem) -> bool:
+    """Breadth-first search over explicit states: slow, and too simple to be wrong."""
+    executor = Executor(domain, problem)
+    everything = list(steps(domain, problem))
+    waiting, seen = deque([executor.initial]), {executor.initial}
+    while waiting:
+        state = waiting.popleft()
+        if executor.holds(problem.goal, state, {}):
+            return True
+        for step in everything:
+            after = executor.successor(state, step)
+            if not isinstance(after, str) and after not in seen:
+                seen.add(after)
+                waiting.append(after)
+    return False
+
+
+@settings(max_examples=60, deadline=None, suppress_health_check=list(HealthCheck))
+@given(DOMAINS, PROBLEMS)
+def test_agrees_with_breadth_first_search(domain: Domain, problem: Problem) -> None:
+    result = search(domain, problem, EVERYTHING)
+    assert result.verdict is (
+        SearchVerdict.SOLVED if is_solvable(domain, problem) else SearchVerdict.UNSOLVABLE
+    )
+    if result.verdict is SearchVerdict.SOLVED:
+        assert Executor(domain, problem).flaw(result.plan) is None
+
+
+MACHINE = """(define (domain m) (:predicates (shut) (running) (off) (idle))
+(:action start :precondition (off) :effect (and (running) (not (off))))
+(:action close :effect (and (shut) (not (running)))) {more})"""
+GOAL = "(define (problem p) (:domain m) (:init {init}) (:goal (and (shut) (running))))"
+
+
+@pytest.mark.parametrize(
+    ("more", "init", "verdict"),
+    [
+        ("", "(off)", SearchVerdict.SOLVED),
+        ("", "(running)", SearchVerdict.UNSOLVABLE),
+        ("(:action stop :precondition (running) :effect (off))", "(running)", SearchVerdict.SOLVED),
+        ("", "(running) (shut)", SearchVerdict.SOLVED),
+    ],
+)
+def test_what_the_rest_of_the_goal_destroys_is_achieved_again(
+    more: str, init: str, verdict: SearchVerdict
+) -> None:
+    domain, problem = read_domain(MACHINE.format(more=more)), read_problem(GOAL.format(init=init))
+    result = search(domain, problem, EVERYTHING)
+    assert result.verdict is verdict
+    assert (result.verdict is SearchVerdict.SOLVED) is is_solvable(domain, problem)
+    assert result.evaluated <= 4
+
+
+def test_effort_is_bounded_and_the_verdict_then_open() -> None:
+    bits = 12
+    names = [f"b{i}" for i in range(bits)]
+    predicates = " ".join(f"({name})" for name in names)
+    flips = "\n".join(
+        f"(:action up{i} :precondition (and (not (b{i})) {' '.join(f'(b{j})' for j in range(i))})"
+        f" :effect (and (b{i}) {' '.join(f'(not (b{j}))' for j in range(i))}))"
+        for i in range(bits)
+    )
+    domain = read_domain(f"(define (domain counter) (:predicates {predicates}) {flips})")
+    goal = " ".join(f"({name})" for name in names)
+    problem = read_problem(f"(define (problem p) (:domain counter) (:init) (:goal (and {goal})))")
+    assert search(domain, problem, Effort(5, 20)).verdict is SearchVerdict.UNDECIDED
+    assert search(domain, problem, Effort(5, 10_000)).verdict is SearchVerdict.SOLVED
+
+
+def test_equal_input_gives_an_equal_plan(data_store: Store) -> None:
+    task = gold_tasks(data_store)[0]
+    header = task.domain.header
+    readings = [read_operator(text, header) for text in task.domain.operators.values()]
+    made = normalise(header, [r for r in readings if isinstance(r, Action)], task.problem)
+    assert search(made.domain, made.problem, Effort()) == search(made.domain, made.problem, Effort())
+
+
+def gold_tasks(store: Store) -> list[TransitionTask]:
+    return [*open_virtualhome(store).values(), *open_behavior(store).values()]
+
+
+def test_decides_nearly_all_gold_problems(data_store: Store) -> None:
+    undecided = []
+    for task in gold_tasks(data_store):
+        made = normalise(task.domain.header, list(task.gold.values()), task.problem)
+        result = search(made.domain, made.problem, Effort())
+        assert result.verdict is not SearchVerdict.UNSOLVABLE, task.id
+        if result.verdict is SearchVerdict.UNDECIDED:
+            undecided.append(task.id)
+        else:
+            assert Executor(made.domain, made.problem).flaw(result.plan) is None
+    assert len(undecided) <= 2
