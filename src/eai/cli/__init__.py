@@ -6,7 +6,7 @@ import sys
 
 import typer
 
-from eai.cli import data, explain, run, score
+from eai.cli import compare, data, explain, leaderboard, report, run, score
 from eai.cli.console import errors
 from eai.errors import EaiError
 
@@ -20,6 +20,9 @@ app.add_typer(data.app, name="data")
 app.command(no_args_is_help=True)(score.score)
 app.command(no_args_is_help=True)(run.run)
 app.command(no_args_is_help=True)(explain.explain)
+app.command(no_args_is_help=True)(report.report)
+app.command(no_args_is_help=True)(compare.compare)
+app.command(no_args_is_help=True)(leaderboard.leaderboard)
 
 
 def main() -> None:

@@ -1,0 +1,115 @@
+"""``eai compare``: two runs on the same tasks."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.table import Table
+from rich.text import Text
+
+from eai.abilities.protocol import Ability
+from eai.cli.console import errors, output
+from eai.errors import InputError
+from eai.metrics.bootstrap import Bootstrap
+from eai.metrics.comparison import Comparison, Difference
+from eai.metrics.comparison import compare as compare_runs
+from eai.report.runs import Run, RunKey, read_runs
+
+_SURE = 0.05
+
+
+def compare(
+    first: Annotated[Path, typer.Argument(help="Records, or a folder of them.", metavar="A")],
+    second: Annotated[Path, typer.Argument(help="Records, or a folder of them.", metavar="B")],
+    tasks: Annotated[int, typer.Option(min=0, help="How many of the differing tasks to list.")] = 10,
+) -> None:
+    """Compare two runs task by task: exact McNemar for success, paired bootstrap for F1.
+
+    Runs of the same domain, ability and protocol are compared; each side holds one of each.
+
+    Example: eai compare scores/gpt-4o scores/o1-mini
+    """
+    before, after = _runs(first), _runs(second)
+    shared = [place for place in before if place in after]
+    if not shared:
+        raise InputError(f"{first} and {second}: no domain, ability and protocol that both have records of")
+    for place in before.keys() ^ after.keys():
+        errors().print(f"only one side has {_named(place)}", markup=False, highlight=False)
+    for place in shared:
+        one, other = before[place], after[place]
+        comparison = compare_runs(one.records, other.records, Bootstrap())
+        _print(place, one.key, other.key, comparison, tasks)
+
+
+_Place = tuple[str, Ability, str]
+
+
+def _runs(path: Path) -> Mapping[_Place, Run]:
+    """The runs in a folder by domain, ability and protocol."""
+    found: dict[_Place, Run] = {}
+    for run in read_runs([path]):
+        place = (run.key.domain, run.key.ability, run.key.protocol.value)
+        if place in found:
+            both = f"{found[place].key.model} and {run.key.model}"
+            raise InputError(f"{path}: expected one model for {_named(place)}, found {both}")
+        found[place] = run
+    return dict(sorted(found.items(), key=lambda item: item[1].key.order))
+
+
+def _named(place: _Place) -> str:
+    domain, ability, protocol = place
+    return f"{domain} {ability.value}, protocol {protocol}"
+
+
+def _print(place: _Place, first: RunKey, second: RunKey, found: Comparison, listed: int) -> None:
+    title = f"{_named(place)}: {found.tasks} tasks\nA {first.model}, B {second.model}"
+    table = Table("percent", title=title, title_justify="left")
+    for heading in ("A", "B", "B - A", "95 %", "p"):
+        table.add_column(heading, justify="right")
+    table.add_column("test")
+    for difference in found.differences:
+        table.add_row(*_row(difference))
+    output().print(table)
+    for difference in found.differences:
+        for name, tasks in ((first.model, difference.only_first), (second.model, difference.only_second)):
+            if tasks:
+                heading = f"{_name(difference.metric)} only in {name} ({len(tasks)})"
+                _print_tasks(heading, tasks, listed)
+    for name, tasks in ((first.model, found.only_in_first), (second.model, found.only_in_second)):
+        if tasks:
+            _print_tasks(f"left out, because only {name} has a scored answer ({len(tasks)})", tasks, listed)
+
+
+def _print_tasks(heading: str, tasks: Sequence[str], listed: int) -> None:
+    more = f" … and {len(tasks) - listed} more" if len(tasks) > listed else ""
+    text = Text(f"{heading}: ", style="bold").append(" ".join(tasks[:listed]) + more, style="not bold")
+    output().print(text, soft_wrap=True)
+
+
+def _row(difference: Difference) -> list[str | Text]:
+    points, interval, p_value = difference.points, difference.interval, difference.p_value
+    sure = p_value is not None and p_value < _SURE
+    return [
+        _name(difference.metric),
+        _percent(difference.first.percent),
+        _percent(difference.second.percent),
+        "-" if points is None else Text(f"{points:+.1f}", style="bold" if sure else ""),
+        "-" if interval is None else f"{interval.low:+.1f} to {interval.high:+.1f}",
+        "-" if p_value is None else _p_text(p_value),
+        difference.test,
+    ]
+
+
+def _p_text(p_value: float) -> str:
+    return "<0.001" if p_value < 0.001 else f"{p_value:.3f}"
+
+
+def _name(metric: str) -> str:
+    return metric.replace("_", " ").replace(".", " ")
+
+
+def _percent(percent: float | None) -> str:
+    return "-" if percent is None else f"{percent:.1f}"

@@ -1,0 +1,74 @@
+"""``eai leaderboard``: runs as one table, best first."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.table import Table as Grid
+from rich.text import Text
+
+from eai.abilities.protocol import Ability
+from eai.cli.console import output
+from eai.metrics.bootstrap import Bootstrap
+from eai.report.digest import digest
+from eai.report.layout import ColumnSpec, domain_title
+from eai.report.runs import read_runs
+from eai.report.table import Cell, Row, Table
+from eai.report.writer import make_tables
+
+_OVERVIEW = "overview"
+_SHORT = {
+    Ability.GOAL_INTERPRETATION: "goals",
+    Ability.SUBGOAL_DECOMPOSITION: "subgoals",
+    Ability.ACTION_SEQUENCING: "actions",
+    Ability.TRANSITION_MODELING: "operators",
+}
+
+
+def leaderboard(
+    runs: Annotated[
+        list[Path], typer.Argument(help="Records, or folders with records.jsonl below.", metavar="RUNS...")
+    ],
+    paper: Annotated[bool, typer.Option("--paper", help="Show the paper's models among the runs.")] = False,
+) -> None:
+    """Print the main results of runs, one table a domain and protocol, the best model first.
+
+    Example: eai leaderboard scores --paper
+    """
+    bootstrap = Bootstrap()
+    digests = sorted((digest(run, bootstrap) for run in read_runs(runs)), key=lambda item: item.key.order)
+    for table in make_tables(digests, bootstrap, with_paper=paper):
+        if table.name == _OVERVIEW:
+            output().print(_grid(table))
+
+
+def _grid(table: Table) -> Grid:
+    title = f"{domain_title(table.domain)}, protocol {table.protocol.value} (percent)"
+    grid = Grid(title=title, title_justify="left")
+    grid.add_column("#", justify="right")
+    grid.add_column("model", overflow="fold")
+    for column in table.columns:
+        grid.add_column(_heading(column), justify="right")
+    for row in table.rows:
+        grid.add_row("" if row.rank is None else str(row.rank), _model(row), *map(_number, row.cells))
+    return grid
+
+
+def _heading(column: ColumnSpec) -> str:
+    label = column.label.lower() if column.label != "F1" else column.label
+    return label if column.ability is None else f"{_SHORT[column.ability]}\n{label}"
+
+
+def _model(row: Row) -> Text:
+    return Text(f"{row.model} (paper)", style="dim") if row.from_paper else Text(row.model)
+
+
+def _number(cell: Cell) -> Text:
+    if cell.percent is None:
+        return Text("-")
+    text = Text(f"{cell.percent:.1f}", style="bold" if cell.best else "")
+    if cell.interval is not None:
+        text.append(f"\n±{(cell.interval.high - cell.interval.low) / 2:.1f}", style="dim not bold")
+    return text
