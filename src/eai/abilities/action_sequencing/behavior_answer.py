@@ -13,7 +13,7 @@ from dataclasses import replace
 from eai.abilities.action_sequencing.plan import Unreadable, WrittenPlan, WrittenStep
 from eai.abilities.json_text import Pairs, find_json
 
-_COMMENT = re.compile(r"""(?<=[\[\]{},\s])\#[^\n"']*(?=\n|\Z)|(?<=[\[\]{},\s])\#[^\n]*(?=\n|\Z)""")
+_COMMENT = re.compile(r"(?<=[\[\]{},\s])#[^\n]*")
 
 
 def read_plan(text: str) -> WrittenPlan | Unreadable:

@@ -1,0 +1,107 @@
+"""Verdicts under `eai-1.0.5` against those of the reference, row by row; the data set's own plans."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from eai.abilities.action_sequencing.behavior import ActionSequencing
+from eai.abilities.action_sequencing.behavior_writer import join_steps, write_steps
+from eai.abilities.protocol import Protocol
+from eai.abilities.verdict import Verdict
+from eai.data.behavior_tasks import BehaviorTasks
+from oracle import Oracle
+
+SETS = (
+    "claude-3-5-sonnet-20240620",
+    "claude-3-opus-20240229",
+    "cohere-command-r",
+    "gemini-1.5-pro-preview-0409",
+    "gpt-3.5-turbo-0125",
+    "gpt-4o-2024-05-13",
+    "gt",
+    "llama-3-8b-chat",
+    "mixtral-8x22b-instruct-v0.1",
+    "o1-mini-2024-09-12",
+    "perturb",
+)
+
+KINDS = {
+    "arguments": "argument_number",
+    "affordance_error": "affordance",
+    "wrong_temporal_order": "wrong_order",
+    "hullucination": "hallucination",
+}
+"""The reference's names of errors -> ours, where they differ."""
+
+CONTRADICTORY = {
+    ("gemini-1.5-pro-preview-0409", "cleaning_sneakers"): "goals",
+    ("perturb", "brushing_lint_off_clothing"): "goals and success",
+}
+"""Rows made from another initial state than the other rows of their task: no one state gives both.
+
+Models' plans were run before facts were found by which the others were run. In the one task the coffee table
+stands on no floor, in the other two sweaters do not lie on the bed.
+"""
+
+ACCEPTED_BY_STRICT_ONLY = {"putting_away_toys", "serving_hors_d_oeuvres", "sorting_mail"}
+
+
+def told_by_reference(verdict: Any) -> dict[str, Any]:
+    errors = sorted(KINDS.get(error, error) for error in verdict["errors"])
+    steps = verdict.get("steps")
+    return {
+        "executable": verdict["execution_success"],
+        "success": verdict["task_success"],
+        "errors": ["uncategorised"] if verdict["uncategorised_failure"] else errors,
+        "stopped_at": len(steps) - 1 if steps and not verdict["execution_success"] else None,
+        "goals": verdict.get("goals"),
+    }
+
+
+def told_by_us(verdict: Verdict, reference: dict[str, Any]) -> dict[str, Any]:
+    assert verdict.details is not None
+    error = verdict.error
+    kinds = [] if error is None else [error.kind.value]
+    if kinds != ["uncategorised"] and verdict.additional_steps:
+        kinds.append("additional_step")
+    in_steps = reference["stopped_at"] is not None
+    return {
+        "executable": verdict.executable,
+        "success": verdict.success,
+        "errors": sorted(kinds),
+        "stopped_at": error.step if error is not None and in_steps else None,
+        "goals": None if reference["goals"] is None else verdict.details["goals_satisfied"],
+    }
+
+
+@pytest.mark.parametrize("name", SETS)
+def test_every_row_has_the_references_verdict(
+    behavior_tasks: BehaviorTasks, oracle: Oracle, name: str
+) -> None:
+    differing = set()
+    for row in oracle("behavior", "action_sequencing", name)["records"]:
+        task = behavior_tasks[row["identifier"]]
+        theirs = told_by_reference(row["verdict"])
+        ours = told_by_us(ActionSequencing(task, Protocol.EAI_1_0_5).score(row["response"]), theirs)
+        if ours != theirs:
+            differing.add((name, task.title))
+    assert differing == {key for key in CONTRADICTORY if key[0] == name}
+
+
+def test_the_data_sets_plans(behavior_tasks: BehaviorTasks) -> None:
+    accepted = {
+        protocol: {
+            task.title
+            for task in behavior_tasks.values()
+            if ActionSequencing(task, protocol)
+            .score(join_steps(write_steps(task.script, task.scene)))
+            .success
+        }
+        for protocol in Protocol
+    }
+    reference, strict = accepted[Protocol.EAI_1_0_5], accepted[Protocol.STRICT]
+    assert len(reference) == 88
+    assert strict - reference == ACCEPTED_BY_STRICT_ONLY
+    assert reference <= strict

@@ -1,0 +1,49 @@
+from __future__ import annotations
+
+import pytest
+
+from eai.abilities.action_sequencing.behavior_reference import read_plan
+from eai.abilities.action_sequencing.plan import Unreadable
+
+OPEN = ("OPEN", ("jar_0",))
+
+
+@pytest.mark.parametrize(
+    ("text", "steps"),
+    [
+        ('[{"action": "OPEN", "object": "jar_0"}]', [OPEN]),
+        ("```json\n[{'action': 'OPEN', 'object': 'jar_0'}]\n```", [OPEN]),
+        ('{"output": [{"action": "OPEN", "object": "jar_0"}]}', [OPEN]),
+        ('[{"action": "OPEN", "object": "jar_0"}, # the jar\n]', [OPEN]),
+        ('[dict(action="OPEN", object="jar_0")]', [OPEN]),
+        ('[{"action": "OPEN", "object": "jar_0"}, 7, {"action": "CLOSE"}]', [OPEN]),
+        ('[{"action": "OP" "EN", "object": "jar\\u005f0"}]', [OPEN]),
+        ('[{"action": "OPEN", "object": "jar_0", "why": 3}]', [OPEN]),
+        ('[{"action": "PUT", "object": " a, b "}]', [("PUT", ("a", " b"))]),
+    ],
+)
+def test_steps_that_are_found(text: str, steps: list[tuple[str, tuple[str, ...]]]) -> None:
+    plan = read_plan(text)
+    assert not isinstance(plan, Unreadable)
+    assert [tuple(step) for step in plan.steps] == steps
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "",
+        "no list",
+        "[]",
+        "] [",
+        '[{"action": "OPEN", "object": "jar_0"}',
+        '[{"action": "OPEN", "object": ["jar_0"]}]',
+        '[{"action": "OPEN", "object": "jar_0", "done": true}]',
+        '[{"action": "OPEN", "object": "jar_0", "why": NaN}]',
+        '[x for x in "a"]',
+        '[__import__("os").system("true")]',
+        '[dict([("action", "OPEN")])]',
+        "[" * 5000,
+    ],
+)
+def test_texts_without_steps(text: str) -> None:
+    assert isinstance(read_plan(text), Unreadable)

@@ -1,0 +1,93 @@
+"""Verdicts under `eai-1.0.5` against those of the reference, row by row."""
+
+from __future__ import annotations
+
+import itertools
+import json
+import re
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+
+from eai.abilities.protocol import Protocol
+from eai.abilities.subgoal_decomposition.behavior import SubgoalDecomposition
+from eai.data.behavior_tasks import BehaviorTasks
+from oracle import Oracle
+
+SETS = (
+    "claude-3-5-sonnet-20240620",
+    "claude-3-opus-20240229",
+    "cohere-command-r",
+    "gemini-1.5-pro-preview-0409",
+    "gpt-3.5-turbo-0125",
+    "gpt-4o-2024-05-13",
+    "gt",
+    "llama-3-8b-chat",
+    "mixtral-8x22b-instruct-v0.1",
+    "o1-mini-2024-09-12",
+    "perturb0",
+    "perturb1",
+    "perturb2",
+)
+
+KINDS = {"wrong_temporal_order": "wrong_order", "affordance_error": "affordance"}
+"""The reference's names of errors -> ours, where they differ."""
+
+CATEGORIES = {
+    "Correct": "correct",
+    "Runtime": "runtime",
+    "GoalUnreachable": "goal_unreachable",
+    "Hallucination": "hallucination",
+    "NotParseable": "not_parseable",
+}
+
+
+def told_by_us(scorer: SubgoalDecomposition, text: str) -> tuple[object, ...]:
+    verdict = scorer.score(text)
+    details: Any = verdict.details
+    assert verdict.category is not None
+    rejected = verdict.category.value in ("hallucination", "not_parseable")
+    goals = None if rejected else details["goals_satisfied"]
+    return verdict.category.value, verdict.success, details["errors"], goals
+
+
+def told_by_reference(verdict: Any) -> tuple[object, ...]:
+    kinds = [KINDS.get(kind, kind) for (kind,) in verdict["error_types"] if kind != "goal_failed"]
+    return CATEGORIES[verdict["category"]], verdict["task_success"], kinds, verdict["goals"]
+
+
+def drawn(text: str) -> Iterator[str]:
+    """The answer with one piece of each subgoal left, for all that the reference may draw."""
+    found = re.search(r"{[^{}]*}", text.strip().replace("}}", "}"))
+    assert found is not None
+    output = json.loads(found[0])["output"]
+    for pieces in itertools.product(*(dict.fromkeys(subgoal.split(" or ")) for subgoal in output)):
+        yield json.dumps({"output": pieces})
+
+
+@pytest.mark.parametrize("name", SETS)
+def test_every_row_has_the_references_verdict(
+    behavior_tasks: BehaviorTasks, oracle: Oracle, name: str
+) -> None:
+    for row in oracle("behavior", "subgoal_decomposition", name)["records"]:
+        scorer = SubgoalDecomposition(behavior_tasks[row["identifier"]], Protocol.EAI_1_0_5)
+        expected = told_by_reference(row["verdict"])
+        if not row["contains_or"]:
+            assert (row["identifier"], told_by_us(scorer, row["response"])) == (row["identifier"], expected)
+        elif told_by_us(scorer, row["response"]) != expected:
+            others = itertools.islice(drawn(row["response"]), 2_000)
+            assert any(told_by_us(scorer, other) == expected for other in others), row["identifier"]
+
+
+def test_strict_finds_at_least_what_the_reference_finds(
+    behavior_tasks: BehaviorTasks, oracle: Oracle
+) -> None:
+    """Whatever ends well there ends well here, in the data set's own subgoals."""
+    rows = oracle("behavior", "subgoal_decomposition", "gt")["records"]
+    for row in rows:
+        if row["verdict"]["task_success"]:
+            verdict = SubgoalDecomposition(behavior_tasks[row["identifier"]], Protocol.STRICT).score(
+                row["response"]
+            )
+            assert verdict.success, row["identifier"]

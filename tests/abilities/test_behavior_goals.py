@@ -1,0 +1,130 @@
+from __future__ import annotations
+
+import gzip
+import json
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+from domains.behavior.kitchen import actions, make_task
+from eai.abilities.behavior_goals import BehaviorGoals, SceneObjects
+from eai.abilities.protocol import Protocol
+from eai.abilities.verdict import Tally
+from eai.data.behavior_tasks import BehaviorTask, BehaviorTasks
+from eai.domains import behavior
+from eai.logic.formula import Atom, Formula, Not
+from eai.logic.truncated_options import truncated_options
+from eai.world.execution import execute
+from eai.world.state import State
+from oracle import ORACLE
+
+STRICT, REFERENCE = Protocol.STRICT, Protocol.EAI_1_0_5
+
+
+def file(name: str) -> Any:
+    path = ORACLE / "behavior" / name
+    if not path.is_file():
+        pytest.skip(f"no file {path}")
+    content = path.read_bytes()
+    return json.loads(gzip.decompress(content) if name.endswith(".gz") else content)
+
+
+def after(task: BehaviorTask, *steps: str) -> State:
+    return execute(behavior.as_meant(), task.initial, actions(task.initial, *steps)).final
+
+
+def satisfied(goal: str, *steps: str) -> tuple[bool, bool]:
+    """Whether a goal holds after these steps under `strict` and under `eai-1.0.5`."""
+    task = make_task(goal)
+    state = after(task, *steps)
+    strict, reference = (BehaviorGoals(task, protocol).satisfied(state) for protocol in (STRICT, REFERENCE))
+    return strict[0], reference[0]
+
+
+IN_FRIDGE = ("OPEN fridge_1", "RIGHT_GRASP rag_1", "RIGHT_PLACE_INSIDE carton_1", "RIGHT_GRASP carton_1")
+SLICED = ("OPEN fridge_1", "RIGHT_GRASP carving_knife_1", "SLICE peach_1")
+
+
+@pytest.mark.parametrize(
+    ("goal", "steps", "expected"),
+    [
+        ("(inside peach.n.01_1 fridge.n.01_1)", (), (True, True)),
+        ("(not (open fridge.n.01_1))", (), (True, True)),
+        ("(open fridge.n.01_1)", ("OPEN fridge_1",), (True, True)),
+        # What lies in something that is inside is inside too; the reference sees the nearest only.
+        (
+            "(inside rag.n.01_1 fridge.n.01_1)",
+            (*IN_FRIDGE, "RIGHT_PLACE_INSIDE fridge_1"),
+            (True, False),
+        ),
+        # A sliced object is what both of its parts are.
+        ("(sliced peach.n.01_1)", SLICED, (True, True)),
+        ("(inside peach.n.01_1 fridge.n.01_1)", SLICED, (True, True)),
+        ("(inside peach.n.01_1 fridge.n.01_1)", (*SLICED, "LEFT_GRASP peach_1_part_0"), (False, False)),
+        ("(not (frozen peach.n.01_1))", (*SLICED, "FREEZE peach_1_part_0"), (True, True)),
+        (
+            "(frozen peach.n.01_1)",
+            (*SLICED, "FREEZE peach_1_part_0", "FREEZE peach_1_part_1"),
+            (True, True),
+        ),
+        ("(forall (?p.n.01 - plate.n.01) (ontop ?p.n.01 table.n.01_1))", (), (True, True)),
+        ("(forn (1) (?p.n.01 - plate.n.01) (stained ?p.n.01))", (), (True, True)),
+        ("(forn (1) (?p.n.01 - plate.n.01) (dusty ?p.n.01))", (), (False, True)),
+        (
+            "(forpairs (?r.n.01 - rag.n.01) (?f.n.01 - floor.n.01) (onfloor ?r.n.01 ?f.n.01))",
+            (),
+            (False, False),
+        ),
+    ],
+)
+def test_when_a_goal_holds(goal: str, steps: tuple[str, ...], expected: tuple[bool, bool]) -> None:
+    assert satisfied(goal, *steps) == expected
+
+
+def test_a_goal_of_both_kinds_counts_half_as_each() -> None:
+    goal = "(and (and (open fridge.n.01_1) (inside peach.n.01_1 fridge.n.01_1)) (dusty plate.n.01_1))"
+    task = make_task(goal)
+    goals = BehaviorGoals(task, STRICT)
+    assert goals.tallies((True, False)) == (Tally(0.5, 1.5), Tally(0.5, 0.5), Tally(0, 0))
+    assert goals.tallies((False, True)) == (Tally(1, 1.5), Tally(0, 0.5), Tally(0, 0))
+
+
+def test_shares_are_those_of_the_reference(behavior_tasks: BehaviorTasks) -> None:
+    kinds = file("goal_kinds.json")
+    for task_id, task in behavior_tasks.items():
+        goals = BehaviorGoals(task, STRICT)
+        number = len(task.goals)
+        for i, expected in enumerate(kinds[task_id]):
+            tallies = goals.tallies([i == j for j in range(number)])
+            assert [tallies.state.satisfied, tallies.relation.satisfied] == expected
+
+
+def test_options_are_those_that_the_reference_keeps(behavior_tasks: BehaviorTasks) -> None:
+    kept = file("goal_options_truncated.json.gz")
+    for task_id, task in behavior_tasks.items():
+        names = {thing.name: thing.instance for thing in task.record.objects}
+        found = [
+            [[_as_list(literal, names) for literal in option] for option in options]
+            for options in (truncated_options(goal.formula, SceneObjects(task.scene)) for goal in task.goals)
+        ]
+        assert found == kept[task_id]
+
+
+def _as_list(literal: Formula, names: dict[str, str]) -> list[object]:
+    if isinstance(literal, Not):
+        return ["not", _as_list(literal.operand, names)]
+    assert isinstance(literal, Atom)
+    return [literal.predicate, *(names[term.name] for term in literal.arguments)]
+
+
+def test_strict_accepts_options_that_the_reference_drops(behavior_tasks: BehaviorTasks) -> None:
+    """A plan that pairs the last candle with the first basket, and so on, is right."""
+    (task,) = (task for task in behavior_tasks.values() if task.title == "assembling_gift_baskets")
+    task = replace(task, goals=task.goals[:1])
+    steps = [
+        step for i in range(4) for step in (f"RIGHT_GRASP candle_{i}", f"RIGHT_PLACE_INSIDE basket_{3 - i}")
+    ]
+    state = after(task, *steps)
+    assert BehaviorGoals(task, STRICT).satisfied(state) == (True,)
+    assert BehaviorGoals(task, REFERENCE).satisfied(state) == (False,)
