@@ -40,6 +40,9 @@ INFINITE = float("inf")
 OPAQUE_COST = 2.0
 """The cost of a derived predicate that is a function, of which only what it reads is known."""
 
+_HORIZONS = (3.0, 6.0, 12.0, 24.0, INFINITE)
+"""How far to look, one after the other: what is cheap is found before anything dear is looked at."""
+
 _LEAST = 1.0
 """No condition that does not hold costs less."""
 
@@ -92,16 +95,20 @@ class Distances:
 
     def to(self, formula: Formula) -> float:
         """The estimated number of actions until a closed formula holds; infinite if none brings it about."""
-        return self._cost(Wanted(formula, {}, True))
+        wanted = Wanted(formula, {}, True)
+        costs = (self._cost(wanted, most) for most in _HORIZONS)
+        return next((cost for cost in costs if cost < INFINITE), INFINITE)
 
     def to_action(self, names: Sequence[str]) -> Way:
         """The cheapest way to take one of these actions, with any of the objects."""
-        best = _NO_WAY
-        for name in names:
-            operator = self._domain.domain.operator(name)
-            if operator is not None:
+        operators = [op for name in names if (op := self._domain.domain.operator(name)) is not None]
+        for most in _HORIZONS:
+            best = Way(most, None, ())
+            for operator in operators:
                 best = self._cheapest(taking(operator), {}, best)
-        return best
+            if best.action is not None:
+                return best
+        return _NO_WAY
 
     def helpful(self, formula: Formula) -> dict[Action, None]:
         """The actions that are possible at once on the cheapest ways to a closed formula, in order."""
@@ -272,7 +279,20 @@ class Distances:
             for part in parts.conditions:
                 self._collect(part, found, seen)
         else:
-            self._collect(min(parts.conditions, key=self._cost), found, seen)
+            cheapest = self._cheapest_of(parts.conditions)
+            if cheapest is not None:
+                self._collect(cheapest, found, seen)
+
+    def _cheapest_of(self, conditions: Sequence[Wanted]) -> Wanted | None:
+        for most in _HORIZONS:
+            best, cheapest = most, None
+            for condition in conditions:
+                cost = self._cost(condition, best)
+                if cost < best:
+                    best, cheapest = cost, condition
+            if cheapest is not None:
+                return cheapest
+        return None
 
     def _collect_atom(
         self, atom: Atom, scope: Scope, truth: bool, found: dict[Action, None], seen: set[int]

@@ -12,7 +12,7 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import Enum
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 from eai.logic.formula import Formula
 from eai.world.domain import Domain
@@ -78,6 +78,9 @@ class Planned:
     blocked: tuple[Formula | tuple[str, ...], ...] = ()
 
 
+CarryOut: TypeAlias = Callable[[Action, State], Sequence[Action]]
+
+
 class _Node(NamedTuple):
     """A state that was reached, with the number of action goals taken on the way, and the way."""
 
@@ -87,11 +90,24 @@ class _Node(NamedTuple):
     action: Action | None
 
 
-class Planner:
-    """Searches for plans in one domain."""
+def alone(action: Action, state: State) -> tuple[Action, ...]:
+    """An action is carried out by itself."""
+    return (action,)
 
-    def __init__(self, domain: Domain) -> None:
+
+class Planner:
+    """Searches for plans in one domain.
+
+    Args:
+        domain: the domain.
+        carry_out: what is done when an action is chosen in a state: a fixed sequence around it, say, where
+            plans are not made of single actions. An empty sequence means that it cannot be chosen. A step of
+            `Planned.plan` is an action that was chosen.
+    """
+
+    def __init__(self, domain: Domain, carry_out: CarryOut = alone) -> None:
         self._domain = domain
+        self._carry_out = carry_out
         self._regression = Regression(domain)
 
     def plan(
@@ -109,7 +125,10 @@ class Planner:
             objects: what actions may be about, by index.
             limits: how much to do.
         """
-        return _Search(self._domain, self._regression, goal, objects, limits or PlanningLimits()).run(initial)
+        search = _Search(
+            self._domain, self._regression, self._carry_out, goal, objects, limits or PlanningLimits()
+        )
+        return search.run(initial)
 
 
 class _Search:
@@ -119,12 +138,14 @@ class _Search:
         self,
         domain: Domain,
         regression: Regression,
+        carry_out: CarryOut,
         goal: PlanningGoal,
         objects: Sequence[int],
         limits: PlanningLimits,
     ) -> None:
         self._domain = domain
         self._regression = regression
+        self._carry_out = carry_out
         self._goal = goal
         self._objects = objects
         self._limits = limits
@@ -170,7 +191,7 @@ class _Search:
             helpful.update(distances.helpful_on(way))
         if total == 0.0:
             return node
-        heapq.heappush(self._queue, (total, self._states, node, tuple(helpful)))
+        heapq.heappush(self._queue, (total, -self._states, node, tuple(helpful)))
         return None
 
     def _next(self) -> tuple[_Node, tuple[Action, ...]] | None:
@@ -191,16 +212,25 @@ class _Search:
 
     def _expand(self, node: _Node, actions: Sequence[Action]) -> _Node | None:
         for action in actions:
-            compiled = self._domain.compiled[action.operator]
-            binding = compiled.bind(node.state, action.arguments)
-            if compiled.first_failure(node.state, binding) is not None:
-                continue
-            wanted = self._goal.actions[node.taken] if node.taken < len(self._goal.actions) else ()
-            taken = node.taken + (action.operator in wanted)
-            solution = self._reach(_Node(compiled.apply(node.state, binding), taken, node, action))
+            after = self._after(node, action)
+            solution = None if after is None else self._reach(after)
             if solution is not None:
                 return solution
         return None
+
+    def _after(self, node: _Node, action: Action) -> _Node | None:
+        """The node after an action is chosen, or None if it cannot be carried out without a fault."""
+        state, taken = node.state, node.taken
+        steps = self._carry_out(action, state)
+        for step in steps:
+            compiled = self._domain.compiled[step.operator]
+            binding = compiled.bind(state, step.arguments)
+            if compiled.first_failure(state, binding) is not None:
+                return None
+            if taken < len(self._goal.actions) and step.operator in self._goal.actions[taken]:
+                taken += 1
+            state = compiled.apply(state, binding)
+        return _Node(state, taken, node, action) if steps else None
 
     def _blocked(self, initial: State) -> tuple[Formula | tuple[str, ...], ...]:
         distances = Distances(self._regression, initial, self._objects)

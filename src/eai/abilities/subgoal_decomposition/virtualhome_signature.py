@@ -41,12 +41,12 @@ FORGOTTEN = "POUR"
 def signature(scene: Scene, protocol: Protocol) -> Signature:
     """The names that are allowed under a protocol; objects with their id (``soap.1002``) or by class."""
     objects = frozenset(scene.index).union([thing.category for thing in scene.objects])
-    return Signature(_predicates(), _actions(protocol), objects)
+    return Signature(_predicates(), allowed_actions(protocol), objects)
 
 
 def without_arguments(protocol: Protocol) -> frozenset[str]:
     """The actions that take no objects."""
-    return frozenset(name for name, arity in _actions(protocol).items() if arity == 0)
+    return frozenset(name for name, arity in allowed_actions(protocol).items() if arity == 0)
 
 
 @cache
@@ -55,6 +55,7 @@ def _predicates() -> dict[str, int | None]:
 
 
 @cache
-def _actions(protocol: Protocol) -> dict[str, int | None]:
+def allowed_actions(protocol: Protocol) -> dict[str, int | None]:
+    """The actions that subgoals may name, with their numbers of objects."""
     names = ACTIONS if protocol is Protocol.EAI_1_0_5 else (*ACTIONS, FORGOTTEN)
     return {name: virtualhome.as_meant().compiled[name].operator.arity for name in names}

@@ -1,0 +1,100 @@
+"""Plans and answers made of VirtualHome subgoals: for built-in models and tests.
+
+Since each subgoal is translated into several actions, and every translation turns the character away from
+what it faces, a plan of actions is not a plan of subgoals. `subgoal_planner` therefore chooses actions that
+subgoals can stand for, and carries out what those are translated into.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable
+
+from eai.abilities.protocol import Protocol
+from eai.abilities.subgoal_decomposition.search import Plan
+from eai.abilities.subgoal_decomposition.virtualhome_signature import allowed_actions
+from eai.abilities.subgoal_decomposition.virtualhome_translation import BROUGHT_ABOUT_BY, Translation
+from eai.data.task import Task
+from eai.domains import virtualhome
+from eai.logic.formula import Atom, Constant, Formula, Occurs
+from eai.logic.ltl_printer import print_ltl
+from eai.world.execution import Action
+from eai.world.search import Planner
+from eai.world.state import Fact, Scene, State
+
+STATES = {action: state for state, (action, *_) in BROUGHT_ABOUT_BY.items() if state != "CLEAN"}
+"""The state of an object that stands for an action; the ways of cleaning have names of their own."""
+
+PLACES = {"PUTBACK": "ONTOP", "PUTIN": "INSIDE", "POUR": "INSIDE"}
+"""The relation of two objects that stands for an action."""
+
+POSITIONS = {"SIT": "ONTOP", "LIE": "ONTOP", "TURNTO": "FACING", "FIND": "NEXT_TO"}
+"""The relation of the character to an object that stands for an action."""
+
+OTHERS = ("WALK", "GRAB", "PUTON")
+"""Actions for which the state at hand decides what stands for them."""
+
+
+def subgoal_planner() -> Planner:
+    """A planner under protocol `strict` whose steps can each be written as a subgoal."""
+    written = {*STATES, *PLACES, *POSITIONS, *OTHERS, *allowed_actions(Protocol.STRICT)}
+    meant = virtualhome.as_meant()
+    unwritten = [operator.name for operator in meant.operators if operator.name not in written]
+    return Planner(meant.with_operators(without=unwritten), _carry_out)
+
+
+def write_subgoals(task: Task, plan: Iterable[Action]) -> tuple[str, ...]:
+    """The subgoals for a plan of `subgoal_planner`, each as a formula."""
+    compiled = virtualhome.as_meant().compiled
+    state = task.initial
+    subgoals: list[str] = []
+    for action in plan:
+        literal = _literal(action, state)
+        subgoals.append(print_ltl(_formula(literal, task.scene)))
+        for step in _carry_out(action, state):
+            operator = compiled[step.operator]
+            state = operator.apply(state, operator.bind(state, step.arguments))
+    return tuple(subgoals)
+
+
+def join_subgoals(subgoals: Iterable[str]) -> str:
+    """The subgoals as one answer."""
+    answer = {"necessity_to_use_action": "no", "actions_to_include": [], "output": list(subgoals)}
+    return json.dumps(answer, indent=1)
+
+
+def _literal(action: Action, state: State) -> Action | Fact:
+    """What stands for an action: itself, or a fact that it brings about."""
+    name, arguments = action
+    agent = state.scene.agent
+    if agent is None:
+        return action
+    match name:
+        case "WALK":
+            is_room = state.has("ROOM", *arguments)
+            return Fact("INSIDE" if is_room else "NEXT_TO", (agent, *arguments))
+        case "GRAB":
+            right_hand_is_free = not state.relation("HOLDS_RH").row(agent)
+            return Fact("HOLDS_RH" if right_hand_is_free else "HOLDS_LH", (agent, *arguments))
+        case "PUTON":
+            return Fact("ONTOP", (*arguments, agent))
+    if name in POSITIONS:
+        return Fact(POSITIONS[name], (agent, *arguments))
+    relation = STATES.get(name) or PLACES.get(name)
+    return action if relation is None else Fact(relation, arguments)
+
+
+def _carry_out(action: Action, state: State) -> Plan:
+    """The translation of what stands for an action that ends in it; for walking up to a thing, finding it."""
+    literal = _literal(action, state)
+    translation = Translation(state.scene)
+    if isinstance(literal, Fact):
+        plans = translation.of_state(literal.predicate, literal.arguments, state)
+    else:
+        plans = translation.of_action(literal.operator, literal.arguments, state)
+    return next((plan for plan in plans if plan[-1] == action), plans[0] if plans else ())
+
+
+def _formula(literal: Action | Fact, scene: Scene) -> Formula:
+    terms = tuple(Constant(scene.objects[i].name) for i in literal.arguments)
+    return Atom(literal.predicate, terms) if isinstance(literal, Fact) else Occurs(literal.operator, terms)
