@@ -34,6 +34,14 @@ def test_changes_to_other_objects_are_only_counted() -> None:
     assert step.hidden_changes > 0
 
 
+def test_what_no_prompt_may_mention_is_only_counted() -> None:
+    task = make_task("NEXT_TO character.65 cup.13", relevant=["cup.13", "table.12"])
+    (step,) = explain('{"GRAB": ["cup"]}', task).steps
+    assert "HOLDS_RH(character.65, cup.13)" in step.added
+    assert not any(fact.startswith("TAKEN_FROM") for fact in step.added)
+    assert step.hidden_changes >= 1
+
+
 def test_a_failed_step_names_the_check_and_the_objects_and_is_the_last() -> None:
     steps = explain('{"WALK": ["table"], "PUTIN": ["cup", "fridge"], "OPEN": ["fridge"]}').steps
     assert [step.outcome for step in steps] == ["executed", "missing_step"]

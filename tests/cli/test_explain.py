@@ -62,6 +62,16 @@ def test_an_unreadable_answer_is_explained(eai: Command) -> None:
     assert "parsing: no step was found" in eai("explain", "out", "12_2").out
 
 
+def test_an_answer_is_read_as_it_was_scored(eai: Command) -> None:
+    """Under `eai-1.0.5` the form of most answers of the file decides."""
+    names_only = dict.fromkeys(("11_1", "120_1"), '{"WALK": ["floor_lamp"]}')
+    answers = {**names_only, "12_2": '{"WALK": ["character", "65"]}'}
+    rows = [{"identifier": task, "llm_output": text} for task, text in answers.items()]
+    Path("n_outputs.json").write_text(json.dumps(rows))
+    assert eai("score", "n_outputs.json", *HERE, "--protocol", "eai-1.0.5", "--out", "n").status == 0
+    assert "hallucination: step 1: WALK: there is no 65" in eai("explain", "n", "12_2").out
+
+
 def test_what_is_wrong_with_the_records_is_told_in_one_line(eai: Command) -> None:
     assert eai("explain", "out", "0_0") == (2, "", "eai: out/records.jsonl: no record of task 0_0\n")
     assert eai("explain", "none", "0_0").err.startswith("eai: none: expected a readable records.jsonl")

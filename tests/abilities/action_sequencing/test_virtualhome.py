@@ -64,6 +64,7 @@ def plan(*steps: str) -> str:
         ('{"WALK": ["fridge", "010"]}', "hallucination 0", "hallucination 0"),
         ('{"WALK": ["fridge.10"]}', "hallucination 0", "hallucination 0"),
         ('{"WALK": [""]}', "hallucination 0", "hallucination 0"),
+        ('{"WALK": ["10"]}', "hallucination 0", "hallucination 0"),
         ('{"WALK": [null]}', "hallucination 0", "hallucination 0"),
         ('{"WALK": [true, 1.5]}', "hallucination 0", "hallucination 0"),
         ('{"WALK": [{"name": "fridge"}]}', "hallucination 0", "hallucination 0"),
@@ -117,6 +118,14 @@ def test_goals_count_in_the_state_in_which_a_plan_stopped(protocol: Protocol) ->
 def test_additional_steps_are_counted_and_skipped(protocol: Protocol) -> None:
     verdict = score(protocol, '{"STANDUP": [ ], "WALK": ["fridge"], "OPEN": ["fridge"], "OPEN": ["fridge"]}')
     assert (told(verdict), verdict.executable, verdict.additional_steps) == ("success", True, 2)
+
+
+@BOTH
+@pytest.mark.parametrize("steps", [("STANDUP",), ("READ book.16",)])
+def test_steps_that_were_not_executed_reach_no_action_goal(protocol: Protocol, steps: Sequence[str]) -> None:
+    task = make_task(goals=("action STANDUP|READ",))
+    assert told(score(protocol, plan(*steps), task)) in {"failure", "missing_step 0"}
+    assert score(protocol, plan(*steps), task).success is False
 
 
 @BOTH
