@@ -68,3 +68,22 @@ def test_four_tasks_have_neither_goals_nor_a_temporal_goal(data_store: Store) ->
         (task.tl_goal is None) == (not (task.node_goals or task.edge_goals or task.action_goals))
         for task in tasks
     )
+
+
+def test_behaviors_column_of_the_papers_table_comes_out(data_store: Store) -> None:
+    (table,) = [each for each in stats(data_store) if each.domain == "behavior"]
+    assert {label: row.value for label, row in by_label(table.rows).items()} == {
+        "task names": 100,
+        "instructions": 100,
+        "goals": 673,
+        "state goals": 153,
+        "relation goals": 520,
+        "action goals": 0,
+        "goals per task": 6.73,
+        "goal conditions": 366,
+        "goal options per task": 4164.41,
+        "trajectories": 100,
+        "action steps": 1455,
+        "steps per trajectory": 14.55,
+        "transition models": 30,
+    }

@@ -1,0 +1,138 @@
+"""Operators that try several things, and the two rules that tell a wrong order."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from eai.logic.formula import FALSE, Formula
+from eai.world.domain import Domain, each_held_before, was_possible_before
+from eai.world.effect import Add, Delete
+from eai.world.execution import Action, Trajectory, execute
+from eai.world.fault import FaultKind
+from eai.world.operator import Operator, Try, additional, affordance, in_paper_order, missing
+from eai.world.state import Scene, WorldObject
+from eai.world.vocabulary import Predicate, Vocabulary
+
+WET, DIRTY, MUDDY, SOAP = (Predicate(name, 0) for name in ("wet", "dirty", "muddy", "soap"))
+CLEAN = Operator(
+    "CLEAN",
+    (),
+    (additional(DIRTY() | MUDDY(), "clean already"),),
+    (Delete(WET()),),
+    tries=(
+        Try(DIRTY(), (missing(SOAP(), "no soap"),), (Delete(DIRTY()),)),
+        Try(MUDDY(), (affordance(WET(), "dry"),), (Delete(MUDDY()),)),
+    ),
+)
+TAKE, LOSE = Operator("TAKE", (), (), (Add(SOAP()),)), Operator("LOSE", (), (), (Delete(SOAP()),))
+DOMAIN = Domain(
+    "bath", Vocabulary((WET, DIRTY, MUDDY, SOAP)), (CLEAN, TAKE, LOSE), history_rule=was_possible_before
+)
+
+
+def run(facts: str, *names: str, domain: Domain = DOMAIN) -> Trajectory:
+    state = Scene(domain.vocabulary, (WorldObject("it", "thing"),)).state(
+        (name, ()) for name in facts.split()
+    )
+    return execute(domain, state, [Action(name, ()) for name in names])
+
+
+def facts(trajectory: Trajectory) -> str:
+    return " ".join(fact.predicate for fact in trajectory.final.facts())
+
+
+@pytest.mark.parametrize(
+    ("before", "after"),
+    [
+        ("dirty soap wet", "soap"),
+        ("dirty soap muddy wet", "soap"),
+        ("dirty soap muddy", "muddy soap"),
+        ("dirty muddy wet", "dirty"),
+        ("muddy wet", ""),
+    ],
+)
+def test_the_effects_of_all_tries_that_succeed_are_made(before: str, after: str) -> None:
+    trajectory = run(before, "CLEAN")
+    assert trajectory.failure is None
+    assert facts(trajectory) == after
+
+
+@pytest.mark.parametrize(
+    ("before", "kind", "also", "reason"),
+    [
+        ("wet", FaultKind.ADDITIONAL_STEP, (), "clean already"),
+        ("dirty wet", FaultKind.MISSING_STEP, (), "no soap"),
+        ("muddy", FaultKind.AFFORDANCE, (), "dry"),
+        ("dirty muddy", FaultKind.AFFORDANCE, (FaultKind.MISSING_STEP,), "dry"),
+    ],
+)
+def test_an_action_fails_if_all_its_tries_do_for_the_reasons_of_all(
+    before: str, kind: FaultKind, also: tuple[FaultKind, ...], reason: str
+) -> None:
+    (step,) = run(before, "CLEAN").steps
+    assert step.fault is not None
+    assert (step.fault.kind, step.fault.also, step.fault.check.reason) == (kind, also, reason)
+
+
+def test_the_domain_says_which_kind_counts() -> None:
+    order = (FaultKind.MISSING_STEP, FaultKind.AFFORDANCE)
+    (step,) = run("dirty muddy", "CLEAN", domain=replace(DOMAIN, precedence=order)).steps
+    assert step.fault is not None
+    assert (step.fault.kind, step.fault.also) == (FaultKind.MISSING_STEP, (FaultKind.AFFORDANCE,))
+    assert step.fault.check.reason == "no soap"
+
+
+def test_an_operator_whose_tries_are_not_made_does_the_rest() -> None:
+    operator = replace(CLEAN, checks=())
+    assert facts(run("wet soap", "CLEAN", domain=DOMAIN.with_operators(operator))) == "soap"
+
+
+def test_checks_of_tries_are_put_in_the_papers_order_too() -> None:
+    mixed = (missing(SOAP(), "no soap"), additional(DIRTY(), "clean"), affordance(WET(), "dry"))
+    operator = replace(CLEAN, tries=(Try(DIRTY(), mixed, ()),))
+    (ordered,) = in_paper_order(operator).tries
+    assert [check.reason for check in ordered.checks] == ["dry", "clean", "no soap"]
+
+
+def wrong_order_of(domain: Domain, *sought: Formula) -> tuple[FaultKind, int | None]:
+    """What becomes of washing with soap that was there once, and then of what."""
+    check = missing(SOAP() & WET(), "no water or no soap", sought or None)
+    wash = Operator("WASH", (), (check,), ())
+    domain = domain.with_operators(wash)
+    fault = run("dirty", "TAKE", "LOSE", "WASH", domain=domain).steps[-1].fault
+    assert fault is not None
+    return fault.kind, fault.earlier
+
+
+def test_what_a_check_seeks_may_have_held_apart_or_must_have_sufficed() -> None:
+    apart = replace(DOMAIN, history_rule=each_held_before)
+    assert wrong_order_of(apart, SOAP()) == (FaultKind.WRONG_ORDER, 1)
+    assert wrong_order_of(apart, SOAP(), DIRTY()) == (FaultKind.WRONG_ORDER, 2)
+    assert wrong_order_of(apart) == (FaultKind.MISSING_STEP, None)
+    assert wrong_order_of(DOMAIN, SOAP()) == (FaultKind.MISSING_STEP, None)
+
+
+@pytest.mark.parametrize(
+    ("before", "names", "expected"),
+    [
+        ("dirty", ("TAKE", "LOSE", "CLEAN"), (FaultKind.WRONG_ORDER, 1)),
+        ("dirty soap", ("LOSE", "CLEAN"), (FaultKind.WRONG_ORDER, 0)),
+        ("dirty", ("LOSE", "CLEAN"), (FaultKind.MISSING_STEP, None)),
+    ],
+)
+def test_an_action_that_was_possible_before_is_in_the_wrong_order(
+    before: str, names: tuple[str, ...], expected: tuple[FaultKind, int | None]
+) -> None:
+    fault = run(before, *names).steps[-1].fault
+    assert fault is not None
+    assert (fault.kind, fault.earlier) == expected
+
+
+def test_a_check_that_seeks_nothing_possible_is_never_in_the_wrong_order() -> None:
+    silent = replace(CLEAN.tries[0], checks=(missing(SOAP(), "no soap", (FALSE,)),))
+    domain = DOMAIN.with_operators(replace(CLEAN, tries=(silent,)))
+    fault = run("dirty", "TAKE", "LOSE", "CLEAN", domain=domain).steps[-1].fault
+    assert fault is not None
+    assert fault.kind is FaultKind.MISSING_STEP
