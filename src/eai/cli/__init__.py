@@ -6,7 +6,7 @@ import sys
 
 import typer
 
-from eai.cli import compare, data, explain, leaderboard, report, run, score
+from eai.cli import compare, data, explain, leaderboard, prompts, report, run, score, submission
 from eai.cli.console import errors
 from eai.errors import EaiError
 
@@ -20,6 +20,8 @@ app.add_typer(data.app, name="data")
 app.command(no_args_is_help=True)(score.score)
 app.command(no_args_is_help=True)(run.run)
 app.command(no_args_is_help=True)(explain.explain)
+app.command(no_args_is_help=True)(prompts.prompts)
+app.add_typer(submission.app, name="submission")
 app.command(no_args_is_help=True)(report.report)
 app.command(no_args_is_help=True)(compare.compare)
 app.command(no_args_is_help=True)(leaderboard.leaderboard)

@@ -9,13 +9,13 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import TypeAlias
 
-from eai.abilities.action_sequencing.virtualhome_writer import join_steps, write_steps
-from eai.abilities.goal_interpretation.virtualhome_writer import write_goals
+from eai.abilities.action_sequencing import behavior_writer as behavior_plans
+from eai.abilities.action_sequencing import virtualhome_writer as virtualhome_plans
+from eai.abilities.goal_interpretation import virtualhome_writer as virtualhome_goals
 from eai.abilities.protocol import Ability, Domain
-from eai.abilities.verdict import Json
+from eai.data import behavior_tasks, virtualhome_tasks
 from eai.data.store import Store
 from eai.data.transition_modeling import TransitionTasks, open_behavior, open_virtualhome
-from eai.data.virtualhome_tasks import open_tasks
 from eai.errors import InputError
 
 
@@ -91,18 +91,34 @@ def noisy_answer(book: AnswerBook, task_id: str, *, rate: float, seed: str) -> W
 
 
 def _virtualhome_plans(store: Store | None) -> AnswerBook:
-    tasks = open_tasks(store)
+    tasks = virtualhome_tasks.open_tasks(store)
 
     def gold(task_id: str) -> WrittenAnswer:
         task = tasks[task_id]
-        return WrittenAnswer(write_steps(task.script, task.scene), join_steps)
+        steps = virtualhome_plans.write_steps(task.script, task.scene)
+        return WrittenAnswer(steps, virtualhome_plans.join_steps)
 
     return AnswerBook(tuple(tasks), gold)
 
 
 def _virtualhome_goals(store: Store | None) -> AnswerBook:
-    tasks = open_tasks(store)
-    return AnswerBook(tuple(tasks), lambda task_id: _sections(write_goals(tasks[task_id])))
+    tasks = virtualhome_tasks.open_tasks(store)
+    return AnswerBook(
+        tuple(tasks),
+        lambda task_id: WrittenAnswer(
+            virtualhome_goals.write_goals(tasks[task_id]), virtualhome_goals.join_goals
+        ),
+    )
+
+
+def _behavior_plans(store: Store | None) -> AnswerBook:
+    tasks = behavior_tasks.open_tasks(store)
+
+    def gold(task_id: str) -> WrittenAnswer:
+        task = tasks[task_id]
+        return WrittenAnswer(behavior_plans.write_steps(task.script, task.scene), behavior_plans.join_steps)
+
+    return AnswerBook(tuple(tasks), gold)
 
 
 def _operators(open_transition_tasks: Callable[[Store | None], TransitionTasks]) -> Opener:
@@ -119,25 +135,12 @@ def _operators(open_transition_tasks: Callable[[Store | None], TransitionTasks])
     return open_book
 
 
-def _sections(text: str) -> WrittenAnswer:
-    """An answer that is an object of lists, by the elements of the lists."""
-    sections: dict[str, list[Json]] = json.loads(text)
-    parts = tuple(json.dumps([name, each]) for name, values in sections.items() for each in values)
-
-    def join(chosen: Iterable[str]) -> str:
-        answer: dict[str, list[Json]] = {name: [] for name in sections}
-        for name, each in map(json.loads, chosen):
-            answer.setdefault(name, []).append(each)
-        return json.dumps(answer, indent=1)
-
-    return WrittenAnswer(parts, join)
-
-
 Opener: TypeAlias = Callable[[Store | None], AnswerBook]
 
 _BOOKS: Mapping[tuple[Domain, Ability], Opener] = {
     (Domain.VIRTUALHOME, Ability.GOAL_INTERPRETATION): _virtualhome_goals,
     (Domain.VIRTUALHOME, Ability.ACTION_SEQUENCING): _virtualhome_plans,
     (Domain.VIRTUALHOME, Ability.TRANSITION_MODELING): _operators(open_virtualhome),
+    (Domain.BEHAVIOR, Ability.ACTION_SEQUENCING): _behavior_plans,
     (Domain.BEHAVIOR, Ability.TRANSITION_MODELING): _operators(open_behavior),
 }

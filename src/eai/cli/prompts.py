@@ -1,0 +1,59 @@
+"""``eai prompts``: the prompts of a suite as a file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from eai.abilities.protocol import Ability, Domain
+from eai.cli.console import data_progress, output
+from eai.cli.data import DataFolder, store
+from eai.errors import InputError
+from eai.prompts.library import Library
+from eai.prompts.official import official_files
+from eai.prompts.prompt import PromptSet, prompt_file, system_file
+from eai.run.answers import gold_examples
+
+
+def prompts(
+    domain: Annotated[Domain, typer.Option(help="The domain of the tasks.")],
+    ability: Annotated[Ability, typer.Option(help="What is asked for.")],
+    out: Annotated[Path, typer.Option(help="The file to write.")],
+    prompt_set: Annotated[
+        PromptSet, typer.Option("--set", help="The data set's prompts, or ours.")
+    ] = PromptSet.OFFICIAL,
+    folder: Annotated[
+        Path | None, typer.Option("--prompts", help="A folder with prompts of your own.")
+    ] = None,
+    data: DataFolder = None,
+) -> None:
+    """Write prompts as a list of {"identifier", "llm_prompt"}; a system message goes to a file beside it.
+
+    Official prompts are written byte for byte as the data set ships them. The system message, where there is
+    one, is in FILE with _system before its extension.
+
+    Example: eai prompts --domain virtualhome --ability action_sequencing --out prompts.json
+    """
+    with data_progress() as report:
+        source = store(data)
+        if prompt_set is PromptSet.OFFICIAL and folder is None:
+            files = official_files(domain, ability, source, report=report)
+            content, system = files.prompts, files.system
+        else:
+            library = Library(prompt_set, folder, gold_examples(source), source, report)
+            opened = library.open(domain, ability)
+            content, system = prompt_file(opened), system_file(opened)
+    _write(out, content)
+    if system is not None:
+        _write(out.with_name(f"{out.stem}_system{out.suffix}"), system)
+
+
+def _write(path: Path, content: bytes) -> None:
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(content)
+    except OSError as error:
+        raise InputError(f"{path}: cannot be written ({error.strerror})") from error
+    output().print(f"written to {path}", soft_wrap=True, highlight=False, markup=False)

@@ -1,0 +1,53 @@
+"""``eai submission``: the challenge's files, the answers to eight suites in a zip."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from eai.cli.console import output
+from eai.cli.data import DataFolder, store
+from eai.run.submission import Finding, build_submission, check_submission
+
+app = typer.Typer(help="The challenge's files: build them from a run, check them.", no_args_is_help=True)
+
+
+@app.command()
+def build(
+    run: Annotated[Path, typer.Argument(help="The folder of a run, as eai run writes it.")],
+    out: Annotated[Path, typer.Option(help="The zip to write.")],
+    model: Annotated[
+        str | None, typer.Option(help="The model's folder in the run, where there are several.")
+    ] = None,
+    folder: Annotated[str | None, typer.Option(help="A folder for the files in the zip.")] = None,
+    data: DataFolder = None,
+) -> None:
+    """Put a model's answers to all suites into a zip, and check it.
+
+    Example: eai submission build runs --out submission.zip
+    """
+    build_submission(run, out, store(data), model=model, folder=folder)
+    output().print(f"written to {out}", soft_wrap=True, highlight=False, markup=False)
+    _tell(check_submission(out, store(data)))
+
+
+@app.command()
+def check(
+    path: Annotated[Path, typer.Argument(help="The zip.", metavar="ZIP")], data: DataFolder = None
+) -> None:
+    """Name every missing, repeated, unknown or empty row of a submission; exit status 2 if there is one.
+
+    Example: eai submission check submission.zip
+    """
+    _tell(check_submission(path, store(data)))
+
+
+def _tell(findings: Sequence[Finding]) -> None:
+    for finding in findings:
+        output().print(f"{finding.file}: {finding.problem}", soft_wrap=True, highlight=False, markup=False)
+    if findings:
+        raise typer.Exit(2)
+    output().print("the submission is complete", highlight=False)

@@ -1,0 +1,55 @@
+"""Templates: text files with ``$name`` where a text is to be put in.
+
+The standard library's `string.Template` does it: answers are JSON and operators PDDL, so braces, brackets and
+percent signs must mean themselves, and a template needs no loops, since every list comes as one text.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from importlib.resources import files
+from pathlib import Path
+from string import Template
+
+from eai.errors import InputError
+
+
+@dataclass(frozen=True, slots=True)
+class Templates:
+    """The templates of the package, with the user's own in place of single ones.
+
+    Attributes:
+        folder: the user's files under the names of ours; None if there are none.
+    """
+
+    folder: Path | None = None
+
+    def text(self, name: str) -> str:
+        """The text of a template, say ``action_sequencing.txt``, without the line break at its end.
+
+        Raises:
+            InputError: the user's file cannot be read.
+        """
+        own = None if self.folder is None else self.folder / name
+        if own is None or not own.exists():
+            ours = files("eai.prompts") / "templates" / name
+            return ours.read_text(encoding="utf-8").removesuffix("\n")
+        try:
+            return own.read_text(encoding="utf-8").removesuffix("\n")
+        except (OSError, UnicodeDecodeError) as error:
+            raise InputError(f"{own}: cannot be read ({error})") from error
+
+    def fill(self, name: str, values: Mapping[str, str]) -> str:
+        """A template with its places filled.
+
+        Raises:
+            InputError: it names a place for which there is no text, or has a lone dollar sign.
+        """
+        try:
+            return Template(self.text(name)).substitute(values)
+        except KeyError as error:
+            known = ", ".join(f"${place}" for place in values)
+            raise InputError(f"{name}: ${error.args[0]} is none of {known}") from error
+        except ValueError as error:
+            raise InputError(f"{name}: {error}; a dollar sign is written as $$") from error

@@ -1,0 +1,180 @@
+"""Challenge files: the answers to all eight suites in one zip, built from a run and checked row by row."""
+
+from __future__ import annotations
+
+import json
+import zipfile
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path, PurePosixPath
+
+from eai.abilities.protocol import Ability, Domain
+from eai.abilities.responses import SCENE_PREFIX, SUFFIX, find_response_files, read_responses
+from eai.data.store import Store
+from eai.errors import InputError
+from eai.prompts.official import official_files
+
+MAX_SIZE = 200_000_000
+"""The most bytes that a file of a submission may hold."""
+
+_EPOCH = (1980, 1, 1, 0, 0, 0)
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """One thing that is wrong with a submission.
+
+    Attributes:
+        file: the file of the submission that it is about; the zip itself where it is about all of it.
+        problem: what is wrong, with the identifier where there is one.
+    """
+
+    file: str
+    problem: str
+
+
+def submission_files(store: Store | None = None) -> dict[str, tuple[str, ...]]:
+    """Every file of a submission with the identifiers that it must hold, as the data set writes them.
+
+    Raises:
+        DataError: the data set cannot be obtained.
+    """
+    return {
+        f"{domain.value}_{ability.value}{SUFFIX}": _identifiers(domain, ability, store)
+        for domain in Domain
+        for ability in Ability
+    }
+
+
+def build_submission(
+    run: Path, out: Path, store: Store | None = None, *, model: str | None = None, folder: str | None = None
+) -> None:
+    """Put the answers of one model to all suites into a zip: of the same answers the same bytes.
+
+    Args:
+        run: the folder of a run, with answers in ``<domain>/<ability>/<model>/``.
+        out: the zip.
+        store: where the data set is; the user's default store if None.
+        model: the model's name in the run; may be left out where there is only one.
+        folder: a folder for the files in the zip; they lie flat if None.
+
+    Raises:
+        InputError: the run has no answers, or those of several models, or the zip cannot be written.
+        DataError: the data set cannot be obtained.
+    """
+    files = find_response_files(run)
+    model = model or _only_model(run, files)
+    members = {}
+    for domain in Domain:
+        for ability in Ability:
+            file = run / domain.value / ability.value / model / f"{model}{SUFFIX}"
+            if file in files:
+                identifiers = _identifiers(domain, ability, store)
+                members[f"{domain.value}_{ability.value}{SUFFIX}"] = _content(file, identifiers)
+    if not members:
+        raise InputError(f"{run}: no answers of a model named {model}")
+    try:
+        out.parent.mkdir(parents=True, exist_ok=True)
+        with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as archive:
+            for name, content in members.items():
+                path = name if folder is None else f"{folder}/{name}"
+                info = zipfile.ZipInfo(path, date_time=_EPOCH)
+                info.compress_type = zipfile.ZIP_DEFLATED
+                archive.writestr(info, content)
+    except OSError as error:
+        raise InputError(f"{out}: cannot be written ({error.strerror})") from error
+
+
+def check_submission(path: Path, store: Store | None = None) -> list[Finding]:
+    """Everything that is wrong with a submission, file by file in a fixed order; empty if nothing is.
+
+    Identifiers may have a scene prefix or not. Files may lie in a folder.
+
+    Raises:
+        InputError: the zip cannot be read.
+        DataError: the data set cannot be obtained.
+    """
+    expected = submission_files(store)
+    try:
+        with zipfile.ZipFile(path) as archive:
+            members = {info.filename: info for info in archive.infolist() if not info.is_dir()}
+            by_name = Counter(PurePosixPath(name).name for name in members)
+            findings = [
+                Finding(path.name, f"{name} is not one of the files") for name in by_name.keys() - expected
+            ]
+            for file, identifiers in expected.items():
+                found = [info for name, info in members.items() if PurePosixPath(name).name == file]
+                if len(found) != 1:
+                    problem = "is missing" if not found else f"is there {len(found)} times"
+                    findings.append(Finding(file, problem))
+                elif found[0].file_size > MAX_SIZE:
+                    findings.append(Finding(file, f"holds more than {MAX_SIZE:,} bytes"))
+                else:
+                    problems = _problems(archive.read(found[0]), identifiers)
+                    findings += [Finding(file, problem) for problem in problems]
+    except (OSError, zipfile.BadZipFile, RuntimeError, NotImplementedError) as error:
+        raise InputError(f"{path}: expected a zip that can be read ({error})") from error
+    return findings
+
+
+def _problems(content: bytes, identifiers: Sequence[str]) -> Iterator[str]:
+    """What is wrong with one file."""
+    try:
+        rows = json.loads(content)
+    except (ValueError, RecursionError) as error:
+        yield f"is not JSON ({error})"
+        return
+    if not isinstance(rows, list):
+        yield 'is not a list of {"identifier", "llm_output"}'
+        return
+    expected = [identifier.removeprefix(SCENE_PREFIX) for identifier in identifiers]
+    times: Counter[str] = Counter()
+    for number, row in enumerate(rows, 1):
+        identifier = row.get("identifier") if isinstance(row, dict) else None
+        if not isinstance(identifier, str):
+            yield f'row {number} has no text "identifier"'
+            continue
+        task_id = identifier.removeprefix(SCENE_PREFIX)
+        times[task_id] += 1
+        if times[task_id] == 2:
+            yield f"{identifier} is repeated"
+        if task_id not in expected:
+            yield f"{identifier} is unknown"
+        yield from _answer_problems(identifier, row)
+    for identifier in expected:
+        if identifier not in times:
+            yield f"{identifier} is missing"
+
+
+def _answer_problems(identifier: str, row: Mapping[str, object]) -> Iterator[str]:
+    answer = row.get("llm_output")
+    if answer is None or (isinstance(answer, str) and not answer.strip()):
+        yield f"{identifier} is empty"
+    elif not isinstance(answer, str):
+        yield f'{identifier}: "llm_output" is not a text'
+
+
+def _identifiers(domain: Domain, ability: Ability, store: Store | None) -> tuple[str, ...]:
+    rows = json.loads(official_files(domain, ability, store).prompts)
+    return tuple(row["identifier"] for row in rows)
+
+
+def _only_model(run: Path, files: Sequence[Path]) -> str:
+    """The one model whose answers are in a run; those of single epochs do not count."""
+    names = sorted({file.parent.name for file in files if file.name == f"{file.parent.name}{SUFFIX}"})
+    if len(names) != 1:
+        raise InputError(f"{run}: expected the answers of one model, found {', '.join(names) or 'none'}")
+    return names[0]
+
+
+def _content(file: Path, identifiers: Sequence[str]) -> bytes:
+    """The answers of a response file as the challenge wants them, in the order of the data set."""
+    ids = {identifier.removeprefix(SCENE_PREFIX): identifier for identifier in identifiers}
+    texts = {response.task_id: response.text for response in read_responses(file, ids).responses}
+    rows = [
+        {"identifier": identifier, "llm_output": texts[task_id]}
+        for task_id, identifier in ids.items()
+        if task_id in texts
+    ]
+    return json.dumps(rows, indent=1).encode()
