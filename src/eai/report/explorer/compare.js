@@ -65,6 +65,7 @@ function togglePair() {
     renderAll();
     return;
   }
-  const first = (state.selected && state.selected.run) || runs.find((run) => rivalsOf(run).length);
-  if (first && rivalsOf(first).length) comparePair(first, rivalsOf(first)[0], null);
+  const candidates = state.selected ? [state.selected.run, ...runs] : runs;
+  const first = candidates.find((run) => rivalsOf(run).length);
+  if (first) comparePair(first, rivalsOf(first)[0], null);
 }

@@ -1,0 +1,159 @@
+"""Made-up runs of every ability, some of whose answers try to be more than text."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+
+from eai.abilities.explanation import Explanation, GoalReport, StepReport
+from eai.abilities.protocol import Ability, Domain, Protocol
+from eai.abilities.record import Record, write_records
+from eai.abilities.verdict import Confusion, ErrorReport, Json, SubgoalCategory, Verdict
+from eai.pddl.planning import PlannerOutcome
+from eai.world.fault import FaultKind
+from metrics.verdicts import goals, record
+
+HOSTILE = (
+    "</script><script>document.title='owned'</script>"
+    "<img src=x onerror=\"document.title='owned'\"><style>*{display:none}</style>"
+    "\u2028\u2029\ud800 ]]> <!-- & $x^2$ \\end{table} | `x` **b** {{program}} {{data}} "
+)
+"""An answer, and a name, that would do harm where text is not kept text."""
+
+STEPS = (
+    StepReport("WALK(bed.1)", "executed", added=("NEXT_TO(me.65, bed.1)",), hidden_changes=2),
+    StepReport("SWITCHON(light.2)", "additional_step", "light.2 is not off"),
+    StepReport("GRAB(cup.3)", "executed", added=("HOLDS(me.65, cup.3)",), removed=("ONTOP(cup.3, bed.1)",)),
+    StepReport("OPEN(box.4)", "wrong_order", "box.4 is open", "it would have been possible after step 1"),
+)
+
+
+def actions(task: str, verdict: Verdict, response: str = '{"WALK": ["bed"]}', **names: str) -> Record:
+    """An answer with a plan."""
+    explanation = Explanation(
+        notes=("read with repair: prose",),
+        steps=STEPS,
+        goals=(
+            GoalReport("state", "ON(light.2)", True),
+            GoalReport("relation", "INSIDE(cup.3, box.4)", False),
+        ),
+    )
+    return _record(task, verdict, explanation, Ability.ACTION_SEQUENCING, response, **names)
+
+
+def _record(
+    task: str,
+    verdict: Verdict,
+    explanation: Explanation,
+    ability: Ability,
+    response: str,
+    model: str = "first",
+    domain: str = "virtualhome",
+    protocol: str = "strict",
+    **details: Json,
+) -> Record:
+    explained = Verdict(
+        **{
+            **{name: getattr(verdict, name) for name in Verdict.__dataclass_fields__},
+            "details": {**(verdict.details or {}), **details, "explanation": explanation.to_json()},
+        }
+    )
+    return record(
+        task,
+        explained,
+        ability=ability,
+        model=model,
+        domain=Domain(domain),
+        protocol=Protocol(protocol),
+        response=response,
+    )
+
+
+RIGHT = Verdict(executable=True, success=True, goals=goals((1, 1), (1, 1)), additional_steps=1)
+WRONG = Verdict(
+    executable=False,
+    success=False,
+    error=ErrorReport(FaultKind.WRONG_ORDER, 3, "box.4 is open"),
+    goals=goals((1, 1), (0, 1)),
+    repairs=("prose",),
+)
+UNREADABLE = Verdict(
+    executable=False,
+    success=False,
+    error=ErrorReport(FaultKind.PARSING, None, "no JSON"),
+    goals=goals((0, 2)),
+)
+EXCLUDED = Verdict(excluded="the reference drops this task")
+
+
+def action_run(model: str = "first", protocol: str = "strict") -> list[Record]:
+    """Twelve answers with plans; another model fails where the first succeeds, and the other way round."""
+    verdicts = [RIGHT, WRONG, UNREADABLE] if model == "first" else [WRONG, RIGHT, UNREADABLE]
+    answers = [
+        actions(f"{i}_1", verdicts[i % 3], f"answer {i}", model=model, protocol=protocol) for i in range(11)
+    ]
+    return [*answers, actions("11_1", EXCLUDED, HOSTILE, model=model, protocol=protocol)]
+
+
+def goal_run() -> list[Record]:
+    """Goals found, missed and invented."""
+    verdict = Verdict(
+        counts={"state": Confusion(1, 1, 1), "relation": Confusion(0, 0, 0)},
+        details={"predicted": 2, "ill_formed": 0, "hallucinated": ["sofaa"], "invented": ["OFF(bed)"]},
+    )
+    explanation = Explanation(
+        goals=(GoalReport("state", "ON(light.2)", True), GoalReport("state", "CLEAN(bed.1)", False))
+    )
+    return [_record(f"{i}_1", verdict, explanation, Ability.GOAL_INTERPRETATION, "{}") for i in range(4)]
+
+
+def subgoal_run() -> list[Record]:
+    """Subgoals of every outcome."""
+    return [
+        _record(f"{i}_1", Verdict(category=category, executable=i < 2, success=i == 0, goals=goals((1, 1))),
+                Explanation(steps=STEPS[:2]), Ability.SUBGOAL_DECOMPOSITION, "{}")
+        for i, category in enumerate(SubgoalCategory)
+    ]  # fmt: skip
+
+
+def operator_run() -> list[Record]:
+    """Operators with missing and additional predicates."""
+    verdict = Verdict(
+        success=True,
+        counts={"precondition": {"object_states": Confusion(1, 1, 1)}, "effect": {}},
+        planner=PlannerOutcome.SOLVED,
+    )
+    operators: Json = [
+        {
+            "name": "open",
+            "status": "compared",
+            "precondition": {"matched": ["closed"], "additional": ["near"], "missing": ["can_open"]},
+            "effect": {"matched": [], "additional": [], "missing": []},
+            "offences": [{"offence": "unknown_predicate", "name": "near", "place": "precondition"}],
+        }
+    ]
+    operator = "(:action open :parameters (?o) :precondition (and (closed ?o) (near ?o)) :effect (and))"
+    answer = json.dumps({"output": operator})
+    return [
+        _record(
+            f"{i}_1", verdict, Explanation(), Ability.TRANSITION_MODELING, answer,
+            operators=operators, task_categories=["object_states", "spatial_relations"],
+        )
+        for i in range(3)
+    ]  # fmt: skip
+
+
+def write_runs(folder: Path, runs: Sequence[Sequence[Record]]) -> Path:
+    """Records in folders of their own below a folder."""
+    for number, records in enumerate(runs):
+        place = folder / f"run{number}"
+        place.mkdir(parents=True)
+        write_records(place / "records.jsonl", records)
+    return folder
+
+
+def all_runs() -> list[list[Record]]:
+    """Every ability, two models for plans, and one run under both protocols."""
+    plans = [action_run("first"), action_run("second"), action_run("first", "eai-1.0.5")]
+    return [*plans, goal_run(), subgoal_run(), operator_run()]

@@ -1,0 +1,44 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from eai.cli import app
+from report.samples import action_run, goal_run, write_runs
+
+RUNNER = CliRunner(env={"COLUMNS": "100"})
+
+
+@pytest.fixture
+def runs(tmp_path: Path) -> Path:
+    return write_runs(tmp_path, [action_run("first"), action_run("second"), goal_run()])
+
+
+def test_compare_prints_both_and_where_they_differ(runs: Path) -> None:
+    result = RUNNER.invoke(app, ["compare", str(runs / "run0"), str(runs / "run1"), "--tasks", "2"])
+    assert result.exit_code == 0
+    assert "A first, B second" in result.output
+    assert "exact McNemar" in result.output
+    assert "task success only in first (4): 0_1 3_1 … and 2 more" in result.output
+    assert "1.000" in result.output
+
+
+def test_compare_needs_something_in_common(runs: Path) -> None:
+    result = RUNNER.invoke(app, ["compare", str(runs / "run0"), str(runs / "run2")])
+    assert "no domain, ability and protocol" in str(result.exception)
+
+
+def test_compare_wants_one_model_a_side(runs: Path) -> None:
+    result = RUNNER.invoke(app, ["compare", str(runs), str(runs / "run1")])
+    assert "expected one model" in str(result.exception)
+
+
+def test_leaderboard_lists_runs_and_papers_by_rank(runs: Path) -> None:
+    alone = RUNNER.invoke(app, ["leaderboard", str(runs)])
+    assert alone.exit_code == 0
+    assert "VirtualHome, protocol strict" in alone.output
+    assert "(paper)" not in alone.output
+    both = RUNNER.invoke(app, ["leaderboard", str(runs), "--paper"])
+    assert both.output.count("(paper)") == 18

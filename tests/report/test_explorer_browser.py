@@ -1,0 +1,221 @@
+"""The explorer in a real browser: Debian's Chromium, driven by Playwright, without a network."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Iterator
+from typing import Any
+from urllib.parse import urlencode
+
+import pytest
+
+from eai.report.explorer import explorer_html
+from eai.report.explorer_data import Background, ExplorerData
+from eai.report.runs import read_runs
+from report.samples import HOSTILE, all_runs, write_runs
+
+playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+CHROMIUM = shutil.which("chromium")
+pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="no chromium on this machine")
+ARGUMENTS = (
+    "--no-sandbox",
+    "--disable-gpu",
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+)
+ACTIONS = "virtualhome/action_sequencing/strict"
+
+
+@pytest.fixture(scope="module")
+def address(tmp_path_factory: pytest.TempPathFactory) -> str:
+    """The explorer of all sample runs, as an address on disk."""
+    folder = tmp_path_factory.mktemp("explorer")
+    background = Background(
+        prompts={("virtualhome", "action_sequencing"): {"11_1": f"Do this. {HOSTILE}"}},
+        operators={"virtualhome": {"open": "(:action open :precondition (and (closed ?o) (can_open ?o)))"}},
+    )
+    data = ExplorerData(background)
+    for run in read_runs([write_runs(folder, all_runs())]):
+        data.add(run)
+    page = folder / "explorer.html"
+    page.write_text(explorer_html(data.to_json()), encoding="utf-8")
+    return page.as_uri()
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Any]:
+    with playwright.sync_playwright() as driver:
+        started = driver.chromium.launch(executable_path=CHROMIUM, args=list(ARGUMENTS))
+        yield started
+        started.close()
+
+
+@pytest.fixture
+def page(browser: Any) -> Iterator[Any]:
+    """A page on which nothing may be written to the console, thrown or requested from anywhere."""
+    context = browser.new_context(viewport={"width": 1400, "height": 900})
+    opened = context.new_page()
+    trouble: list[str] = []
+    opened.on("console", lambda message: trouble.append(message.text))
+    opened.on("pageerror", lambda error: trouble.append(str(error)))
+    opened.on(
+        "request", lambda request: None if request.url.startswith("file:") else trouble.append(request.url)
+    )
+    yield opened
+    context.close()
+    assert [what for what in trouble if not what.startswith("file:")] == []
+
+
+def link(address: str, **parts: str) -> str:
+    return f"{address}#{urlencode(parts)}"
+
+
+def tally(page: Any) -> str:
+    return str(page.locator(".tally strong").inner_text())
+
+
+def test_filters_count_and_combine(page: Any, address: str) -> None:
+    page.goto(address)
+    assert tally(page) == "48 answers"
+    page.get_by_role("button", name="Action sequencing").click()
+    assert tally(page) == "36 answers"
+    page.get_by_role("button", name="Wrong order").first.click()
+    assert tally(page) == "12 answers"
+    assert page.get_by_role("button", name="Subgoal decomposition").locator(".count").inner_text() == "0"
+    page.get_by_role("button", name="Clear all filters").click()
+    assert tally(page) == "48 answers"
+
+
+def test_search_finds_in_answers_and_says_when_nothing_is_found(page: Any, address: str) -> None:
+    page.goto(address)
+    page.keyboard.press("/")
+    page.keyboard.type("answer 10")
+    assert tally(page) == "3 answers"
+    page.get_by_role("searchbox").fill("no such thing")
+    assert "No answer is like that" in page.locator("#rows").inner_text()
+    page.keyboard.press("Escape")
+    assert page.evaluate("document.activeElement.id") != "search"
+
+
+def test_replay_shows_changes_and_the_failing_check(page: Any, address: str) -> None:
+    page.goto(link(address, run=f"{ACTIONS}/first", task="1_1"))
+    detail = page.locator("#detail")
+    assert "Wrong order at step 4: box.4 is open" in detail.inner_text()
+    assert "it would have been possible after step 1" in detail.inner_text()
+    assert "prose" in detail.locator(".tags").inner_text()
+    assert page.locator(".place").inner_text() == "step 4 of 4"
+    state = page.locator(".state")
+    assert "ONTOP(cup.3, bed.1)" in state.inner_text()
+    page.keyboard.press("p")
+    page.keyboard.press("p")
+    assert page.locator(".place").inner_text() == "step 2 of 4"
+    assert "NEXT_TO(me.65, bed.1)" in state.inner_text()
+    assert "cup.3" not in state.inner_text()
+    page.get_by_role("button", name="Next step").click()
+    assert "HOLDS(me.65, cup.3)" in state.inner_text()
+    assert page.locator(".goal-list.met").inner_text().startswith("Reached")
+
+
+def test_keys_walk_the_list_and_the_address_follows(page: Any, address: str) -> None:
+    page.goto(link(address, ability="action_sequencing", model="second"))
+    page.keyboard.press("j")
+    page.keyboard.press("j")
+    page.keyboard.press("k")
+    assert page.locator(".heading h2").inner_text() == "1_1"
+    here = page.url
+    assert "task=1_1" in here
+    page.goto("about:blank")
+    page.goto(here)
+    assert page.locator(".heading h2").inner_text() == "1_1"
+    assert tally(page) == "12 answers"
+    assert page.locator('.row[aria-selected="true"] .task').inner_text() == "1_1"
+
+
+def test_a_link_to_a_step_and_to_nothing(page: Any, address: str) -> None:
+    page.goto(link(address, run=f"{ACTIONS}/first", task="1_1", step="2"))
+    assert page.locator(".place").inner_text() == "step 2 of 4"
+    page.goto(link(address, run="no/such/run", task="1_1", step="99", outcome="nonsense"))
+    assert tally(page) == "0 answers"
+
+
+def test_hostile_answers_are_text(page: Any, address: str) -> None:
+    page.goto(link(address, run=f"{ACTIONS}/first", task="11_1"))
+    page.locator(".prompt summary").click()
+    page.wait_for_timeout(100)
+    assert page.title() == "eai explorer"
+    assert "</script><script>" in page.locator(".raw pre").inner_text()
+    assert "onerror" in page.locator(".prompt pre").inner_text()
+    assert page.locator("#detail img, #detail script, #detail style").count() == 0
+    assert page.evaluate("document.scripts.length") == 2
+
+
+def test_two_runs_side_by_side(page: Any, address: str) -> None:
+    page.goto(address)
+    page.get_by_role("button", name="Compare runs").click()
+    page.locator('select[data-run="a"]').select_option(
+        label="VirtualHome · action sequencing · first · strict"
+    )
+    page.locator('select[data-run="b"]').select_option(
+        label="VirtualHome · action sequencing · second · strict"
+    )
+    cells = page.locator(".cell strong").all_inner_texts()
+    assert cells == ["8", "0", "4", "4", "4", "12"]
+    assert page.locator(".row").count() == 8
+    assert page.locator(".side-run").count() == 2
+    page.get_by_role("button", name="only the second").click()
+    assert page.locator(".row .why").first.inner_text() == "wrong order → success"
+    here = page.url
+    page.goto("about:blank")
+    page.goto(here)
+    assert page.locator(".row").count() == 4
+
+
+def test_goals_found_missed_and_invented(page: Any, address: str) -> None:
+    page.goto(link(address, run="virtualhome/goal_interpretation/strict/first", task="0_1"))
+    lists = page.locator(".goal-list").all_inner_texts()
+    assert [text.split("\n")[0].split()[0] for text in lists] == ["Found", "Missed", "Invented", "Names"]
+    assert "OFF(bed)" in lists[2]
+    assert "sofaa" in lists[3]
+
+
+def test_operators_side_by_side(page: Any, address: str) -> None:
+    page.goto(link(address, run="virtualhome/transition_modeling/strict/first", task="0_1"))
+    gold, written = (page.locator(".definition").nth(i) for i in (0, 1))
+    assert gold.locator("mark.missing").inner_text() == "can_open"
+    assert written.locator("mark.additional").inner_text() == "near"
+    assert "unknown predicate in the precondition" in page.locator(".offences").inner_text()
+
+
+def test_phone_shows_list_then_answer_and_nothing_overflows(browser: Any, address: str) -> None:
+    context = browser.new_context(viewport={"width": 390, "height": 844}, color_scheme="dark")
+    page = context.new_page()
+    page.goto(address)
+    wide = "document.documentElement.scrollWidth > document.documentElement.clientWidth"
+    assert not page.evaluate(wide)
+    assert not page.locator("#detail").is_visible()
+    page.locator(".row").first.click()
+    assert page.locator("#detail").is_visible()
+    assert not page.evaluate(wide)
+    page.get_by_role("button", name="← Answers").click()
+    assert page.locator("#list").is_visible()
+    page.get_by_role("button", name="Filters").click()
+    assert page.get_by_role("navigation", name="Filters").is_visible()
+    context.close()
+
+
+def test_everything_to_press_has_a_name_and_dark_can_be_chosen(page: Any, address: str) -> None:
+    page.goto(address)
+    nameless = "[...document.querySelectorAll('button, select, input')].filter(e => !e.innerText.trim()"
+    nameless += " && !e.getAttribute('aria-label') && !e.closest('label')).length"
+    assert page.evaluate(nameless) == 0
+    color = "getComputedStyle(document.body).backgroundColor"
+    light = page.evaluate(color)
+    page.keyboard.press("t")
+    assert page.evaluate(color) != light
+    page.keyboard.press("?")
+    assert page.get_by_role("dialog", name="Keys").is_visible()
+    page.keyboard.press("Escape")
+    assert not page.get_by_role("dialog", name="Keys").is_visible()

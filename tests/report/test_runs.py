@@ -1,0 +1,48 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from eai.abilities.record import write_records
+from eai.errors import InputError
+from eai.report.runs import read_runs
+from report.samples import action_run, all_runs, goal_run, write_runs
+
+
+def test_runs_are_found_in_folders_and_files(tmp_path: Path) -> None:
+    folder = write_runs(tmp_path, all_runs())
+    assert len(list(read_runs([folder]))) == 6
+    assert len(list(read_runs([folder / "run0", folder / "run1" / "records.jsonl"]))) == 2
+    assert len(list(read_runs([folder, folder]))) == 6
+
+
+def test_one_file_may_hold_several_runs(tmp_path: Path) -> None:
+    file = tmp_path / "all.jsonl"
+    write_records(file, [*action_run(), *goal_run()])
+    assert [len(run.records) for run in read_runs([file])] == [12, 4]
+
+
+def test_order_is_protocol_domain_ability_model(tmp_path: Path) -> None:
+    keys = [run.key for run in read_runs([write_runs(tmp_path, all_runs())])]
+    ordered = sorted(keys, key=lambda key: key.order)
+    assert [key.protocol.value for key in ordered] == ["strict"] * 5 + ["eai-1.0.5"]
+    assert [key.model for key in ordered if key.ability.value == "action_sequencing"][:2] == [
+        "first",
+        "second",
+    ]
+
+
+def test_what_cannot_be_used(tmp_path: Path) -> None:
+    (tmp_path / "empty").mkdir()
+    blank = tmp_path / "records.jsonl"
+    blank.write_text("\n")
+    twice = write_runs(tmp_path / "twice", [goal_run(), goal_run()])
+    for paths, words in (
+        ([tmp_path / "none"], "no such file"),
+        ([tmp_path / "empty"], "found none"),
+        ([blank], "at least one record"),
+        ([twice], "is also in"),
+    ):
+        with pytest.raises(InputError, match=words):
+            list(read_runs(paths))

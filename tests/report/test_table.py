@@ -1,0 +1,107 @@
+from __future__ import annotations
+
+from eai.abilities.protocol import Ability, Domain, Protocol
+from eai.abilities.record import Record
+from eai.abilities.verdict import Confusion, SubgoalCategory, Verdict
+from eai.metrics.bootstrap import Bootstrap
+from eai.metrics.rate import Rate
+from eai.pddl.planning import PlannerOutcome
+from eai.report.digest import digest
+from eai.report.layout import TABLES
+from eai.report.runs import Run, RunKey
+from eai.report.table import Table, make_table
+from eai.world.fault import FaultKind
+from metrics.verdicts import SUCCEEDED, failed, record
+
+BOOTSTRAP = Bootstrap(repetitions=50)
+BAD = failed(FaultKind.AFFORDANCE)
+SPECS = {spec.name: spec for spec in TABLES}
+
+
+def run_of(verdicts: list[Verdict], ability: Ability, model: str) -> Run:
+    records = tuple(record(f"{i}_1", v, ability=ability, model=model) for i, v in enumerate(verdicts))
+    return Run(RunKey(Protocol.STRICT, Domain.VIRTUALHOME.value, ability, model), records)
+
+
+def table(name: str, runs: list[Run], *, with_paper: bool = False) -> Table | None:
+    digests = [digest(run, BOOTSTRAP) for run in runs]
+    return make_table(SPECS[name], Protocol.STRICT, "virtualhome", digests, BOOTSTRAP, with_paper=with_paper)
+
+
+def plans(good: int, model: str) -> Run:
+    return run_of([SUCCEEDED] * good + [BAD] * (10 - good), Ability.ACTION_SEQUENCING, model)
+
+
+def test_rows_are_ranked_equals_share_and_the_best_is_marked() -> None:
+    found = table(
+        "action_sequencing_trajectory", [plans(5, "b"), plans(7, "c"), plans(7, "a"), plans(2, "d")]
+    )
+    assert found is not None
+    assert [(row.rank, row.model) for row in found.rows] == [(1, "a"), (1, "c"), (3, "b"), (4, "d")]
+    assert [row.cells[0].best for row in found.rows] == [True, True, False, False]
+    assert found.rows[0].cells[0].rate == Rate(7, 10)
+    affordance = [column.metric for column in found.columns].index("affordance")
+    assert not any(row.cells[affordance].best for row in found.rows)  # fewer errors are no contest
+
+
+def test_one_run_alone_is_not_the_best() -> None:
+    found = table("action_sequencing_trajectory", [plans(7, "a")])
+    assert found is not None
+    assert not any(cell.best for cell in found.rows[0].cells)
+
+
+def test_a_table_without_numbers_is_left_out() -> None:
+    assert table("goal_interpretation", [plans(7, "a")]) is None
+
+
+def test_columns_without_numbers_are_left_out() -> None:
+    found = table("goal_satisfaction", [plans(7, "a")])
+    assert found is not None
+    assert {column.metric for column in found.columns} == {"state_goal", "total_goal"}
+
+
+def test_paper_stands_beside_with_notes_on_its_cells() -> None:
+    found = table("overview", [plans(10, "a")], with_paper=True)
+    assert found is not None
+    assert len(found.rows) == 19
+    assert found.rows[0].model == "a"
+    opus = next(row for row in found.rows if row.model == "Claude-3 Opus")
+    assert opus.from_paper
+    assert opus.cells[0].percent == 64.6
+    (number,) = opus.cells[0].notes
+    assert "64.9" in found.notes[number - 1]
+    used = {n for row in found.rows for cell in row.cells for n in cell.notes}
+    used |= {n for notes in found.column_notes for n in notes}
+    assert used == set(range(1, len(found.notes) + 1))
+
+
+def test_average_is_the_paper_s_mean_with_an_interval() -> None:
+    goals = run_of([Verdict(counts={"state": Confusion(1, 0, 1)})] * 4, Ability.GOAL_INTERPRETATION, "a")
+    subgoals = run_of([Verdict(category=SubgoalCategory.CORRECT)], Ability.SUBGOAL_DECOMPOSITION, "a")
+    operators = run_of(
+        [Verdict(counts={"effect": {"object_states": Confusion(1, 1, 1)}}, planner=PlannerOutcome.SOLVED)],
+        Ability.TRANSITION_MODELING,
+        "a",
+    )
+    found = table("overview", [goals, subgoals, plans(5, "a"), operators])
+    assert found is not None
+    average = found.rows[0].cells[-1]
+    assert average.percent is not None
+    assert round(average.percent, 6) == round((200 / 3 + 50 + 100 + (50 + 100) / 2) / 4, 6)
+    assert average.interval is not None
+    assert average.interval.low < average.percent < average.interval.high
+
+
+def test_no_average_where_an_ability_is_missing() -> None:
+    found = table("overview", [plans(5, "a")])
+    assert found is not None
+    assert [column.metric for column in found.columns] == ["task_success", "execution_success"]
+
+
+def test_records_are_what_counts_not_their_order() -> None:
+    def shuffled(records: tuple[Record, ...]) -> float | None:
+        key = RunKey(Protocol.STRICT, "virtualhome", Ability.ACTION_SEQUENCING, "a")
+        return digest(Run(key, records), BOOTSTRAP).rates["task_success"].percent
+
+    run = plans(4, "a")
+    assert shuffled(run.records) == shuffled(run.records[::-1]) == 40

@@ -1,0 +1,109 @@
+from __future__ import annotations
+
+import csv
+import io
+import json
+import shutil
+import subprocess
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from eai.cli import app
+from eai.report.latex import escaped as latex_escaped
+from report.samples import HOSTILE, action_run, all_runs, write_runs
+
+RUNNER = CliRunner()
+TABLE_FILES = ("report.md", "report.tex", "tables.tex", "tables.json", "tables.csv", "explorer.html")
+
+
+def write_report(folder: Path, runs: Path, *options: str) -> Path:
+    result = RUNNER.invoke(app, ["report", str(runs), "--out", str(folder), "--no-prompts", *options])
+    assert result.exit_code == 0, result.output
+    return folder
+
+
+@pytest.fixture
+def runs(tmp_path: Path) -> Path:
+    return write_runs(tmp_path / "runs", all_runs())
+
+
+def test_same_records_same_bytes(tmp_path: Path, runs: Path) -> None:
+    one = write_report(tmp_path / "one", runs, "--paper", "--no-plots")
+    other = write_report(tmp_path / "other", runs, "--paper", "--no-plots")
+    assert sorted(path.name for path in one.iterdir()) == sorted(TABLE_FILES)
+    for name in TABLE_FILES:
+        assert (one / name).read_bytes() == (other / name).read_bytes(), name
+
+
+def test_csv_and_json_say_the_same(tmp_path: Path, runs: Path) -> None:
+    folder = write_report(tmp_path / "out", runs, "--paper", "--no-plots")
+    lines = list(csv.DictReader(io.StringIO((folder / "tables.csv").read_text(encoding="utf-8"))))
+    tables = json.loads((folder / "tables.json").read_text(encoding="utf-8"))["tables"]
+    cells = [c for t in tables for row in t["rows"] for c in row["cells"] if c["percent"] is not None]
+    assert [float(line["percent"]) for line in lines] == [cell["percent"] for cell in cells]
+    strict = next(line for line in lines if line["metric"] == "task_success" and line["model"] == "first")
+    assert (strict["numerator"], strict["denominator"]) == ("4", "11")
+    assert float(strict["low"]) < float(strict["percent"]) < float(strict["high"])
+
+
+def test_markdown_has_both_protocols_outcomes_and_what_is_excluded(tmp_path: Path, runs: Path) -> None:
+    page = (write_report(tmp_path / "out", runs, "--no-plots") / "report.md").read_text(encoding="utf-8")
+    for words in ("## Both protocols", "## What answers came to", "protocol eai-1.0.5", "drops this task"):
+        assert words in page
+    widths = {line.count(" | ") for line in page.splitlines() if line.startswith(("| # ", "| 1 | first"))}
+    assert widths  # rows are rows of their table
+    assert "(paper)" not in page
+
+
+def test_names_from_outside_stay_text(tmp_path: Path) -> None:
+    hostile = HOSTILE.replace("\ud800", "")
+    records = [replace(item, model=hostile) for item in action_run()]
+    folder = write_report(tmp_path / "out", write_runs(tmp_path / "runs", [records]))
+    page = (folder / "report.md").read_text(encoding="utf-8")
+    assert "<script>" not in page.replace("\\<script\\>", "")
+    assert "\\end{table} |" not in (folder / "tables.tex").read_text(encoding="utf-8")
+    assert "\\textbackslash{}end\\{table\\}" in (folder / "tables.tex").read_text(encoding="utf-8")
+
+
+def test_latex_escapes() -> None:
+    assert latex_escaped("50 % & _x_ \\ 猫") == r"50 \% \& \_x\_ \textbackslash{} ?"
+
+
+@pytest.mark.skipif(shutil.which("pdflatex") is None, reason="no pdflatex on this machine")
+def test_latex_compiles(tmp_path: Path, runs: Path) -> None:
+    folder = write_report(tmp_path / "out", runs, "--paper", "--no-plots")
+    command = ["pdflatex", "-interaction=nonstopmode", "-halt-on-error", "report.tex"]
+    result = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    assert result.returncode == 0, result.stdout[-2000:]
+    assert (folder / "report.pdf").stat().st_size > 10_000
+
+
+def test_latex_is_balanced(tmp_path: Path, runs: Path) -> None:
+    text = (write_report(tmp_path / "out", runs, "--paper", "--no-plots") / "tables.tex").read_text("utf-8")
+    for rule in ("toprule", "midrule", "bottomrule"):
+        assert text.count(f"\\{rule}") == text.count("\\begin{tabular}") == text.count("\\end{tabular}")
+    assert text.count("\\begin{table}") == text.count("\\end{table}") >= 7
+    plain = text.replace("\\{", "").replace("\\}", "")
+    assert plain.count("{") == plain.count("}")
+
+
+def test_plots_are_drawn_and_the_same_each_time(tmp_path: Path, runs: Path) -> None:
+    pytest.importorskip("matplotlib")
+    one, other = (write_report(tmp_path / name, runs) / "plots" for name in ("one", "other"))
+    names = sorted(path.name for path in one.iterdir())
+    for kind in ("radar", "outcomes", "flow", "difficulty", "names"):
+        assert any(name.startswith(kind) and name.endswith(".svg") for name in names), kind
+    assert {Path(name).suffix for name in names} == {".svg", ".png"}
+    for name in names:
+        assert (one / name).read_bytes() == (other / name).read_bytes(), name
+    page = (tmp_path / "one" / "report.md").read_text(encoding="utf-8")
+    assert all(f"plots/{name}" in page for name in names if name.endswith(".svg"))
+
+
+def test_unusable_input_is_one_line(tmp_path: Path) -> None:
+    result = RUNNER.invoke(app, ["report", str(tmp_path / "none"), "--out", str(tmp_path / "out")])
+    assert "no such file or folder" in str(result.exception)
+    assert not (tmp_path / "out").exists()
