@@ -1,0 +1,52 @@
+"""What a report of many models costs: processor time, memory and the size of the explorer.
+
+    .venv/bin/python bench/report.py RECORDS [--models 18]
+
+RECORDS is a folder with the records of one model, at best of all eight suites, with explanations. Each run is
+copied under as many names as there are models; then `eai report --paper` is run on the copies.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import resource
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+from eai.report.runs import RECORDS, find_record_files
+
+
+def main() -> None:
+    """Copy, report, print."""
+    arguments = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    arguments.add_argument("records", type=Path)
+    arguments.add_argument("--models", type=int, default=18)
+    options = arguments.parse_args()
+    with tempfile.TemporaryDirectory() as folder:
+        runs, out = Path(folder, "runs"), Path(folder, "out")
+        count = sum(multiply(file, runs / str(i), options.models)
+                    for i, file in enumerate(find_record_files([options.records])))  # fmt: skip
+        command = [sys.executable, "-c", "from eai.cli import main; main()"]
+        subprocess.run([*command, "report", str(runs), "--out", str(out), "--paper"], check=True)
+        used = resource.getrusage(resource.RUSAGE_CHILDREN)
+        size = (out / "explorer.html").stat().st_size
+    seconds, memory = used.ru_utime + used.ru_stime, used.ru_maxrss / 1024
+    print(f"{count} answers: {seconds:.1f} CPU s, {memory:.0f} MB, explorer {size / 1e6:.1f} MB")
+
+
+def multiply(file: Path, folder: Path, models: int) -> int:
+    """Write the records of a file under many names; returns how many were written."""
+    records = [json.loads(line) for line in file.read_text(encoding="utf-8").splitlines()]
+    for number in range(models):
+        place = folder / f"model-{number:02}"
+        place.mkdir(parents=True)
+        lines = (json.dumps({**record, "model": place.name}) for record in records)
+        (place / RECORDS).write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return models * len(records)
+
+
+if __name__ == "__main__":
+    main()
