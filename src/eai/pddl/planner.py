@@ -48,15 +48,6 @@ class TieredPlanner:
         return result if decided else self.authority.solve(task)
 
 
-class NoPlanner:
-    """Does not plan, for runs that only compare operators."""
-
-    def solve(self, task: PlanningTask) -> PlannerResult:
-        """`PlannerOutcome.NOT_RUN`, always."""
-        del task
-        return PlannerResult(PlannerOutcome.NOT_RUN)
-
-
 def checked_plan(task: PlanningTask, plan: Sequence[Step], source: str) -> PlannerResult:
     """The result of a planner that claims to have found a plan, after executing it."""
     flaw = Executor(task.domain, task.problem).flaw(plan)

@@ -9,6 +9,7 @@ from typing import Protocol
 from eai.logic.formula import Atom
 from eai.pddl.execute import Step
 from eai.pddl.model import Domain, Problem
+from eai.pddl.offence import Finding
 
 
 class PlannerOutcome(str, Enum):
@@ -47,6 +48,12 @@ class PlanningTask:
     domain: Domain
     problem: Problem
     fatal: Atom | None = None
+
+
+def refusal(finding: Finding) -> PlannerResult:
+    """The result of a task that no planner needs to see, for the offence that makes it unacceptable."""
+    detail = f"{finding.place}: {finding.offence.value}: {finding.name}"
+    return PlannerResult(PlannerOutcome.INPUT_ERROR, detail=detail)
 
 
 class Planner(Protocol):

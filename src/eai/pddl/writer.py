@@ -5,7 +5,7 @@ What is printed is read back as the same value (`reader`), and the same value al
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 
 from eai.logic.formula import (
     And,
@@ -115,10 +115,8 @@ def _term(term: Term) -> str:
             return name
 
 
-def _declared(variables: Sequence[Variable]) -> list[str]:
-    """A typed list; a type reaches back to the one before, so either all names have one or none has."""
-    if all(variable.category is None for variable in variables):
-        return [f"?{variable.name}" for variable in variables]
+def _declared(variables: Iterable[Variable]) -> list[str]:
+    """A typed list with every type written out: a type reaches back over the names before it."""
     return [f"?{variable.name} - {type_of(variable)}" for variable in variables]
 
 

@@ -26,6 +26,8 @@ from eai.pddl.sexpr import read_group
 
 _HEAD = re.compile(r"\(\s*:action\b\s*([^\s()]*)", re.IGNORECASE)
 _ESCAPE = re.compile(r'\\(["\\nrt])')
+_TAIL = re.compile(r"""[\s"'`}\]]*""")
+"""What may stand behind the last operator: the end of JSON, of a code fence."""
 _MEANING = {"n": "\n", "r": "\n", "t": "\t", '"': '"', "\\": "\\"}
 
 
@@ -89,15 +91,22 @@ def _read(segment: str) -> tuple[WrittenOperator, tuple[str, ...]]:
     try:
         return _parse(segment)
     except PddlError as error:
-        if error.offence is Offence.UNBALANCED:
-            closed = segment[: segment.rfind(")") + 1] + ")"
-            try:
-                operator, repairs = _parse(closed)
-            except PddlError:
-                pass
-            else:
-                return operator, ("closing_parenthesis", *repairs)
+        closed = _closed(segment) if error.offence is Offence.UNBALANCED else None
+        if closed is not None:
+            return closed
         return WrittenOperator(name, Finding(error.offence, error.expected, f"operator {name}")), ()
+
+
+def _closed(segment: str) -> tuple[WrittenOperator, tuple[str, ...]] | None:
+    """The operator with one parenthesis put behind it, if that is all it lacks."""
+    end = segment.rfind(")") + 1
+    if not _TAIL.fullmatch(segment, end):
+        return None
+    try:
+        operator, repairs = _parse(segment[:end] + ")")
+    except PddlError:
+        return None
+    return operator, ("closing_parenthesis", *repairs)
 
 
 def _parse(segment: str) -> tuple[WrittenOperator, tuple[str, ...]]:

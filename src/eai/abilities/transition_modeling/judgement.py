@@ -8,7 +8,9 @@ from typing import Protocol
 
 from eai.abilities.transition_modeling.report import OperatorReport
 from eai.data.transition_modeling import TransitionTask
-from eai.pddl.planning import Planner, PlannerResult, PlanningTask
+from eai.pddl.planning import Planner, PlannerOutcome, PlannerResult, PlanningTask
+
+_NOT_RUN = PlannerResult(PlannerOutcome.NOT_RUN)
 
 
 @dataclass(frozen=True, slots=True)
@@ -20,8 +22,36 @@ class Judgement:
     repairs: tuple[str, ...] = ()
 
 
+@dataclass(frozen=True, slots=True)
+class PlanMemory:
+    """A planner, or none, that remembers what it was asked.
+
+    Answers to one problem are often the same operators in other words or the same words; a key is the
+    content of domain and problem.
+    """
+
+    planner: Planner | None
+    results: dict[Hashable, PlannerResult] = field(default_factory=dict)
+
+    def solve(self, key: Hashable, make: Callable[[], PlanningTask | PlannerResult]) -> PlannerResult:
+        """The remembered result for a key, or that of what ``make`` makes: a task, or a foregone result."""
+        if self.planner is None:
+            return _NOT_RUN
+        result = self.results.get(key)
+        if result is None:
+            task = make()
+            result = task if isinstance(task, PlannerResult) else self.planner.solve(task)
+            self.results[key] = result
+        return result
+
+
 class Rules(Protocol):
     """How a protocol reads, compares and plans."""
+
+    @property
+    def plans(self) -> PlanMemory:
+        """The planner that judges operators."""
+        ...
 
     @property
     def count_others(self) -> bool:
@@ -31,24 +61,3 @@ class Rules(Protocol):
     def judge(self, task: TransitionTask, text: str) -> Judgement | None:
         """The judgement on an answer, or None if there is nothing to judge."""
         ...
-
-
-@dataclass(frozen=True, slots=True)
-class PlanMemory:
-    """A planner that remembers what it was asked.
-
-    Answers to one problem are often the same operators in other words or the same words; a key is the
-    content of domain and problem.
-    """
-
-    planner: Planner
-    results: dict[Hashable, PlannerResult] = field(default_factory=dict)
-
-    def solve(self, key: Hashable, make: Callable[[], PlanningTask | PlannerResult]) -> PlannerResult:
-        """The remembered result for a key, or that of what ``make`` makes: a task, or a foregone result."""
-        result = self.results.get(key)
-        if result is None:
-            task = make()
-            result = task if isinstance(task, PlannerResult) else self.planner.solve(task)
-            self.results[key] = result
-        return result

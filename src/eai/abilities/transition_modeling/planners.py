@@ -5,22 +5,22 @@ from __future__ import annotations
 from eai.abilities.protocol import Domain
 from eai.abilities.suite import PlannerChoice
 from eai.pddl.fast_downward import FastDownward, Limits
-from eai.pddl.planner import BuiltInPlanner, NoPlanner, TieredPlanner
+from eai.pddl.planner import BuiltInPlanner, TieredPlanner
 from eai.pddl.planning import Planner
 
 CPU_SECONDS = {Domain.VIRTUALHOME: 100, Domain.BEHAVIOR: 200}
 """How long a planner may take for one task (the reference's limits)."""
 
 
-def make_planner(choice: PlannerChoice, domain: Domain) -> Planner:
-    """The planner for a domain.
+def make_planner(choice: PlannerChoice, domain: Domain) -> Planner | None:
+    """The planner for a domain, or None if none is to be asked.
 
     Raises:
         DataError: Fast Downward is not installed; the message says how to install it.
     """
     match choice:
         case PlannerChoice.NONE:
-            return NoPlanner()
+            return None
         case PlannerChoice.BUILT_IN:
             return BuiltInPlanner()
         case PlannerChoice.FAST_DOWNWARD:

@@ -21,7 +21,7 @@ from eai.pddl.model import Action
 from eai.pddl.normalise import Dropped, normalise, read_operator
 from eai.pddl.offence import Finding
 from eai.pddl.operator_text import OperatorText
-from eai.pddl.planning import Planner, PlannerOutcome, PlannerResult, PlanningTask
+from eai.pddl.planning import Planner, PlannerResult, PlanningTask, refusal
 from eai.pddl.reference_matching import compare_as_reference
 
 
@@ -35,7 +35,7 @@ class ReferenceRules:
     count_others: bool = False
 
     @classmethod
-    def with_planner(cls, planner: Planner) -> ReferenceRules:
+    def with_planner(cls, planner: Planner | None) -> ReferenceRules:
         """Fresh rules."""
         return cls(PlanMemory(planner))
 
@@ -83,8 +83,7 @@ class ReferenceRules:
         for operator in operators:
             reading = self._read(operator, task)
             if isinstance(reading, Finding):
-                detail = f"{reading.place}: {reading.offence.value}: {reading.name}"
-                return PlannerResult(PlannerOutcome.INPUT_ERROR, detail=detail)
+                return refusal(reading)
             if isinstance(reading, Action):
                 actions.append(reading)
         return normalise(task.domain.header, actions, task.problem)

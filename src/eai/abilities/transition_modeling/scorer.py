@@ -20,7 +20,7 @@ FORMAT_ERROR = "the reference leaves out answers that it cannot search for opera
 UNREADABLE = 'expected JSON with a text under "output", or operators (:action ...)'
 
 
-def rules_of(protocol: Protocol, planner: Planner) -> Rules:
+def rules_of(protocol: Protocol, planner: Planner | None) -> Rules:
     """The rules of a protocol, to be shared by all tasks of a domain: they remember what they have seen."""
     if protocol is Protocol.EAI_1_0_5:
         return ReferenceRules.with_planner(planner)
@@ -47,7 +47,7 @@ class TransitionModeling:
         if judgement is None:
             return self._unreadable()
         return Verdict(
-            success=judgement.planning.outcome is PlannerOutcome.SOLVED,
+            success=_success(judgement.planning.outcome),
             counts=self._counts(judgement.operators),
             planner=judgement.planning.outcome,
             repairs=judgement.repairs,
@@ -75,11 +75,12 @@ class TransitionModeling:
             OperatorReport(name, OperatorStatus.MISSING, match.precondition, match.effect)
             for name, match in ((name, missing_operator(gold)) for name, gold in self.task.gold.items())
         ]
+        outcome = PlannerOutcome.NOT_RUN if self._rules.plans.planner is None else PlannerOutcome.INPUT_ERROR
         return Verdict(
-            success=False,
+            success=_success(outcome),
             error=error,
             counts=self._counts(missing),
-            planner=PlannerOutcome.INPUT_ERROR,
+            planner=outcome,
             details={**self._categories(), "operators": [report.to_json() for report in missing]},
         )
 
@@ -94,6 +95,10 @@ class TransitionModeling:
 
     def _categories(self) -> dict[str, Json]:
         return {"task_categories": [category.value for category in self.task.categories]}
+
+
+def _success(outcome: PlannerOutcome) -> bool | None:
+    return None if outcome is PlannerOutcome.NOT_RUN else outcome is PlannerOutcome.SOLVED
 
 
 def _notes(judgement: Judgement) -> Iterator[str]:

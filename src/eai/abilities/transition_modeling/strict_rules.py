@@ -20,7 +20,7 @@ from eai.pddl.matching import OperatorMatch, match_operators, missing_operator
 from eai.pddl.model import Action
 from eai.pddl.normalise import normalise
 from eai.pddl.offence import Finding
-from eai.pddl.planning import Planner, PlannerOutcome, PlannerResult, PlanningTask
+from eai.pddl.planning import Planner, PlannerResult, PlanningTask, refusal
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,7 +33,7 @@ class StrictRules:
     count_others: bool = True
 
     @classmethod
-    def with_planner(cls, planner: Planner) -> StrictRules:
+    def with_planner(cls, planner: Planner | None) -> StrictRules:
         """Fresh rules."""
         return cls(PlanMemory(planner))
 
@@ -82,16 +82,25 @@ class StrictRules:
         written: Mapping[str, WrittenOperator],
         reports: tuple[OperatorReport, ...],
     ) -> PlannerResult:
-        for report in reports:
-            for finding in report.findings:
-                if finding.offence.stops_planner:
-                    detail = f"{finding.place}: {finding.offence.value}: {finding.name}"
-                    return PlannerResult(PlannerOutcome.INPUT_ERROR, detail=detail)
         readings = (written[name].reading for name in task.operators if name in written)
         actions = tuple(reading for reading in readings if isinstance(reading, Action))
-        return self.plans.solve((task.problem_text, actions), lambda: _planning(task, actions))
+        refusals = tuple(finding for report in reports for finding in report.findings if _refused(finding))
+        return self.plans.solve(
+            (task.problem_text, actions, refusals), lambda: _planning(task, actions, refusals)
+        )
 
 
-def _planning(task: TransitionTask, actions: tuple[Action, ...]) -> PlanningTask:
-    """The planning task; normalising changes only the one problem (BEHAVIOR) with an undeclared object."""
+def _refused(finding: Finding) -> bool:
+    return finding.offence.stops_planner
+
+
+def _planning(
+    task: TransitionTask, actions: tuple[Action, ...], refusals: tuple[Finding, ...]
+) -> PlanningTask | PlannerResult:
+    """The planning task, or what is wrong with the answer's operators.
+
+    Normalising changes only the one problem (BEHAVIOR) with an undeclared object.
+    """
+    if refusals:
+        return refusal(refusals[0])
     return normalise(task.domain.header, actions, task.problem)

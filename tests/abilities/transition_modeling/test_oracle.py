@@ -1,0 +1,138 @@
+"""Every counter and every planner outcome of the reference, row by row, under eai-1.0.5."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Collection, Mapping
+from typing import Any
+
+import pytest
+
+from eai.abilities.protocol import Domain, Protocol
+from eai.abilities.suite import PlannerChoice
+from eai.abilities.transition_modeling.planners import make_planner
+from eai.abilities.transition_modeling.scorer import TransitionModeling, rules_of
+from eai.abilities.verdict import Confusion, Verdict
+from eai.data.store import Store
+from eai.data.transition_modeling import TransitionTasks, open_behavior, open_virtualhome
+from eai.errors import DataError
+from eai.pddl.planning import Planner, PlannerOutcome
+from oracle import Oracle
+
+MODELS = (
+    "claude-3-5-sonnet-20240620",
+    "claude-3-opus-20240229",
+    "cohere-command-r",
+    "gemini-1.5-pro-preview-0409",
+    "gpt-3.5-turbo-0125",
+    "gpt-4o-2024-05-13",
+    "llama-3-8b-chat",
+    "mixtral-8x22b-instruct-v0.1",
+    "o1-mini-2024-09-12",
+)
+
+
+@pytest.fixture(scope="module")
+def virtualhome(data_store: Store) -> TransitionTasks:
+    return open_virtualhome(data_store)
+
+
+@pytest.fixture(scope="module")
+def behavior(data_store: Store) -> TransitionTasks:
+    return open_behavior(data_store)
+
+
+def planner() -> Planner:
+    try:
+        found = make_planner(PlannerChoice.FULL, Domain.VIRTUALHOME)
+    except DataError as error:
+        pytest.skip(str(error))
+    assert found is not None
+    return found
+
+
+def expected(row: Mapping[str, Any], side: str) -> dict[str, list[int]]:
+    counts = row[f"{side}_predicate_type_res"]
+    return {name.replace("-", "_"): values for name, values in counts.items() if any(values)}
+
+
+def counted(verdict: Verdict, side: str) -> dict[str, list[int]]:
+    counts = (verdict.counts or {}).get(side, {})
+    assert not isinstance(counts, Confusion)
+    return {name: list(confusion) for name, confusion in counts.items()}
+
+
+def assert_equal(row: Mapping[str, Any], verdict: Verdict, known: Collection[str], place: str) -> None:
+    if row.get("format_wrong") or row.get("format_wrong_num"):
+        assert verdict.excluded, place
+        return
+    for ours, theirs in (("precondition", "precond"), ("effect", "effect")):
+        assert counted(verdict, ours) == expected(row, theirs), f"{place} {ours}"
+    operators = (verdict.details or {})["operators"]
+    assert isinstance(operators, list)
+    assert len(operators) == row["total_predict_action_num"], place
+    hallucinated = [each for each in operators if each["status"] == "hallucinated"]  # type: ignore[index, call-overload]
+    assert len(hallucinated) == row["hallucination_num"], place
+    for part, key in (("precondition", "precond_action_type"), ("effect", "effect_action_type")):
+        found = {each["name"]: _sizes(each[part], known) for each in operators}  # type: ignore[index, call-overload]
+        reference = {name: values for name, values in row[key].items() if any(values)}
+        assert {name: sizes for name, sizes in found.items() if any(sizes)} == reference, f"{place} {part}"
+
+
+def _sizes(side: Any, known: Collection[str]) -> list[int]:
+    """Matched, additional and missing predicates; the reference does not count those without a category."""
+    return [sum(name in known for name in side[key]) for key in ("matched", "additional", "missing")]
+
+
+@pytest.mark.parametrize("name", [*MODELS, "gold", "perturbed"])
+def test_virtualhome_counters_and_planner(virtualhome: TransitionTasks, oracle: Oracle, name: str) -> None:
+    rows = oracle("virtualhome", "transition_modeling", name)["tasks"]
+    rules = rules_of(Protocol.EAI_1_0_5, planner())
+    for row in rows:
+        task = virtualhome[row["id"].split("@")[0]]
+        verdict = TransitionModeling(task, Protocol.EAI_1_0_5, rules).score(row["llm_output"])
+        assert_equal(row, verdict, task.domain.categories, row["id"])
+        if row.get("planner"):
+            assert verdict.success is row["planner"]["success"], row["id"]
+
+
+@pytest.mark.parametrize("name", [*MODELS, "gt", "perturb_logic_only"])
+def test_behavior_counters(behavior: TransitionTasks, oracle: Oracle, name: str) -> None:
+    rows = oracle("behavior", "transition_modeling", name)["records"]
+    rules = rules_of(Protocol.EAI_1_0_5, None)
+    for row in rows:
+        task = behavior[row["identifier"].split("@")[0]]
+        verdict = TransitionModeling(task, Protocol.EAI_1_0_5, rules).score(row["response"])
+        assert verdict.planner is PlannerOutcome.NOT_RUN
+        assert_equal(row["verdict"], verdict, task.domain.categories, row["identifier"])
+
+
+@pytest.mark.parametrize(("name", "solved"), [("gpt-4o-2024-05-13.fd26.6", 50)])
+def test_strict_refuses_undefined_names_as_the_current_translator(
+    virtualhome: TransitionTasks, oracle: Oracle, name: str, solved: int
+) -> None:
+    rows = oracle("virtualhome", "transition_modeling", name)["tasks"]
+    rules = rules_of(Protocol.STRICT, planner())
+    outcomes: Counter[bool] = Counter()
+    for row in rows:
+        scorer = TransitionModeling(virtualhome[row["id"]], Protocol.STRICT, rules)
+        verdict = scorer.score(row["llm_output"])
+        assert verdict.success is row["planner"]["success"], row["id"]
+        outcomes[bool(verdict.success)] += 1
+    assert outcomes[True] == solved
+
+
+@pytest.mark.parametrize("protocol", list(Protocol))
+@pytest.mark.parametrize("domain", list(Domain))
+def test_gold_answers_are_right_in_every_respect(
+    virtualhome: TransitionTasks, behavior: TransitionTasks, domain: Domain, protocol: Protocol
+) -> None:
+    tasks = virtualhome if domain is Domain.VIRTUALHOME else behavior
+    rules = rules_of(protocol, planner())
+    for task in tasks.values():
+        verdict = TransitionModeling(task, protocol, rules).score(task.gold_answer())
+        assert verdict.planner is PlannerOutcome.SOLVED, task.id
+        assert verdict.repairs == ()
+        for side in (verdict.counts or {}).values():
+            assert not isinstance(side, Confusion)
+            assert all(c.false_positives == c.false_negatives == 0 for c in side.values()), task.id

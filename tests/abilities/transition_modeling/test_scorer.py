@@ -1,0 +1,155 @@
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from eai.abilities.protocol import Domain, Protocol
+from eai.abilities.suite import PlannerChoice
+from eai.abilities.transition_modeling.planners import make_planner
+from eai.abilities.transition_modeling.scorer import TransitionModeling, rules_of
+from eai.abilities.verdict import Confusion, Verdict
+from eai.data.transition_modeling import Category, PddlDomain, TransitionTask
+from eai.pddl.operator_text import OperatorText
+from eai.pddl.planner import BuiltInPlanner
+from eai.pddl.planning import PlannerOutcome, PlannerResult, PlanningTask
+from eai.pddl.reader import read_domain
+from eai.world.fault import FaultKind
+
+OPEN = OperatorText("open", "(?o)", "(and (shut ?o) (near ?o))", "(not (shut ?o))")
+LIGHT = OperatorText("light", "(?o)", "(near ?o)", "(lit ?o)")
+STAMP = OperatorText("stamp", "(?o)", "()", "(lit ?o)")
+DOMAIN = PddlDomain(
+    read_domain("(define (domain d) (:predicates (shut ?o) (near ?o) (lit ?o) (used ?o)))"),
+    {"open": OPEN, "light": LIGHT, "stamp": STAMP},
+    {
+        "shut": Category.OBJECT_STATES,
+        "lit": Category.OBJECT_STATES,
+        "near": Category.SPATIAL_RELATIONS,
+        "used": Category.OBJECT_TOOLS,
+    },
+)
+TASK = TransitionTask(
+    "t",
+    DOMAIN,
+    ("open", "light"),
+    (Category.OBJECT_STATES, Category.SPATIAL_RELATIONS),
+    "(define (problem p) (:domain d) (:objects box) (:init (shut box) (near box))"
+    " (:goal (and (lit box) (not (shut box)))))",
+)
+
+
+def answer(*operators: OperatorText) -> str:
+    return json.dumps({"output": "\n".join(operator.pddl for operator in operators)})
+
+
+def score(text: str, protocol: Protocol = Protocol.STRICT) -> Verdict:
+    return TransitionModeling(TASK, protocol, rules_of(protocol, BuiltInPlanner())).score(text)
+
+
+def counts(verdict: Verdict) -> dict[str, dict[str, tuple[int, ...]]]:
+    return {
+        side: {name: tuple(confusion) for name, confusion in found.items()}
+        for side, found in (verdict.counts or {}).items()
+        if not isinstance(found, Confusion)
+    }
+
+
+GOLD_COUNTS = {
+    "precondition": {"object_states": (1, 0, 0), "spatial_relations": (2, 0, 0)},
+    "effect": {"object_states": (2, 0, 0)},
+}
+
+
+@pytest.mark.parametrize("protocol", list(Protocol))
+def test_the_gold_answer(protocol: Protocol) -> None:
+    verdict = score(TASK.gold_answer(), protocol)
+    assert counts(verdict) == GOLD_COUNTS
+    assert verdict.planner is PlannerOutcome.SOLVED
+    assert verdict.success is True
+    details = verdict.details or {}
+    assert details["task_categories"] == ["object_states", "spatial_relations"]
+    assert sorted(details["plan"]) == ["light box", "open box"]  # type: ignore[arg-type, type-var]
+
+
+def test_a_missing_operator_costs_recall_and_the_plan_under_strict_only() -> None:
+    strict, reference = (score(answer(LIGHT), protocol) for protocol in Protocol)
+    assert counts(strict)["precondition"] == {
+        "object_states": (0, 0, 1),
+        "spatial_relations": (1, 0, 1),
+    }
+    assert strict.planner is PlannerOutcome.UNSOLVABLE
+    assert counts(reference)["precondition"] == {"spatial_relations": (1, 0, 0)}
+    assert reference.planner is PlannerOutcome.SOLVED
+
+
+def test_what_was_not_asked_for_helps_under_eai_1_0_5_only() -> None:
+    silent = OperatorText("light", "(?o)", "(used ?o)", "(lit ?o)")
+    strict, reference = (score(answer(OPEN, silent, STAMP), protocol) for protocol in Protocol)
+    assert strict.planner is PlannerOutcome.UNSOLVABLE
+    assert reference.planner is PlannerOutcome.SOLVED
+    for verdict in (strict, reference):
+        operators = (verdict.details or {})["operators"]
+        assert isinstance(operators, list)
+        assert [each["status"] for each in operators] == ["compared", "compared", "hallucinated"]  # type: ignore[index, call-overload]
+
+
+def test_a_predicate_that_the_domain_lacks_is_counted_under_strict_only() -> None:
+    ghost = OperatorText("light", "(?o)", "(and (near ?o) (bright ?o))", "(lit ?o)")
+    assert counts(score(answer(OPEN, ghost)))["precondition"]["other"] == (0, 1, 0)
+    reference = counts(score(answer(OPEN, ghost), Protocol.EAI_1_0_5))["precondition"]
+    assert reference == {"object_states": (1, 0, 0), "spatial_relations": (1, 1, 1)}
+
+
+def test_an_unreadable_answer_misses_everything_under_strict_and_is_left_out_under_eai_1_0_5() -> None:
+    strict, reference = (score("3", protocol) for protocol in Protocol)
+    assert strict.error is not None
+    assert strict.error.kind is FaultKind.PARSING
+    assert counts(strict)["effect"] == {"object_states": (0, 0, 2)}
+    assert (strict.planner, strict.excluded) == (PlannerOutcome.INPUT_ERROR, None)
+    assert reference.excluded is not None
+    assert reference.counts is None
+
+
+@pytest.mark.parametrize("protocol", list(Protocol))
+@pytest.mark.parametrize(
+    "text", [TASK.gold_answer(), "3", answer(OperatorText("open", "()", "(dark)", "()"))]
+)
+def test_without_a_planner_nothing_is_said_of_plans(protocol: Protocol, text: str) -> None:
+    verdict = TransitionModeling(TASK, protocol, rules_of(protocol, None)).score(text)
+    assert verdict.success is None
+    assert verdict.planner in ({PlannerOutcome.NOT_RUN} if verdict.excluded is None else {None})
+
+
+@pytest.mark.parametrize("protocol", list(Protocol))
+def test_equal_operators_are_planned_with_once(protocol: Protocol) -> None:
+    class Counting:
+        calls = 0
+
+        def solve(self, task: PlanningTask) -> PlannerResult:
+            self.calls += 1
+            return PlannerResult(PlannerOutcome.UNSOLVABLE)
+
+    planner = Counting()
+    scorer = TransitionModeling(TASK, protocol, rules_of(protocol, planner))
+    verdicts = {scorer.score(text) == scorer.score(text) for text in (answer(OPEN, LIGHT), answer(OPEN))}
+    assert verdicts == {True}
+    assert planner.calls == (2 if protocol is Protocol.STRICT else 1)
+
+
+def test_an_explanation_names_what_is_wrong_and_shows_the_plan() -> None:
+    scorer = TransitionModeling(TASK, Protocol.STRICT, rules_of(Protocol.STRICT, BuiltInPlanner()))
+    notes = scorer.explain(answer(OperatorText("open", "(?o)", "(near ?x)", "(not (shut ?o))"))).notes
+    assert "open: the precondition lacks near, shut" in notes
+    assert "open: the precondition has additional near" in notes
+    assert "open: unbound_variable in the precondition of open: x" in notes
+    assert "light: missing" in notes
+    assert any(note.startswith("planner: input_error") for note in notes)
+    steps = scorer.explain(TASK.gold_answer()).steps
+    assert sorted(step.action for step in steps) == ["light box", "open box"]
+    assert scorer.explain("3").notes != ()
+
+
+def test_planners_by_choice() -> None:
+    assert make_planner(PlannerChoice.NONE, Domain.BEHAVIOR) is None
+    assert make_planner(PlannerChoice.BUILT_IN, Domain.BEHAVIOR) == BuiltInPlanner()
