@@ -7,6 +7,7 @@ import pytest
 
 from eai.abilities.protocol import Ability, Domain
 from eai.abilities.responses import SCENE_PREFIX
+from eai.abilities.suite import Source, available_suites, open_suite
 from eai.data.dataset import open_pack
 from eai.data.packs import PROMPTS
 from eai.data.store import Store
@@ -45,10 +46,14 @@ def test_shipped_prompts_are_given_byte_for_byte(data_store: Store, suite: tuple
     assert files.prompts == pack.read(f"{domain.value}/{ability.value}.json")
     if suite in SYSTEM:
         assert files.system == pack.read(f"{domain.value}/{ability.value}_system.json")
-    rows = {
-        row["identifier"].removeprefix(SCENE_PREFIX): row["llm_prompt"] for row in json.loads(files.prompts)
-    }
-    assert {i: p.user for i, p in official_prompts(domain, ability, data_store).items()} == rows
+    texts = [row["llm_prompt"] for row in json.loads(files.prompts)]
+    assert [prompt.user for prompt in official_prompts(domain, ability, data_store).values()] == texts
+
+
+@pytest.mark.parametrize("suite", available_suites())
+def test_prompts_name_the_tasks_that_are_scored(data_store: Store, suite: tuple[Domain, Ability]) -> None:
+    task_ids = open_suite(*suite, source=Source(data_store)).task_ids
+    assert sorted(official_prompts(*suite, data_store)) == sorted(task_ids)
 
 
 def test_rendered_goal_interpretation_is_as_it_was_compared(data_store: Store) -> None:

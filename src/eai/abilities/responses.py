@@ -15,6 +15,13 @@ from eai.errors import InputError
 SUFFIX = "_outputs.json"
 SCENE_PREFIX = "scene_1_"
 
+_MISNAMED = {
+    "cleaning_up_after_a_meal_0_Merom_1_int_0_2021-06-06_19-55-27": (
+        "cleaning_up_after_a_meal_0_Wainscott_0_int_0_2021-10-20_05-33-24"
+    )
+}
+"""The shipped prompts of BEHAVIOR's goal interpretation call one task by the id of another demonstration."""
+
 _SHOWN = 100
 """How many characters of an unknown identifier a message shows."""
 
@@ -104,7 +111,13 @@ def _response(place: str, row: object) -> Response:
         raise InputError(f'{place}: "identifier" must be a string, not {_kind(identifier)}')
     if not isinstance(text, str | None):
         raise InputError(f'{place}: "llm_output" must be a string, not {_kind(text)}')
-    return Response(identifier.removeprefix(SCENE_PREFIX), text or "")
+    return Response(task_id_of(identifier), text or "")
+
+
+def task_id_of(identifier: str) -> str:
+    """The data set's id of the task that an identifier in a file of answers or prompts means."""
+    task_id = identifier.removeprefix(SCENE_PREFIX)
+    return _MISNAMED.get(task_id, task_id)
 
 
 def _kind(value: object) -> str:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from eai.abilities.protocol import Ability, Domain
-from eai.abilities.responses import SCENE_PREFIX
+from eai.abilities.responses import task_id_of
 from eai.data.progress import Report, silent
 from eai.data.store import Store
 from eai.errors import InputError
@@ -63,7 +63,7 @@ class Library:
             return prompts
         file, system_file = self.folder / f"{name}.json", self.folder / f"{name}_system.json"
         if file.exists():
-            own = {i.removeprefix(SCENE_PREFIX): text for i, text in read_prompt_file(file).items()}
+            own = {task_id_of(i): text for i, text in read_prompt_file(file).items()}
             for task_id in own:
                 if task_id not in prompts:
                     raise InputError(f"{file}: identifier {task_id!r} is not one of the tasks")

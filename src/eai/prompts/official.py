@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from eai.abilities.protocol import Ability, Domain
-from eai.abilities.responses import SCENE_PREFIX
+from eai.abilities.responses import task_id_of
 from eai.data.dataset import open_pack
 from eai.data.packs import PROMPTS
 from eai.data.progress import Report, silent
@@ -45,9 +45,7 @@ def official_prompts(
     )
     system, stop = setup.get("system_prompt"), tuple(setup.get("stop_sequences", ()))
     rows = pack.read_json(_member(domain, ability))
-    return {
-        row["identifier"].removeprefix(SCENE_PREFIX): Prompt(row["llm_prompt"], system, stop) for row in rows
-    }
+    return {task_id_of(row["identifier"]): Prompt(row["llm_prompt"], system, stop) for row in rows}
 
 
 def official_files(

@@ -69,7 +69,7 @@ class Wording:
         """The objects of a task with their properties, each once."""
         properties = [p for p in self.domain.vocabulary.predicates if _is_property(p)]
         lines = []
-        for index in task.relevant:
+        for index in _subjects(task):
             having = [p.name for p in properties if task.initial.has(p.name, index)]
             category = task.scene.objects[index].category
             lines.append(f"{self.object_name(task, index)} [{category}]: {', '.join(having) or '-'}")
@@ -77,14 +77,11 @@ class Wording:
 
     def initial(self, task: Task) -> str:
         """What holds of a task's objects at the start."""
-        about = list(task.relevant)
-        if task.scene.agent is not None and task.scene.agent not in about:
-            about.append(task.scene.agent)
         facts = []
         for name in self.predicates:
             arity = self._arity(name)
             truth, frame = _truth(self.domain.vocabulary, name, arity)
-            for arguments in permutations(about, arity):
+            for arguments in permutations(_subjects(task), arity):
                 if truth(task.initial, frame.bind(task.scene, arguments)):
                     names = ", ".join(self.object_name(task, i) for i in arguments)
                     facts.append(f"{self._name(name)}({names})")
@@ -102,6 +99,12 @@ class Wording:
 
     def _arity(self, predicate: str) -> int:
         return self.domain.vocabulary.arity(predicate) or 0
+
+
+def _subjects(task: Task) -> list[int]:
+    """The objects that a prompt speaks of: those that an answer may name, and the agent."""
+    agent = () if task.scene.agent is None else (task.scene.agent,)
+    return list(dict.fromkeys((*task.relevant, *agent)))
 
 
 def _operator_text(operator: Operator) -> str:

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
 from eai.abilities.protocol import Ability, Domain
-from eai.abilities.responses import SCENE_PREFIX, SUFFIX, find_response_files, read_responses
+from eai.abilities.responses import SCENE_PREFIX, SUFFIX, find_response_files, read_responses, task_id_of
 from eai.data.store import Store
 from eai.errors import InputError
 from eai.prompts.official import official_files
@@ -128,14 +128,14 @@ def _problems(content: bytes, identifiers: Sequence[str]) -> Iterator[str]:
     if not isinstance(rows, list):
         yield 'is not a list of {"identifier", "llm_output"}'
         return
-    expected = [identifier.removeprefix(SCENE_PREFIX) for identifier in identifiers]
+    expected = [task_id_of(identifier) for identifier in identifiers]
     times: Counter[str] = Counter()
     for number, row in enumerate(rows, 1):
         identifier = row.get("identifier") if isinstance(row, dict) else None
         if not isinstance(identifier, str):
             yield f'row {number} has no text "identifier"'
             continue
-        task_id = identifier.removeprefix(SCENE_PREFIX)
+        task_id = task_id_of(identifier)
         times[task_id] += 1
         if times[task_id] == 2:
             yield f"{identifier} is repeated"
@@ -156,8 +156,10 @@ def _answer_problems(identifier: str, row: Mapping[str, object]) -> Iterator[str
 
 
 def _identifiers(domain: Domain, ability: Ability, store: Store | None) -> tuple[str, ...]:
+    """The identifiers of a suite's prompts, scene prefixes included, each naming its task by the right id."""
     rows = json.loads(official_files(domain, ability, store).prompts)
-    return tuple(row["identifier"] for row in rows)
+    identifiers: list[str] = [row["identifier"] for row in rows]
+    return tuple(i if i.startswith(SCENE_PREFIX) else task_id_of(i) for i in identifiers)
 
 
 def _only_model(run: Path, files: Sequence[Path]) -> str:
@@ -170,7 +172,7 @@ def _only_model(run: Path, files: Sequence[Path]) -> str:
 
 def _content(file: Path, identifiers: Sequence[str]) -> bytes:
     """The answers of a response file as the challenge wants them, in the order of the data set."""
-    ids = {identifier.removeprefix(SCENE_PREFIX): identifier for identifier in identifiers}
+    ids = {task_id_of(identifier): identifier for identifier in identifiers}
     texts = {response.task_id: response.text for response in read_responses(file, ids).responses}
     rows = [
         {"identifier": identifier, "llm_output": texts[task_id]}

@@ -1,0 +1,34 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from eai.errors import InputError
+from eai.prompts.template import Templates
+
+
+def test_braces_and_percent_signs_mean_themselves(tmp_path: Path) -> None:
+    (tmp_path / "mine.txt").write_text('{"a": ["$task"]} 100% {task} $$\n')
+    assert Templates(tmp_path).fill("mine.txt", {"task": "{x}"}) == '{"a": ["{x}"]} 100% {task} $'
+
+
+def test_files_of_the_user_replace_single_ones(tmp_path: Path) -> None:
+    ours = Templates().text("example.txt")
+    (tmp_path / "example.txt").write_text("mine $task")
+    assert Templates(tmp_path).text("example.txt") == "mine $task" != ours
+    assert Templates(tmp_path).text("action_sequencing.txt") == Templates().text("action_sequencing.txt")
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        (b"$tusk", r"mine\.txt: \$tusk is none of \$task"),
+        (b"5 $ each", r"mine\.txt: Invalid placeholder .*written as"),
+        (b"\xff", r"mine\.txt: cannot be read"),
+    ],
+)
+def test_a_template_that_cannot_be_filled_is_refused(tmp_path: Path, content: bytes, message: str) -> None:
+    (tmp_path / "mine.txt").write_bytes(content)
+    with pytest.raises(InputError, match=message):
+        Templates(tmp_path).fill("mine.txt", {"task": "t"})
