@@ -81,11 +81,16 @@ class Planned:
 CarryOut: TypeAlias = Callable[[Action, State], Sequence[Action]]
 
 
+_STEP_COST = 0.2
+"""What a step of the way counts beside an estimated one of the way ahead: enough to leave long detours."""
+
+
 class _Node(NamedTuple):
     """A state that was reached, with the number of action goals taken on the way, and the way."""
 
     state: State
     taken: int
+    depth: int
     parent: _Node | None
     action: Action | None
 
@@ -157,7 +162,7 @@ class _Search:
 
     def run(self, initial: State) -> Planned:
         """Search until there is a plan, nothing is left, or the limits are reached."""
-        solution = self._reach(_Node(initial, 0, None, None))
+        solution = self._reach(_Node(initial, 0, 0, None, None))
         blocked = () if solution else self._blocked(initial)
         while solution is None:
             if self._states >= self._limits.states:
@@ -191,7 +196,8 @@ class _Search:
             helpful.update(distances.helpful_on(way))
         if total == 0.0:
             return node
-        heapq.heappush(self._queue, (total, -self._states, node, tuple(helpful)))
+        rank = total + _STEP_COST * node.depth
+        heapq.heappush(self._queue, (rank, -self._states, node, tuple(helpful)))
         return None
 
     def _next(self) -> tuple[_Node, tuple[Action, ...]] | None:
@@ -230,7 +236,7 @@ class _Search:
             if taken < len(self._goal.actions) and step.operator in self._goal.actions[taken]:
                 taken += 1
             state = compiled.apply(state, binding)
-        return _Node(state, taken, node, action) if steps else None
+        return _Node(state, taken, node.depth + 1, node, action) if steps else None
 
     def _blocked(self, initial: State) -> tuple[Formula | tuple[str, ...], ...]:
         distances = Distances(self._regression, initial, self._objects)

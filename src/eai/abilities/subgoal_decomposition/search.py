@@ -26,6 +26,9 @@ from eai.world.state import State
 
 Plan: TypeAlias = Sequence[Action]
 
+_FEW = 5
+"""With fewer branches than this it is cheaper to explore twins than to look for them."""
+
 
 @dataclass(frozen=True, slots=True)
 class Do:
@@ -321,7 +324,7 @@ class _Search:
 
 def _without_twins(branches: list[Branch]) -> list[Branch]:
     """Of branches with the same future those to report if they succeed, and if they fail; in order."""
-    if len(branches) < 2:
+    if len(branches) < _FEW:
         return branches
     best: dict[tuple[State, int], tuple[_Best, _Best]] = {}
     for branch in branches:

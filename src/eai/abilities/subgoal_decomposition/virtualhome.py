@@ -64,9 +64,9 @@ class Rejected:
 
 @dataclass(frozen=True, slots=True)
 class Compiled:
-    """An answer that can be carried out: its subgoals as text and as a program, and the repairs made."""
+    """An answer that can be carried out: its subgoals, also as a program, and the repairs made."""
 
-    subgoals: tuple[str, ...]
+    subgoals: tuple[Formula, ...]
     program: Program
     repairs: tuple[str, ...] = ()
 
@@ -122,7 +122,7 @@ class SubgoalDecomposition:
             return Explanation((outcome.category.value, *notes))
         branch = outcome.reported
         if isinstance(compiled, Compiled):
-            notes += [f"subgoal {i + 1}: {subgoal}" for i, subgoal in enumerate(compiled.subgoals)]
+            notes += [f"subgoal {i + 1}: {print_ltl(f)}" for i, f in enumerate(compiled.subgoals)]
         if outcome.end is not SearchEnd.COMPLETE:
             notes.append(f"the search was ended: {outcome.end.value} {outcome.reason}".rstrip())
         error = self._error(outcome)
@@ -159,8 +159,7 @@ class SubgoalDecomposition:
         literals = virtualhome_reference.literals(reading.formula, lots)
         if literals is None or virtualhome_reference.conjoins_moments(reading.formula):
             return _unparseable("the reference cannot make a plan of this formula")
-        names = tuple(print_ltl(literal) for literal in literals)
-        return Compiled(names, reference_program(self.task, literals))
+        return Compiled(tuple(literals), reference_program(self.task, literals))
 
     def _compile_strictly(self, text: str) -> Compiled | Rejected:
         written = virtualhome_answer.read_subgoals(text, without_arguments(self.protocol))
@@ -182,7 +181,7 @@ class SubgoalDecomposition:
             program = strict_program(self.task, formulas)
         except InputError as error:
             return _unparseable(str(error), written.repairs)
-        return Compiled(written.subgoals, program, written.repairs)
+        return Compiled(tuple(formulas), program, written.repairs)
 
     def _carry_out(self, compiled: Compiled) -> Outcome | Rejected:
         if self._goal is None:
@@ -232,10 +231,11 @@ class SubgoalDecomposition:
         actions = [action.operator for action in branch.trajectory.executed]
         if not self._as_in_reference:
             return self._goals.count(branch.states[-1], actions)
-        satisfied = dict(zip(self.task.goals, self._goals.satisfied(branch.states[-1], actions), strict=True))
-        state, relation, action = (
-            [satisfied[goal] for goal in self.task.goals_of(kind)] for kind in GoalKind
-        )
+        by_kind: dict[GoalKind, list[bool]] = {kind: [] for kind in GoalKind}
+        held = self._goals.satisfied(branch.states[-1], actions)
+        for goal, holds in zip(self.task.goals, held, strict=True):
+            by_kind[goal.kind].append(holds)
+        state, relation, action = by_kind.values()
         first_missing = action.index(False) if False in action else len(action)
         return GoalTallies(
             Tally(sum(state), len(state)),
