@@ -5,6 +5,7 @@ Protocol `strict` mends these defects of eai-eval 1.0.5 (``subgoal_decomposition
 - Of the alternatives of an ``or`` it takes one by lot, after cutting the text wherever the word stands; here
   all are tried.
 - A subgoal that needs no action (``SITTING(x)``, ``NEXT_TO(x, y)``) is skipped there; here it must hold.
+- ``NEXT_TO(x, character)`` is brought about like ``NEXT_TO(character, x)``; there it is skipped.
 - The goal counts there if it held at any time; here its states and relations must hold at the end.
 - An exception anywhere is a parsing error there: for a negation, a quantifier, an object without an id, and
   for the goal of five tasks itself (``POUR``). Here all of these have a meaning.

@@ -65,7 +65,7 @@ OPPOSITES = {
 
 def reference_program(task: Task, literals: Sequence[Formula]) -> Program:
     """The program of protocol `eai-1.0.5`: one literal after the other, nothing verified."""
-    translation = Translation(task.scene)
+    translation = Translation(task.scene, either_way=False)
     program: list[Instruction] = [End()]
     for number in reversed(range(len(literals))):
         program.append(_literal(task, translation, literals[number], number, len(program) - 1))

@@ -24,10 +24,17 @@ NEED_A_LOOK = frozenset({"LOOKAT", "WATCH"})
 
 
 class Translation:
-    """The plans for the subgoals of one scene."""
+    """The plans for the subgoals of one scene.
 
-    def __init__(self, scene: Scene) -> None:
+    Args:
+        scene: the scene.
+        either_way: whether an object's being next to the character is brought about as the character's being
+            next to it; the reference does nothing for it.
+    """
+
+    def __init__(self, scene: Scene, *, either_way: bool = True) -> None:
         self._agent = scene.agent
+        self._either_way = either_way
 
     def of_state(self, predicate: str, arguments: Sequence[int], state: State) -> Sequence[Plan]:
         """The plans that bring about an atom; none if no action does."""
@@ -52,6 +59,8 @@ class Translation:
                 return [(*fetch, find_y, Action(action, (x, y))) for action in ("PUTIN", "POUR")]
             case "NEXT_TO" if x == self._agent:
                 return [(find_y,)]
+            case "NEXT_TO" if y == self._agent and self._either_way:
+                return [(Action("FIND", (x,)),)]
             case "FACING":
                 return [(find_y, Action("TURNTO", (y,)))]
             case "HOLDS_RH" | "HOLDS_LH":
