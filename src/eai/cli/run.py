@@ -126,7 +126,11 @@ def _run_model(order: _Order, endpoint: Endpoint, prompts: Mapping[str, Prompt],
     title = f"{scoring.domain.value} {scoring.ability.value} {endpoint.model}"
     with run_progress(title, quiet=order.quiet) as watch:
         answers = obtain_answers(job, folder / JOURNAL, order.out / LOGS, watch=watch)
-    return settle(Obtained(name, prompts, answers.given, answers.failures, order.epochs), folder, scoring)
+    return settle(
+        Obtained(endpoint.model, name, prompts, answers.given, answers.failures, order.epochs),
+        folder,
+        scoring,
+    )
 
 
 def _report(outcomes: Sequence[Outcome], order: _Order, *, as_json: bool) -> None:

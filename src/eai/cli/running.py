@@ -42,7 +42,8 @@ class Obtained:
     """What a model answered to a suite.
 
     Attributes:
-        model: the model's name as part of file names.
+        model: the model's name.
+        name: the same as part of file names.
         prompts: what it was asked, by task.
         given: the answers by task and epoch.
         failures: for every task and epoch without an answer, why.
@@ -50,6 +51,7 @@ class Obtained:
     """
 
     model: str
+    name: str
     prompts: Mapping[str, Prompt]
     given: Mapping[Place, Answer]
     failures: Mapping[Place, str]
@@ -61,7 +63,7 @@ class Outcome:
     """What came of one model on one suite.
 
     Attributes:
-        model: the model's name as part of file names.
+        model: the model's name.
         folder: where its results are.
         scoring: what was scored, and how.
         rates: the metrics.
@@ -120,10 +122,9 @@ def settle(obtained: Obtained, folder: Path, scoring: Scoring) -> Outcome:
     """
     if obtained.epochs > 1:
         for epoch in range(1, obtained.epochs + 1):
-            name = f"{obtained.model}.epoch_{epoch}"
-            _write(
-                replace(obtained, model=name), _of_epoch(obtained, epoch), folder / f"epoch_{epoch}", scoring
-            )
+            part = f"epoch_{epoch}"
+            named = replace(obtained, name=f"{obtained.name}.{part}")
+            _write(named, _of_epoch(obtained, epoch), folder / part, scoring)
     return _write(obtained, _chosen(obtained, scoring.ability), folder, scoring)
 
 
@@ -146,7 +147,7 @@ def _write(obtained: Obtained, answers: Mapping[str, Answer], folder: Path, scor
     """Score one answer a task, and write answers, records and summary."""
     why = {task_id: reason for (task_id, _), reason in obtained.failures.items() if task_id not in answers}
     file = ResponseFile(
-        obtained.model, tuple(Response(i, answers[i].text) for i in obtained.prompts if i in answers)
+        obtained.name, tuple(Response(i, answers[i].text) for i in obtained.prompts if i in answers)
     )
     _write_answers(folder, file)
     records = _records(obtained, answers, file, why, scoring)
@@ -185,7 +186,7 @@ def _records(
             suite.protocol,
             suite.domain.value,
             suite.ability,
-            obtained.model,
+            obtained.name,
             task_id,
             "",
             suite.data_sha256,

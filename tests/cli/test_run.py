@@ -1,0 +1,131 @@
+"""``eai run`` with built-in models, and with a server that fails; each test is one process."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+from typing import NamedTuple
+
+from eai.abilities.protocol import Ability, Domain
+from eai.data.store import Store
+from eai.prompts.official import official_prompts
+from eai.run.answers import open_answer_book
+from run.server import Reply, serve
+
+SUITE = (Domain.VIRTUALHOME, Ability.ACTION_SEQUENCING)
+NAMED = ("--domain", "virtualhome", "--ability", "action_sequencing")
+
+
+class Outcome(NamedTuple):
+    """What a command left: its exit status and what it printed."""
+
+    status: int
+    out: str
+    err: str
+
+
+def eai(*arguments: object, **environment: str) -> Outcome:
+    """Run `eai` in a process of its own, since Inspect's warnings are none of ours."""
+    command = [sys.executable, "-c", "from eai.cli import main; main()", *map(str, arguments)]
+    done = subprocess.run(
+        command,
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=120,
+        env={**os.environ, "COLUMNS": "120", **environment},
+    )
+    return Outcome(done.returncode, done.stdout, done.stderr)
+
+
+def test_results_of_a_run(data_store: Store, tmp_path: Path) -> None:
+    run = eai(
+        "run",
+        "--model",
+        "eai/noisy",
+        "-M",
+        "rate=0.3",
+        *NAMED,
+        "--limit",
+        4,
+        "--epochs",
+        3,
+        "--out",
+        tmp_path,
+    )
+    assert run.status == 0, run.err
+    assert "task success" in run.out
+    assert "4 answers" in run.out
+    assert "action_sequencing eai/noisy: 12/12" in run.err
+    folder = tmp_path / "virtualhome" / "action_sequencing" / "eai_noisy"
+    assert str(folder) in run.out
+    records = [json.loads(line) for line in (folder / "records.jsonl").read_text().splitlines()]
+    prompts = official_prompts(*SUITE, data_store)
+    assert [record["task_id"] for record in records] == list(prompts)[:4]
+    for record in records:
+        assert record["prompt_sha256"] == prompts[record["task_id"]].sha256
+        assert record["usage"]["output_tokens"] > 0
+        assert (record["stop_reason"], record["truncated"]) == ("stop", False)
+    summary = json.loads((folder / "summary.json").read_text())
+    assert summary["run"]["answered"] == 4
+    assert summary["run"]["usage"]["input_tokens"] > 12 * 1000
+    epochs = [json.loads((folder / f"epoch_{n}" / "summary.json").read_text()) for n in (1, 2, 3)]
+    assert {epoch["task_success"]["denominator"] for epoch in epochs} == {4}
+    texts = [(folder / f"epoch_{n}" / f"eai_noisy.epoch_{n}_outputs.json").read_text() for n in (1, 2, 3)]
+    assert len(set(texts)) == 3
+
+
+def test_what_is_not_answered_is_excluded_and_never_wrong(data_store: Store, tmp_path: Path) -> None:
+    prompts = dict(list(official_prompts(*SUITE, data_store).items())[:4])
+    gold = open_answer_book(*SUITE, data_store).gold
+    broken, cut_off = list(prompts)[1:3]
+    script = {prompt.user: [Reply(gold(task_id).text)] for task_id, prompt in prompts.items()}
+    script[prompts[broken].user] = [Reply(status=500)]
+    script[prompts[cut_off].user] = [Reply('{"WALK": ["so', finish="length")]
+    with serve(script) as served:
+        run = eai(
+            *("run", "--model", "openai-api/local/scripted", "-M", "api_key=none", "-M", "max_retries=0"),
+            *("--model-base-url", served.url, "--max-retries", 0, "--json", "--out", tmp_path),
+            *(*NAMED, "--tasks", ",".join(prompts)),
+        )
+    assert run.status == 1
+    (result,) = json.loads(run.out)
+    assert result["model"] == "openai-api/local/scripted"
+    assert (result["answered"], result["truncated"]) == (3, 1)
+    assert list(result["not_answered"].values()) == [[broken]]
+    assert f"1 tasks not answered ({broken})" in run.err
+    assert result["metrics"]["task_success"]["numerator"] == 2
+    assert result["metrics"]["task_success"]["denominator"] == 3
+    lines = (Path(result["folder"]) / "records.jsonl").read_text().splitlines()
+    records = {record["task_id"]: record for record in map(json.loads, lines)}
+    assert list(records) == list(prompts)
+    assert records[broken]["status"] == "excluded"
+    assert records[broken]["excluded_reason"].startswith("not answered: InternalServerError")
+    assert records[cut_off]["truncated"]
+    assert records[cut_off]["error"]["kind"] == "parsing"
+
+
+def test_quiet_runs_print_nothing_and_colour_can_be_turned_off(tmp_path: Path) -> None:
+    arguments = ("run", "--model", "eai/oracle", *NAMED, "--limit", 2, "--out", tmp_path)
+    assert eai(*arguments, "--quiet") == Outcome(0, "", "")
+    coloured = eai(*arguments, FORCE_COLOR="1", TERM="xterm-256color")
+    plain = eai(*arguments, FORCE_COLOR="1", NO_COLOR="1", TERM="xterm-256color")
+    colour = re.compile(r"\x1b\[(\d+;)*(3[0-8]|9[0-7])[;m]")
+    assert colour.search(coloured.err)
+    assert not colour.search(plain.err + plain.out)
+
+
+def test_what_cannot_be_run_is_said_in_one_line(tmp_path: Path) -> None:
+    for arguments, message in (
+        (("--model", "foo/bar"), "eai: foo/bar: Model API foo of model 'foo/bar' not recognized."),
+        (("--model", "eai/oracle", "--tasks", "0_0"), "eai: --tasks: '0_0' is not a task of"),
+        (("--model", "eai/oracle", "-M", "rate"), "eai: -M rate: expected NAME=VALUE"),
+    ):
+        run = eai("run", *arguments, *NAMED, "--quiet", "--out", tmp_path)
+        assert run.status == 2
+        assert run.err.startswith(message)
+        assert len(run.err.splitlines()) == 1
