@@ -26,9 +26,9 @@ def count_up_to_renaming(predicted: Counter[T], gold: Counter[T], instances: Map
         predicted: how often each goal is predicted.
         gold: how many gold goals are written in each way.
         instances: of how many different objects, or pairs of them, each predicted goal can be said. Saying it
-            more often is mere repetition, which is not counted.
+            more often is mere repetition, which is not counted; about what does not exist it can be said once.
     """
-    said = {goal: min(times, max(instances[goal], gold[goal])) for goal, times in predicted.items()}
+    said = {goal: min(times, max(1, instances[goal], gold[goal])) for goal, times in predicted.items()}
     matched = sum(min(times, gold[goal]) for goal, times in said.items())
     return confusion(matched, sum(said.values()), gold.total())
 

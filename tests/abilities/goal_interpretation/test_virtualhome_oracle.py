@@ -1,0 +1,60 @@
+"""Verdicts under `eai-1.0.5` against those of the reference, row by row."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import pytest
+
+from eai.abilities.goal_interpretation.virtualhome import GoalInterpretation
+from eai.abilities.protocol import Protocol
+from eai.abilities.verdict import Verdict
+from eai.data.virtualhome_tasks import VirtualHomeTasks
+from oracle import Oracle
+
+SETS = (
+    "claude-3-5-sonnet-20240620",
+    "claude-3-opus-20240229",
+    "cohere-command-r",
+    "gemini-1.5-pro-preview-0409",
+    "gold",
+    "gpt-3.5-turbo-0125",
+    "gpt-4o-2024-05-13",
+    "llama-3-8b-chat",
+    "mixtral-8x22b-instruct-v0.1",
+    "o1-mini-2024-09-12",
+    "perturbed",
+)
+
+
+def of_reference(row: Mapping[str, Any]) -> tuple[object, ...]:
+    counts = tuple(tuple(row[kind]) for kind in ("node", "edge", "action"))
+    return (*counts, row["format_wrong"], row["hallucination"], row["total"])
+
+
+def of_ours(verdict: Verdict) -> tuple[object, ...]:
+    assert verdict.counts is not None
+    details: Mapping[str, Any] = verdict.details or {}
+    counts = tuple(tuple(verdict.counts[kind]) for kind in ("state", "relation", "action"))
+    format_wrong = details["ill_formed"] + (verdict.error is not None)
+    hallucinated = len(details["hallucinated"])
+    return (*counts, format_wrong, hallucinated, details["predicted"] - hallucinated)
+
+
+@pytest.mark.parametrize("name", SETS)
+def test_every_row_has_the_counts_of_the_reference(
+    name: str, oracle: Oracle, virtualhome_tasks: VirtualHomeTasks
+) -> None:
+    rows = oracle("virtualhome", "goal_interpretation", name)["tasks"]
+    differing, compared = {}, 0
+    for row in rows:
+        task = virtualhome_tasks[row["id"].partition("@")[0]]
+        verdict = GoalInterpretation(task, Protocol.EAI_1_0_5).score(row["llm_output"])
+        assert bool(row["exception"]) == (verdict.details or {})["aborts"]
+        if not row["exception"]:
+            compared += 1
+            if of_reference(row) != of_ours(verdict):
+                differing[row["id"]] = (of_reference(row), of_ours(verdict))
+    assert differing == {}
+    assert compared >= 114
