@@ -6,7 +6,7 @@ import sys
 
 import typer
 
-from eai.cli import compare, data, explain, leaderboard, prompts, report, run, score, submission
+from eai.cli import analyze, compare, data, explain, leaderboard, prompts, report, run, score, submission
 from eai.cli.console import errors
 from eai.errors import EaiError
 
@@ -17,6 +17,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 app.add_typer(data.app, name="data")
+app.add_typer(analyze.app, name="analyze")
 app.command(no_args_is_help=True)(score.score)
 app.command(no_args_is_help=True)(run.run)
 app.command(no_args_is_help=True)(explain.explain)

@@ -58,6 +58,10 @@ class Rules(Protocol):
         """Whether predicates that the domain does not have are counted."""
         ...
 
+    def plan_one_at_a_time(self, task: TransitionTask, text: str) -> dict[str, PlannerResult]:
+        """For each operator of an answer what comes of it among gold operators: name -> result."""
+        ...
+
     def judge(self, task: TransitionTask, text: str) -> Judgement | None:
         """The judgement on an answer, or None if there is nothing to judge."""
         ...

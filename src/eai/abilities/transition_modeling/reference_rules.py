@@ -49,6 +49,15 @@ class ReferenceRules:
             planning=self._plan(task, written),
         )
 
+    def plan_one_at_a_time(self, task: TransitionTask, text: str) -> dict[str, PlannerResult]:
+        """What comes of each operator that is asked for and written, among all gold operators."""
+        written = extract_as_reference(text) or ()
+        return {
+            operator.name: self._plan(task, (operator,))
+            for operator in written
+            if operator.name in task.operators
+        }
+
     def _report(self, task: TransitionTask, operator: OperatorText) -> OperatorReport:
         if operator.name not in task.operators:
             return OperatorReport(operator.name, OperatorStatus.HALLUCINATED)

@@ -51,6 +51,22 @@ class StrictRules:
         )
         return Judgement((*asked, *others), self._plan(task, by_name, asked), written.repairs)
 
+    def plan_one_at_a_time(self, task: TransitionTask, text: str) -> dict[str, PlannerResult]:
+        """What comes of each operator that is asked for, among the other gold ones that are asked for.
+
+        An operator that the answer does not have, or that cannot be read, is one that the planner has to do
+        without.
+        """
+        written = extract(text)
+        by_name = {} if written is None else {each.name: each for each in written.operators}
+        return {name: self._plan_with(task, name, by_name.get(name)) for name in task.operators}
+
+    def _plan_with(self, task: TransitionTask, name: str, written: WrittenOperator | None) -> PlannerResult:
+        replaced = written.reading if written is not None else None
+        actions = [replaced if other == name else gold for other, gold in task.gold.items()]
+        findings = () if written is None else self._findings(task, written)
+        return self._solve(task, tuple(each for each in actions if isinstance(each, Action)), findings)
+
     def _report(self, task: TransitionTask, name: str, written: WrittenOperator | None) -> OperatorReport:
         if written is None or isinstance(written.reading, Finding):
             match = missing_operator(task.gold[name])
@@ -84,14 +100,14 @@ class StrictRules:
     ) -> PlannerResult:
         readings = (written[name].reading for name in task.operators if name in written)
         actions = tuple(reading for reading in readings if isinstance(reading, Action))
-        refusals = tuple(finding for report in reports for finding in report.findings if _refused(finding))
-        return self.plans.solve(
-            (task.problem_text, actions, refusals), lambda: _planning(task, actions, refusals)
-        )
+        return self._solve(task, actions, tuple(finding for report in reports for finding in report.findings))
 
-
-def _refused(finding: Finding) -> bool:
-    return finding.offence.stops_planner
+    def _solve(
+        self, task: TransitionTask, actions: tuple[Action, ...], findings: tuple[Finding, ...]
+    ) -> PlannerResult:
+        refusals = tuple(finding for finding in findings if finding.offence.stops_planner)
+        key = (task.problem_text, actions, refusals)
+        return self.plans.solve(key, lambda: _planning(task, actions, refusals))
 
 
 def _planning(

@@ -1,0 +1,75 @@
+"""``eai analyze``: what records tell beyond their scores."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from eai.abilities.protocol import Ability, Domain
+from eai.abilities.record import Record, read_records
+from eai.abilities.suite import PlannerChoice
+from eai.abilities.transition_modeling.planners import make_planner
+from eai.abilities.transition_modeling.scorer import rules_of
+from eai.analysis.sensitivity import Sensitivity, summarise, try_operators
+from eai.cli.console import data_progress, output
+from eai.cli.data import DataFolder, store
+from eai.cli.score import RECORDS
+from eai.data.transition_modeling import open_behavior, open_virtualhome
+from eai.errors import InputError
+from eai.report import plot_sensitivity
+
+app = typer.Typer(no_args_is_help=True, help="Analyses of records.")
+
+
+@app.callback()
+def analyze() -> None:
+    """Analyses of records."""
+
+
+@app.command(no_args_is_help=True)
+def sensitivity(
+    records: Annotated[Path, typer.Argument(help="A records.jsonl of transition modeling, or its folder.")],
+    out: Annotated[Path, typer.Option(help="Where the results go.")] = Path("sensitivity"),
+    planner: Annotated[PlannerChoice, typer.Option(help="Which planner judges.")] = PlannerChoice.FULL,
+    plots: Annotated[bool, typer.Option(help="Draw heat maps (needs the extra 'plots').")] = True,
+    data: DataFolder = None,
+) -> None:
+    """Try each operator of the answers alone among gold operators: which one breaks plans?
+
+    Example: eai analyze sensitivity scores --out sensitivity
+    """
+    path = records / RECORDS if records.is_dir() else records
+    groups: dict[tuple[str, str], list[Record]] = {}
+    for record in read_records(path):
+        if record.ability is not Ability.TRANSITION_MODELING:
+            raise InputError(f"{path}: expected records of transition_modeling, not {record.ability.value}")
+        groups.setdefault((record.domain, record.model), []).append(record)
+    for (domain, model), found in groups.items():
+        result = _analyze(Domain(domain), found, planner, data)
+        name = f"{domain}-{model}"
+        try:
+            out.mkdir(parents=True, exist_ok=True)
+            (out / f"{name}.json").write_text(json.dumps(result.to_json(), indent=1) + "\n", encoding="utf-8")
+            (out / f"{name}.md").write_text(result.to_markdown(), encoding="utf-8")
+        except OSError as error:
+            raise InputError(f"{out}: cannot be written ({error.strerror})") from error
+        if plots:
+            plot_sensitivity.save(result, f"{model}, {domain}", out / name)
+        output().print(f"{name}: {len(result.operators)} operators", highlight=False)
+
+
+def _analyze(domain: Domain, records: list[Record], planner: PlannerChoice, data: DataFolder) -> Sensitivity:
+    opener = open_virtualhome if domain is Domain.VIRTUALHOME else open_behavior
+    with data_progress() as report:
+        tasks = opener(store(data), report=report)
+    rules = rules_of(records[0].protocol, make_planner(planner, domain))
+    outcomes = [
+        outcome
+        for record in records
+        if record.task_id in tasks
+        for outcome in try_operators(tasks[record.task_id], record.response, rules)
+    ]
+    return summarise(outcomes, tuple(tasks.domain.operators))
