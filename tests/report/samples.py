@@ -75,7 +75,7 @@ WRONG = Verdict(
     executable=False,
     success=False,
     error=ErrorReport(FaultKind.WRONG_ORDER, 3, "box.4 is open"),
-    goals=goals((1, 1), (0, 1)),
+    goals=goals((1, 1), (0, 2)),
     repairs=("prose",),
 )
 UNREADABLE = Verdict(

@@ -117,6 +117,8 @@ def test_replay_shows_changes_and_the_failing_check(page: Any, address: str) -> 
     page.get_by_role("button", name="Next step").click()
     assert "HOLDS(me.65, cup.3)" in state.inner_text()
     assert page.locator(".goal-list.met").inner_text().startswith("Reached")
+    assert "null" not in detail.inner_text()
+    assert "undefined" not in detail.inner_text()
 
 
 def test_keys_walk_the_list_and_the_address_follows(page: Any, address: str) -> None:

@@ -8,6 +8,7 @@ from dataclasses import asdict, dataclass
 from eai.abilities.verdict import Json
 from eai.data.task import Goal, Task
 from eai.logic.formula import Atom, Formula, Occurs, Or
+from eai.logic.ltl_printer import print_ltl
 from eai.world.domain import Domain
 from eai.world.execution import Action, Fault, Trajectory, describe
 from eai.world.fault import FaultKind
@@ -130,7 +131,7 @@ def goal_reports(goals: Sequence[Goal], satisfied: Sequence[bool]) -> tuple[Goal
 
 
 def formula_text(formula: Formula) -> str:
-    """A goal's formula as a short text: an atom, or alternatives of actions."""
+    """A goal's formula as a short text: alternatives of actions by their names, all else as the paper's LTL."""
     match formula:
         case Atom(predicate, arguments):
             names = (t.name for t in arguments)
@@ -140,4 +141,4 @@ def formula_text(formula: Formula) -> str:
         case Or(operands):
             return " or ".join(formula_text(operand) for operand in operands)
         case _:
-            return str(formula)
+            return print_ltl(formula)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
@@ -142,7 +143,8 @@ def _break_down_explanation(
     explanation: Explanation, ability: Ability, by_action: dict[str, Rate], by_predicate: dict[str, Rate]
 ) -> None:
     for goal in explanation.goals:
-        _put(by_predicate, goal.goal.partition("(")[0], Rate(goal.satisfied, 1))
+        first = _NAME.search(goal.goal)
+        _put(by_predicate, first[1] if first else goal.goal, Rate(goal.satisfied, 1))
     if ability in PLANS:
         for step in explanation.steps:
             tried = Rate(step.outcome in ("executed", FaultKind.ADDITIONAL_STEP.value), 1)
@@ -184,6 +186,8 @@ def _confusions(verdict: Verdict) -> Iterator[Confusion]:
 
 
 _MATCHED = 0
+_NAME = re.compile(r"(\w+)\(")
+"""The first predicate of a goal; an action goal has none and stands for itself."""
 
 _Key = TypeVar("_Key", int, str)
 

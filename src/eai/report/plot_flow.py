@@ -9,6 +9,7 @@ from eai.metrics.breakdown import Flow, Outcome
 from eai.metrics.rate import Rate
 from eai.report.digest import Digest
 from eai.report.palette import INK, OUTCOME_COLORS
+from eai.report.plot_text import clipped
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -60,7 +61,7 @@ def _draw_model(panel: Axes, model: str, flow: Flow) -> None:
     shares = [Rate(count, flow.answers).percent or 0.0 for count in flow]
     panel.set_xlim(-0.35, len(_STAGES) - 0.3)
     panel.set_ylim(-_GAP - 12, 124)
-    panel.set_title(model)
+    panel.set_title(clipped(model))
     for stage, (label, kind) in enumerate(_LOSSES):
         kept, lost = shares[stage + 1], shares[stage] - shares[stage + 1]
         _band(panel, stage, Band(_TOP - kept, _TOP - kept, kept), OUTCOME_COLORS[Outcome.SUCCESS])

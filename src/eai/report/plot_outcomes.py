@@ -11,6 +11,7 @@ from eai.metrics.rate import Rate
 from eai.report.digest import Digest
 from eai.report.layout import ABILITY_TITLES, label_of
 from eai.report.palette import OUTCOME_COLORS
+from eai.report.plot_text import clipped
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -44,7 +45,7 @@ def _draw_ability(panel: Axes, items: Sequence[Digest]) -> None:
     panel.set_title(ABILITY_TITLES[items[0].key.ability])
     panel.set_xlim(0, 100)
     panel.set_xticks([0, 25, 50, 75, 100], labels=["0", "25", "50", "75", "100 %"])
-    panel.set_yticks(range(len(items)), labels=[item.key.model for item in items])
+    panel.set_yticks(range(len(items)), labels=[clipped(item.key.model) for item in items])
     panel.invert_yaxis()
     panel.tick_params(axis="y", length=0)
     panel.spines["left"].set_visible(False)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from eai.metrics.summary import MAIN_COLUMNS
 from eai.report.digest import Digest
 from eai.report.palette import ACCENT, MUTED, RULE
+from eai.report.plot_text import clipped
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -71,4 +72,4 @@ def _draw_model(panel: PolarAxes, model: str, axes: Sequence[str], values: Seque
     panel.fill([angles[i] for i in closed], [values[i] for i in closed], color=ACCENT, alpha=0.16)
     for angle, value in zip(angles, values, strict=True):
         panel.plot([angle], [value], "o", color=ACCENT, markersize=2.6)
-    panel.set_title(model, fontsize=8.5, pad=12, loc="center")
+    panel.set_title(clipped(model), fontsize=8.5, pad=12, loc="center")

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from eai.metrics.rate import Rate
 from eai.report.digest import Digest
 from eai.report.palette import INK, LINES, RULE
+from eai.report.plot_text import clipped
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -17,7 +18,6 @@ _FEWEST = 5
 """Fewer cases than this say little: lines leave them out, fields are pale."""
 
 _MOST_NAMES = 45
-_LONGEST_NAME = 30
 _MAP = ("#f6efe6", "#e8c78e", "#8fae8b", "#2f6b57")
 _ROW = 0.2
 _COLUMN = 0.42
@@ -37,7 +37,7 @@ def draw_difficulty(digests: Sequence[Digest]) -> Figure | None:
     figure = Figure(figsize=(4.3 * len(tables) + 1.6, 3.1), layout="constrained")
     grid = figure.subplots(1, len(tables), squeeze=False, sharey=True)
     for panel, (label, series) in zip(grid[0], tables, strict=True):
-        _draw_lines(panel, label, series, [item.key.model for item in digests])
+        _draw_lines(panel, label, series, [clipped(item.key.model) for item in digests])
     grid[0][0].set_ylabel("success in percent")
     handles, labels = grid[0][0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside right center", frameon=False, fontsize=6.5)
@@ -62,7 +62,7 @@ def draw_names(digests: Sequence[Digest]) -> Figure | None:
     grid = figure.subplots(1, len(tables), squeeze=False)
     for panel, (title, columns), rows in zip(grid[0], tables, names, strict=True):
         panel.set_title(title)
-        _draw_map(panel, rows, columns, [item.key.model for item in digests])
+        _draw_map(panel, rows, columns, [clipped(item.key.model) for item in digests])
     return figure
 
 
@@ -73,12 +73,6 @@ def _most_frequent(columns: Sequence[Mapping[str, Rate]]) -> list[str]:
         for name, rate in column.items():
             cases[name] = cases.get(name, 0) + rate.denominator
     return sorted(sorted(cases, key=lambda name: (-cases[name], name))[:_MOST_NAMES])
-
-
-def _clipped(name: str) -> str:
-    """A name as a label: one short line of characters that can be printed."""
-    text = "".join(character if character.isprintable() else "?" for character in name)
-    return text if len(text) <= _LONGEST_NAME else f"{text[: _LONGEST_NAME - 1]}…"
 
 
 def _binned(rates: Mapping[int, Rate]) -> dict[int, Rate]:
@@ -113,7 +107,7 @@ def _draw_map(
     colors = LinearSegmentedColormap.from_list("eai", _MAP)
     panel.set_xlim(-0.5, len(columns) - 0.5)
     panel.set_ylim(len(names) - 0.5, -0.5)
-    panel.set_yticks(range(len(names)), labels=[_clipped(name) for name in names], fontsize=6.2)
+    panel.set_yticks(range(len(names)), labels=[clipped(name) for name in names], fontsize=6.2)
     panel.set_xticks(range(len(models)), labels=models, rotation=60, ha="right", fontsize=6.2)
     panel.tick_params(length=0)
     for spine in panel.spines.values():

@@ -78,7 +78,13 @@ def _drawn(name: str, caption: str, figure: Figure | None) -> Iterator[tuple[Plo
 
 
 def _save(figure: Figure, path: Path) -> None:
-    """Write a figure in all formats, without the date and the program's version."""
+    """Write a figure in all formats, without the date and the program's version.
+
+    Nothing is clipped: nothing needs it, and the name of a clipping area is made from all digits of numbers
+    that the solver of the layout does not always give alike.
+    """
+    for artist in figure.findobj():
+        artist.set_clip_on(False)
     for kind in FORMATS:
         metadata = {"Date": None} if kind == "svg" else {"Software": None}
         figure.savefig(path.with_name(f"{path.name}.{kind}"), metadata=metadata, dpi=_DOTS_PER_INCH)

@@ -11,13 +11,13 @@ function renderDetail() {
   const back = element('button', { type: 'button', class: 'back', onclick: closeDetail }, '← Answers');
   if (state.pair) {
     const other = answerOf(state.pair.b, state.selected.task);
-    place.replaceChildren(back, heading(state.selected),
+    fill(place, back, heading(state.selected),
       element('div', { class: 'columns even two' }, [state.selected, other].map((answer) => element('div', { class: 'side-run' },
         element('h3', { class: 'run-name' }, answer.run.model, element('span', {}, answer.run.protocol)), body(answer, true)))),
       promptBlock(state.selected));
     return;
   }
-  place.replaceChildren(back, heading(state.selected), body(state.selected, false), promptBlock(state.selected), others(state.selected));
+  fill(place, back, heading(state.selected), body(state.selected, false), promptBlock(state.selected), others(state.selected));
 }
 
 function closeDetail() {

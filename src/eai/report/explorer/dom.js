@@ -12,7 +12,8 @@ const element = (tag, properties = {}, ...children) => {
   return made;
 };
 const byId = (id) => document.getElementById(id);
-const show = (place, ...children) => byId(place).replaceChildren(...children.flat(Infinity).filter(Boolean));
+const fill = (place, ...children) => place.replaceChildren(...children.flat(Infinity).filter(Boolean));
+const show = (place, ...children) => fill(byId(place), ...children);
 
 const swatch = (outcome) => element('span', { class: `swatch of-${outcome}`, 'aria-hidden': 'true' });
 const badge = (outcome) => element('span', { class: 'badge' }, swatch(outcome), words(outcome));

@@ -47,7 +47,15 @@ function answerRow(answer) {
   const where = state.varying.map((key) => (key === 'model' || key === 'protocol' ? answer.run[key] : title(answer.run[key])));
   return [swatch(answer.outcome), element('span', { class: 'task' }, shortTask(answer.task)),
     element('span', { class: 'what' }, words(answer.outcome)),
-    element('span', { class: 'why' }, [...where, where.length < 2 && error ? error.detail : ''].filter(Boolean).join(' · '))];
+    element('span', { class: 'why' }, [...where, where.length < 2 ? reasonOf(answer, error) : ''].filter(Boolean).join(' · '))];
+}
+
+// Why an answer is no success, in a few words.
+function reasonOf(answer, error) {
+  if (error) return error.detail;
+  const sums = [0, 1, 2].map((part) => Object.entries(answer.row.n || {}).reduce(
+    (sum, [name, row]) => (name === 'all' ? sum : sum + row[part]), 0));
+  return answer.row.n ? `${sums[0]} right, ${sums[1]} wrong, ${sums[2]} missed` : '';
 }
 
 // BEHAVIOR's ids end in a scene and a date, which tell nobody anything.

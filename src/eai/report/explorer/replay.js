@@ -15,7 +15,7 @@ function replay(answer) {
       draw(true);
       writeAddress();
     };
-    box.replaceChildren(
+    fill(box,
       element('div', { class: 'controls' }, element('h3', {}, steps[0].outcome === 'planned' ? 'Plan that the planner found' : 'Plan'),
         element('button', { type: 'button', 'aria-label': 'Previous step', disabled: at === 0, onclick: () => go(at - 1) }, '←'),
         element('span', { class: 'place', role: 'status' }, `step ${at + 1} of ${steps.length}`),
