@@ -131,7 +131,7 @@ def goal_reports(goals: Sequence[Goal], satisfied: Sequence[bool]) -> tuple[Goal
 
 
 def formula_text(formula: Formula) -> str:
-    """A goal's formula as a short text: alternatives of actions by their names, all else as the paper's LTL."""
+    """A goal's formula as a short text: alternatives of actions by name, all else as the paper's LTL."""
     match formula:
         case Atom(predicate, arguments):
             names = (t.name for t in arguments)
