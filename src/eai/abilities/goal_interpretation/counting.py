@@ -25,8 +25,8 @@ def count_up_to_renaming(predicted: Counter[T], gold: Counter[T], instances: Map
     Args:
         predicted: how often each goal is predicted.
         gold: how many gold goals are written in each way.
-        instances: of how many different objects, or pairs of them, each predicted goal can be said. Saying it
-            more often is mere repetition, which is not counted; about what does not exist it can be said once.
+        instances: of how many different objects, or pairs of them, each predicted goal can be said; of what
+            does not exist, once. Saying it more often is mere repetition, which is not counted.
     """
     said = {goal: min(times, max(1, instances[goal], gold[goal])) for goal, times in predicted.items()}
     matched = sum(min(times, gold[goal]) for goal, times in said.items())

@@ -71,6 +71,7 @@ class GoalInterpretation:
                     f"{kind.value} goals: {c.true_positives} right, {c.false_positives} wrong"
                     for kind, c in self._matching.count(goals).items()
                 ),
+                *(f"wrong: {goal}" for goal in self._matching.wrong(goals)),
             ),
             goals=goal_reports(self.task.goals, self._matching.met(goals)),
         )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Container
+from collections.abc import Container, Iterable
 from typing import Protocol, TypeVar
 
 from eai.abilities.goal_interpretation.counting import (
@@ -38,6 +38,10 @@ class Matching(Protocol):
 
     def met(self, goals: WrittenGoals) -> list[bool]:
         """For each goal of the task, by kind and then in order, whether it is predicted."""
+        ...
+
+    def wrong(self, goals: WrittenGoals) -> list[str]:
+        """The predictions that are no goals of the task, each once, as text."""
         ...
 
     def hallucinated(self, goals: WrittenGoals) -> list[str]:
@@ -83,6 +87,15 @@ class UpToRenaming:
             *[_use(goal, states) for goal in self._gold.states],
             *[_use(goal, relations) for goal in self._gold.relations],
             *[i in matched for i in range(len(self._gold.actions))],
+        ]
+
+    def wrong(self, goals: WrittenGoals) -> list[str]:
+        """The predictions that are written like no goal of the task."""
+        actions = frozenset([action for goal in self._gold.actions for action in goal])
+        return [
+            *_texts(goal for goal in goals.states if goal not in self._states),
+            *_texts(goal for goal in goals.relations if goal not in self._relations),
+            *dict.fromkeys(action for action in goals.actions if action not in actions),
         ]
 
     def hallucinated(self, goals: WrittenGoals) -> list[str]:
@@ -147,6 +160,15 @@ class ByLargestId:
             *[any(action in goals.actions for action in goal) for goal in self._gold.actions],
         ]
 
+    def wrong(self, goals: WrittenGoals) -> list[str]:
+        """The predictions whose names are known and that are equal to no goal."""
+        states, relations = self._named(goals)
+        return [
+            *_texts(goal for goal in states if goal not in self._states),
+            *_texts(goal for goal in relations if goal not in self._relations),
+            *dict.fromkeys(action for action in goals.actions if action not in self._actions),
+        ]
+
     def hallucinated(self, goals: WrittenGoals) -> list[str]:
         """Objects that are not among the relevant ones."""
         known = self._objects
@@ -170,6 +192,17 @@ class ByLargestId:
             if thing in names and other in names
         ]
         return states, relations
+
+
+def _texts(goals: Iterable[StateGoal | RelationGoal]) -> list[str]:
+    """Goals as text, each once."""
+    return list(dict.fromkeys(map(_text, goals)))
+
+
+def _text(goal: StateGoal | RelationGoal) -> str:
+    if isinstance(goal, StateGoal):
+        return f"{goal.state}({goal.name})"
+    return f"{goal.relation}({goal.from_name}, {goal.to_name})"
 
 
 def _use(goal: T, predicted: Counter[T]) -> bool:

@@ -1,0 +1,249 @@
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from domains.virtualhome import flat
+from eai.abilities.subgoal_decomposition.progress import GoalProgress
+from eai.abilities.subgoal_decomposition.search import (
+    Do,
+    End,
+    Halt,
+    Instruction,
+    Limits,
+    Outcome,
+    Require,
+    SearchEnd,
+    Split,
+    search,
+)
+from eai.domains import virtualhome
+from eai.logic.formula import FALSE
+from eai.logic.ltl import parse
+from eai.world.execution import Action, execute
+from eai.world.fault import FaultKind
+from eai.world.operator import missing
+from eai.world.state import State
+
+START = flat.state()
+SCENE = START.scene
+DOMAIN = virtualhome.as_meant()
+CHECK = missing(FALSE, "it does not hold")
+
+Plan = tuple[str, ...]
+
+
+def actions(plan: Plan) -> tuple[Action, ...]:
+    return tuple(flat.action(step, SCENE) for step in plan)
+
+
+def do(*plans: Plan, subgoal: int, then: int) -> Do:
+    choices = [actions(plan) for plan in plans]
+    return Do(lambda state: choices, subgoal, then)
+
+
+def program(subgoals: Sequence[Sequence[Plan]]) -> list[Instruction]:
+    """One `Do` a subgoal, each with several plans."""
+    made: list[Instruction] = [End()]
+    for number in reversed(range(len(subgoals))):
+        made.append(do(*subgoals[number], subgoal=number, then=len(made) - 1))
+    return made
+
+
+def run(made: Sequence[Instruction], goal: str = "OPEN(fridge.10)", limits: Limits | None = None) -> Outcome:
+    progress = GoalProgress(parse(goal).formula, SCENE)
+    return search(DOMAIN, START, made, progress, limits or Limits())
+
+
+def done(outcome: Outcome) -> list[str]:
+    return [
+        " ".join([a.operator, *(SCENE.objects[i].name for i in a.arguments)])
+        for a in outcome.reported.trajectory.executed
+    ]
+
+
+GO, OPEN, CLOSE = ("WALK fridge.10",), ("OPEN fridge.10",), ("CLOSE fridge.10",)
+
+
+def test_all_plans_for_a_subgoal_are_tried() -> None:
+    outcome = run(program([[("SIT fridge.10",), GO], [OPEN]]))
+    assert (outcome.success, outcome.executable) == (True, True)
+    assert done(outcome) == [*GO, *OPEN]
+
+
+def test_without_plans_a_subgoal_is_passed_over() -> None:
+    assert run([End(), do(subgoal=0, then=0)], "CLOSED(fridge.10)").success
+
+
+def test_an_additional_step_is_noted_and_skipped() -> None:
+    outcome = run(program([[GO], [OPEN], [OPEN], [CLOSE]]))
+    assert outcome.success
+    assert done(outcome) == [*GO, *OPEN, *CLOSE]
+    assert [fault.kind for fault in outcome.reported.faults] == [FaultKind.ADDITIONAL_STEP]
+
+
+def test_a_branch_ends_with_its_first_fatal_fault() -> None:
+    outcome = run(program([[GO], [("GRAB milk.11",)], [OPEN]]))
+    assert (outcome.success, outcome.executable) == (False, False)
+    assert outcome.reported.subgoal == 1
+    assert outcome.reported.failure is not None
+    assert outcome.reported.failure.kind is FaultKind.MISSING_STEP
+
+
+def test_a_branch_that_misses_the_goal_is_preferred_to_one_that_fails() -> None:
+    outcome = run(program([[OPEN, GO]]))
+    assert (outcome.success, outcome.executable) == (False, True)
+    assert done(outcome) == [*GO]
+
+
+def test_of_branches_that_fail_the_longest_with_the_fewest_errors_is_reported() -> None:
+    outcome = run(program([[GO, (*GO, *OPEN), (*GO, *CLOSE, *OPEN, *CLOSE)], [("GRAB table.12",)]]))
+    assert done(outcome) == [*GO, *OPEN]
+
+
+def test_of_branches_that_succeed_the_first_with_the_fewest_errors_is_reported() -> None:
+    outcome = run(program([[(*GO, *CLOSE, *OPEN), (*GO, *OPEN), (*GO, *OPEN, *CLOSE)]]))
+    assert done(outcome) == [*GO, *OPEN]
+
+
+def test_what_is_required_must_hold() -> None:
+    held = flat.read(["OPEN fridge.10"], SCENE)
+    (fact,) = held
+
+    def is_open(state: State) -> bool:
+        return state.has(fact.predicate, *fact.arguments)
+
+    require = Require(is_open, CHECK, 2, 0)
+    assert run([End(), require, do((*GO, *OPEN), subgoal=0, then=1)]).success
+    failed = run([End(), require, do(GO, subgoal=0, then=1)])
+    assert failed.reported.failure is not None
+    assert (failed.reported.failure.kind, failed.reported.subgoal) == (FaultKind.MISSING_STEP, 2)
+    assert [fault.kind for fault in failed.reported.faults] == [FaultKind.MISSING_STEP]
+    late = run([End(), require, do((*GO, *OPEN, *CLOSE), subgoal=0, then=1)])
+    assert [fault.kind for fault in late.reported.faults] == [FaultKind.WRONG_ORDER]
+
+
+def test_alternatives_are_all_followed() -> None:
+    made = [End(), do(OPEN, subgoal=1, then=0), do(GO, subgoal=0, then=1), Split((1, 2))]
+    outcome = run(made)
+    assert outcome.success
+    assert done(outcome) == [*GO, *OPEN]
+
+
+def test_a_halt_ends_everything_when_it_is_reached() -> None:
+    assert run([End(), Halt("no"), do(OPEN, subgoal=0, then=1)]).end is SearchEnd.COMPLETE
+    halted = run([End(), Halt("no"), do(GO, subgoal=0, then=1)])
+    assert (halted.end, halted.reason, halted.success) == (SearchEnd.HALTED, "no", False)
+
+
+def test_some_faults_end_everything() -> None:
+    progress = GoalProgress(parse("OPEN(fridge.10)").formula, SCENE)
+    outcome = search(DOMAIN, START, program([[OPEN]]), progress, Limits(), lambda fault: True)
+    assert outcome.end is SearchEnd.HALTED
+
+
+def test_the_limits_end_the_search_visibly() -> None:
+    made = program([[GO], [OPEN], [CLOSE], [OPEN]])
+    outcome = run(made, limits=Limits(attempts=2))
+    assert (outcome.end, outcome.attempts, outcome.success) == (SearchEnd.ATTEMPTS, 2, False)
+    ticks = iter(range(100))
+    timed = run(made, limits=Limits(seconds=2.0, clock=lambda: next(ticks)))
+    assert timed.end is SearchEnd.TIME
+    assert run(made, limits=Limits(attempts=4, seconds=None)).end is SearchEnd.COMPLETE
+
+
+def test_choices_that_meet_in_one_state_do_not_multiply() -> None:
+    clean = [("WASH table.12",), ("SCRUB table.12",), ("RINSE table.12",)]
+    outcome = run(program([[("WALK table.12",)], *[clean] * 40]), "CLEAN(table.12)")
+    assert outcome.success
+    assert outcome.attempts < 40 * 3 * 10
+    assert done(outcome) == ["WALK table.12", *["WASH table.12"] * 40]
+
+
+@dataclass(frozen=True)
+class Reported:
+    """What the search says, as a search without merging finds it."""
+
+    success: bool
+    executable: bool
+    steps: list[str]
+    kinds: list[FaultKind]
+
+
+def naive(subgoals: Sequence[Sequence[Plan]], goal: str) -> Reported:
+    """All branches one by one: breadth first, without merging."""
+    progress = GoalProgress(parse(goal).formula, SCENE)
+    level: list[tuple[str, ...]] = [()]
+    failed = []
+    for plans in subgoals:
+        after = []
+        for branch in level:
+            for plan in plans:
+                longer = (*branch, *plan)
+                trajectory = execute(DOMAIN, START, actions(longer))
+                (after if trajectory.failure is None else failed).append(longer)
+        level = after
+    runs = [execute(DOMAIN, START, actions(branch)) for branch in level]
+    successful, unsuccessful = [], []
+    for trajectory in runs:
+        met = 0
+        for state, action in zip(trajectory.states, trajectory.executed, strict=False):
+            met = progress.advance(met, state, action)
+        (successful if progress.reached(met, trajectory.final) else unsuccessful).append(trajectory)
+    others = unsuccessful or [execute(DOMAIN, START, actions(branch)) for branch in failed]
+    errors = [sum(step.fault is not None for step in t.steps) for t in successful or others]
+    lengths = [0 if successful else -len(t.states) for t in successful or others]
+    best = (successful or others)[min(range(len(errors)), key=lambda i: (errors[i], lengths[i], i))]
+    return Reported(
+        bool(successful),
+        bool(runs),
+        [" ".join([a.operator, *(SCENE.objects[i].name for i in a.arguments)]) for a in best.executed],
+        [step.fault.kind for step in best.steps if step.fault is not None],
+    )
+
+
+PLANS: list[Plan] = [
+    GO,
+    OPEN,
+    CLOSE,
+    (*GO, *OPEN),
+    ("WALK table.12", "WASH table.12"),
+    ("WASH table.12",),
+    ("SCRUB table.12",),
+    ("WIPE table.12",),
+    ("FIND bed.20", "SIT bed.20"),
+    ("FIND bed.20", "LIE bed.20"),
+    ("STANDUP",),
+    ("FIND cup.13", "GRAB cup.13"),
+    ("TURNTO bed.20",),
+]
+ENDS = (
+    "CLEAN(table.12)",
+    "OPEN(fridge.10) then CLOSED(fridge.10)",
+    "LYING(character.65)",
+    "CLEAN(table.12) and SITTING(character.65)",
+    "HOLDS_RH(character.65, cup.13)",
+)
+
+
+@settings(deadline=None, max_examples=300)
+@given(
+    st.lists(st.lists(st.sampled_from(PLANS), min_size=1, max_size=4), min_size=1, max_size=5),
+    st.sampled_from(ENDS),
+)
+def test_merging_changes_nothing_that_is_reported(subgoals: list[list[Plan]], goal: str) -> None:
+    outcome = run(program(subgoals), goal)
+    reported = Reported(
+        outcome.success, outcome.executable, done(outcome), [f.kind for f in outcome.reported.faults]
+    )
+    assert reported == naive(subgoals, goal)
+
+
+@pytest.mark.parametrize("few", [2, 5])
+def test_merging_starts_early_enough_to_be_tested(few: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("eai.abilities.subgoal_decomposition.search._FEW", few)
+    test_merging_changes_nothing_that_is_reported()
