@@ -56,6 +56,9 @@ def run(
     model_base_url: Annotated[str | None, typer.Option(help="Where a local server listens.")] = None,
     prices: Annotated[Path | None, typer.Option(help="Prices of models, as Inspect reads them.")] = None,
     workers: Annotated[int, typer.Option(min=1, help="Processes to score with.")] = 1,
+    explanations: Annotated[
+        bool, typer.Option(help="Put a step-by-step explanation into every record.")
+    ] = True,
     planner: Annotated[
         PlannerChoice, typer.Option(help="Transition modeling: which planner judges operators.")
     ] = PlannerChoice.FULL,
@@ -92,7 +95,7 @@ def run(
         chosen = [_chosen(suite, library, tasks, limit) for suite in suites]
     outcomes = []
     for suite, asked in zip(suites, chosen, strict=True):
-        scoring = Scoring(suite.domain, suite.ability, protocol, source, workers)
+        scoring = Scoring(suite.domain, suite.ability, protocol, source, workers, explanations)
         of_suite = [_run_model(order, endpoint, asked, scoring) for endpoint in order.endpoints]
         if not order.quiet:
             title = f"{suite.domain.value}, {suite.ability.value}, protocol {protocol.value}"

@@ -28,6 +28,7 @@ class Scoring:
     Attributes:
         source: where the data comes from.
         workers: how many processes to use.
+        explanations: put a step-by-step explanation into every record.
     """
 
     domain: Domain
@@ -35,6 +36,7 @@ class Scoring:
     protocol: Protocol
     source: Source
     workers: int = 1
+    explanations: bool = True
 
 
 @dataclass(frozen=True, slots=True)
@@ -178,7 +180,7 @@ def _records(
     suite = open_suite(
         scoring.domain, scoring.ability, scoring.protocol, answers=texts, source=scoring.source
     )
-    scored = score_batch(suite, file, workers=scoring.workers, explanations=True)
+    scored = score_batch(suite, file, workers=scoring.workers, explanations=scoring.explanations)
     by_task = {record.task_id: record for record in scored}
     records = []
     for task_id, prompt in obtained.prompts.items():

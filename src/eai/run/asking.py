@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache, partial
 
 from inspect_ai.model import ChatMessage, ContentReasoning, GenerateConfig, ModelOutput, get_model
 from inspect_ai.solver import Generate, Solver, TaskState, solver
@@ -33,6 +34,7 @@ class _Reply:
 def ask(desk: Desk) -> Solver:
     """Asks what is not answered yet; answers go to the desk, and their text without reasoning to the log."""
     job = desk.job
+    restrictions = cache(partial(_restrictions, job))
 
     async def solve(state: TaskState, generate: Generate) -> TaskState:
         task_id = str(state.sample_id)
@@ -44,7 +46,7 @@ def ask(desk: Desk) -> Solver:
         # The built-in models answer each epoch differently; for others the metadata stays at home.
         state.messages[-1].metadata = {**(state.messages[-1].metadata or {}), "epoch": state.epoch}
         try:
-            reply = await _obtain(state.messages, _restrictions(job, prompt))
+            reply = await _obtain(state.messages, restrictions(prompt.stop))
         except Exception as error:
             desk.give_up(task_id, state.epoch, reason(error))
             raise
@@ -59,8 +61,9 @@ def ask_as_published() -> Solver:
     """Asks with the stop sequences of the sample's metadata; for runs without a desk."""
 
     async def solve(state: TaskState, generate: Generate) -> TaskState:
-        stop = state.metadata.get("stop") or None
-        return _replied(state, await _obtain(state.messages, GenerateConfig(stop_seqs=stop)))
+        stop = state.metadata.get("stop")
+        restrictions = GenerateConfig(stop_seqs=stop) if stop else None
+        return _replied(state, await _obtain(state.messages, restrictions))
 
     return solve
 
@@ -95,29 +98,31 @@ def _answer(job: Job, state: TaskState, prompt: Prompt, reply: _Reply) -> Answer
     )
 
 
-def _restrictions(job: Job, prompt: Prompt) -> GenerateConfig:
+def _restrictions(job: Job, stop: tuple[str, ...]) -> GenerateConfig | None:
     """What a request asks for that not every model can stand: stop sequences and a form of the answer."""
-    stop = list(prompt.stop) if job.decoding.stop else []
     schema = response_schema(job.domain, job.ability) if job.decoding.structured else None
-    return GenerateConfig(stop_seqs=stop or None, response_schema=schema)
+    stop = stop if job.decoding.stop else ()
+    if not stop and schema is None:
+        return None
+    return GenerateConfig(stop_seqs=list(stop) or None, response_schema=schema)
 
 
-async def _obtain(messages: list[ChatMessage], restrictions: GenerateConfig) -> _Reply:
+async def _obtain(messages: list[ChatMessage], restrictions: GenerateConfig | None) -> _Reply:
     """Ask once; and once more without restrictions where they were refused, or left nothing of the answer.
 
     A stop sequence may stand in the middle of reasoning, and some servers return nothing for a form that
     they do not know.
     """
-    plain = GenerateConfig()
-    restricted = restrictions != plain
+    if restrictions is None:
+        return await _request(messages, GenerateConfig())
     try:
         reply = await _request(messages, restrictions)
     except Exception as error:
-        if restricted and getattr(error, "status_code", None) in _REFUSED_PARAMETERS:
-            return await _request(messages, plain)
+        if getattr(error, "status_code", None) in _REFUSED_PARAMETERS:
+            return await _request(messages, GenerateConfig())
         raise
-    if restricted and not reply.parts.answer.strip() and reply.output.stop_reason == "stop":
-        again = await _request(messages, plain)
+    if not reply.parts.answer.strip() and reply.output.stop_reason == "stop":
+        again = await _request(messages, GenerateConfig())
         return _Reply(again.output, again.parts, reply.usage + again.usage)
     return reply
 
