@@ -7,7 +7,7 @@ import pytest
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.verdict import Confusion, ErrorReport, SubgoalCategory, Verdict
 from eai.metrics.rate import Rate
-from eai.metrics.summary import MAIN_COLUMNS, TABLE_COLUMNS, summarise
+from eai.metrics.summary import MAIN_COLUMNS, TABLE_COLUMNS, contribution, summarise
 from eai.pddl.planning import PlannerOutcome
 from eai.world.fault import FaultKind
 from metrics.verdicts import SUCCEEDED, failed, goals
@@ -134,3 +134,13 @@ def test_without_a_planner_there_is_no_planner_success() -> None:
     verdicts = [foregone, Verdict(planner=PlannerOutcome.NOT_RUN)]
     rates = summarise(verdicts, "virtualhome", Ability.TRANSITION_MODELING, Protocol.STRICT)
     assert rates["overall.planner_success"].percent is None
+
+
+@pytest.mark.parametrize("ability", list(Ability))
+@pytest.mark.parametrize("protocol", list(Protocol))
+def test_a_run_without_scored_answers_has_all_metrics_without_a_value(
+    ability: Ability, protocol: Protocol
+) -> None:
+    rates = summarise([Verdict(excluded="for a reason")], "virtualhome", ability, protocol)
+    assert rates.keys() == contribution(Verdict(), "virtualhome", ability, protocol).keys()
+    assert all(rate.denominator == 0 for rate in rates.values())

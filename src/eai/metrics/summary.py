@@ -10,7 +10,7 @@ from typing_extensions import assert_never
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.verdict import Verdict
 from eai.metrics import action_sequencing, goal_interpretation, subgoal_decomposition, transition_modeling
-from eai.metrics.rate import Rate, total
+from eai.metrics.rate import NOTHING, Rate, total
 from eai.pddl.planning import PlannerOutcome
 
 TABLE_COLUMNS: Mapping[Ability, tuple[str, ...]] = {
@@ -41,8 +41,12 @@ AVERAGED: Mapping[Ability, tuple[str, ...]] = {
 def summarise(
     verdicts: Sequence[Verdict], domain: str, ability: Ability, protocol: Protocol
 ) -> dict[str, Rate]:
-    """All metrics of the paper's tables for an ability, by name, over the verdicts that are not excluded."""
-    return total(contributions(verdicts, domain, ability, protocol))
+    """All metrics of the paper's tables for an ability, by name, over the verdicts that are not excluded.
+
+    Metrics without any verdict are there all the same, as nothing of nothing.
+    """
+    nothing = dict.fromkeys(contribution(Verdict(), domain, ability, protocol), NOTHING)
+    return {**nothing, **total(contributions(verdicts, domain, ability, protocol))}
 
 
 def contributions(
