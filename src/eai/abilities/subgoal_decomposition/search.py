@@ -95,8 +95,8 @@ class Limits:
         clock: tells the time in seconds.
     """
 
-    attempts: int = 50_000
-    seconds: float | None = 30.0
+    attempts: int = 5_000
+    seconds: float | None = 10.0
     clock: Callable[[], float] = time.monotonic
 
 

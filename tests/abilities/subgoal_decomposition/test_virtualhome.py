@@ -1,0 +1,261 @@
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from abilities.action_sequencing.household import make_task
+from eai.abilities.protocol import Protocol
+from eai.abilities.subgoal_decomposition.search import Limits
+from eai.abilities.subgoal_decomposition.virtualhome import SubgoalDecomposition
+from eai.abilities.verdict import Tally, Verdict, fields_of
+
+GOALS = ("state OPEN fridge.10", "relation ONTOP cup.13 bed.20", "action TOUCH|PUSH")
+TASK = replace(
+    make_task(goals=GOALS, more_objects=("cup.40",)),
+    temporal_goal="(exists x. ((TOUCH(x) or PUSH(x))) then (OPEN(fridge.10) and ONTOP(cup.13, bed.20)))",
+)
+SCORERS = STRICT, REFERENCE = tuple(
+    SubgoalDecomposition(TASK, protocol) for protocol in (Protocol.STRICT, Protocol.EAI_1_0_5)
+)
+REACHED = ("TOUCH(table.12)", "OPEN(fridge.10)", "ONTOP(cup.13, bed.20)")
+
+
+def answer(*subgoals: object) -> str:
+    return json.dumps({"necessity_to_use_action": "yes", "actions_to_include": [], "output": subgoals})
+
+
+def told(verdict: Verdict) -> str:
+    """The category, and what ended the answer."""
+    assert verdict.category is not None
+    error = "" if verdict.error is None else f" {verdict.error.kind.value}"
+    step = "" if verdict.error is None or verdict.error.step is None else f" {verdict.error.step}"
+    return f"{verdict.category.value}{error}{step}"
+
+
+@pytest.mark.parametrize(
+    ("subgoals", "strict", "reference"),
+    [
+        (REACHED, "correct", "correct"),
+        ([" then ".join(REACHED)], "correct", "correct"),
+        ([f"({' and '.join(REACHED)})"], "correct", "correct"),
+        (REACHED[1:], "goal_unreachable", "goal_unreachable"),
+        (["HOLDS_RH(character.65, milk.11)"], "runtime missing_step 0", "runtime missing_step 0"),
+        (["OPEN(table.12)"], "runtime affordance 0", "runtime affordance 0"),
+        ([], "goal_unreachable", "not_parseable parsing"),
+        # Names.
+        (["FLY(table.12)"], "hallucination hallucination", "hallucination hallucination"),
+        (["OPEN(yacht.9)"], "hallucination hallucination", "hallucination hallucination"),
+        (["OPEN(fridge.11)"], "hallucination hallucination", "hallucination hallucination"),
+        (["OPEN(fridge.10, cup.13)"], "hallucination argument_number", "hallucination argument_number"),
+        (["OPEN(x)"], "hallucination hallucination", "hallucination hallucination"),
+        (["POUR(milk.11, cup.13)"], "runtime missing_step 0", "hallucination hallucination"),
+        # Syntax.
+        (["OPEN(fridge.10"], "not_parseable parsing", "not_parseable parsing"),
+        (["OPEN(fridge.10))", "FLY(x)"], "not_parseable parsing", "not_parseable parsing"),
+        (["eventually OPEN(fridge.10)"], "not_parseable parsing", "not_parseable parsing"),
+        ([3], "not_parseable parsing", "not_parseable parsing"),
+        # Alternatives: all are tried, or one by lot after the text is cut.
+        (["OPEN(table.12) or TOUCH(table.12)", *REACHED[1:]], "correct", None),
+        (
+            ["(OPEN(table.12) or TOUCH(table.12)) and OPEN(fridge.10)", REACHED[2]],
+            "correct",
+            "not_parseable parsing",
+        ),
+        (["exists x. (TOUCH(x))", *REACHED[1:]], "correct", "not_parseable parsing"),
+        # Negations.
+        ([*REACHED, "not CLOSED(fridge.10)"], "correct", "not_parseable parsing"),
+        (["not CLOSED(fridge.10)"], "goal_unreachable", "not_parseable parsing"),
+        (
+            ["TOUCH(table.12)", "not (CLOSED(fridge.10) or not ONTOP(cup.13, bed.20))"],
+            "correct",
+            None,
+        ),
+        (["not TOUCH(table.12)"], "not_parseable parsing", "not_parseable parsing"),
+        (["OPEN(table.12)", "not ON(fridge.10)"], "runtime affordance 0", "runtime affordance 0"),
+        # Names without ids.
+        (["TOUCH(table)", "OPEN(fridge)", "ONTOP(cup.13, bed)"], "correct", "not_parseable parsing"),
+        (["TOUCH(table)", "OPEN(fridge)", "ONTOP(cup, bed)"], "correct", "not_parseable parsing"),
+        # What no action brings about.
+        ([*REACHED, "SITTING(character.65)"], "runtime missing_step 3", "correct"),
+        ([*REACHED, "SITTING(character.65) and ONTOP(character.65, bed.20)"], "correct", "correct"),
+        ([*REACHED, "NEXT_TO(cup.13, book.16)"], "runtime missing_step 3", "correct"),
+        ([*REACHED, "NEXT_TO(cup.13, character.65)"], "correct", "correct"),
+        ([*REACHED, "GRABBABLE(cup.13)"], "correct", "correct"),
+        ([*REACHED, "forall x. (not HOLDS_RH(character.65, x))"], "correct", "not_parseable parsing"),
+        ([*REACHED, "forall x. (TOUCH(x))"], "not_parseable parsing", "not_parseable parsing"),
+        # The goal must hold at the end, or at any time.
+        ([*REACHED, "CLOSED(fridge.10)"], "goal_unreachable", "correct"),
+        (["OPEN(fridge.10)", "ONTOP(cup.13, bed.20)", "TOUCH(table.12)"], "correct", "correct"),
+    ],
+)
+def test_the_category_and_the_error(subgoals: list[object], strict: str, reference: str | None) -> None:
+    assert told(STRICT.score(answer(*subgoals))) == strict
+    if reference is not None:
+        assert told(REFERENCE.score(answer(*subgoals))) == reference
+
+
+@pytest.mark.parametrize(
+    ("text", "strict", "reference"),
+    [
+        ("Sure:\n```json\n" + answer(*REACHED) + "\n```", "correct", "correct"),
+        (answer(*REACHED).replace('"', "'"), "correct", "not_parseable parsing"),
+        ("{" + answer(*REACHED)[1:-1] + ', "why": {"so": 1}}', "correct", "not_parseable parsing"),
+        ('{"output": "OPEN(fridge.10)"}', "not_parseable parsing", "not_parseable parsing"),
+        ("OPEN(fridge.10)", "not_parseable parsing", "not_parseable parsing"),
+        (answer("I will open it.", *REACHED), "correct", "correct"),
+        (answer(*REACHED, "ONTOP(character.65, bed.20)", "SLEEP"), "correct", "correct"),
+    ],
+)
+def test_where_the_subgoals_are_found(text: str, strict: str, reference: str) -> None:
+    assert told(STRICT.score(text)) == strict
+    assert told(REFERENCE.score(text)) == reference
+
+
+def test_repairs_are_named() -> None:
+    assert STRICT.score(answer("Now.", "SLEEP")).repairs == ("no_formula", "brackets")
+
+
+def test_errors_and_goals_are_those_of_the_reported_branch() -> None:
+    verdict = STRICT.score(answer("OPEN(fridge.10)", "OPEN(fridge.10)", "HOLDS_RH(character.65, table.12)"))
+    assert verdict.details is not None
+    assert verdict.details["errors"] == ["additional_step", "affordance"]
+    assert verdict.additional_steps == 1
+    assert verdict.goals is not None
+    assert verdict.goals == (Tally(1, 1), Tally(0, 1), Tally(0, 1))
+    assert (verdict.executable, verdict.success) == (False, False)
+
+
+def test_action_goals_count_up_to_the_first_that_is_missing_in_the_reference() -> None:
+    task = replace(
+        make_task(goals=("action TOUCH", "action TYPE", "action PUSH")), temporal_goal="exists x. (PUSH(x))"
+    )
+    plan = answer("PUSH(table.12)", "TOUCH(table.12)")
+    strict, reference = (SubgoalDecomposition(task, p).score(plan).goals for p in Protocol)
+    assert strict is not None
+    assert reference is not None
+    assert (strict.action, reference.action) == (Tally(1, 3), Tally(1, 3))
+    other = SubgoalDecomposition(task, Protocol.EAI_1_0_5).score(answer("PUSH(table.12)")).goals
+    assert other is not None
+    assert other.action == Tally(0, 3)
+
+
+def test_a_goal_that_the_reference_cannot_read_makes_every_plan_unparseable() -> None:
+    task = replace(TASK, temporal_goal="exists x. (exists y. (POUR(x, y)))")
+    assert (
+        told(SubgoalDecomposition(task, Protocol.EAI_1_0_5).score(answer(*REACHED)))
+        == "not_parseable parsing"
+    )
+    assert told(SubgoalDecomposition(task, Protocol.STRICT).score(answer(*REACHED))) == "goal_unreachable"
+
+
+def test_a_task_without_goals_is_excluded_or_unparseable() -> None:
+    task = replace(make_task(goals=()), temporal_goal=None)
+    assert SubgoalDecomposition(task, Protocol.STRICT).score(answer(*REACHED)).excluded is not None
+    assert (
+        told(SubgoalDecomposition(task, Protocol.EAI_1_0_5).score(answer(*REACHED)))
+        == "not_parseable parsing"
+    )
+
+
+def test_the_end_of_the_search_is_told() -> None:
+    scorer = SubgoalDecomposition(TASK, Protocol.STRICT, limits=Limits(attempts=3))
+    verdict = scorer.score(answer(*REACHED))
+    assert verdict.details is not None
+    assert (verdict.details["search"], verdict.details["attempts"]) == ("attempts", 4)
+    assert any("the search was ended" in note for note in scorer.explain(answer(*REACHED)).notes)
+    complete = STRICT.score(answer(*REACHED)).details
+    assert complete is not None
+    assert complete["search"] == "complete"
+
+
+def test_too_many_alternatives_are_refused() -> None:
+    four = " and ".join(f"exists {v}. (TOUCH({v}))" for v in "abcd")
+    nested = "exists a. (exists b. (exists c. (exists d. (TOUCH(a) and TOUCH(b) and TOUCH(c) and TOUCH(d)))))"
+    assert told(STRICT.score(answer(four, *REACHED[1:]))) == "correct"
+    verdict = STRICT.score(answer(nested))
+    assert verdict.error is not None
+    assert "alternatives" in verdict.error.detail
+
+
+def test_an_explanation_shows_the_subgoals_the_steps_and_the_goals() -> None:
+    explanation = STRICT.explain(answer("OPEN(fridge.10)", "HOLDS_RH(character.65, table.12)"))
+    assert explanation.notes == (
+        "runtime",
+        "subgoal 1: OPEN(fridge.10)",
+        "subgoal 2: HOLDS_RH(character.65, table.12)",
+        "subgoal 2 fails: affordance, table.12 cannot be grabbed",
+    )
+    assert [step.outcome for step in explanation.steps] == ["executed", "executed", "executed", "affordance"]
+    assert [goal.satisfied for goal in explanation.goals] == [True, False, False]
+    assert STRICT.explain(answer("FLY(table.12)")).notes[0] == "hallucination"
+    assert STRICT.explain("nothing").notes[0] == "not_parseable"
+    assert REFERENCE.explain(answer("not OPEN(fridge.10)")).notes[0] == "not_parseable"
+
+
+PIECES = st.sampled_from(
+    [
+        *("OPEN(fridge.10)", "ONTOP(cup.13, bed.20)", "TOUCH(table)", "CLEAN(table.12)", "SLEEP()", "SLEEP"),
+        *("INSIDE(milk.11, cup.13)", "ONTOP(character.65, bed.20)", "NEXT_TO(cup, bed)", "x = y", "ON(x)"),
+        *(
+            " and ",
+            " or ",
+            " then ",
+            "not ",
+            "(",
+            ")",
+            "exists x. (",
+            "forall y. (",
+            "forn 2. x. (",
+            " implies ",
+        ),
+        *("next ", "until", "true", "é", "\0", ".", "FLY(\u00fc.1)"),
+    ]
+)
+
+
+@settings(deadline=None)
+@given(st.lists(st.lists(PIECES, max_size=6).map("".join), max_size=5) | st.text())
+def test_any_text_has_a_verdict(subgoals: list[str] | str) -> None:
+    text = subgoals if isinstance(subgoals, str) else answer(*subgoals)
+    for scorer in SCORERS:
+        verdict = scorer.score(text)
+        assert verdict.category is not None
+        assert json.dumps(fields_of(verdict)) == json.dumps(fields_of(scorer.score(text)))
+        json.dumps(scorer.explain(text).to_json())
+
+
+@pytest.mark.parametrize(
+    "subgoal",
+    [
+        "(" * 1_000 + "OPEN(fridge.10)" + ")" * 1_000,
+        "not " * 1_000 + "OPEN(fridge.10)",
+        "exists x. (" * 1_000 + "OPEN(x)" + ")" * 1_000,
+        "exists x. (exists x. (OPEN(x))) and OPEN(x)",
+        " and ".join(["OPEN(fridge.10)"] * 6_000),
+        " or ".join(["OPEN(table.12)"] * 6_000),
+        " then ".join(["CLEAN(table.12)"] * 6_000),
+        " then ".join(["(SITTING(character.65) or ONTOP(character.65, bed.20))"] * 2_000),
+        "OPEN(\u51b0\u7bb1.10)",
+        "OPEN(" + "x" * 100_000 + ")",
+        "forall x. (OPEN(x))",
+        "forn 3. x. (OPEN(x))",
+        "exists x:unicorn. (TOUCH(x))",
+        "OPEN(fridge." + "9" * 10_000 + ")",
+    ],
+    ids=lambda text: text[:24].strip(),
+)
+def test_extreme_subgoals_have_a_verdict(subgoal: str) -> None:
+    for scorer in SCORERS:
+        assert scorer.score(answer(subgoal)).category is not None
+
+
+def test_forty_choices_do_not_cost_two_to_the_forty_executions() -> None:
+    verdict = STRICT.score(answer(*["ONTOP(character.65, bed.20)"] * 40))
+    assert verdict.details is not None
+    assert verdict.details["search"] == "complete"
+    assert isinstance(verdict.details["attempts"], int)
+    assert verdict.details["attempts"] < 2_000
