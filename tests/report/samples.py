@@ -100,10 +100,11 @@ def goal_run() -> list[Record]:
     """Goals found, missed and invented."""
     verdict = Verdict(
         counts={"state": Confusion(1, 1, 1), "relation": Confusion(0, 0, 0)},
-        details={"predicted": 2, "ill_formed": 0, "hallucinated": ["sofaa"], "invented": ["OFF(bed)"]},
+        details={"predicted": 2, "ill_formed": 0, "hallucinated": ["sofaa"]},
     )
     explanation = Explanation(
-        goals=(GoalReport("state", "ON(light.2)", True), GoalReport("state", "CLEAN(bed.1)", False))
+        notes=("wrong: OFF(bed)",),
+        goals=(GoalReport("state", "ON(light.2)", True), GoalReport("state", "CLEAN(bed.1)", False)),
     )
     return [_record(f"{i}_1", verdict, explanation, Ability.GOAL_INTERPRETATION, "{}") for i in range(4)]
 

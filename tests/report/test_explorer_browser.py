@@ -158,10 +158,10 @@ def test_two_runs_side_by_side(page: Any, address: str) -> None:
     page.goto(address)
     page.get_by_role("button", name="Compare runs").click()
     page.locator('select[data-run="a"]').select_option(
-        label="VirtualHome · action sequencing · first · strict"
+        label="first · strict · action sequencing · VirtualHome"
     )
     page.locator('select[data-run="b"]').select_option(
-        label="VirtualHome · action sequencing · second · strict"
+        label="second · strict · action sequencing · VirtualHome"
     )
     cells = page.locator(".cell strong").all_inner_texts()
     assert cells == ["8", "0", "4", "4", "4", "12"]

@@ -5,6 +5,7 @@ import io
 import json
 import shutil
 import subprocess
+import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -113,3 +114,12 @@ def test_unusable_input_is_one_line(tmp_path: Path) -> None:
     result = RUNNER.invoke(app, ["report", str(tmp_path / "none"), "--out", str(tmp_path / "out")])
     assert "no such file or folder" in str(result.exception)
     assert not (tmp_path / "out").exists()
+
+
+def test_without_matplotlib_there_is_all_but_plots(
+    tmp_path: Path, runs: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    folder = write_report(tmp_path / "out", runs)
+    assert not (folder / "plots").exists()
+    assert {path.name for path in folder.iterdir()} == set(TABLE_FILES)

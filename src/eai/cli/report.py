@@ -2,20 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from eai.abilities.protocol import Ability, Domain
-from eai.cli.console import output
+from eai.cli.console import errors, output
 from eai.cli.data import DataFolder, store
 from eai.data import dataset, transition_modeling
 from eai.data.store import Store
-from eai.errors import DataError, InputError
+from eai.errors import DataError, EaiError, InputError
 from eai.metrics.bootstrap import Bootstrap
 from eai.prompts.official import official_prompts
-from eai.report.digest import digest
+from eai.report.digest import Digest, digest
+from eai.report.document import Plot
 from eai.report.explorer import explorer_html
 from eai.report.explorer_data import Background, ExplorerData
 from eai.report.plots import draw_plots
@@ -52,13 +54,22 @@ def report(
     tables = make_tables(digests, bootstrap, with_paper=paper)
     try:
         out.mkdir(parents=True, exist_ok=True)
-        drawn = draw_plots(digests, out / PLOTS) if plots else []
+        drawn = _draw(digests, out / PLOTS) if plots else []
         write_tables(out, digests, tables, drawn, with_paper=paper)
         (out / EXPLORER).write_text(explorer_html(explorer.to_json()), encoding="utf-8")
     except OSError as error:
         raise InputError(f"{out}: cannot be written ({error.strerror})") from error
     message = f"{len(digests)} runs, {len(tables)} tables, {len(drawn)} plots; open {out / EXPLORER}"
     output().print(message, soft_wrap=True, highlight=False)
+
+
+def _draw(digests: Sequence[Digest], folder: Path) -> list[Plot]:
+    """The plots, or none and a remark where matplotlib is not installed."""
+    try:
+        return draw_plots(digests, folder)
+    except EaiError as error:
+        errors().print(f"no plots: {error}", markup=False, highlight=False, soft_wrap=True)
+        return []
 
 
 def background(source: Store) -> Background:

@@ -99,7 +99,6 @@ class ExplorerData:
                 "m": list(verdict.repairs),
                 "k": details.get("task_categories"),
                 "h": self._listed(details.get("hallucinated")),
-                "i": self._listed(details.get("invented")),
                 "w": [self._text(note) for note in explanation.notes],
                 "s": [self._step(step) for step in explanation.steps],
                 "G": [[goal.kind, self._text(goal.goal), int(goal.satisfied)] for goal in explanation.goals],

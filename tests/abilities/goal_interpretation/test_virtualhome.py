@@ -166,6 +166,17 @@ def test_any_text_has_a_verdict(text: str) -> None:
         json.dumps(scorer.explain(text).to_json())
 
 
+def test_explanations_name_each_wrong_goal_once() -> None:
+    shut = {"name": "fridge", "state": "CLOSED"}
+    under = {**ON_BED, "relation": "UNDER"}
+    text = answer([OPEN, shut, shut], [ON_BED, under], ["LOOKAT", "FLY"])
+    strict = ("wrong: CLOSED(fridge)", "wrong: UNDER(cup, bed)", "wrong: FLY")
+    by_id = ("wrong: CLOSED(fridge.10)", "wrong: UNDER(cup.40, bed.20)", "wrong: FLY")
+    for scorer, expected in ((STRICT, strict), (REFERENCE, by_id)):
+        notes = scorer.explain(text).notes
+        assert tuple(note for note in notes if note.startswith("wrong: ")) == expected
+
+
 @pytest.mark.parametrize(
     "text",
     [

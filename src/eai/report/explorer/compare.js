@@ -40,7 +40,7 @@ function renderPairChoice() {
   const choose = (label, name, among, run, pick) => element('label', {}, element('span', {}, label),
     element('select', { 'data-run': name, onchange: (event) => pick(runs[Number(event.target.value)]) },
       among.map((choice) => element('option', { value: choice.number, selected: choice === run },
-        [title(choice.domain), words(choice.ability), choice.model, choice.protocol].join(' · ')))));
+        [choice.model, choice.protocol, words(choice.ability), title(choice.domain)].join(' · ')))));
   const rivals = rivalsOf(state.pair.a);
   box.replaceChildren(
     choose('First', 'a', runs.filter((run) => rivalsOf(run).length), state.pair.a, (run) => comparePair(run, rivalsOf(run)[0], null)),

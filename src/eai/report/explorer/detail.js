@@ -60,9 +60,12 @@ const stepText = (answer, error) => {
   return ` at ${noun} ${error.step + 1}`;
 };
 
+// How an explanation of goals begins a note on a goal that the task does not have.
+const WRONG = 'wrong: ';
+
 function goals(answer) {
   const found = goalsOf(answer);
-  const invented = [...(answer.row.i || []).map(text)];
+  const invented = notesOf(answer).filter((note) => note.startsWith(WRONG)).map((note) => note.slice(WRONG.length));
   const hallucinated = [...new Set((answer.row.h || []).map(text))];
   const interpretation = answer.run.ability === 'goal_interpretation';
   if (!found.length && !invented.length && !hallucinated.length) return null;
@@ -88,7 +91,7 @@ function counts(answer) {
 }
 
 function notes(answer) {
-  const found = notesOf(answer);
+  const found = notesOf(answer).filter((note) => !note.startsWith(WRONG));
   if (!found.length || answer.run.ability === 'transition_modeling') return null;
   return element('section', { class: 'notes' }, element('h3', {}, 'How it was read'),
     element('ul', {}, found.map((note) => element('li', {}, note))));
