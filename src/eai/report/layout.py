@@ -64,7 +64,7 @@ def domain_title(domain: str) -> str:
 
 def label_of(name: str) -> str:
     """A metric or a kind of error for readers."""
-    return name.replace("_", " ").capitalize()
+    return name.replace("_", " ").replace(".", " ").capitalize()
 
 
 def _trajectory(ability: Ability, paper: str) -> TableSpec:
