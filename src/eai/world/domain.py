@@ -17,7 +17,7 @@ from eai.world.state import Draft, State
 from eai.world.vocabulary import Vocabulary
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class CompiledCheck:
     """A check with its condition, and each formula of what it seeks in the past, as functions."""
 
@@ -68,11 +68,11 @@ class CompiledOperator:
 
     def first_failure(self, state: State, binding: Binding) -> CompiledCheck | None:
         """The first check that fails in the state, or None if the action is possible."""
-        failed = first_failing(self.checks, state, binding)
-        if failed is None and self.tries:
-            failures = self._failed_tries(state, binding)
-            return failures[0].check if failures else None
-        return failed
+        for check in self.checks:
+            if not check.holds(state, binding):
+                return check
+        failures = self._failed_tries(state, binding) if self.tries else ()
+        return failures[0].check if failures else None
 
     def failures(self, state: State, binding: Binding) -> tuple[Failure, ...]:
         """All that is wrong: the first check that fails, or that of every try; empty if it is possible."""

@@ -206,10 +206,11 @@ class Effects:
         left, right = atom.arguments
         if left == ANYTHING:
             target = self._frame.slot_of(right, scope)
-            return lambda before, draft, binding: draft.unlink_to(
-                index, before.scene.everything, binding[target]
-            )
-        source, targets = self._frame.slot_of(left, scope), self._mask_of(right, scope)
+            return lambda before, draft, binding: draft.unlink_to(index, _ALL, binding[target])
+        source = self._frame.slot_of(left, scope)
+        if right == ANYTHING:
+            return lambda before, draft, binding: draft.unlink_from(index, binding[source], _ALL)
+        targets = self._mask_of(right, scope)
         write = Draft.link_from if adding else Draft.unlink_from
         return lambda before, draft, binding: write(draft, index, binding[source], targets(before, binding))
 
@@ -233,6 +234,9 @@ class Effects:
             return self._vocabulary.binary_slots[predicate.name]
         return self._vocabulary.unary_slots[predicate.name]
 
+
+_ALL: Final = -1
+"""The mask of all objects, however many there are."""
 
 _ApplyToMask: TypeAlias = Callable[[State, Draft, Binding, int], None]
 

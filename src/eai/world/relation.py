@@ -65,7 +65,8 @@ class Relation:
         line = self._rows.get(source)
         if line is not None:
             return line
-        return _line(self._base.rows[source], source, self._columns, self._column_keys)
+        line = self._base.rows[source]
+        return _line(line, source, self._columns, self._column_keys) if self._column_keys else line
 
     def base_row(self, source: int) -> int:
         """The mask of the targets that ``source`` had at the start of the episode."""
@@ -76,7 +77,8 @@ class Relation:
         line = self._columns.get(target)
         if line is not None:
             return line
-        return _line(self._base.columns[target], target, self._rows, self._row_keys)
+        line = self._base.columns[target]
+        return _line(line, target, self._rows, self._row_keys) if self._row_keys else line
 
     def has(self, source: int, target: int) -> bool:
         """Whether the pair is in the relation."""
@@ -156,8 +158,6 @@ def bits(mask: int) -> Iterator[int]:
 
 def _line(base: int, index: int, crossing: dict[int, int], crossing_keys: int) -> int:
     """A line of the base, corrected by the overridden lines that cross it."""
-    if not crossing_keys:
-        return base
     line = base & ~crossing_keys
     for key, mask in crossing.items():
         if mask >> index & 1:

@@ -28,8 +28,10 @@ def carriers(state: State, arguments: tuple[int, ...]) -> int:
 
 def shut_away(state: State, arguments: tuple[int, ...]) -> bool:
     """Whether an object, or something that carries it, is in something closed."""
-    inside, ontop = state.relation("lies_in"), state.relation("lies_on")
     closed = state.those("openable") & ~state.those("is_open")
+    if not closed:
+        return False
+    inside, ontop = state.relation("lies_in"), state.relation("lies_on")
     (x,) = arguments
     while True:
         container = inside.row(x)
