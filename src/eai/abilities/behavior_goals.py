@@ -18,6 +18,9 @@ from eai.logic.truncated_options import truncated_options
 from eai.world.condition import Binding, Conditions, Frame, Truth
 from eai.world.state import Scene, State
 
+_NO_ACTIONS = Tally(0, 0)
+"""BEHAVIOR has no action goals."""
+
 _Test: TypeAlias = Callable[[State], bool]
 
 
@@ -43,6 +46,9 @@ class BehaviorGoals:
         make = compiler.any_option if as_in_reference else compiler.truth
         self._tests: tuple[_Test, ...] = tuple(make(goal.formula) for goal in task.goals)
         self._shares = tuple(_share(goal) for goal in task.goals)
+        self._total = Share(
+            sum(share.state for share in self._shares), sum(share.relation for share in self._shares)
+        )
 
     def satisfied(self, state: State) -> tuple[bool, ...]:
         """Which goals hold in the state, in order."""
@@ -50,12 +56,13 @@ class BehaviorGoals:
 
     def tallies(self, satisfied: Sequence[bool]) -> GoalTallies:
         """The goals by kind; one that speaks of states and relations counts half as each."""
-        shares = self._shares
-        held = [share for share, holds in zip(shares, satisfied, strict=True) if holds]
+        state = relation = 0.0
+        for share, holds in zip(self._shares, satisfied, strict=True):
+            if holds:
+                state += share.state
+                relation += share.relation
         return GoalTallies(
-            Tally(sum(share.state for share in held), sum(share.state for share in shares)),
-            Tally(sum(share.relation for share in held), sum(share.relation for share in shares)),
-            Tally(0, 0),
+            Tally(state, self._total.state), Tally(relation, self._total.relation), _NO_ACTIONS
         )
 
 

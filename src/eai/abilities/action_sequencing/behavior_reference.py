@@ -23,36 +23,47 @@ def read_plan(text: str) -> WrittenPlan | Unreadable:
     segment = text[start : end + 1]
     if start < 0 or len(segment) > _MAX_LENGTH:
         return _NO_ACTIONS
-    elements = _as_json(segment) or _as_python(segment)
-    found = [each for each in elements if isinstance(each, dict)] if isinstance(elements, list) else []
-    steps = [
-        WrittenStep(str(each["action"]), tuple(str(each["object"]).strip().split(",")))
-        for each in found
-        if "action" in each and "object" in each
-    ]
+    steps = _as_json(segment) or _as_python(segment)
     return WrittenPlan(tuple(steps)) if steps else _NO_ACTIONS
 
 
-def _as_json(segment: str) -> object:
-    """The value of a list that is the same in JSON and Python, of objects with plain texts; else None."""
+def _as_json(segment: str) -> list[WrittenStep] | None:
+    """The steps of a list that is the same in JSON and Python, of objects with plain texts; else None."""
     if "\\" in segment:
         return None
     try:
         elements = json.loads(segment)
     except (ValueError, RecursionError):
         return None
-    texts = (isinstance(each, dict) and all(isinstance(v, str) for v in each.values()) for each in elements)
-    return elements if all(texts) else None
+    for each in elements:
+        if not isinstance(each, dict):
+            return None
+        for value in each.values():
+            if not isinstance(value, str):
+                return None
+    return _steps(elements)
 
 
-def _as_python(segment: str) -> object:
-    """The value of a text that is a Python expression; None if it has none."""
+def _as_python(segment: str) -> list[WrittenStep] | None:
+    """The steps of a Python expression; None if it is no list of anything."""
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            return _value(ast.parse(segment.strip(), mode="eval").body)
+            elements = _value(ast.parse(segment.strip(), mode="eval").body)
     except (SyntaxError, ValueError, TypeError, RecursionError, MemoryError):
         return None
+    return (
+        _steps([each for each in elements if isinstance(each, dict)]) if isinstance(elements, list) else None
+    )
+
+
+def _steps(found: list[dict[str, object]]) -> list[WrittenStep]:
+    """The steps among dictionaries: what has an action and an object."""
+    return [
+        WrittenStep(str(each["action"]), tuple(str(each["object"]).strip().split(",")))
+        for each in found
+        if "action" in each and "object" in each
+    ]
 
 
 def _value(node: ast.expr) -> object:
