@@ -1,6 +1,6 @@
 """What a run costs beyond Inspect and the model: processor time a sample, ours beside Inspect alone.
 
-Inspect alone is its own generate solver on the same questions to the same built-in model, without scoring. Ours
+Inspect alone is its own generate solver on the same questions to the same built-in model, not scored. Ours
 is timed sample by sample: writing an answer down, scoring it, explaining it. `--difference` also runs all of
 `eai run`'s asking beside Inspect alone, whose own time varies more than what is to be measured.
 

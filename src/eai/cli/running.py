@@ -147,7 +147,9 @@ def _chosen(obtained: Obtained, ability: Ability) -> dict[str, Answer]:
 
 def _write(obtained: Obtained, answers: Mapping[str, Answer], folder: Path, scoring: Scoring) -> Outcome:
     """Score one answer a task, and write answers, records and summary."""
-    why = {task_id: reason for (task_id, _), reason in obtained.failures.items() if task_id not in answers}
+    failed = {task_id: reason for (task_id, _), reason in obtained.failures.items()}
+    lacking = [task_id for task_id in obtained.prompts if task_id not in answers]
+    why = {task_id: failed.get(task_id, "the run ended before") for task_id in lacking}
     file = ResponseFile(
         obtained.name, tuple(Response(i, answers[i].text) for i in obtained.prompts if i in answers)
     )
@@ -192,7 +194,7 @@ def _records(
             task_id,
             "",
             suite.data_sha256,
-            Verdict(excluded=f"not answered: {why.get(task_id, 'the run ended before')}"),
+            Verdict(excluded=f"not answered: {why[task_id]}"),
         )
         records.append(_with_origin(record, prompt, answers.get(task_id)))
     return records

@@ -1,0 +1,38 @@
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+from cli.conftest import Command
+from eai.data.store import Store
+
+
+def test_an_incomplete_run_is_built_and_its_gaps_are_named(
+    eai: Command, data_store: Store, tmp_path: Path
+) -> None:
+    place = tmp_path / "run" / "behavior" / "action_sequencing" / "gpt"
+    place.mkdir(parents=True)
+    task_id = "assembling_gift_baskets_0_Beechwood_0_int_0_2021-10-26_12-46-37"
+    answers = [{"identifier": task_id, "llm_output": "[]"}]
+    (place / "gpt_outputs.json").write_text(json.dumps(answers))
+    archive = tmp_path / "submission.zip"
+    built = eai("submission", "build", tmp_path / "run", "--out", archive)
+    assert built.status == 2
+    assert f"written to {archive}" in built.out
+    lines = built.out.splitlines()
+    assert len(lines) == 1 + 7 + 99
+    assert "virtualhome_goal_interpretation_outputs.json: is missing" in lines
+    assert sum(line.startswith("behavior_action_sequencing_outputs.json: ") for line in lines) == 99
+    assert not any(task_id in line for line in lines)
+    checked = eai("submission", "check", archive)
+    assert (checked.status, checked.out.splitlines()) == (2, lines[1:])
+
+
+def test_what_is_no_submission_is_said_in_one_line(eai: Command, data_store: Store, tmp_path: Path) -> None:
+    for arguments in (
+        ("submission", "check", tmp_path / "none.zip"),
+        ("submission", "build", tmp_path / "none", "--out", tmp_path / "s.zip"),
+    ):
+        done = eai(*arguments)
+        assert done.status == 2
+        assert len(done.err.splitlines()) == 1

@@ -1,0 +1,42 @@
+from __future__ import annotations
+
+from itertools import pairwise
+
+import pytest
+
+from eai.abilities.protocol import Ability, Domain, Protocol
+from eai.abilities.suite import Source, open_suite
+from eai.data.store import Store
+from eai.metrics.summary import MAIN_COLUMNS, summarise
+from eai.run.answers import AnswerBook, WrittenAnswer, noisy_answer, open_answer_book
+
+BOOK = AnswerBook(
+    ("1", "2"), lambda task_id: WrittenAnswer(tuple(f"{task_id}{letter}" for letter in "abcdefgh"), " ".join)
+)
+PLANS = (Domain.VIRTUALHOME, Ability.ACTION_SEQUENCING)
+
+
+def test_noise_is_decided_by_its_arguments() -> None:
+    assert noisy_answer(BOOK, "1", rate=0.0, seed="0").text == "1a 1b 1c 1d 1e 1f 1g 1h"
+    texts = {noisy_answer(BOOK, "1", rate=0.5, seed=str(seed)).text for seed in range(20)}
+    assert len(texts) > 15
+    assert noisy_answer(BOOK, "1", rate=0.5, seed="3") == noisy_answer(BOOK, "1", rate=0.5, seed="3")
+
+
+def test_noise_drops_repeats_swaps_and_replaces() -> None:
+    answers = [noisy_answer(BOOK, "1", rate=0.3, seed=str(seed)).parts for seed in range(50)]
+    gold = BOOK.gold("1").parts
+    assert any(len(parts) < len(gold) for parts in answers)
+    assert any(part == after for parts in answers for part, after in pairwise(parts))
+    assert any(part > after for parts in answers for part, after in pairwise(parts))
+    assert any(part.startswith("2") for parts in answers for part in parts)
+
+
+@pytest.mark.parametrize("suite", [PLANS, (Domain.VIRTUALHOME, Ability.GOAL_INTERPRETATION)])
+def test_gold_answers_are_right(data_store: Store, suite: tuple[Domain, Ability]) -> None:
+    domain, ability = suite
+    book = open_answer_book(domain, ability, data_store)
+    scored = open_suite(domain, ability, Protocol.STRICT, source=Source(data_store))
+    verdicts = [scored.score(task_id, book.gold(task_id).text) for task_id in book.task_ids[:40]]
+    rate = summarise(verdicts, domain.value, ability, Protocol.STRICT)[MAIN_COLUMNS[ability][0]]
+    assert rate.percent == 100.0

@@ -1,0 +1,36 @@
+from __future__ import annotations
+
+import pytest
+from inspect_ai.model import ChatMessageSystem, ChatMessageUser
+from inspect_ai.util import registry_info
+
+from eai.abilities.protocol import Ability, Domain
+from eai.data.store import Store
+from eai.prompts.official import official_prompts
+from eai.run.registry import TASKS
+
+SUITES = [(domain, ability) for domain in Domain for ability in Ability]
+
+
+def test_every_suite_is_a_task_that_inspect_finds_under_our_name() -> None:
+    names = {f"{domain.value}_{ability.value}" for domain, ability in SUITES}
+    assert TASKS.keys() == names
+    assert {registry_info(task).name for task in TASKS.values()} == {f"eai/{name}" for name in names}
+
+
+@pytest.mark.parametrize(("domain", "ability"), SUITES, ids=lambda each: each.value)
+def test_a_task_asks_the_official_prompts(data_store: Store, domain: Domain, ability: Ability) -> None:
+    task = TASKS[f"{domain.value}_{ability.value}"]()
+    prompts = official_prompts(domain, ability, data_store)
+    assert [sample.id for sample in task.dataset] == list(prompts)
+    for sample in task.dataset:
+        prompt = prompts[str(sample.id)]
+        assert isinstance(sample.input, list)
+        *system, user = sample.input
+        assert isinstance(user, ChatMessageUser)
+        assert user.text == prompt.user
+        assert [type(message) for message in system] == [ChatMessageSystem] * (prompt.system is not None)
+        assert [message.text for message in system] == [prompt.system] * (prompt.system is not None)
+        assert sample.metadata is not None
+        assert tuple(sample.metadata["stop"]) == prompt.stop
+    assert task.config.temperature == 0.0
