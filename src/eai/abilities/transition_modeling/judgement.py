@@ -10,7 +10,8 @@ from eai.abilities.transition_modeling.report import OperatorReport
 from eai.data.transition_modeling import TransitionTask
 from eai.pddl.planning import Planner, PlannerOutcome, PlannerResult, PlanningTask
 
-_NOT_RUN = PlannerResult(PlannerOutcome.NOT_RUN)
+NOT_RUN = PlannerResult(PlannerOutcome.NOT_RUN)
+"""The result where no planner is asked."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,7 +37,7 @@ class PlanMemory:
     def solve(self, key: Hashable, make: Callable[[], PlanningTask | PlannerResult]) -> PlannerResult:
         """The remembered result for a key, or that of what ``make`` makes: a task, or a foregone result."""
         if self.planner is None:
-            return _NOT_RUN
+            return NOT_RUN
         result = self.results.get(key)
         if result is None:
             task = make()

@@ -19,7 +19,6 @@ from eai.pddl.operator_text import OperatorText
 
 _COMMENT = re.compile(r";.*$", re.MULTILINE)
 _HEAD = re.compile(r"\(:action\s+(\w+)")
-_PARENTHESIS = re.compile(r"[()]")
 _FENCE = "```json"
 _UNBALANCED = "(()"
 _UNBALANCED_CLOSE = 1  # Where the first closing parenthesis of an unbalanced effect is taken to be.
@@ -33,7 +32,9 @@ def extract_as_reference(answer: str) -> tuple[OperatorText, ...] | None:
     content = _payload(answer)
     if content is None:
         return None
-    content = " ".join(_COMMENT.sub("", content).split())
+    if ";" in content:
+        content = _COMMENT.sub("", content)
+    content = " ".join(content.split())
     found: dict[str, OperatorText] = {}
     position = 0
     while head := _HEAD.search(content, position):
@@ -73,9 +74,10 @@ def _block(content: str, place: int) -> str | None:
     start = content.find("(", place) + 1
     if content.startswith(")", start):
         return "()"
-    depth = 1
-    for match in _PARENTHESIS.finditer(content, start + 1):
-        depth += 1 if match.group() == "(" else -1
+    depth, position = 1, start + 1
+    while (closing := content.find(")", position)) >= 0:
+        depth += content.count("(", position, closing) - 1
+        position = closing + 1
         if not depth:
-            return "(" + content[start : match.end()]
+            return "(" + content[start:position]
     return None

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from eai.abilities.transition_modeling.judgement import Judgement, PlanMemory
+from eai.abilities.transition_modeling.judgement import NOT_RUN, Judgement, PlanMemory
 from eai.abilities.transition_modeling.reference_extraction import extract_as_reference
 from eai.abilities.transition_modeling.report import OperatorReport, OperatorStatus
 from eai.data.transition_modeling import TransitionTask
@@ -30,7 +30,7 @@ class ReferenceRules:
     """The rules with what they remember about one domain: equal texts are compared and read once."""
 
     plans: PlanMemory
-    compared: dict[tuple[str, str], SideMatch] = field(default_factory=dict)
+    reports: dict[OperatorText, OperatorReport] = field(default_factory=dict)
     read: dict[OperatorText, Action | Dropped | Finding] = field(default_factory=dict)
     count_others: bool = False
 
@@ -61,25 +61,20 @@ class ReferenceRules:
     def _report(self, task: TransitionTask, operator: OperatorText) -> OperatorReport:
         if operator.name not in task.operators:
             return OperatorReport(operator.name, OperatorStatus.HALLUCINATED)
-        gold = task.domain.operators[operator.name]
-        return OperatorReport(
-            operator.name,
-            OperatorStatus.COMPARED,
-            self._compare(operator.precondition, gold.precondition),
-            self._compare(operator.effect, gold.effect),
-        )
-
-    def _compare(self, predicted: str, gold: str) -> SideMatch:
-        match = self.compared.get((predicted, gold))
-        if match is None:
-            sets = compare_as_reference(predicted, gold)
-            match = SideMatch(
-                *(tuple(sorted(names)) for names in (sets.matched, sets.additional, sets.missing))
+        report = self.reports.get(operator)
+        if report is None:
+            gold = task.domain.operators[operator.name]
+            report = self.reports[operator] = OperatorReport(
+                operator.name,
+                OperatorStatus.COMPARED,
+                _compare(operator.precondition, gold.precondition),
+                _compare(operator.effect, gold.effect),
             )
-            self.compared[predicted, gold] = match
-        return match
+        return report
 
     def _plan(self, task: TransitionTask, written: tuple[OperatorText, ...]) -> PlannerResult:
+        if self.plans.planner is None:
+            return NOT_RUN
         names = {operator.name for operator in written}
         gold = (operator for name, operator in task.domain.operators.items() if name not in names)
         operators = tuple(sorted((*written, *gold), key=lambda operator: operator.name))
@@ -102,3 +97,8 @@ class ReferenceRules:
         if reading is None:
             reading = self.read[operator] = read_operator(operator, task.domain.header)
         return reading
+
+
+def _compare(predicted: str, gold: str) -> SideMatch:
+    sets = compare_as_reference(predicted, gold)
+    return SideMatch(*(tuple(sorted(names)) for names in (sets.matched, sets.additional, sets.missing)))

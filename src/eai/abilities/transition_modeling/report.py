@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from enum import Enum
 
 from eai.abilities.verdict import Confusion, Json
@@ -58,7 +58,11 @@ class OperatorReport:
 
 
 def _side_json(side: SideMatch) -> Json:
-    return {key: list(names) for key, names in asdict(side).items()}
+    return {
+        "matched": list(side.matched),
+        "additional": list(side.additional),
+        "missing": list(side.missing),
+    }
 
 
 def count_by_category(
@@ -71,12 +75,12 @@ def count_by_category(
         categories: predicate -> category.
         count_others: whether predicates without a category count, as `OTHER`.
     """
-    counts: dict[str, list[int]] = {}
+    counts: dict[Category | None, list[int]] = {}
     for side in sides:
         for index, names in enumerate((side.matched, side.additional, side.missing)):
             for name in names:
                 category = categories.get(name)
-                if category is None and not count_others:
-                    continue
-                counts.setdefault(OTHER if category is None else category.value, [0, 0, 0])[index] += 1
-    return {category: Confusion(*counts[category]) for category in sorted(counts)}
+                if category is not None or count_others:
+                    counts.setdefault(category, [0, 0, 0])[index] += 1
+    named = {OTHER if category is None else category.value: found for category, found in counts.items()}
+    return {name: Confusion(*named[name]) for name in sorted(named)}

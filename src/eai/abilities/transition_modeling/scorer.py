@@ -40,6 +40,9 @@ class TransitionModeling:
         self.task = task
         self.protocol = protocol
         self._rules = rules
+        self._categories: dict[str, Json] = {
+            "task_categories": [category.value for category in task.categories]
+        }
 
     def score(self, text: str) -> Verdict:
         """The verdict on an answer."""
@@ -52,7 +55,7 @@ class TransitionModeling:
             planner=judgement.planning.outcome,
             repairs=judgement.repairs,
             details={
-                **self._categories(),
+                **self._categories,
                 "operators": [report.to_json() for report in judgement.operators],
                 "plan": [str(step) for step in judgement.planning.plan],
                 "planner_detail": judgement.planning.detail,
@@ -70,7 +73,7 @@ class TransitionModeling:
     def _unreadable(self) -> Verdict:
         error = ErrorReport(FaultKind.PARSING, None, UNREADABLE)
         if self.protocol is Protocol.EAI_1_0_5:
-            return Verdict(excluded=FORMAT_ERROR, error=error, details=self._categories())
+            return Verdict(excluded=FORMAT_ERROR, error=error, details=self._categories)
         missing = [
             OperatorReport(name, OperatorStatus.MISSING, match.precondition, match.effect)
             for name, match in ((name, missing_operator(gold)) for name, gold in self.task.gold.items())
@@ -81,7 +84,7 @@ class TransitionModeling:
             error=error,
             counts=self._counts(missing),
             planner=outcome,
-            details={**self._categories(), "operators": [report.to_json() for report in missing]},
+            details={**self._categories, "operators": [report.to_json() for report in missing]},
         )
 
     def _counts(self, reports: tuple[OperatorReport, ...] | list[OperatorReport]) -> Counts:
@@ -92,9 +95,6 @@ class TransitionModeling:
             ),
             "effect": count_by_category((r.effect for r in reports), categories, count_others=others),
         }
-
-    def _categories(self) -> dict[str, Json]:
-        return {"task_categories": [category.value for category in self.task.categories]}
 
 
 def _success(outcome: PlannerOutcome) -> bool | None:
