@@ -7,12 +7,15 @@ import json
 import random
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
+from functools import cache
 from typing import TypeAlias
 
 from eai.abilities.action_sequencing import behavior_writer as behavior_plans
 from eai.abilities.action_sequencing import virtualhome_writer as virtualhome_plans
 from eai.abilities.goal_interpretation import virtualhome_writer as virtualhome_goals
+from eai.abilities.planning import find_plan
 from eai.abilities.protocol import Ability, Domain
+from eai.abilities.subgoal_decomposition import virtualhome_writer as virtualhome_subgoals
 from eai.data import behavior_tasks, virtualhome_tasks
 from eai.data.store import Store
 from eai.data.transition_modeling import TransitionTasks, open_behavior, open_virtualhome
@@ -111,6 +114,22 @@ def _virtualhome_goals(store: Store | None) -> AnswerBook:
     )
 
 
+def _virtualhome_subgoals(store: Store | None) -> AnswerBook:
+    """The data set has no subgoals of its own: those of a plan that the built-in search finds, if it does."""
+    tasks = virtualhome_tasks.open_tasks(store)
+    planner = virtualhome_subgoals.subgoal_planner()
+
+    @cache
+    def gold(task_id: str) -> WrittenAnswer:
+        task = tasks[task_id]
+        subgoals = virtualhome_subgoals.write_subgoals(task, find_plan(task, planner).plan)
+        return WrittenAnswer(subgoals, virtualhome_subgoals.join_subgoals)
+
+    return AnswerBook(
+        tuple(task_id for task_id, task in tasks.items() if task.temporal_goal is not None), gold
+    )
+
+
 def _behavior_plans(store: Store | None) -> AnswerBook:
     tasks = behavior_tasks.open_tasks(store)
 
@@ -139,6 +158,7 @@ Opener: TypeAlias = Callable[[Store | None], AnswerBook]
 
 _BOOKS: Mapping[tuple[Domain, Ability], Opener] = {
     (Domain.VIRTUALHOME, Ability.GOAL_INTERPRETATION): _virtualhome_goals,
+    (Domain.VIRTUALHOME, Ability.SUBGOAL_DECOMPOSITION): _virtualhome_subgoals,
     (Domain.VIRTUALHOME, Ability.ACTION_SEQUENCING): _virtualhome_plans,
     (Domain.VIRTUALHOME, Ability.TRANSITION_MODELING): _operators(open_virtualhome),
     (Domain.BEHAVIOR, Ability.ACTION_SEQUENCING): _behavior_plans,
