@@ -4,12 +4,14 @@ import dataclasses
 import importlib.util
 import shutil
 import sys
+import threading
 import zipfile
 from pathlib import Path
 
 import pytest
 
 from data.synthetic import build_sdist
+from eai.data import source
 from eai.data.bundle import open_bundle
 from eai.data.progress import Progress, Stage, silent
 from eai.data.source import Archive, download, find, installer
@@ -155,3 +157,22 @@ def test_a_file_that_is_no_archive_is_told(name: str, tmp_path: Path) -> None:
     path.write_bytes(b"nothing of the kind")
     with pytest.raises(DataError, match="not a readable"), open_bundle(path):
         pass
+
+
+def test_watching_a_download_survives_folders_that_come_and_go(tmp_path: Path) -> None:
+    stop = threading.Event()
+
+    def churn() -> None:
+        while not stop.is_set():
+            inner = tmp_path / "unpack" / "deeper"
+            inner.mkdir(parents=True)
+            (inner / "file").write_bytes(b"1234")
+            shutil.rmtree(tmp_path / "unpack")
+
+    thread = threading.Thread(target=churn)
+    thread.start()
+    try:
+        assert {source._arrived(tmp_path) for _ in range(2_000)} <= {0, 4}
+    finally:
+        stop.set()
+        thread.join()

@@ -214,11 +214,12 @@ def _run(
 
 
 def _arrived(folder: Path) -> int:
-    """Size of the largest file below the folder; pip moves files while this looks at them."""
+    """Size of the largest file below the folder; pip moves files and folders while this looks at them."""
     largest = 0
-    for path in folder.rglob("*"):
-        try:
-            largest = max(largest, path.stat().st_size)
-        except OSError:
-            continue
+    for place, _, names in os.walk(folder):  # passes over a folder that is gone
+        for name in names:
+            try:
+                largest = max(largest, Path(place, name).stat().st_size)
+            except OSError:
+                continue
     return largest
