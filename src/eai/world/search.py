@@ -173,7 +173,7 @@ class _Search:
             if step is None:
                 return Planned(PlanningEnd.UNREACHABLE, states=self._states, blocked=blocked)
             solution = self._expand(*step)
-        return Planned(PlanningEnd.SOLVED, _plan(solution), self._states)
+        return Planned(PlanningEnd.SOLVED, self._without_detours(initial, _plan(solution)), self._states)
 
     def _reach(self, node: _Node) -> _Node | None:
         """Estimate a state that was reached and queue it; the node itself if the goal is reached in it."""
@@ -238,6 +238,28 @@ class _Search:
             state = compiled.apply(state, binding)
         return _Node(state, taken, node.depth + 1, node, action) if steps else None
 
+    def _without_detours(self, initial: State, plan: list[Action]) -> tuple[Action, ...]:
+        """The plan without actions that it can do without (action elimination, Nakhost and Mueller 2010).
+
+        Each action in turn is left out, and with it those after it that are impossible then.
+        """
+        position = 0
+        while position < len(plan):
+            node = _Node(initial, 0, 0, None, None)
+            for i, action in enumerate(plan):
+                after = self._after(node, action) if i != position else None
+                node = node if after is None else after
+            if self._is_reached(node):
+                plan = _plan(node)
+            else:
+                position += 1
+        return tuple(plan)
+
+    def _is_reached(self, node: _Node) -> bool:
+        holds = self._regression.readings.holds
+        conditions = self._goal.conditions
+        return node.taken == len(self._goal.actions) and all(holds(c, {}, node.state) for c in conditions)
+
     def _blocked(self, initial: State) -> tuple[Formula | tuple[str, ...], ...]:
         distances = Distances(self._regression, initial, self._objects)
         conditions = (c for c in self._goal.conditions if distances.to(c) == INFINITE)
@@ -245,11 +267,11 @@ class _Search:
         return (*conditions, *actions)
 
 
-def _plan(node: _Node) -> tuple[Action, ...]:
+def _plan(node: _Node) -> list[Action]:
     """The actions that led to a node."""
     actions: list[Action] = []
     current: _Node | None = node
     while current is not None and current.action is not None:
         actions.append(current.action)
         current = current.parent
-    return tuple(reversed(actions))
+    return actions[::-1]
