@@ -38,6 +38,7 @@ class ActionSequencing:
         self.protocol = protocol
         self.domain = domain_of(protocol)
         self._initial = task.initial if protocol is Protocol.STRICT else task.initial_as_published
+        self._arities = {operator.name: operator.arity for operator in self.domain.operators}
         self._goals = BehaviorGoals(task, protocol)
 
     def score(self, text: str) -> Verdict:
@@ -77,31 +78,30 @@ class ActionSequencing:
 
     def resolve(self, plan: WrittenPlan) -> list[Action] | Rejected:
         """The plan as ground actions, or the first grammar error: of all names before of any arity."""
+        things, arities = self.task.scene.index, self._arities
         actions = []
         for index, step in enumerate(plan.steps):
-            action = self._named(index, step)
-            if isinstance(action, Rejected):
-                return action
-            actions.append(action)
+            found = [things.get(str(name).strip()) for name in step.arguments]
+            known = tuple([thing for thing in found if thing is not None])
+            if step.action not in arities or len(known) < len(found):
+                return self._unknown(index, step)
+            actions.append(Action(step.action, known))
         for index, action in enumerate(actions):
-            arity = self.domain.compiled[action.operator].operator.arity
-            if len(action.arguments) != arity:
-                detail = f"{action.operator} takes {arity} objects, not {len(action.arguments)}"
+            if len(action.arguments) != arities[action.operator]:
+                detail = (
+                    f"{action.operator} takes {arities[action.operator]} objects, not {len(action.arguments)}"
+                )
                 return Rejected(ErrorReport(FaultKind.ARGUMENT_NUMBER, index, detail))
         return actions
 
-    def _named(self, index: int, step: WrittenStep) -> Action | Rejected:
-        if step.action not in self.domain.compiled:
-            detail = f"{step.action} is not an action"
-            return Rejected(ErrorReport(FaultKind.HALLUCINATION, index, detail))
-        arguments = []
-        for name in step.arguments:
-            found = self.task.scene.index.get(str(name).strip())
-            if found is None:
-                detail = f"{step.action}: there is no {str(name).strip()}"
-                return Rejected(ErrorReport(FaultKind.HALLUCINATION, index, detail))
-            arguments.append(found)
-        return Action(step.action, tuple(arguments))
+    def _unknown(self, index: int, step: WrittenStep) -> Rejected:
+        """What a step names that there is not: its action, or else its first such object."""
+        detail = f"{step.action} is not an action"
+        if step.action in self._arities:
+            names = (str(name).strip() for name in step.arguments)
+            stranger = next(name for name in names if name not in self.task.scene.index)
+            detail = f"{step.action}: there is no {stranger}"
+        return Rejected(ErrorReport(FaultKind.HALLUCINATION, index, detail))
 
     def _judge(self, trajectory: Trajectory, repairs: tuple[str, ...]) -> Verdict:
         failure = trajectory.failure

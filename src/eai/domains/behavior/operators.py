@@ -106,7 +106,9 @@ def grasp(hand: Hand) -> Operator:
         *interactable(X),
     )
     effects = (
-        *(effect for label in p.LABELS for effect in both_ways(Delete, label(X, ANYTHING))),
+        Delete(p.stands_on(X, ANYTHING)),
+        *both_ways(Delete, p.stands_under(X, ANYTHING)),
+        *both_ways(Delete, p.stands_by(X, ANYTHING)),
         *cut_loose(X),
         ForEach(C, p.carries(X, C) & p.much_larger(C, X), cut_loose(C)),
         Add(hand.holds(X)),

@@ -1,0 +1,186 @@
+"""Run the reference's symbolic BEHAVIOR evaluation and print its cost: `behavior.py`'s half.
+
+`python behavior_reference_child.py SCENES`, in an environment with `eai-eval`, networkx and PyYAML. SCENES is
+a JSON file of what the simulator would say of each task, and of the answers to score. In place of the
+simulator stand objects that say it; the evaluation itself is the package's own, unmodified. The last line
+printed is one JSON object. What is counted is what the package does for each answer, making its graph of the
+scene included; the simulator is not counted, being not there.
+"""
+
+import importlib
+import importlib.abc
+import importlib.machinery
+import io
+import json
+import platform
+import resource
+import sys
+import tempfile
+import types
+from contextlib import redirect_stdout
+from pathlib import Path
+
+ABSENT = ("igibson", "gym", "bddl", "pybullet", "pyquaternion")
+
+
+class Anything(types.ModuleType):
+    """A module of a package that is not installed: every name in it is a class of its own."""
+
+    __path__ = ()
+
+    def __getattr__(self, name):
+        if name.startswith("__"):
+            raise AttributeError(name)
+        value = type(name, (), {})
+        setattr(self, name, value)
+        return value
+
+
+class Absent(importlib.abc.MetaPathFinder, importlib.abc.Loader):
+    """Finds the modules of packages that are not installed."""
+
+    def find_spec(self, fullname, path=None, target=None):
+        if fullname.split(".")[0] in ABSENT:
+            return importlib.machinery.ModuleSpec(fullname, self, is_package=True)
+        return None
+
+    def create_module(self, spec):
+        return Anything(spec.name)
+
+    def exec_module(self, module):
+        pass
+
+
+sys.meta_path.insert(0, Absent())
+object_states = importlib.import_module("igibson.object_states")
+URDFObject = importlib.import_module("igibson.objects.articulated_object").URDFObject
+ObjectMultiplexer = importlib.import_module("igibson.objects.multi_object_wrappers").ObjectMultiplexer
+RoomFloor = importlib.import_module("igibson.object_states.on_floor").RoomFloor
+NOT_YET = {"all_goal_satisfied_graph": None}
+RELATIONS = {"inside": "Inside", "ontop": "OnTop", "onfloor": "OnFloor", "under": "Under", "nextto": "NextTo"}
+
+
+class Value:
+    """A state of an object as the simulator would give it."""
+
+    def __init__(self, value):
+        self.value = value
+
+    def get_value(self, other=None):
+        """The value, or whether the relation to another object holds."""
+        return self.value if other is None else other.name in self.value
+
+
+class Condition:
+    """A goal as the reference asks for it."""
+
+    def __init__(self, terms, options):
+        self.terms = terms
+        self.flattened_condition_options = options
+
+
+class Nothing:
+    """The simulator's side of the evaluation: every action is free and reaches nothing."""
+
+    def apply_action(self, action, objects):
+        """Do nothing."""
+
+    def final_step(self):
+        """Do nothing."""
+
+
+def make_object(described):
+    """An object that says of itself what the simulator would."""
+    thing = (RoomFloor if described["floor"] else URDFObject)()
+    thing.name = described["name"]
+    thing.bounding_box = (described["volume"], 1.0, 1.0)
+    thing.states = {getattr(object_states, name): Value(value) for name, value in described["states"].items()}
+    for relation, name in RELATIONS.items():
+        thing.states[getattr(object_states, name)] = Value(set(described["relations"].get(relation, ())))
+    return thing
+
+
+def make_task(scene):
+    """What the reference needs of the simulator's task."""
+    objects = {described["name"]: make_object(described) for described in scene["objects"]}
+    task = types.SimpleNamespace(initial_conditions=[], behavior_activity=scene["activity"])
+    task.goal_conditions = [Condition(goal["terms"], goal["options"]) for goal in scene["goals"]]
+    task.check_success = lambda: (False, {"satisfied": []})
+    task.object_scope = {}
+    for instance, names in scene["scope"]:
+        task.object_scope[instance] = objects[names[0]]
+        if len(names) > 1:
+            whole = ObjectMultiplexer()
+            whole.name = names[0]
+            whole._multiplexed_objects = [objects[name] for name in names]
+            task.object_scope[instance] = whole
+    return task
+
+
+def action_sequencing(scene):
+    """A function that evaluates the scene's plan."""
+    module = importlib.import_module("behavior_eval.evaluation.action_sequencing.action_sequence_evaluator")
+    task = make_task(scene)
+
+    def evaluate():
+        evaluator = object.__new__(module.ActionSequenceEvaluator)
+        evaluator.task = task
+        evaluator.transition_model = Nothing()
+        evaluator.evolving_graph = module.EvalGraphEnv(task=task)
+        evaluator.get_name_mapping()
+        evaluator.evaluation_info = {"error_type": {"execution_success": True}, "goal_rst": dict(NOT_YET)}
+        evaluator.object_name = set(evaluator.evolving_graph.obj_name_to_obj)
+        evaluator.action_name = {action.name for action in module.EvalActions}
+        try:
+            return evaluator.evaluate_all(scene["plan"])["goal_rst"]["all_goal_satisfied_graph"]
+        except UnboundLocalError:  # where nothing stands on, under or next to anything
+            return None
+
+    return evaluate
+
+
+def subgoal_decomposition(scene):
+    """A function that evaluates the scene's subgoals."""
+    module = importlib.import_module("behavior_eval.evaluation.subgoal_decomposition.subgoal_sim_utils")
+    task = make_task(scene)
+    path = Path(tempfile.mkdtemp()) / "plan.json"
+    path.write_text(json.dumps([{"identifier": scene["activity"], "llm_output": scene["subgoals"]}]))
+
+    def evaluate():
+        evaluator = object.__new__(module.EvalSubgoalPlan)
+        evaluator.env = module.EvalGraphEnv(task=task)
+        named = list(evaluator.env.get_name_mapping())
+        evaluator.category_map = evaluator.get_tl_category(named)
+        evaluator.tl_name_mapping = evaluator.get_tl_name_mapping(named, evaluator.category_map)
+        evaluator.tl_relevant_objects = [each["name"] for each in evaluator.tl_name_mapping]
+        evaluator.subgoal_plan = module.SubgoalPlanHalfJson(str(path), scene["activity"])
+        try:
+            return evaluator.evaluate_subgoal_plan()[0] == "Correct"
+        except UnboundLocalError:
+            return None
+
+    return evaluate
+
+
+def cpu_seconds():
+    """User and system time of this process so far."""
+    usage = resource.getrusage(resource.RUSAGE_SELF)
+    return usage.ru_utime + usage.ru_stime
+
+
+def main(path):
+    """Evaluate every scene by both abilities and print cost and results."""
+    scenes = json.loads(Path(path).read_text())
+    report = {"python": platform.python_version()}
+    for ability in (action_sequencing, subgoal_decomposition):
+        with redirect_stdout(io.StringIO()):
+            evaluations = [ability(scene) for scene in scenes]
+            started = cpu_seconds()
+            succeeded = [evaluate() for evaluate in evaluations]
+            spent = cpu_seconds() - started
+        report[ability.__name__] = {"cpu_seconds": spent, "succeeded": succeeded}
+    print(json.dumps(report))
+
+
+if __name__ == "__main__":
+    main(sys.argv[1])
