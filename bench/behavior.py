@@ -211,10 +211,8 @@ def main() -> int:
         fine = ratio >= RATIOS[ability]
         kept = kept and fine
         rate = len(given) / theirs[ability]["cpu_seconds"]
-        mine = len(given) / ours
-        print(
-            f"{'kept  ' if fine else 'MISSED'}  {ability}: ratio {ratio:,.0f}, at least {RATIOS[ability]:,.0f}"
-        )
+        mine, needed = len(given) / ours, RATIOS[ability]
+        print(f"{'kept  ' if fine else 'MISSED'}  {ability}: ratio {ratio:,.0f}, at least {needed:,.0f}")
         print(f"        reference {rate:.1f}, eai {mine:,.0f} tasks per CPU s; same success on {same}")
     return 0 if kept else 1
 
