@@ -12,9 +12,11 @@ from typing import TypeAlias
 
 from eai.abilities.action_sequencing import behavior_writer as behavior_plans
 from eai.abilities.action_sequencing import virtualhome_writer as virtualhome_plans
+from eai.abilities.goal_interpretation import behavior_writer as behavior_goals
 from eai.abilities.goal_interpretation import virtualhome_writer as virtualhome_goals
 from eai.abilities.planning import find_plan
 from eai.abilities.protocol import Ability, Domain
+from eai.abilities.subgoal_decomposition import behavior_writer as behavior_subgoals
 from eai.abilities.subgoal_decomposition import virtualhome_writer as virtualhome_subgoals
 from eai.data import behavior_tasks, virtualhome_tasks
 from eai.data.store import Store
@@ -130,6 +132,26 @@ def _virtualhome_subgoals(store: Store | None) -> AnswerBook:
     )
 
 
+def _behavior_goals(store: Store | None) -> AnswerBook:
+    tasks = behavior_tasks.open_tasks(store)
+    return AnswerBook(
+        tuple(tasks),
+        lambda task_id: WrittenAnswer(behavior_goals.write_goals(tasks[task_id]), behavior_goals.join_goals),
+    )
+
+
+def _behavior_subgoals(store: Store | None) -> AnswerBook:
+    """The data set has no subgoals of its own: what its plans bring about."""
+    tasks = behavior_tasks.open_tasks(store)
+
+    def gold(task_id: str) -> WrittenAnswer:
+        task = tasks[task_id]
+        subgoals = behavior_subgoals.write_subgoals(task, task.script)
+        return WrittenAnswer(subgoals, behavior_subgoals.join_subgoals)
+
+    return AnswerBook(tuple(tasks), gold)
+
+
 def _behavior_plans(store: Store | None) -> AnswerBook:
     tasks = behavior_tasks.open_tasks(store)
 
@@ -161,6 +183,8 @@ _BOOKS: Mapping[tuple[Domain, Ability], Opener] = {
     (Domain.VIRTUALHOME, Ability.SUBGOAL_DECOMPOSITION): _virtualhome_subgoals,
     (Domain.VIRTUALHOME, Ability.ACTION_SEQUENCING): _virtualhome_plans,
     (Domain.VIRTUALHOME, Ability.TRANSITION_MODELING): _operators(open_virtualhome),
+    (Domain.BEHAVIOR, Ability.GOAL_INTERPRETATION): _behavior_goals,
+    (Domain.BEHAVIOR, Ability.SUBGOAL_DECOMPOSITION): _behavior_subgoals,
     (Domain.BEHAVIOR, Ability.ACTION_SEQUENCING): _behavior_plans,
     (Domain.BEHAVIOR, Ability.TRANSITION_MODELING): _operators(open_behavior),
 }

@@ -1,0 +1,56 @@
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from eai.abilities.goal_interpretation.behavior import GoalInterpretation
+from eai.abilities.goal_interpretation.behavior_writer import join_goals, write_goals
+from eai.abilities.protocol import Protocol
+from eai.abilities.subgoal_decomposition.behavior import SubgoalDecomposition
+from eai.abilities.subgoal_decomposition.behavior_writer import join_subgoals, write_subgoals
+from eai.data.behavior_tasks import BehaviorTasks, open_tasks
+from eai.data.store import Store
+
+
+@pytest.fixture(scope="module")
+def tasks(data_store: Store) -> BehaviorTasks:
+    return open_tasks(data_store)
+
+
+@pytest.mark.parametrize("protocol", Protocol)
+def test_written_goals_are_all_found(tasks: BehaviorTasks, protocol: Protocol) -> None:
+    for task in tasks.values():
+        verdict = GoalInterpretation(task, protocol).score(join_goals(write_goals(task)))
+        assert verdict.counts is not None
+        _, wrong, missed = verdict.counts["all"]
+        assert (wrong, missed) == (0, 0), task.id
+
+
+def test_states_and_relations_come_in_sections_of_their_own() -> None:
+    written = ['["inside", "a.n.01_1", "b.n.01_1"]', '["not", ["open", "b.n.01_1"]]']
+    assert json.loads(join_goals(written)) == {
+        "node goals": [["not", ["open", "b.n.01_1"]]],
+        "edge goals": [["inside", "a.n.01_1", "b.n.01_1"]],
+    }
+
+
+@pytest.mark.parametrize(("protocol", "reached"), [(Protocol.EAI_1_0_5, 84), (Protocol.STRICT, 89)])
+def test_subgoals_of_the_annotated_plans_reach_the_goals(
+    tasks: BehaviorTasks, protocol: Protocol, reached: int
+) -> None:
+    verdicts = [
+        SubgoalDecomposition(task, protocol).score(join_subgoals(write_subgoals(task, task.script)))
+        for task in tasks.values()
+    ]
+    assert sum(bool(verdict.success) for verdict in verdicts) == reached
+
+
+def test_a_plan_is_written_by_what_its_actions_bring_about(tasks: BehaviorTasks) -> None:
+    task = next(t for t in tasks.values() if t.id.startswith("bringing_in_wood"))
+    assert write_subgoals(task, task.script)[:4] == (
+        "holds_rh(plywood.2)",
+        "holds_lh(plywood.0)",
+        "onfloor(plywood.0, room_floor_kitchen.0)",
+        "onfloor(plywood.2, room_floor_kitchen.0)",
+    )
