@@ -143,6 +143,11 @@ class Relation:
                 changed[x] = changed.get(x, 0) | 1 << y
         return frozenset(item for item in changed.items() if item[1])
 
+    def changed_sources(self, other: Relation) -> list[int]:
+        """The sources that have other targets in the other relation, ascending; both must have one base."""
+        differing = self.difference_from_base() ^ other.difference_from_base()
+        return sorted({source for source, _ in differing})
+
     def same_base(self, other: Relation) -> bool:
         """Whether both stand on one base, so that their differences from it can be compared."""
         return self._base is other._base

@@ -145,7 +145,10 @@ class Change(NamedTuple):
 
 
 def change(before: State, after: State) -> Change:
-    """The facts that became true and those that became false, in the order of `State.facts`."""
+    """The facts that became true and those that became false, in the order of `State.facts`.
+
+    Both states must be of one episode.
+    """
     added: list[Fact] = []
     removed: list[Fact] = []
     vocabulary = before.scene.vocabulary
@@ -155,10 +158,9 @@ def change(before: State, after: State) -> Change:
         added += (Fact(name, (i,) if arities[name] else ()) for i in bits(new & ~old))
         removed += (Fact(name, (i,) if arities[name] else ()) for i in bits(old & ~new))
     for name, slot in vocabulary.binary_slots.items():
-        if before.binary[slot] is after.binary[slot]:
-            continue
-        for x in range(len(before.scene.objects)):
-            old, new = before.binary[slot].row(x), after.binary[slot].row(x)
+        earlier, later = before.binary[slot], after.binary[slot]
+        for x in () if earlier is later else earlier.changed_sources(later):
+            old, new = earlier.row(x), later.row(x)
             added += (Fact(name, (x, y)) for y in bits(new & ~old))
             removed += (Fact(name, (x, y)) for y in bits(old & ~new))
     return Change(tuple(added), tuple(removed))
