@@ -1,0 +1,44 @@
+"""Score response files and print what it cost, as JSON: `suite_child.py ABILITY FILE...`, in a fresh process.
+
+The data set must have been fetched. Making the scorer of a task is counted as scoring its first answer.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+import time
+from functools import cache
+from pathlib import Path
+
+from reference_child import peak_bytes
+
+
+def main(ability: str, paths: list[Path]) -> None:
+    """Measure scoring every answer of every file, one after the other, tasks being loaded."""
+    rows = [
+        (row["identifier"].removeprefix("scene_1_"), row["llm_output"])
+        for path in paths
+        for row in json.loads(path.read_text(encoding="utf-8"))
+    ]
+    from eai.abilities.goal_interpretation.virtualhome import GoalInterpretation
+    from eai.abilities.protocol import Ability, Protocol
+    from eai.abilities.subgoal_decomposition.virtualhome import SubgoalDecomposition
+    from eai.data.virtualhome_tasks import open_tasks
+
+    tasks = dict(open_tasks())
+    goals = Ability(ability) is Ability.GOAL_INTERPRETATION
+    make = cache(
+        lambda task_id: (GoalInterpretation if goals else SubgoalDecomposition)(
+            tasks[task_id], Protocol.EAI_1_0_5
+        )
+    )
+    loaded = time.process_time()
+    for task_id, text in rows:
+        make(task_id).score(text)
+    seconds = time.process_time() - loaded
+    print(json.dumps({"answers": len(rows), "score_cpu_seconds": seconds, "peak_bytes": peak_bytes()}))
+
+
+if __name__ == "__main__":
+    main(sys.argv[1], [Path(path) for path in sys.argv[2:]])

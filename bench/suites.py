@@ -1,0 +1,140 @@
+"""Our speed as a ratio to the reference's for an ability, on the same answers in one run.
+
+Only processor time counts. Each side scores made answers to a sample of the tasks: the data set's own goals,
+or its scripts written as subgoals, with seeded changes. The reference scores one set, since that takes it
+long; ours several sets of them, as for several models, in a fresh process with the tasks loaded. What is
+compared is answers per CPU second. Exits with status 1 when the limit is missed.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import subprocess
+import sys
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+
+from eai.abilities.goal_interpretation.virtualhome_writer import join_goals, write_goals
+from eai.abilities.protocol import Ability, Protocol
+from eai.abilities.subgoal_decomposition.virtualhome_signature import signature
+from eai.abilities.subgoal_decomposition.virtualhome_writer import join_subgoals, write_subgoals
+from eai.data.dataset import fetch
+from eai.data.task import Task
+from eai.data.virtualhome_tasks import open_tasks
+from eai.logic.ltl import parse
+from eai.run.answers import AnswerBook, WrittenAnswer, noisy_answer
+from reference import CACHE, REFERENCE, Response, environment, evaluate, write_responses
+from reference import Ability as Evaluated
+
+CHILD = Path(__file__).with_name("suite_child.py")
+SETS = 9
+"""How many models answer."""
+
+RATE = 0.15
+"""The share of the parts of an answer that is changed."""
+
+
+@dataclass(frozen=True, slots=True)
+class Limit:
+    """What must hold for an ability.
+
+    Attributes:
+        ability: the ability.
+        sample: how many tasks are answered.
+        ratio: how many times as fast as the reference ours must be.
+    """
+
+    ability: Ability
+    sample: int
+    ratio: float
+
+
+@dataclass(frozen=True, slots=True)
+class Cost:
+    """What scoring in a fresh process cost, in seconds of processor time and bytes."""
+
+    answers: int
+    score_cpu_seconds: float
+    peak_bytes: int
+
+    @property
+    def answers_per_cpu_second(self) -> float:
+        """Answers scored in a second of processor time."""
+        return self.answers / self.score_cpu_seconds
+
+
+def open_book(ability: Ability) -> AnswerBook:
+    """The answers to be changed, for the tasks that have any."""
+    tasks = open_tasks()
+    if ability is Ability.GOAL_INTERPRETATION:
+        return AnswerBook(
+            tuple(tasks), lambda task_id: WrittenAnswer(write_goals(tasks[task_id]), join_goals)
+        )
+    with_goal = tuple(task_id for task_id, task in tasks.items() if task.temporal_goal is not None)
+    return AnswerBook(with_goal, lambda task_id: WrittenAnswer(script(tasks[task_id]), join_subgoals))
+
+
+def script(task: Task) -> tuple[str, ...]:
+    """The steps of a task's script as subgoals, without those that no subgoal can stand for."""
+    known = signature(task.scene, Protocol.EAI_1_0_5)
+    return tuple(
+        subgoal for subgoal in write_subgoals(task, task.script) if not parse(subgoal, known).offences
+    )
+
+
+def sample(book: AnswerBook, size: int) -> list[str]:
+    """Evenly spread tasks that have an answer."""
+    step = max(1, len(book.task_ids) // size)
+    return list(book.task_ids[::step][:size])
+
+
+def score_once(ability: Ability, paths: list[Path]) -> Cost:
+    """Score response files in a process of its own."""
+    command = [sys.executable, str(CHILD), ability.value, *map(str, paths)]
+    child = subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True)
+    return Cost(**json.loads(child.stdout.splitlines()[-1]))
+
+
+def compare(limit: Limit, size: int, repeats: int, cache: Path) -> bool:
+    """Run both sides, print the figures; whether the limit is kept."""
+    fetch()
+    book = open_book(limit.ability)
+    tasks = sample(book, size)
+    sets = [
+        [Response(task, noisy_answer(book, task, rate=RATE, seed=str(seed)).text) for task in tasks]
+        for seed in range(SETS)
+    ]
+    with tempfile.TemporaryDirectory(prefix="eai-bench-") as folder:
+        paths = [Path(folder) / f"model{number}_outputs.json" for number in range(SETS)]
+        for path, responses in zip(paths, sets, strict=True):
+            write_responses(path, responses)
+        costs = [score_once(limit.ability, paths) for _ in range(repeats)]
+        theirs = evaluate(environment(cache), Evaluated(limit.ability.value), sets[0])
+        costs += [score_once(limit.ability, paths) for _ in range(repeats)]
+    ours = sorted(costs, key=lambda cost: cost.score_cpu_seconds)[len(costs) // 2]
+    ratio = ours.answers_per_cpu_second / theirs.tasks_per_cpu_second
+    print(f"{limit.ability.value}, {len(tasks)} tasks, {REFERENCE}, Python {theirs.python}")
+    print(
+        f"reference  {theirs.tasks_per_cpu_second:9.2f} answers per CPU s   {theirs.cpu_seconds:7.2f} CPU s"
+    )
+    print(
+        f"eai        {ours.answers_per_cpu_second:9.2f} answers per CPU s   "
+        f"{ours.score_cpu_seconds:7.3f} CPU s for {SETS} sets, peak {ours.peak_bytes / 1e6:.0f} MB"
+    )
+    kept = ratio >= limit.ratio
+    print(f"{'kept  ' if kept else 'MISSED'}  ratio {ratio:,.0f}, at least {limit.ratio:,.0f}")
+    return kept
+
+
+def main(limit: Limit, description: str) -> int:
+    """The command line of one ability's benchmark."""
+    parser = argparse.ArgumentParser(description=description)
+    parser.add_argument("--sample", type=int, default=limit.sample, help="how many tasks are answered")
+    parser.add_argument(
+        "--repeats", type=int, default=3, help="runs of ours before and after the reference's"
+    )
+    parser.add_argument("--cache", type=Path, default=CACHE, help="where the reference's environment is kept")
+    arguments = parser.parse_args()
+    return 0 if compare(limit, arguments.sample, arguments.repeats, arguments.cache) else 1
