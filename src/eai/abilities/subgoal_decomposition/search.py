@@ -14,7 +14,7 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import Enum
-from typing import Protocol, TypeAlias
+from typing import NamedTuple, Protocol, TypeAlias
 
 from typing_extensions import assert_never
 
@@ -30,8 +30,7 @@ _FEW = 5
 """With fewer branches than this it is cheaper to explore twins than to look for them."""
 
 
-@dataclass(frozen=True, slots=True)
-class Do:
+class Do(NamedTuple):
     """Carry out a subgoal by one of the plans for it in the state at hand; if there is none, do nothing."""
 
     plans: Callable[[State], Sequence[Plan]]
@@ -39,8 +38,7 @@ class Do:
     then: int
 
 
-@dataclass(frozen=True, slots=True)
-class Require:
+class Require(NamedTuple):
     """Go on only if a subgoal holds that no action brings about; ``check`` says what is wrong if not."""
 
     holds: Callable[[State], bool]
@@ -49,22 +47,19 @@ class Require:
     then: int
 
 
-@dataclass(frozen=True, slots=True)
-class Split:
+class Split(NamedTuple):
     """Go on in each of several ways."""
 
     targets: tuple[int, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class Halt:
+class Halt(NamedTuple):
     """End the whole search: the reference would abort."""
 
     reason: str
 
 
-@dataclass(frozen=True, slots=True)
-class End:
+class End(NamedTuple):
     """All subgoals are carried out."""
 
 
@@ -109,8 +104,7 @@ class SearchEnd(str, Enum):
     HALTED = "halted"
 
 
-@dataclass(frozen=True, slots=True)
-class Branch:
+class Branch(NamedTuple):
     """One way of carrying out the subgoals, so far.
 
     Attributes:
