@@ -32,7 +32,7 @@ from eai.logic.formula import (
 from eai.logic.matching import maximum_matching
 from eai.world.relation import bits
 from eai.world.state import Scene, State
-from eai.world.vocabulary import Computed, Defined, Lookup, Vocabulary
+from eai.world.vocabulary import Computed, Defined, Derived, Lookup, Vocabulary
 
 Binding: TypeAlias = list[int]
 """Object indices by slot; slot 0 is the agent."""
@@ -198,7 +198,7 @@ class Conditions:
 
     def _atom_truth(self, atom: Atom, scope: Mapping[str, int]) -> Truth:
         slots = self._slots(atom, scope)
-        derived = self._vocabulary.derived_by_name.get(atom.predicate)
+        derived = self._derived(atom)
         match derived:
             case None:
                 return _stored_truth(self._vocabulary, atom.predicate, slots)
@@ -217,7 +217,7 @@ class Conditions:
 
     def _atom_extension(self, atom: Atom, slot: int, scope: Mapping[str, int]) -> Extension:
         slots = self._slots(atom, scope)
-        derived = self._vocabulary.derived_by_name.get(atom.predicate)
+        derived = self._derived(atom)
         if slots.count(slot) == 0:
             truth = self._atom_truth(atom, scope)
             return lambda state, binding: state.scene.everything if truth(state, binding) else 0
@@ -230,6 +230,13 @@ class Conditions:
         if derived is not None or slots.count(slot) > 1:
             return self._by_trial(atom, slot, scope)
         return _stored_extension(self._vocabulary, atom.predicate, slots, slot)
+
+    def _derived(self, atom: Atom) -> Derived | None:
+        """The derived predicate of an atom in the form that is evaluated, or None if it is stored."""
+        derived = self._vocabulary.derived_by_name.get(atom.predicate)
+        if isinstance(derived, Defined) and derived.values is not None:
+            return Lookup(derived.name, derived.arity, derived.values, ())
+        return derived
 
     def _slots(self, atom: Atom, scope: Mapping[str, int]) -> tuple[int, ...]:
         arity = self._vocabulary.arity(atom.predicate)

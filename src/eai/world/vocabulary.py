@@ -38,11 +38,16 @@ class Predicate:
 
 @dataclass(frozen=True, slots=True)
 class Defined:
-    """A derived predicate given by a formula over its parameters."""
+    """A derived predicate given by a formula over its parameters.
+
+    ``values``, where there is one, is a faster way to the same: a pure function from all arguments but the
+    last to the mask of the objects that make the predicate true as last argument.
+    """
 
     name: str
     parameters: tuple[Variable, ...]
     definition: Formula
+    values: Callable[[State, tuple[int, ...]], int] | None = None
 
     @property
     def arity(self) -> int:

@@ -12,15 +12,15 @@ from eai.domains.behavior.support import (
     as_its_parts,
     carriers,
     containers,
-    shut_away,
     standing_floor,
     targets,
 )
 from eai.logic.formula import Exists, ForAll, Implies, Or, Variable
-from eai.world.vocabulary import Computed, Defined, Lookup, Predicate, Vocabulary
+from eai.world.vocabulary import Defined, Lookup, Predicate, Vocabulary
 
 X = Variable("x")
 Y = Variable("y")
+Z = Variable("z")
 P = Variable("p")
 
 # Abilities and kinds of an object. They never change.
@@ -96,7 +96,8 @@ labelled = Defined("labelled", (X,), Or(tuple(Exists(Y, r(X, Y) | r(Y, X)) for r
 carries = Defined("carries", (X, Y), lies_in(Y, X) | lies_on(Y, X))
 _SUPPORT = ("lies_in", "lies_on")
 carried_by = Lookup("carried_by", 2, carriers, _SUPPORT)
-shut_in = Computed("shut_in", 1, shut_away, (*_SUPPORT, "openable", "is_open"))
+within = Defined("within", (X, Y), lies_in(X, Y) | Exists(Z, carried_by(X, Z) & lies_in(Z, Y)), containers)
+shut_in = Defined("shut_in", (X,), Exists(Y, within(X, Y) & closed(Y)))
 floor_below = Lookup("floor_below", 2, standing_floor, (*_SUPPORT, "floor", "stands_on"))
 
 # Derived: what goals ask for.
@@ -108,20 +109,22 @@ def _state_seen(name: str, own: Predicate) -> Defined:
     return Defined(name, (X,), (own(X) & ~cut_up(X)) | (cut_up(X) & of_parts))
 
 
-def _relation_seen(name: str, values: Values, *reads: Predicate) -> Lookup:
+def _relation_seen(name: str, own: Predicate | Defined, values: Values) -> Defined:
     """A relation as goals see it."""
-    return Lookup(name, 2, as_its_parts(values), (*(each.name for each in reads), "is_sliced", "part_of"))
+    of_parts = ForAll(P, Implies(part_of(P, X), own(P, Y)))
+    seen = (own(X, Y) & ~cut_up(X)) | (cut_up(X) & of_parts)
+    return Defined(name, (X, Y), seen, as_its_parts(values))
 
 
 GOAL_STATES = tuple(_state_seen(own.name.removeprefix("is_"), own) for _, own in STATES)
 GOAL_RELATIONS = (
-    _relation_seen("inside", containers, lies_in, lies_on),
-    _relation_seen("ontop", targets(lies_on.name), lies_on),
-    _relation_seen("onfloor", targets(stands_on.name), stands_on),
-    _relation_seen("under", targets(stands_under.name), stands_under),
-    _relation_seen("nextto", targets(stands_by.name), stands_by),
+    _relation_seen("inside", within, containers),
+    _relation_seen("ontop", lies_on, targets(lies_on.name)),
+    _relation_seen("onfloor", stands_on, targets(stands_on.name)),
+    _relation_seen("under", stands_under, targets(stands_under.name)),
+    _relation_seen("nextto", stands_by, targets(stands_by.name)),
 )
-directly_inside = _relation_seen("directly_inside", targets(lies_in.name), lies_in)
+directly_inside = _relation_seen("directly_inside", lies_in, targets(lies_in.name))
 
 VOCABULARY = Vocabulary(
     predicates=(
@@ -156,6 +159,7 @@ VOCABULARY = Vocabulary(
         labelled,
         carries,
         carried_by,
+        within,
         shut_in,
         floor_below,
         *GOAL_STATES,

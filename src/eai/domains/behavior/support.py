@@ -26,23 +26,6 @@ def carriers(state: State, arguments: tuple[int, ...]) -> int:
     return carriers
 
 
-def shut_away(state: State, arguments: tuple[int, ...]) -> bool:
-    """Whether an object, or something that carries it, is in something closed."""
-    closed = state.those("openable") & ~state.those("is_open")
-    if not closed:
-        return False
-    inside, ontop = state.relation("lies_in"), state.relation("lies_on")
-    (x,) = arguments
-    while True:
-        container = inside.row(x)
-        if container & closed:
-            return True
-        support = container or ontop.row(x)
-        if not support:
-            return False
-        x = support.bit_length() - 1
-
-
 def containers(state: State, arguments: tuple[int, ...]) -> int:
     """Everything that an object is in, or that something which carries it is in, as a mask."""
     inside, ontop = state.relation("lies_in"), state.relation("lies_on")
