@@ -302,7 +302,7 @@ def _intersection(inside: list[Extension], outside: list[Extension]) -> Extensio
     """The objects in all of the one masks and in none of the others."""
     if len(inside) == 2 and not outside:
         first, second = inside
-        return lambda state, binding: first(state, binding) & second(state, binding)
+        return lambda state, binding: (mask := first(state, binding)) and mask & second(state, binding)
     if len(inside) == 1 and len(outside) == 1:
         (included,), (excluded,) = inside, outside
         return lambda state, binding: included(state, binding) & ~excluded(state, binding)

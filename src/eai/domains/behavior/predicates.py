@@ -97,7 +97,7 @@ carries = Defined("carries", (X, Y), lies_in(Y, X) | lies_on(Y, X))
 _SUPPORT = ("lies_in", "lies_on")
 carried_by = Lookup("carried_by", 2, carriers, _SUPPORT)
 within = Defined("within", (X, Y), lies_in(X, Y) | Exists(Z, carried_by(X, Z) & lies_in(Z, Y)), containers)
-shut_in = Defined("shut_in", (X,), Exists(Y, within(X, Y) & closed(Y)))
+shut_in = Defined("shut_in", (X,), Exists(Y, closed(Y) & within(X, Y)))
 floor_below = Lookup("floor_below", 2, standing_floor, (*_SUPPORT, "floor", "stands_on"))
 
 # Derived: what goals ask for.
