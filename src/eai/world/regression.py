@@ -250,7 +250,9 @@ class Distances:
         unbound = [name for name in achiever.variables if name not in scope]
         for values in product(self._objects, repeat=len(unbound)):
             full = {**scope, **dict(zip(unbound, values, strict=True))} if unbound else scope
-            needed = [Wanted(condition, full, True) for condition in (*achiever.conditions, *achiever.given)]
+            if not all(self._holds(Wanted(given, full, True)) for given in achiever.given):
+                continue
+            needed = [Wanted(condition, full, True) for condition in achiever.conditions]
             cost = _LEAST + self._sum(needed, best.cost - _LEAST)
             if cost < best.cost:
                 arguments = tuple([full[p.name] for p in achiever.operator.parameters])
