@@ -16,7 +16,7 @@ WITH_DEV := $(VENV)/.with-dev
 .NOTPARALLEL:
 
 demo: $(WITH_RUN)
-	$(BIN)/eai run --domain virtualhome --ability action_sequencing --model eai/oracle --model eai/noisy --out runs/demo
+	$(BIN)/eai run --model eai/oracle --model eai/noisy --planner built_in --out runs/demo
 
 test: $(WITH_DEV)
 	$(BIN)/pytest $(ARGS)
