@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 import sys
 
 import typer
@@ -29,7 +30,11 @@ app.command(no_args_is_help=True)(leaderboard.leaderboard)
 
 
 def main() -> None:
-    """Run the command line; unusable input ends with one line on standard error and exit status 2."""
+    """Run the command line; unusable input ends with one line on standard error and exit status 2.
+
+    A request to terminate is an ordinary exit, so that planners are ended and their folders removed.
+    """
+    signal.signal(signal.SIGTERM, lambda number, frame: sys.exit(128 + number))
     try:
         app()
     except EaiError as error:

@@ -1,5 +1,4 @@
-"""What becomes of an operator that is damaged in one of forty ways, under both protocols and within a time
-limit.
+"""What becomes of an operator that is damaged in one of forty ways, under both protocols.
 
 The task is to open a box and to light a lamp in it. For each mutation of the operator ``open`` the table
 says the outcome of the planner under ``strict`` and under ``eai-1.0.5`` and what is wrong with it under
@@ -9,7 +8,6 @@ says the outcome of the planner under ``strict`` and under ``eai-1.0.5`` and wha
 from __future__ import annotations
 
 import json
-import time
 
 import pytest
 
@@ -20,9 +18,6 @@ from eai.data.transition_modeling import Category, PddlDomain, TransitionTask
 from eai.pddl.operator_text import OperatorText
 from eai.pddl.planner import BuiltInPlanner
 from eai.pddl.reader import read_domain
-
-SECONDS = 5
-"""The limit for one answer, on a busy machine."""
 
 OPEN = OperatorText(
     "open", "(?a - agent ?o - object)", "(and (shut ?o) (near ?a ?o))", "(and (wide ?o) (not (shut ?o)))"
@@ -50,10 +45,7 @@ def task() -> TransitionTask:
 
 
 def score(task: TransitionTask, text: str, protocol: Protocol) -> Verdict:
-    start = time.monotonic()
-    verdict = TransitionModeling(task, protocol, rules_of(protocol, BuiltInPlanner())).score(text)
-    assert time.monotonic() - start < SECONDS
-    return verdict
+    return TransitionModeling(task, protocol, rules_of(protocol, BuiltInPlanner())).score(text)
 
 
 def operator(
