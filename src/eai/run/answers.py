@@ -21,7 +21,11 @@ from eai.abilities.subgoal_decomposition import virtualhome_writer as virtualhom
 from eai.data import behavior_tasks, virtualhome_tasks
 from eai.data.store import Store
 from eai.data.transition_modeling import TransitionTasks, open_behavior, open_virtualhome
+from eai.domains import behavior, virtualhome
 from eai.errors import InputError
+from eai.world.search import Planner, PlanningLimits
+
+_SECONDS_TO_PLAN = 10.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,6 +59,21 @@ def open_answer_book(domain: Domain, ability: Ability, store: Store | None = Non
     opener = _BOOKS.get((domain, ability))
     if opener is None:
         raise InputError(f"{domain.value} has no {ability.value} yet")
+    return opener(store)
+
+
+def open_planned_book(domain: Domain, ability: Ability, store: Store | None = None) -> AnswerBook:
+    """Answers made of plans that the built-in search finds on the declared domain, instead of gold ones.
+
+    An answer is empty where the search finds no plan.
+
+    Raises:
+        InputError: a plan is no answer to this ability, or the domain has no writer for it.
+        DataError: the data cannot be had.
+    """
+    opener = _PLANNED_BOOKS.get((domain, ability))
+    if opener is None:
+        raise InputError(f"eai/planner has no answer to {domain.value} {ability.value}")
     return opener(store)
 
 
@@ -176,6 +195,30 @@ def _operators(open_transition_tasks: Callable[[Store | None], TransitionTasks])
     return open_book
 
 
+def _planned_virtualhome_plans(store: Store | None) -> AnswerBook:
+    tasks = virtualhome_tasks.open_tasks(store)
+    planner = Planner(virtualhome.as_meant())
+
+    def planned(task_id: str) -> WrittenAnswer:
+        task = tasks[task_id]
+        steps = virtualhome_plans.write_steps(find_plan(task, planner).plan, task.scene)
+        return WrittenAnswer(steps, virtualhome_plans.join_steps)
+
+    return AnswerBook(tuple(tasks), planned)
+
+
+def _planned_behavior_plans(store: Store | None) -> AnswerBook:
+    tasks = behavior_tasks.open_tasks(store)
+    planner = Planner(behavior.as_meant())
+
+    def planned(task_id: str) -> WrittenAnswer:
+        task = tasks[task_id]
+        found = find_plan(task, planner, PlanningLimits(seconds=_SECONDS_TO_PLAN))
+        return WrittenAnswer(behavior_plans.write_steps(found.plan, task.scene), behavior_plans.join_steps)
+
+    return AnswerBook(tuple(tasks), planned)
+
+
 Opener: TypeAlias = Callable[[Store | None], AnswerBook]
 
 _BOOKS: Mapping[tuple[Domain, Ability], Opener] = {
@@ -187,4 +230,10 @@ _BOOKS: Mapping[tuple[Domain, Ability], Opener] = {
     (Domain.BEHAVIOR, Ability.SUBGOAL_DECOMPOSITION): _behavior_subgoals,
     (Domain.BEHAVIOR, Ability.ACTION_SEQUENCING): _behavior_plans,
     (Domain.BEHAVIOR, Ability.TRANSITION_MODELING): _operators(open_behavior),
+}
+
+_PLANNED_BOOKS: Mapping[tuple[Domain, Ability], Opener] = {
+    (Domain.VIRTUALHOME, Ability.SUBGOAL_DECOMPOSITION): _virtualhome_subgoals,
+    (Domain.VIRTUALHOME, Ability.ACTION_SEQUENCING): _planned_virtualhome_plans,
+    (Domain.BEHAVIOR, Ability.ACTION_SEQUENCING): _planned_behavior_plans,
 }

@@ -1,4 +1,4 @@
-"""The built-in models as an Inspect provider: ``eai/oracle``, ``eai/noisy``, ``eai/replay``.
+"""The built-in models as an Inspect provider: ``eai/oracle``, ``eai/planner``, ``eai/noisy``, ``eai/replay``.
 
 They answer without network and key. What they need to know of a question they read from the metadata of its
 message, which `eai.run.tasks` puts there; a question from elsewhere they cannot answer.
@@ -23,10 +23,10 @@ from inspect_ai.tool import ToolChoice, ToolInfo
 from eai.abilities.protocol import Ability, Domain
 from eai.abilities.responses import find_response_files, read_responses
 from eai.errors import InputError
-from eai.run.answers import AnswerBook, noisy_answer, open_answer_book
+from eai.run.answers import AnswerBook, noisy_answer, open_answer_book, open_planned_book
 
 PROVIDER = "eai"
-MODELS = ("oracle", "noisy", "replay")
+MODELS = ("oracle", "planner", "noisy", "replay")
 DEFAULT_NOISE = 0.1
 
 
@@ -35,8 +35,9 @@ class BuiltInModel(ModelAPI):
     """A built-in model.
 
     Args:
-        model_name: ``oracle`` (the data set's own answers), ``noisy`` (those, spoilt; arguments ``rate`` and
-            ``seed``) or ``replay`` (answers from response files; argument ``path``).
+        model_name: ``oracle`` (the data set's own answers), ``planner`` (plans found by search, for action
+            sequencing and VirtualHome's subgoals), ``noisy`` (the data set's answers, spoilt; arguments
+            ``rate`` and ``seed``) or ``replay`` (answers from response files; argument ``path``).
         base_url: not used.
         api_key: not used.
         config: not used.
@@ -64,7 +65,7 @@ class BuiltInModel(ModelAPI):
             raise InputError(f"eai/{model_name}: unknown argument {next(iter(model_args))}")
         if model_name == "replay" and self._path is None:
             raise InputError("eai/replay: expected -M path=FILE, a response file or a folder of them")
-        self._book = cache(open_answer_book)
+        self._book = cache(open_planned_book if model_name == "planner" else open_answer_book)
         self._recorded = cache(self._read_recorded)
 
     async def generate(
@@ -97,7 +98,7 @@ class BuiltInModel(ModelAPI):
         if self.model_name == "replay":
             return self._recorded(domain, ability).get(task_id, "")
         book: AnswerBook = self._book(domain, ability)
-        if self.model_name == "oracle":
+        if self.model_name in ("oracle", "planner"):
             return book.gold(task_id).text
         return noisy_answer(book, task_id, rate=self._rate, seed=f"{self._seed} {epoch}").text
 
