@@ -114,12 +114,20 @@ def reference_planner(tasks: Sequence[TransitionTask], header: str) -> float:
         operators = "\n".join(operator.pddl for operator in tasks[0].domain.operators.values())
         (folder / "domain.pddl").write_text(f"{header}\n{operators})")
 
-        def plan(task: TransitionTask) -> None:
-            (folder / "problem.pddl").write_text(task.problem_text)
-            command = [sys.executable, str(driver), "--alias", "lama-first", "domain.pddl", "problem.pddl"]
-            subprocess.run(command, cwd=folder, check=True, stdout=subprocess.DEVNULL)
+        def plan_all() -> None:
+            for task in tasks:
+                (folder / "problem.pddl").write_text(task.problem_text)
+                command = [
+                    sys.executable,
+                    str(driver),
+                    "--alias",
+                    "lama-first",
+                    "domain.pddl",
+                    "problem.pddl",
+                ]
+                subprocess.run(command, cwd=folder, check=True, stdout=subprocess.DEVNULL)
 
-        return cpu_seconds(lambda: [plan(task) for task in tasks])
+        return cpu_seconds(plan_all)
 
 
 def report(name: str, count: int, mine: float, theirs: float, limit: float) -> bool:
