@@ -10,6 +10,9 @@ import sys
 from pathlib import Path
 from typing import NamedTuple
 
+import pytest
+from inspect_ai.log import read_eval_log
+
 from eai.abilities.protocol import Ability, Domain
 from eai.data.store import Store
 from eai.prompts.official import official_prompts
@@ -109,6 +112,18 @@ def test_what_is_not_answered_is_excluded_and_never_wrong(data_store: Store, tmp
     assert records[cut_off]["error"]["kind"] == "parsing"
 
 
+def test_batch_reaches_inspect_and_built_in_models_answer_all_the_same(tmp_path: Path) -> None:
+    arguments = ("run", "--model", "eai/oracle", *NAMED, "--limit", 2, "--quiet")
+    batches = {}
+    for name, options in (("batch", ("--batch",)), ("plain", ())):
+        assert eai(*arguments, *options, "--out", tmp_path / name) == Outcome(0, "", "")
+        (log,) = (tmp_path / name / "logs").glob("*.eval")
+        batches[name] = read_eval_log(str(log), header_only=True).plan.config.batch
+    assert batches == {"batch": True, "plain": None}
+    results = Path("virtualhome", "action_sequencing", "eai_oracle", "records.jsonl")
+    assert (tmp_path / "batch" / results).read_bytes() == (tmp_path / "plain" / results).read_bytes()
+
+
 def test_quiet_runs_print_nothing_and_colour_can_be_turned_off(tmp_path: Path) -> None:
     arguments = ("run", "--model", "eai/oracle", *NAMED, "--limit", 2, "--out", tmp_path)
     assert eai(*arguments, "--quiet") == Outcome(0, "", "")
@@ -119,11 +134,44 @@ def test_quiet_runs_print_nothing_and_colour_can_be_turned_off(tmp_path: Path) -
     assert not colour.search(plain.err + plain.out)
 
 
+def test_prices_put_dollars_into_journal_records_summary_and_the_last_line(tmp_path: Path) -> None:
+    prices = tmp_path / "prices.yaml"
+    price = "{input: 1000, output: 10000, input_cache_write: 0, input_cache_read: 0}"
+    prices.write_text(f"eai/oracle: {price}\n")
+    models = ("--model", "eai/oracle", "--model", "eai/noisy")
+    run = eai("run", *models, *NAMED, "--limit", 2, "--prices", prices, "--out", tmp_path)
+    assert run.status == 0, run.err
+    folder = tmp_path / "virtualhome" / "action_sequencing" / "eai_oracle"
+    usages = [json.loads(line)["usage"] for line in (folder / "records.jsonl").read_text().splitlines()]
+    assert len(usages) == 2
+    for usage in usages:
+        assert usage["cost"] == pytest.approx(usage["input_tokens"] / 1e3 + usage["output_tokens"] / 1e2)
+    journal = [json.loads(line)["usage"] for line in (folder / "answers.jsonl").read_text().splitlines()]
+    total = sum(usage["cost"] for usage in usages)
+    assert sum(usage["cost"] for usage in journal) == pytest.approx(total)
+    summary = json.loads((folder / "summary.json").read_text())
+    assert summary["run"]["usage"]["cost"] == pytest.approx(total)
+    priced, unpriced = (line for line in run.out.splitlines() if "tokens" in line)
+    assert f" tokens, ${total:.2f}; records in {folder}" in priced
+    assert "$" not in unpriced
+
+
+def test_all_suites_are_run_without_being_named(data_store: Store, tmp_path: Path) -> None:
+    run = eai("run", "--model", "eai/oracle", "--planner", "built_in", "--limit", 1, "--out", tmp_path)
+    assert run.status == 0, run.err
+    assert run.out.count("┃ eai/oracle ┃") == 8
+    summaries = {path.parts[-4:-2] for path in tmp_path.glob("*/*/*/summary.json")}
+    assert summaries == {(domain.value, ability.value) for domain in Domain for ability in Ability}
+    assert run.out.count("1 answers, ") == 8
+
+
 def test_what_cannot_be_run_is_said_in_one_line(tmp_path: Path) -> None:
+    missing = tmp_path / "prices.json"
     for arguments, message in (
         (("--model", "foo/bar"), "eai: foo/bar: Model API foo of model 'foo/bar' not recognized."),
         (("--model", "eai/oracle", "--tasks", "0_0"), "eai: --tasks: '0_0' is not a task of"),
         (("--model", "eai/oracle", "-M", "rate"), "eai: -M rate: expected NAME=VALUE"),
+        (("--model", "eai/oracle", "--prices", missing), f"eai: {missing}: cannot be read"),
     ):
         run = eai("run", *arguments, *NAMED, "--quiet", "--out", tmp_path)
         assert run.status == 2

@@ -19,6 +19,7 @@ from eai.run.asking import ask
 from eai.run.desk import Desk, Watch, unwatched
 from eai.run.job import Endpoint, Job
 from eai.run.journal import Answer, Journal, Place
+from eai.run.prices import read_prices, set_price
 from eai.run.tasks import build_task
 
 
@@ -63,11 +64,12 @@ def slug(model: str) -> str:
 
 def _evaluate(job: Job, task: inspect_ai.Task, log_dir: Path) -> EvalLog:
     """Let Inspect ask; scoring waits until all answers are there, whose form decides how each is read."""
-    pace, prices = job.pace, job.endpoint.prices
+    pace, model = job.pace, _model(job.endpoint)
+    if job.endpoint.prices is not None:
+        set_price(model, read_prices(job.endpoint.prices))
     (log,) = inspect_ai.eval(
         task,
-        model=_model(job.endpoint),
-        model_cost_config=None if prices is None else str(prices),
+        model=model,
         epochs=job.epochs,
         log_dir=str(log_dir),
         display="none",
