@@ -57,6 +57,17 @@ def test_markdown_has_both_protocols_outcomes_and_what_is_excluded(tmp_path: Pat
     assert "(paper)" not in page
 
 
+def test_what_the_paper_reports_besides_is_in_every_file(tmp_path: Path, runs: Path) -> None:
+    folder = write_report(tmp_path / "out", runs, "--paper", "--no-plots")
+    page = (folder / "report.md").read_text(encoding="utf-8")
+    assert page.count("## What the paper reports besides") == 1
+    for name in ("report.md", "tables.tex", "tables.json", "tables.csv"):
+        assert "Human Annotation" in (folder / name).read_text(encoding="utf-8"), name
+    alone = write_report(tmp_path / "alone", runs, "--no-plots")
+    assert "besides" not in (alone / "report.md").read_text(encoding="utf-8")
+    assert "paper_human" not in (alone / "tables.csv").read_text(encoding="utf-8")
+
+
 def test_every_row_of_a_table_has_as_many_cells_as_its_heading(tmp_path: Path, runs: Path) -> None:
     page = (write_report(tmp_path / "out", runs, "--paper", "--no-plots") / "report.md").read_text("utf-8")
     tables = [block.splitlines() for block in page.split("\n\n") if block.startswith("| ")]

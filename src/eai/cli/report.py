@@ -55,11 +55,11 @@ def report(
     try:
         out.mkdir(parents=True, exist_ok=True)
         drawn = _draw(digests, out / PLOTS) if plots else []
-        write_tables(out, digests, tables, drawn, with_paper=paper)
+        written = write_tables(out, digests, tables, drawn, with_paper=paper)
         (out / EXPLORER).write_text(explorer_html(explorer.to_json()), encoding="utf-8")
     except OSError as error:
         raise InputError(f"{out}: cannot be written ({error.strerror})") from error
-    message = f"{len(digests)} runs, {len(tables)} tables, {len(drawn)} plots; open {out / EXPLORER}"
+    message = f"{len(digests)} runs, {written} tables, {len(drawn)} plots; open {out / EXPLORER}"
     output().print(message, soft_wrap=True, highlight=False)
 
 

@@ -41,6 +41,9 @@ OTHER_TABLES = (
 )
 """The tables of a few models, or of other ways to ask."""
 
+_SAME_QUANTITY = (*FULL_TABLES, "transition_modeling_summary", "replanning")
+"""The tables whose figures should be those of the full tables, row by row of the same name."""
+
 _FOLDER = "paper"
 
 
@@ -147,7 +150,7 @@ def _listed(value: str | list[str]) -> tuple[str, ...]:
 
 def _contradictions(name: str) -> Iterator[PaperNote]:
     """Cells for which another of the full tables prints another figure."""
-    if name not in FULL_TABLES:
+    if name not in _SAME_QUANTITY:
         return
     ours = _read_table(name)
     for other in FULL_TABLES:

@@ -19,6 +19,9 @@ All numbers are in percent. Under each run stand its 95 % intervals: percentile 
 Bold is the best of a column. A protocol says what the numbers mean: `strict` is what the paper defines,
 `eai-1.0.5` gives the verdicts of the reference package, defects included, and is the one to set beside
 published numbers."""
+_BESIDES = """\
+The paper's tables of a few models, or of other ways to ask, in percent and in the paper's order. A run
+stands above the paper's rows where it measures the same: under `eai-1.0.5`, each answer asked for once."""
 _AGREEMENT = """\
 Runs under `eai-1.0.5` that have the name of a published response file, beside the paper's figures for that
 model."""
@@ -35,6 +38,7 @@ class Plot:
 def report_markdown(
     digests: Sequence[Digest],
     tables: Sequence[Table],
+    besides: Sequence[Table],
     agreements: Sequence[Agreement],
     plots: Sequence[Plot],
 ) -> str:
@@ -43,6 +47,7 @@ def report_markdown(
         "# Results\n",
         _INTRODUCTION + "\n",
         *_tables(tables),
+        *_besides(besides),
         *_protocols(digests),
         *_agreement(agreements),
         *_outcomes(digests),
@@ -59,6 +64,15 @@ def _tables(tables: Sequence[Table]) -> Iterator[str]:
             place = (table.protocol, table.domain)
             yield f"## {domain_title(table.domain)}, protocol {table.protocol.value}\n"
         yield f"### {table.title}\n"
+        yield table_markdown(table)
+
+
+def _besides(tables: Sequence[Table]) -> Iterator[str]:
+    if tables:
+        yield "## What the paper reports besides\n"
+        yield f"{_BESIDES}\n"
+    for table in tables:
+        yield f"### {table.title}, {domain_title(table.domain)}\n"
         yield table_markdown(table)
 
 

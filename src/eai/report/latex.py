@@ -37,11 +37,10 @@ def table_latex(table: Table) -> str:
 
     Needs the packages booktabs and graphicx.
     """
-    title = f"{table.title}, {domain_title(table.domain)}, protocol {table.protocol.value}"
     lines = [
         r"\begin{table}[htbp]",
         r"\centering",
-        rf"\caption{{{escaped(title)}. Percent; below each run its 95\,\% intervals.}}",
+        rf"\caption{{{_caption(table)}}}",
         rf"\label{{tab:eai:{table.name}:{_slug(table.domain)}:{_slug(table.protocol.value)}}}",
         r"\resizebox{\ifdim\width>\linewidth\linewidth\else\width\fi}{!}{%",
         rf"\begin{{tabular}}{{rl{'r' * len(table.columns)}}}",
@@ -55,6 +54,16 @@ def table_latex(table: Table) -> str:
         r"\end{table}",
     ]
     return "\n".join(lines) + "\n"
+
+
+def _caption(table: Table) -> str:
+    """The protocol and the intervals are those of runs, so a table of the paper's rows alone has none."""
+    title = escaped(f"{table.title}, {domain_title(table.domain)}")
+    if all(row.from_paper for row in table.rows):
+        return f"{title}. Percent."
+    return (
+        rf"{title}, protocol {escaped(table.protocol.value)}. Percent; below each run its 95\,\% intervals."
+    )
 
 
 def escaped(text: str) -> str:

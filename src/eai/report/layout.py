@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from eai.abilities.protocol import Ability
 from eai.metrics.average import AVERAGE
 from eai.metrics.goals import GOAL_COLUMNS
+from eai.metrics.paper_tables import Column
 from eai.metrics.transition_modeling import CATEGORIES, OVERALL
 
 ABILITY_TITLES = {
@@ -36,6 +37,10 @@ class ColumnSpec:
     group: str
     label: str
     more_is_better: bool = True
+
+    def place(self, domain: str) -> Column:
+        """The column of the paper that shows the same in a domain."""
+        return Column(self.ability.value if self.ability else "", self.metric, domain)
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,6 +73,11 @@ def label_of(name: str) -> str:
 
 
 def _trajectory(ability: Ability, paper: str) -> TableSpec:
+    columns = _trajectory_columns(ability)
+    return TableSpec(paper, ABILITY_TITLES[ability], columns, "task_success", (paper, "overview"))
+
+
+def _trajectory_columns(ability: Ability) -> tuple[ColumnSpec, ...]:
     success = (("task_success", "Task"), ("execution_success", "Execution"))
     grammar = (("parsing", "Parsing"), ("hallucination", "Hallucination"), ("argument_number", "Arguments"))
     runtime = (
@@ -76,12 +86,11 @@ def _trajectory(ability: Ability, paper: str) -> TableSpec:
         ("affordance", "Affordance"),
         ("additional_step", "Additional step"),
     )
-    columns = (
+    return (
         *(ColumnSpec(ability, metric, "Success", label) for metric, label in success),
         *(ColumnSpec(ability, metric, "Grammar errors", label, False) for metric, label in grammar),
         *(ColumnSpec(ability, metric, "Runtime errors", label, False) for metric, label in runtime),
     )
-    return TableSpec(paper, ABILITY_TITLES[ability], columns, "task_success", (paper, "overview"))
 
 
 def _scores(ability: Ability, parts: Sequence[str]) -> tuple[ColumnSpec, ...]:
@@ -160,3 +169,23 @@ TABLES: tuple[TableSpec, ...] = (
     *_operators(),
 )
 """The tables of a report, in order."""
+
+
+def _summary_columns() -> tuple[ColumnSpec, ...]:
+    ability = Ability.TRANSITION_MODELING
+    measures = (("f1", "F1"), ("planner_success", "Planner"))
+    return tuple(
+        ColumnSpec(ability, f"{part}.{measure}", label_of(part), label)
+        for part in CATEGORIES
+        for measure, label in measures
+    )
+
+
+COLUMNS_BESIDES: Mapping[str, tuple[ColumnSpec, ...]] = {
+    "transition_modeling_summary": _summary_columns(),
+    "human": _overview().columns,
+    "replanning": _trajectory_columns(Ability.ACTION_SEQUENCING),
+    "pipeline_action_sequencing": _trajectory_columns(Ability.ACTION_SEQUENCING),
+    "pipeline_subgoal_decomposition": _trajectory_columns(Ability.SUBGOAL_DECOMPOSITION),
+}
+"""The columns of the paper's tables of a few models, or of other ways to ask, in a domain that has them."""

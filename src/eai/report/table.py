@@ -82,17 +82,17 @@ def make_table(
     columns = tuple(
         column
         for column in spec.columns
-        if any(_cell(cells, column).percent is not None for cells in known.values())
+        if any(cell_of(cells, column).percent is not None for cells in known.values())
     )
     if not columns:
         return None
-    ours = [Row(model, False, tuple(_cell(cells, c) for c in columns)) for model, cells in known.items()]
+    ours = [Row(model, False, tuple(cell_of(cells, c) for c in columns)) for model, cells in known.items()]
     ours = [row for row in ours if any(cell.percent is not None for cell in row.cells)]
     papers = [paper_table(name) for name in spec.paper] if with_paper else []
-    notes = _Notes()
-    places = [Column(c.ability.value if c.ability else "", c.metric, domain) for c in columns]
+    notes = Notes()
+    places = [column.place(domain) for column in columns]
     column_notes = tuple(notes.on_column(papers, place) for place in places)
-    rows = _ranked(spec.primary, columns, [*ours, *_paper_rows(places, papers, notes)])
+    rows = _ranked(spec.primary, columns, [*ours, *paper_rows(places, papers, notes)])
     texts = tuple(notes.texts)
     return Table(spec.name, spec.title, protocol, domain, columns, column_notes, tuple(rows), texts)
 
@@ -103,14 +103,20 @@ def cells_by_model(digests: Sequence[Digest], bootstrap: Bootstrap) -> dict[str,
     averaged: dict[str, dict[tuple[Ability, str], Replicates]] = {}
     for item in digests:
         ability, model = item.key.ability, item.key.model
-        for metric, rate in item.rates.items():
-            cell = Cell(rate.percent, rate, item.intervals[metric])
-            found.setdefault(model, {})[ability, metric] = cell
+        found.setdefault(model, {}).update(cells_of_run(item))
         for metric, values in item.averaged.items():
             averaged.setdefault(model, {})[ability, metric] = values
     for model, cells in found.items():
         cells[None, AVERAGE] = _average(cells, averaged.get(model, {}), bootstrap)
     return dict(found)
+
+
+def cells_of_run(item: Digest) -> Cells:
+    """All numbers of one run."""
+    return {
+        (item.key.ability, metric): Cell(rate.percent, rate, item.intervals[metric])
+        for metric, rate in item.rates.items()
+    }
 
 
 def _average(
@@ -126,17 +132,19 @@ def _average(
     return Cell(percent, interval=bootstrap.interval(means))
 
 
-def _cell(cells: Cells, column: ColumnSpec) -> Cell:
+def cell_of(cells: Cells, column: ColumnSpec) -> Cell:
+    """The number of a column, or the cell without one."""
     return cells.get((column.ability, column.metric), Cell(None))
 
 
-class _Notes:
+class Notes:
     """Footnotes in the order in which they are first needed."""
 
     def __init__(self) -> None:
         self.texts: list[str] = []
 
     def number(self, text: str) -> int:
+        """The number of a footnote, which is written down if it is new."""
         if text not in self.texts:
             self.texts.append(text)
         return self.texts.index(text) + 1
@@ -152,7 +160,7 @@ class _Notes:
         return tuple(sorted({self.number(note.text) for note in notes}))
 
 
-def _paper_rows(columns: Sequence[Column], papers: Sequence[PaperTable], notes: _Notes) -> Iterator[Row]:
+def paper_rows(columns: Sequence[Column], papers: Sequence[PaperTable], notes: Notes) -> Iterator[Row]:
     """The paper's models; of two tables with a figure the first is taken."""
     for model in dict.fromkeys(model for paper in papers for model in paper.rows):
         cells = tuple(_paper_cell(model, column, papers, notes) for column in columns)
@@ -160,7 +168,7 @@ def _paper_rows(columns: Sequence[Column], papers: Sequence[PaperTable], notes: 
             yield Row(model, True, cells)
 
 
-def _paper_cell(model: str, column: Column, papers: Sequence[PaperTable], notes: _Notes) -> Cell:
+def _paper_cell(model: str, column: Column, papers: Sequence[PaperTable], notes: Notes) -> Cell:
     for paper in papers:
         figure = paper.figure(model, column)
         if figure is not None:
@@ -169,16 +177,20 @@ def _paper_cell(model: str, column: Column, papers: Sequence[PaperTable], notes:
 
 
 def _ranked(primary: str, columns: Sequence[ColumnSpec], rows: Sequence[Row]) -> list[Row]:
-    """The rows by rank, with the best of each column marked if there is something to compare."""
+    """The rows by rank, with the best of each column marked."""
     names = [column.metric for column in columns]
     values = [row.cells[names.index(primary) if primary in names else 0].percent for row in rows]
     ranks = [None if v is None else 1 + sum(_above(other, v) for other in values) for v in values]
-    best = [_best(column, [row.cells[i].percent for row in rows]) for i, column in enumerate(columns)]
-    marked = [
-        replace(row, rank=rank, cells=tuple(map(_marked, row.cells, best)))
-        for row, rank in zip(rows, ranks, strict=True)
+    ranked = [
+        replace(row, rank=rank) for row, rank in zip(with_best_marked(columns, rows), ranks, strict=True)
     ]
-    return sorted(marked, key=lambda row: (row.rank is None, row.rank or 0, row.from_paper, row.model))
+    return sorted(ranked, key=lambda row: (row.rank is None, row.rank or 0, row.from_paper, row.model))
+
+
+def with_best_marked(columns: Sequence[ColumnSpec], rows: Sequence[Row]) -> list[Row]:
+    """The rows with the best of each column marked if there is something to compare."""
+    best = [_best(column, [row.cells[i].percent for row in rows]) for i, column in enumerate(columns)]
+    return [replace(row, cells=tuple(map(_marked, row.cells, best))) for row in rows]
 
 
 def _marked(cell: Cell, best: str | None) -> Cell:

@@ -9,6 +9,7 @@ from pathlib import Path
 from eai.metrics.bootstrap import Bootstrap
 from eai.report import latex
 from eai.report.agreement import agreements
+from eai.report.besides import tables_besides
 from eai.report.data_files import tables_csv, tables_json
 from eai.report.digest import Digest
 from eai.report.document import Plot, report_markdown
@@ -40,15 +41,24 @@ def write_tables(
     plots: Sequence[Plot],
     *,
     with_paper: bool,
-) -> None:
-    """Write ``report.md``, ``report.tex`` with ``tables.tex``, ``tables.json`` and ``tables.csv``."""
+) -> int:
+    """Write ``report.md``, ``report.tex`` with ``tables.tex``, ``tables.json`` and ``tables.csv``.
+
+    With the paper they also have what it reports besides.
+
+    Returns:
+        how many tables were written.
+    """
+    besides = tables_besides(digests) if with_paper else []
+    written = [*tables, *besides]
     compared = agreements(digests) if with_paper else []
     contents = {
-        "report.md": report_markdown(digests, tables, compared, plots),
-        "tables.tex": "\n".join(latex.table_latex(table) for table in tables),
+        "report.md": report_markdown(digests, tables, besides, compared, plots),
+        "tables.tex": "\n".join(latex.table_latex(table) for table in written),
         "report.tex": f"{latex.PREAMBLE}\\input{{tables}}\n{latex.ENDING}",
-        "tables.json": tables_json(tables),
-        "tables.csv": tables_csv(tables),
+        "tables.json": tables_json(written),
+        "tables.csv": tables_csv(written),
     }
     for name, text in contents.items():
         (folder / name).write_text(text, encoding="utf-8")
+    return len(written)
