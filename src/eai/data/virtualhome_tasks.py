@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
+from functools import cache
 
 from eai.data.dataset import load
 from eai.data.progress import Report, silent
@@ -36,12 +37,13 @@ ROOMS = "Rooms"
 class _Lines:
     """The rows and columns of all relations, and the masks of all unary predicates, while being built."""
 
-    __slots__ = ("columns", "index", "objects", "rows", "unary")
+    __slots__ = ("columns", "described", "index", "objects", "rows", "unary")
 
     def __init__(self, scene: BaseScene) -> None:
         self.objects: list[WorldObject] = []
         self.index: dict[int, int] = {}
         self.unary = [0] * len(VOCABULARY.unary_slots)
+        self.described: list[frozenset[int]] = []
         self.rows: list[list[int]] = [[] for _ in VOCABULARY.binary_slots]
         self.columns: list[list[int]] = [[] for _ in VOCABULARY.binary_slots]
         for record in scene.objects:
@@ -53,6 +55,7 @@ class _Lines:
         """An independent copy."""
         twin = object.__new__(_Lines)
         twin.objects, twin.index, twin.unary = list(self.objects), dict(self.index), list(self.unary)
+        twin.described = list(self.described)
         twin.rows = [list(rows) for rows in self.rows]
         twin.columns = [list(columns) for columns in self.columns]
         return twin
@@ -61,6 +64,7 @@ class _Lines:
         """Add an object behind all others."""
         self.index[record.id] = len(self.objects)
         self.objects.append(_world_object(record))
+        self.described.append(frozenset())
         for lines in (*self.rows, *self.columns):
             lines.append(0)
         self._describe(record)
@@ -74,7 +78,9 @@ class _Lines:
         if delta.removed_ids:
             raise DataError(f"objects {delta.removed_ids} vanish; run `eai data fetch --force`")
         for record in delta.changed_objects:
-            self.objects[self.index[record.id]] = _world_object(record)
+            index = self.index[record.id]
+            if self.objects[index].category != record.class_name:
+                self.objects[index] = _world_object(record)
             self._describe(record)
         for record in delta.added_objects:
             self.append(record)
@@ -96,13 +102,12 @@ class _Lines:
 
     def _describe(self, record: ObjectRecord) -> None:
         """Set every unary predicate of an object to what its record says."""
-        bit = 1 << self.index[record.id]
-        for slot, mask in enumerate(self.unary):
-            if mask & bit:
-                self.unary[slot] = mask & ~bit
-        names = (*record.properties, *record.states)
-        for name in (*names, "ROOM") if record.category == ROOMS else names:
-            self.unary[VOCABULARY.unary_slots[name]] |= bit
+        index = self.index[record.id]
+        before = self.described[index]
+        now = _unary_slots(record.properties, record.states, record.category == ROOMS)
+        self.described[index] = now
+        for slot in before ^ now:
+            self.unary[slot] ^= 1 << index
 
     def state(self, scene: Scene) -> State:
         """The state over a scene of these objects."""
@@ -165,6 +170,13 @@ def open_tasks(store: Store | None = None, *, report: Report = silent) -> Virtua
         DataError: they cannot be obtained, or the store is damaged.
     """
     return VirtualHomeTasks(load(store, report=report))
+
+
+@cache
+def _unary_slots(properties: tuple[str, ...], states: tuple[str, ...], is_room: bool) -> frozenset[int]:
+    """The slots of the unary predicates that hold of an object with these labels."""
+    names = (*properties, *states, "ROOM") if is_room else (*properties, *states)
+    return frozenset(VOCABULARY.unary_slots[name] for name in names)
 
 
 def _world_object(record: ObjectRecord) -> WorldObject:
