@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 from eai.abilities.action_sequencing import behavior_answer, behavior_reference
-from eai.abilities.action_sequencing.plan import Unreadable, WrittenPlan, WrittenStep
+from eai.abilities.action_sequencing.plan import Rejected, Unreadable, WrittenPlan, WrittenStep
 from eai.abilities.behavior_goals import BehaviorGoals
 from eai.abilities.explanation import Explanation, goal_reports, step_reports
 from eai.abilities.protocol import Protocol
@@ -17,13 +16,6 @@ from eai.world.domain import Domain
 from eai.world.execution import Action, Trajectory, describe, execute
 from eai.world.fault import FaultKind
 from eai.world.state import State
-
-
-@dataclass(frozen=True, slots=True)
-class Rejected:
-    """An answer that cannot be run, and why: parsing, hallucination or argument number."""
-
-    error: ErrorReport
 
 
 class ActionSequencing:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from eai.abilities.json_text import MAX_LENGTH
+from eai.abilities.verdict import ErrorReport
 
 
 class WrittenStep(NamedTuple):
@@ -41,3 +42,10 @@ class Unreadable:
 
 TOO_LONG = Unreadable(f"the answer is longer than {MAX_LENGTH:,} characters")
 """What both protocols say of an answer that no model writes; it is not searched."""
+
+
+@dataclass(frozen=True, slots=True)
+class Rejected:
+    """An answer that cannot be run, and why: parsing, hallucination or argument number."""
+
+    error: ErrorReport

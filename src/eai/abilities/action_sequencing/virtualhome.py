@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from eai.abilities.action_sequencing import virtualhome_answer, virtualhome_reference
 from eai.abilities.action_sequencing.goals import TaskGoals
-from eai.abilities.action_sequencing.plan import Unreadable, WrittenPlan, WrittenStep
+from eai.abilities.action_sequencing.plan import Rejected, Unreadable, WrittenPlan, WrittenStep
 from eai.abilities.explanation import Explanation, goal_reports, step_reports
 from eai.abilities.protocol import Protocol
 from eai.abilities.verdict import ErrorReport, Verdict
@@ -22,13 +22,6 @@ NOT_ACCEPTED_BY_REFERENCE = ("PLUGIN", "PLUGOUT", "RELEASE")
 
 NO_GOALS = "the task has no goals"
 GOLD_TEST = "the data set's own final state fails the reference's goal test"
-
-
-@dataclass(frozen=True, slots=True)
-class Rejected:
-    """An answer that cannot be run, and why: parsing, hallucination or argument number."""
-
-    error: ErrorReport
 
 
 class ActionSequencing:
