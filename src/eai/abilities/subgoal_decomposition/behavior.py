@@ -27,8 +27,8 @@ from eai.abilities.subgoal_decomposition.behavior_program import reference_progr
 from eai.abilities.subgoal_decomposition.behavior_translation import Translation
 from eai.abilities.subgoal_decomposition.behavior_vocabulary import published_names, signature
 from eai.abilities.subgoal_decomposition.lots import draw_lots
+from eai.abilities.subgoal_decomposition.reporting import category_of, error_of
 from eai.abilities.subgoal_decomposition.search import (
-    Branch,
     Limits,
     Outcome,
     Program,
@@ -44,7 +44,7 @@ from eai.logic.formula import Formula
 from eai.logic.ltl import Dialect, parse
 from eai.logic.ltl_printer import print_ltl
 from eai.logic.signature import Offence, OffenceKind
-from eai.world.execution import Action, describe
+from eai.world.execution import Action
 from eai.world.fault import FaultKind
 from eai.world.state import State
 
@@ -112,12 +112,12 @@ class SubgoalDecomposition:
             notes += [f"subgoal {i + 1}: {subgoal}" for i, subgoal in enumerate(compiled.subgoals)]
         if outcome.end is not SearchEnd.COMPLETE:
             notes.append(f"the search was ended: {outcome.end.value} {outcome.reason}".rstrip())
-        error = self._error(outcome.reported)
+        error = error_of(outcome.reported, self.domain, self.task.scene)
         if error is not None and error.step is not None:
             notes.append(f"subgoal {error.step + 1} fails: {error.kind.value}, {error.detail}")
         trajectory = outcome.reported.trajectory
         return Explanation(
-            (_category(outcome).value, *notes),
+            (category_of(outcome).value, *notes),
             step_reports(self.task, self.domain, trajectory),
             goal_reports(self.task.goals, self._goals.satisfied(trajectory.final)),
         )
@@ -184,23 +184,13 @@ class SubgoalDecomposition:
         return Verdict(
             executable=outcome.executable,
             success=outcome.success,
-            error=self._error(branch),
+            error=error_of(branch, self.domain, self.task.scene),
             additional_steps=kinds.count(FaultKind.ADDITIONAL_STEP),
-            category=_category(outcome),
+            category=category_of(outcome),
             goals=self._goals.tallies(satisfied),
             repairs=repairs,
             details=details,
         )
-
-    def _error(self, branch: Branch) -> ErrorReport | None:
-        """What ended a branch; the step is the number of the subgoal, from 0."""
-        failure = branch.failure
-        if failure is None:
-            return None
-        detail = failure.check.reason
-        if branch.steps and branch.steps[-1].fault is failure:
-            detail = describe(failure, self.domain, branch.steps[-1].action, self.task.scene)
-        return ErrorReport(failure.kind, branch.subgoal, detail)
 
     def _rejection(self, rejected: Rejected) -> Verdict:
         satisfied = self._goals.satisfied(self._initial)
@@ -229,12 +219,6 @@ class _AllAtEnd:
     def reached(self, met: int, final: State) -> bool:
         """Whether all goals hold."""
         return all(self.goals.satisfied(final))
-
-
-def _category(outcome: Outcome) -> SubgoalCategory:
-    if outcome.success:
-        return SubgoalCategory.CORRECT
-    return SubgoalCategory.GOAL_UNREACHABLE if outcome.executable else SubgoalCategory.RUNTIME
 
 
 def _unparseable(reason: str, repairs: tuple[str, ...] = ()) -> Rejected:

@@ -26,6 +26,7 @@ from eai.abilities.protocol import Protocol
 from eai.abilities.subgoal_decomposition import virtualhome_answer, virtualhome_reference
 from eai.abilities.subgoal_decomposition.lots import draw_lots
 from eai.abilities.subgoal_decomposition.progress import GoalProgress, StateTest
+from eai.abilities.subgoal_decomposition.reporting import category_of, error_of
 from eai.abilities.subgoal_decomposition.search import (
     Branch,
     Goal,
@@ -46,7 +47,7 @@ from eai.logic.formula import And, Formula
 from eai.logic.ltl import Dialect, parse
 from eai.logic.ltl_printer import print_ltl
 from eai.logic.signature import Offence, OffenceKind
-from eai.world.execution import Action, describe
+from eai.world.execution import Action
 from eai.world.fault import FaultKind
 from eai.world.state import State
 
@@ -126,12 +127,12 @@ class SubgoalDecomposition:
             notes += [f"subgoal {i + 1}: {print_ltl(f)}" for i, f in enumerate(compiled.subgoals)]
         if outcome.end is not SearchEnd.COMPLETE:
             notes.append(f"the search was ended: {outcome.end.value} {outcome.reason}".rstrip())
-        error = self._error(outcome)
+        error = error_of(outcome.reported, self.domain, self.task.scene)
         if error is not None and error.step is not None:
             notes.append(f"subgoal {error.step + 1} fails: {error.kind.value}, {error.detail}")
         executed = [action.operator for action in branch.trajectory.executed]
         return Explanation(
-            (_category(outcome).value, *notes),
+            (category_of(outcome).value, *notes),
             step_reports(self.task, self.domain, branch.trajectory),
             goal_reports(self.task.goals, self._goals.satisfied(branch.states[-1], executed)),
         )
@@ -204,24 +205,13 @@ class SubgoalDecomposition:
         return Verdict(
             executable=outcome.executable,
             success=outcome.success,
-            error=self._error(outcome),
+            error=error_of(outcome.reported, self.domain, self.task.scene),
             additional_steps=kinds.count(FaultKind.ADDITIONAL_STEP),
-            category=_category(outcome),
+            category=category_of(outcome),
             goals=self._tallies(branch),
             repairs=compiled.repairs,
             details=details,
         )
-
-    def _error(self, outcome: Outcome) -> ErrorReport | None:
-        """What ended the reported branch; the step is the number of the subgoal, from 0."""
-        branch = outcome.reported
-        failure = branch.failure
-        if failure is None:
-            return None
-        if branch.steps and branch.steps[-1].fault is failure:
-            detail = describe(failure, self.domain, branch.steps[-1].action, self.task.scene)
-            return ErrorReport(failure.kind, branch.subgoal, detail)
-        return ErrorReport(failure.kind, branch.subgoal, failure.check.reason)
 
     def _tallies(self, branch: Branch) -> GoalTallies:
         """The goals that hold at the end of a branch.
@@ -272,12 +262,6 @@ class _HeldAtEnd:
     def reached(self, met: int, final: State) -> bool:
         """Whether the goal is reached."""
         return self._progress.reached(met, final) and self._holds(final)
-
-
-def _category(outcome: Outcome) -> SubgoalCategory:
-    if outcome.success:
-        return SubgoalCategory.CORRECT
-    return SubgoalCategory.GOAL_UNREACHABLE if outcome.executable else SubgoalCategory.RUNTIME
 
 
 def _unparseable(reason: str, repairs: tuple[str, ...] = ()) -> Rejected:

@@ -1,0 +1,27 @@
+"""What a search says of an answer, in the terms of verdicts: the same for every domain."""
+
+from __future__ import annotations
+
+from eai.abilities.subgoal_decomposition.search import Branch, Outcome
+from eai.abilities.verdict import ErrorReport, SubgoalCategory
+from eai.world.domain import Domain
+from eai.world.execution import describe
+from eai.world.state import Scene
+
+
+def category_of(outcome: Outcome) -> SubgoalCategory:
+    """The category of an answer that could be carried out."""
+    if outcome.success:
+        return SubgoalCategory.CORRECT
+    return SubgoalCategory.GOAL_UNREACHABLE if outcome.executable else SubgoalCategory.RUNTIME
+
+
+def error_of(branch: Branch, domain: Domain, scene: Scene) -> ErrorReport | None:
+    """What ended a branch, if anything did; the step is the number of the subgoal, from 0."""
+    failure = branch.failure
+    if failure is None:
+        return None
+    detail = failure.check.reason
+    if branch.steps and branch.steps[-1].fault is failure:
+        detail = describe(failure, domain, branch.steps[-1].action, scene)
+    return ErrorReport(failure.kind, branch.subgoal, detail)
