@@ -15,8 +15,8 @@ from pathlib import Path
 from statistics import mean
 
 from eai.abilities.action_sequencing.goals import TaskGoals
-from eai.abilities.action_sequencing.plan import Unreadable
-from eai.abilities.action_sequencing.virtualhome import ActionSequencing, Rejected, written_with_ids
+from eai.abilities.action_sequencing.plan import Rejected, Unreadable
+from eai.abilities.action_sequencing.virtualhome import ActionSequencing, written_with_ids
 from eai.abilities.protocol import Ability, Domain, Protocol
 from eai.abilities.responses import ResponseFile, find_response_files, read_responses
 from eai.abilities.verdict import ErrorReport, GoalTallies, Tally, Verdict
