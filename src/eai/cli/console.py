@@ -13,7 +13,9 @@ from eai.data.progress import Progress as Step
 from eai.data.progress import Report, Stage
 from eai.metrics.rate import Rate
 
-_MODELS_PER_TABLE = 4
+_COLUMN_WIDTH = 18
+"""What a model's column is granted before its name is folded, frame included."""
+
 _STAGES = {Stage.WAIT: "waiting for", Stage.DOWNLOAD: "fetching", Stage.CONVERT: "converting"}
 
 
@@ -50,16 +52,20 @@ def data_progress() -> Iterator[Report]:
 
 
 def print_rates(title: str, metrics: Sequence[str], rates: Mapping[str, Mapping[str, Rate]]) -> None:
-    """Print rates in percent with one decimal: one row a metric, one column a model, few models a table."""
-    models = list(rates)
-    for start in range(0, len(models), _MODELS_PER_TABLE):
-        shown = models[start : start + _MODELS_PER_TABLE]
-        table = Table("percent", title=title, title_justify="left")
+    """Print rates in percent with one decimal: a row a metric, a column a model; as many as fit a table."""
+    console = output()
+    models, labels = list(rates), [metric.replace("_", " ").replace(".", ", ") for metric in metrics]
+    room = console.width - max(map(len, labels), default=0)
+    per_table = max(1, room // _COLUMN_WIDTH)
+    for start in range(0, len(models), per_table):
+        shown = models[start : start + per_table]
+        table = Table(title=title, title_justify="left")
+        table.add_column("percent", no_wrap=True)
         for model in shown:
             table.add_column(model, justify="right", overflow="fold")
-        for metric in metrics:
-            table.add_row(metric.replace("_", " "), *(_percent(rates[model][metric]) for model in shown))
-        output().print(table)
+        for label, metric in zip(labels, metrics, strict=True):
+            table.add_row(label, *(_percent(rates[model][metric]) for model in shown))
+        console.print(table)
 
 
 def _percent(rate: Rate) -> str:
