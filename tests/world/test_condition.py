@@ -21,7 +21,7 @@ from eai.logic.formula import (
     Or,
     Variable,
 )
-from eai.world.condition import AGENT
+from eai.world.frame import AGENT
 from eai.world.state import Fact, Scene, WorldObject
 from world import plain_sets, toy
 

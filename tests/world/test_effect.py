@@ -8,10 +8,10 @@ from eai.data.virtualhome_tasks import VirtualHomeTasks
 from eai.domains import virtualhome
 from eai.errors import DomainError
 from eai.logic.formula import Variable
-from eai.world.condition import AGENT, Frame
 from eai.world.domain import Domain
 from eai.world.effect import ANYTHING, Add, Delete, Effects
 from eai.world.execution import Action, Fault, attempt
+from eai.world.frame import AGENT, Frame
 from eai.world.state import Fact, State
 from eai.world.vocabulary import Predicate, Vocabulary
 from world import plain_sets, toy

@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 
 from eai.logic.formula import And, Atom, Constant, Exists, Formula, Not, Or, Variable
 from eai.world.achiever import Achievers
-from eai.world.condition import AGENT
 from eai.world.execution import Action, attempt, execute
+from eai.world.frame import AGENT
 from eai.world.reading import Readings, free_variables
 from eai.world.regression import INFINITE, Distances, Regression, possible_actions
 from eai.world.search import Planned, Planner, PlanningEnd, PlanningGoal, PlanningLimits

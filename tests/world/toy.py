@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from eai.logic.formula import Exists, Variable
-from eai.world.condition import AGENT
 from eai.world.domain import Domain
 from eai.world.effect import ANYTHING, Add, Delete, ForEach, When
+from eai.world.frame import AGENT
 from eai.world.operator import Operator, additional, affordance, missing
 from eai.world.state import Scene, State, WorldObject
 from eai.world.vocabulary import Defined, Predicate, Vocabulary, is_a

@@ -15,7 +15,8 @@ from eai.logic.formula import Atom, Formula, Not
 from eai.logic.options import Option
 from eai.logic.traversal import walk
 from eai.logic.truncated_options import truncated_options
-from eai.world.condition import Binding, Conditions, Frame, Truth
+from eai.world.condition import Conditions
+from eai.world.frame import Binding, Frame, Truth
 from eai.world.state import Scene, State
 
 _NO_ACTIONS = Tally(0, 0)

@@ -19,10 +19,11 @@ from dataclasses import dataclass
 
 from eai.errors import DomainError
 from eai.logic.formula import Variable
-from eai.world.condition import Conditions, Frame
+from eai.world.condition import Conditions
 from eai.world.domain import Domain
 from eai.world.execution import Action, Fault, attempt, describe
 from eai.world.fault import FaultKind
+from eai.world.frame import Frame
 from eai.world.operator import Operator
 from eai.world.state import State, change
 

@@ -11,9 +11,10 @@ from eai.data.task import Task
 from eai.logic.formula import Formula, Occurs, Or, Variable
 from eai.logic.ltl_printer import print_ltl
 from eai.logic.renaming import rename_objects
-from eai.world.condition import Conditions, Frame, Truth
+from eai.world.condition import Conditions
 from eai.world.domain import Domain
 from eai.world.fault import FaultKind
+from eai.world.frame import Frame, Truth
 from eai.world.operator import Check, Operator
 from eai.world.vocabulary import Predicate, Vocabulary
 

@@ -6,9 +6,9 @@ from collections.abc import Iterable, Iterator
 from typing import NamedTuple
 
 from eai.logic.formula import Atom, Constant, Formula, Not
-from eai.world.condition import AGENT
 from eai.world.domain import Domain
 from eai.world.effect import ANYTHING, Add, Delete, Effect, ForEach, Let, When
+from eai.world.frame import AGENT
 from eai.world.operator import Operator
 from eai.world.reading import free_variables
 

@@ -7,8 +7,7 @@ that make it true. Quantifiers are questions about extensions, so most of them c
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from typing import TypeAlias
+from collections.abc import Mapping
 
 from typing_extensions import assert_never
 
@@ -16,7 +15,6 @@ from eai.errors import DomainError
 from eai.logic.formula import (
     And,
     Atom,
-    Constant,
     Equals,
     Exactly,
     Exists,
@@ -26,63 +24,14 @@ from eai.logic.formula import (
     Implies,
     Not,
     Or,
-    Term,
     Variable,
 )
 from eai.logic.matching import maximum_matching
+from eai.world.connective import all_of, any_of, emptiness, intersection, negation, union
+from eai.world.frame import UNBOUND, Binding, Extension, Frame, Truth
 from eai.world.relation import bits
-from eai.world.state import Scene, State
+from eai.world.state import State
 from eai.world.vocabulary import Computed, Defined, Derived, Lookup, Vocabulary
-
-Binding: TypeAlias = list[int]
-"""Object indices by slot; slot 0 is the agent."""
-
-Truth: TypeAlias = Callable[[State, Binding], bool]
-Extension: TypeAlias = Callable[[State, Binding], int]
-
-AGENT = Constant("agent")
-"""The acting object, in any formula of a domain."""
-
-UNBOUND = -1
-"""What a slot holds whose variable has no value."""
-
-
-class Frame:
-    """The slots of one binding: the agent, the parameters, then every other variable and constant in use."""
-
-    def __init__(self, parameters: Sequence[Variable] = ()) -> None:
-        self._size = 1 + len(parameters)
-        self._constants: dict[str, int] = {}
-        self.scope: dict[str, int] = {v.name: i + 1 for i, v in enumerate(parameters)}
-
-    def new_slot(self) -> int:
-        """A slot that nothing else uses."""
-        self._size += 1
-        return self._size - 1
-
-    def slot_of(self, term: Term, scope: Mapping[str, int]) -> int:
-        """The slot of a term.
-
-        Raises:
-            DomainError: the variable is bound nowhere.
-        """
-        if isinstance(term, Constant):
-            if term == AGENT:
-                return 0
-            if term.name not in self._constants:
-                self._constants[term.name] = self.new_slot()
-            return self._constants[term.name]
-        if term.name not in scope:
-            raise DomainError(f"variable {term.name} is not bound")
-        return scope[term.name]
-
-    def bind(self, scene: Scene, arguments: Sequence[int]) -> Binding:
-        """A binding for these arguments, with constants filled in and all other slots unbound."""
-        binding = [UNBOUND if scene.agent is None else scene.agent, *arguments]
-        binding += [UNBOUND] * (self._size - len(binding))
-        for name, slot in self._constants.items():
-            binding[slot] = scene.index[name]
-        return binding
 
 
 class Conditions:
@@ -97,35 +46,37 @@ class Conditions:
         self._vocabulary = vocabulary
         self._frame = frame
 
-    def truth(self, formula: Formula, scope: Mapping[str, int] | None = None) -> Truth:
-        """Whether the formula holds in a state under a binding."""
+    def truth(
+        self, formula: Formula, scope: Mapping[str, int] | None = None, *, wanted: bool = True
+    ) -> Truth:
+        """Whether the formula holds in a state under a binding, or (not ``wanted``) whether it does not."""
         scope = self._frame.scope if scope is None else scope
         match formula:
             case Atom():
-                return self._atom_truth(formula, scope)
+                return self._atom_truth(formula, scope, wanted)
             case Equals(left, right):
                 a, b = self._frame.slot_of(left, scope), self._frame.slot_of(right, scope)
-                return lambda state, binding: binding[a] == binding[b]
+                return lambda state, binding: (binding[a] == binding[b]) is wanted
             case Not(operand):
-                inner = self.truth(operand, scope)
-                return lambda state, binding: not inner(state, binding)
+                return self.truth(operand, scope, wanted=not wanted)
             case And(operands):
-                return _all([self.truth(f, scope) for f in operands])
+                join = all_of if wanted else any_of
+                return join([self.truth(f, scope, wanted=wanted) for f in operands])
             case Or(operands):
-                return _any([self.truth(f, scope) for f in operands])
+                join = any_of if wanted else all_of
+                return join([self.truth(f, scope, wanted=wanted) for f in operands])
             case Implies(premise, conclusion):
-                return self.truth(Or((Not(premise), conclusion)), scope)
+                return self.truth(Or((Not(premise), conclusion)), scope, wanted=wanted)
             case Exists(variable, body):
-                matching = self._values(variable, body, scope)
-                return lambda state, binding: matching(state, binding) != 0
+                return emptiness(self._values(variable, body, scope), wanted=not wanted)
             case ForAll(variable, body):
-                failing = self._values(variable, Not(body), scope)
-                return lambda state, binding: failing(state, binding) == 0
+                return emptiness(self._values(variable, Not(body), scope), wanted=wanted)
             case Exactly(count, variable, body):
                 matching = self._values(variable, body, scope)
-                return lambda state, binding: matching(state, binding).bit_count() == count
+                return lambda state, binding: (matching(state, binding).bit_count() == count) is wanted
             case ForPairs():
-                return self._pairs_truth(formula, scope)
+                paired = self._pairs_truth(formula, scope)
+                return paired if wanted else negation(paired)
             case _:
                 raise DomainError(f"{type(formula).__name__} is not a condition on one state")
 
@@ -146,9 +97,9 @@ class Conditions:
             case And(operands):
                 inside = [self.extension(f, slot, scope) for f in operands if not isinstance(f, Not)]
                 outside = [self.extension(f.operand, slot, scope) for f in operands if isinstance(f, Not)]
-                return _intersection(inside, outside)
+                return intersection(inside, outside)
             case Or(operands):
-                return _union([self.extension(f, slot, scope) for f in operands])
+                return union([self.extension(f, slot, scope) for f in operands])
             case Implies(premise, conclusion):
                 return self.extension(Or((Not(premise), conclusion)), slot, scope)
             case _:
@@ -196,21 +147,22 @@ class Conditions:
 
         return truth
 
-    def _atom_truth(self, atom: Atom, scope: Mapping[str, int]) -> Truth:
+    def _atom_truth(self, atom: Atom, scope: Mapping[str, int], wanted: bool) -> Truth:
         slots = self._slots(atom, scope)
         derived = self._derived(atom)
         match derived:
             case None:
-                return _stored_truth(self._vocabulary, atom.predicate, slots)
+                return _stored_truth(self._vocabulary, atom.predicate, slots, wanted)
             case Defined(_, parameters, definition):
                 inner = {p.name: s for p, s in zip(parameters, slots, strict=True)}
-                return self.truth(definition, inner)
+                return self.truth(definition, inner, wanted=wanted)
             case Computed(test=test):
-                return lambda state, binding: test(state, tuple([binding[s] for s in slots]))
+                return lambda state, binding: bool(test(state, tuple([binding[s] for s in slots]))) is wanted
             case Lookup(values=values):
                 *known, last = slots
-                return lambda state, binding: bool(
-                    values(state, tuple([binding[s] for s in known])) >> binding[last] & 1
+                bit = int(wanted)
+                return lambda state, binding: (
+                    values(state, tuple([binding[s] for s in known])) >> binding[last] & 1 == bit
                 )
             case _:
                 assert_never(derived)
@@ -219,7 +171,7 @@ class Conditions:
         slots = self._slots(atom, scope)
         derived = self._derived(atom)
         if slots.count(slot) == 0:
-            truth = self._atom_truth(atom, scope)
+            truth = self._atom_truth(atom, scope, wanted=True)
             return lambda state, binding: state.scene.everything if truth(state, binding) else 0
         if isinstance(derived, Defined):
             inner = {p.name: s for p, s in zip(derived.parameters, slots, strict=True)}
@@ -247,16 +199,16 @@ class Conditions:
         return tuple(self._frame.slot_of(term, scope) for term in atom.arguments)
 
 
-def _stored_truth(vocabulary: Vocabulary, predicate: str, slots: tuple[int, ...]) -> Truth:
+def _stored_truth(vocabulary: Vocabulary, predicate: str, slots: tuple[int, ...], wanted: bool) -> Truth:
     if len(slots) == 2:
         relation = vocabulary.binary_slots[predicate]
         source, target = slots
-        return lambda state, binding: state.binary[relation].has(binding[source], binding[target])
-    mask = vocabulary.unary_slots[predicate]
+        return lambda state, binding: state.binary[relation].has(binding[source], binding[target]) is wanted
+    mask, bit = vocabulary.unary_slots[predicate], int(wanted)
     if not slots:
-        return lambda state, binding: bool(state.unary[mask])
+        return lambda state, binding: state.unary[mask] == bit
     argument = slots[0]
-    return lambda state, binding: bool(state.unary[mask] >> binding[argument] & 1)
+    return lambda state, binding: state.unary[mask] >> binding[argument] & 1 == bit
 
 
 def _stored_extension(vocabulary: Vocabulary, predicate: str, slots: tuple[int, ...], slot: int) -> Extension:
@@ -268,66 +220,3 @@ def _stored_extension(vocabulary: Vocabulary, predicate: str, slots: tuple[int, 
     if slot == target:
         return lambda state, binding: state.binary[relation].row(binding[source])
     return lambda state, binding: state.binary[relation].column(binding[target])
-
-
-def _all(parts: list[Truth]) -> Truth:
-    if len(parts) == 2:
-        first, second = parts
-        return lambda state, binding: first(state, binding) and second(state, binding)
-
-    def truth(state: State, binding: Binding) -> bool:
-        for part in parts:  # noqa: SIM110 - a loop is three times as fast as all() over a generator
-            if not part(state, binding):
-                return False
-        return True
-
-    return truth
-
-
-def _any(parts: list[Truth]) -> Truth:
-    if len(parts) == 2:
-        first, second = parts
-        return lambda state, binding: first(state, binding) or second(state, binding)
-
-    def truth(state: State, binding: Binding) -> bool:
-        for part in parts:  # noqa: SIM110 - a loop is three times as fast as any() over a generator
-            if part(state, binding):
-                return True
-        return False
-
-    return truth
-
-
-def _intersection(inside: list[Extension], outside: list[Extension]) -> Extension:
-    """The objects in all of the one masks and in none of the others."""
-    if len(inside) == 2 and not outside:
-        first, second = inside
-        return lambda state, binding: (mask := first(state, binding)) and mask & second(state, binding)
-    if len(inside) == 1 and len(outside) == 1:
-        (included,), (excluded,) = inside, outside
-        return lambda state, binding: included(state, binding) & ~excluded(state, binding)
-
-    def extension(state: State, binding: Binding) -> int:
-        mask = state.scene.everything
-        for part in inside:
-            mask &= part(state, binding)
-        for part in outside:
-            mask &= ~part(state, binding)
-        return mask
-
-    return extension
-
-
-def _union(parts: list[Extension]) -> Extension:
-    """The objects in any of the masks."""
-    if len(parts) == 2:
-        first, second = parts
-        return lambda state, binding: first(state, binding) | second(state, binding)
-
-    def extension(state: State, binding: Binding) -> int:
-        mask = 0
-        for part in parts:
-            mask |= part(state, binding)
-        return mask
-
-    return extension

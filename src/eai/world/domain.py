@@ -9,9 +9,10 @@ from typing import NamedTuple, TypeAlias
 
 from eai.errors import DomainError
 from eai.logic.formula import Formula, Variable
-from eai.world.condition import Binding, Conditions, Frame, Truth
+from eai.world.condition import Conditions
 from eai.world.effect import Apply, Effects
 from eai.world.fault import FaultKind
+from eai.world.frame import Binding, Frame, Truth
 from eai.world.operator import Check, Operator
 from eai.world.state import Draft, State
 from eai.world.vocabulary import Vocabulary

@@ -14,7 +14,8 @@ from typing_extensions import assert_never
 
 from eai.errors import DomainError
 from eai.logic.formula import Atom, Formula, Term, Variable
-from eai.world.condition import UNBOUND, Binding, Conditions, Extension, Frame
+from eai.world.condition import Conditions
+from eai.world.frame import UNBOUND, Binding, Extension, Frame
 from eai.world.relation import bits
 from eai.world.state import Draft, State
 from eai.world.vocabulary import Vocabulary

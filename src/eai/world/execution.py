@@ -6,9 +6,9 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from eai.world.condition import Binding
 from eai.world.domain import Domain, Failure
 from eai.world.fault import FaultKind
+from eai.world.frame import Binding
 from eai.world.operator import Check
 from eai.world.state import Scene, State
 

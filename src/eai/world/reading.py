@@ -18,7 +18,8 @@ from eai.logic.formula import (
     Variable,
 )
 from eai.logic.traversal import children
-from eai.world.condition import Conditions, Extension, Frame, Truth
+from eai.world.condition import Conditions
+from eai.world.frame import Extension, Frame, Truth
 from eai.world.relation import bits
 from eai.world.state import State
 from eai.world.vocabulary import Vocabulary

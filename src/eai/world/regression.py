@@ -26,9 +26,9 @@ from eai.logic.formula import (
     Variable,
 )
 from eai.world.achiever import Achiever, Achievers, taking
-from eai.world.condition import AGENT
 from eai.world.domain import Domain
 from eai.world.execution import Action
+from eai.world.frame import AGENT
 from eai.world.operator import Operator
 from eai.world.reading import Readings, Scope
 from eai.world.state import State

@@ -10,7 +10,8 @@ from eai.abilities.protocol import Protocol
 from eai.abilities.verdict import GoalTallies, Json, Tally
 from eai.data.task import Goal, GoalKind, Task
 from eai.logic.formula import Occurs, Or
-from eai.world.condition import Conditions, Frame
+from eai.world.condition import Conditions
+from eai.world.frame import Frame
 from eai.world.state import State
 
 

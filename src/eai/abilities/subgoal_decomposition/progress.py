@@ -12,8 +12,9 @@ from eai.abilities.subgoal_decomposition.rewriting import Leaf, rewrite
 from eai.errors import InputError
 from eai.logic.formula import FALSE, And, Equals, Formula, Occurs, Then, Variable
 from eai.logic.traversal import is_state_formula, walk
-from eai.world.condition import UNBOUND, Binding, Conditions, Frame, Truth
+from eai.world.condition import Conditions
 from eai.world.execution import Action
+from eai.world.frame import UNBOUND, Binding, Frame, Truth
 from eai.world.state import Scene, State
 
 _ARGUMENTS = (Variable("argument 1"), Variable("argument 2"))

@@ -9,8 +9,8 @@ from __future__ import annotations
 from eai.domains.virtualhome import predicates as p
 from eai.domains.virtualhome.predicates import R, X, Y
 from eai.logic.formula import Exists, Formula, Implies, Or, Term, Variable
-from eai.world.condition import AGENT
 from eai.world.effect import ANYTHING, Add, Delete, Effect, ForEach, Let, When, both_ways
+from eai.world.frame import AGENT
 from eai.world.operator import Check, Operator, additional, affordance, missing
 from eai.world.vocabulary import Predicate, is_a
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from eai.domains.virtualhome.places import full_bed, full_seat, origins, rooms
 from eai.logic.formula import Exists, Variable
-from eai.world.condition import AGENT
+from eai.world.frame import AGENT
 from eai.world.vocabulary import Computed, Defined, Lookup, Predicate, Vocabulary
 
 X = Variable("x")

@@ -13,10 +13,10 @@ from eai.domains.virtualhome import operators as o
 from eai.domains.virtualhome import predicates as p
 from eai.domains.virtualhome.predicates import R, X, Y
 from eai.logic.formula import FALSE, Exists, Formula
-from eai.world.condition import AGENT
 from eai.world.domain import Domain
 from eai.world.effect import Let
 from eai.world.fault import FaultKind
+from eai.world.frame import AGENT
 from eai.world.operator import Check, Operator, affordance
 
 

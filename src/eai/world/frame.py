@@ -1,0 +1,60 @@
+"""What a formula is compiled for: a binding of its variables to objects, by numbered slots."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import TypeAlias
+
+from eai.errors import DomainError
+from eai.logic.formula import Constant, Term, Variable
+from eai.world.state import Scene, State
+
+Binding: TypeAlias = list[int]
+"""Object indices by slot; slot 0 is the agent."""
+
+Truth: TypeAlias = Callable[[State, Binding], bool]
+Extension: TypeAlias = Callable[[State, Binding], int]
+
+AGENT = Constant("agent")
+"""The acting object, in any formula of a domain."""
+
+UNBOUND = -1
+"""What a slot holds whose variable has no value."""
+
+
+class Frame:
+    """The slots of one binding: the agent, the parameters, then every other variable and constant in use."""
+
+    def __init__(self, parameters: Sequence[Variable] = ()) -> None:
+        self._size = 1 + len(parameters)
+        self._constants: dict[str, int] = {}
+        self.scope: dict[str, int] = {v.name: i + 1 for i, v in enumerate(parameters)}
+
+    def new_slot(self) -> int:
+        """A slot that nothing else uses."""
+        self._size += 1
+        return self._size - 1
+
+    def slot_of(self, term: Term, scope: Mapping[str, int]) -> int:
+        """The slot of a term.
+
+        Raises:
+            DomainError: the variable is bound nowhere.
+        """
+        if isinstance(term, Constant):
+            if term == AGENT:
+                return 0
+            if term.name not in self._constants:
+                self._constants[term.name] = self.new_slot()
+            return self._constants[term.name]
+        if term.name not in scope:
+            raise DomainError(f"variable {term.name} is not bound")
+        return scope[term.name]
+
+    def bind(self, scene: Scene, arguments: Sequence[int]) -> Binding:
+        """A binding for these arguments, with constants filled in and all other slots unbound."""
+        binding = [UNBOUND if scene.agent is None else scene.agent, *arguments]
+        binding += [UNBOUND] * (self._size - len(binding))
+        for name, slot in self._constants.items():
+            binding[slot] = scene.index[name]
+        return binding
