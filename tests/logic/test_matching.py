@@ -8,7 +8,7 @@ from itertools import combinations, permutations
 from hypothesis import given
 from hypothesis import strategies as st
 
-from eai.logic.matching import heaviest_matching, maximum_matching
+from eai.logic.matching import heaviest_matching, heaviest_pairs, maximum_matching
 
 GRAPHS = st.lists(st.lists(st.integers(0, 7), max_size=6), max_size=8)
 
@@ -81,3 +81,28 @@ def test_a_large_heaviest_matching() -> None:
     size = 60
     table = [[10 if (i + 7) % size == j else (i * j) % 7 for j in range(size)] for i in range(size)]
     assert heaviest_matching(table, size) == 10 * size
+
+
+WEIGHTS = st.integers(0, 4).flatmap(
+    lambda columns: st.lists(st.lists(st.integers(0, 5), min_size=columns, max_size=columns), max_size=4)
+)
+
+
+def heaviest_by_trying(weights: list[list[int]]) -> int:
+    rows, columns = len(weights), len(weights[0]) if weights else 0
+    size = max(rows, columns)
+    square = [[weights[i][j] if i < rows and j < columns else 0 for j in range(size)] for i in range(size)]
+    return max(sum(square[i][j] for i, j in enumerate(order)) for order in permutations(range(size)))
+
+
+@given(WEIGHTS)
+def test_the_pairs_weigh_most_and_use_nothing_twice(weights: list[list[int]]) -> None:
+    pairs = heaviest_pairs(weights)
+    assert len({pair.row for pair in pairs}) == len({pair.column for pair in pairs}) == len(pairs)
+    assert all(weights[pair.row][pair.column] > 0 for pair in pairs)
+    assert sum(weights[pair.row][pair.column] for pair in pairs) == heaviest_by_trying(weights)
+
+
+def test_more_rows_than_columns_are_paired_by_row() -> None:
+    assert heaviest_pairs([[1], [3], [2]]) == [(1, 0)]
+    assert heaviest_pairs([]) == heaviest_pairs([[], []]) == []

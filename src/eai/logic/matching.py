@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Iterator, Sequence
+from typing import NamedTuple
 
 
 def maximum_matching(adjacency: Sequence[Sequence[int]]) -> list[int | None]:
@@ -79,6 +80,13 @@ def _augment(
             edges.append(right)
 
 
+class Cell(NamedTuple):
+    """A cell of a table."""
+
+    row: int
+    column: int
+
+
 def heaviest_matching(weights: Sequence[Sequence[int | None]], size: int) -> int | None:
     """The largest total weight of ``size`` cells of a table, no two in one row or column.
 
@@ -89,47 +97,78 @@ def heaviest_matching(weights: Sequence[Sequence[int | None]], size: int) -> int
     Returns:
         The total weight, or None if there are no ``size`` such cells.
 
-    Cells are added one at a time along the path that gains most, which keeps the choice the best one for
-    every size; takes O(size * cells * rows) time.
+    Takes O(size * cells * rows) time.
     """
-    column_of: dict[int, int] = {}
-    row_of: dict[int, int] = {}
-    total = 0
+    matching = _GrowingMatching(weights)
     for _ in range(size):
-        gains, came_from = _best_gains(weights, column_of, row_of)
-        free = [(gain, column) for column, gain in gains.items() if column not in row_of]
+        if matching.grow() is None:
+            return None
+    return sum(weights[row][column] or 0 for row, column in matching.cells())
+
+
+def heaviest_pairs(weights: Sequence[Sequence[int]]) -> list[Cell]:
+    """The cells of a table, no two in one row or column, of the greatest total weight, in order of rows.
+
+    Args:
+        weights: the table, row by row, without negative weights. Cells of weight 0 are never taken.
+
+    Equal input gives equal output. Takes O(cells * rows * min(rows, columns)) time.
+    """
+    matching = _GrowingMatching(weights)
+    while matching.grow(least_gain=1) is not None:
+        pass
+    return [cell for cell in matching.cells() if weights[cell.row][cell.column]]
+
+
+class _GrowingMatching:
+    """Cells of a table, no two in one row or column, of the greatest total weight for their number.
+
+    Cells are added one at a time along the path that gains most, which keeps the choice the best one for
+    every number (successive shortest paths); what is gained never grows.
+    """
+
+    def __init__(self, weights: Sequence[Sequence[int | None]]) -> None:
+        self._weights = weights
+        self._column_of: dict[int, int] = {}
+        self._row_of: dict[int, int] = {}
+
+    def cells(self) -> list[Cell]:
+        """The cells, in order of rows."""
+        return [Cell(row, self._column_of[row]) for row in sorted(self._column_of)]
+
+    def grow(self, least_gain: int | None = None) -> int | None:
+        """Take one cell more; returns what that gains, or None if it cannot be done or gains too little."""
+        gains, came_from = self._best_gains()
+        free = [(gain, column) for column, gain in gains.items() if column not in self._row_of]
         if not free:
             return None
         gain, column = max(free, key=lambda end: (end[0], -end[1]))
-        total += gain
+        if least_gain is not None and gain < least_gain:
+            return None
         while True:
             row = came_from[column]
-            released = column_of.get(row)
-            column_of[row], row_of[column] = column, row
+            released = self._column_of.get(row)
+            self._column_of[row], self._row_of[column] = column, row
             if released is None:
-                break
+                return gain
             column = released
-    return total
 
-
-def _best_gains(
-    weights: Sequence[Sequence[int | None]], column_of: dict[int, int], row_of: dict[int, int]
-) -> tuple[dict[int, int], dict[int, int]]:
-    """For each column the most that an alternating path from a free row to it gains, and its last row."""
-    reached = {row: 0 for row in range(len(weights)) if row not in column_of}
-    gains: dict[int, int] = {}
-    came_from: dict[int, int] = {}
-    queue = deque(reached)
-    while queue:
-        row = queue.popleft()
-        for column, weight in enumerate(weights[row]):
-            if weight is None or column_of.get(row) == column:
-                continue
-            gain = reached[row] + weight
-            if column not in gains or gain > gains[column]:
-                gains[column], came_from[column] = gain, row
-                holder = row_of.get(column)
-                if holder is not None:
-                    reached[holder] = gain - (weights[holder][column] or 0)
-                    queue.append(holder)
-    return gains, came_from
+    def _best_gains(self) -> tuple[dict[int, int], dict[int, int]]:
+        """For each column the most that an alternating path from a free row to it gains, and its last row."""
+        reached = {row: 0 for row in range(len(self._weights)) if row not in self._column_of}
+        gains: dict[int, int] = {}
+        came_from: dict[int, int] = {}
+        queue = deque(reached)
+        while queue:
+            row = queue.popleft()
+            for column, weight in enumerate(self._weights[row]):
+                if weight is None or self._column_of.get(row) == column:
+                    continue
+                gain = reached[row] + weight
+                if column not in gains or gain > gains[column]:
+                    gains[column], came_from[column] = gain, row
+                    holder = self._row_of.get(column)
+                    if holder is not None:
+                        reached[holder] = gain - (self._weights[holder][column] or 0)
+                        queue.append(holder)
+        return gains, came_from

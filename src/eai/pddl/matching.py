@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from itertools import permutations
 
 from eai.logic.formula import Constant, Term, Variable
-from eai.pddl.assignment import heaviest_pairs
+from eai.logic.matching import heaviest_pairs
 from eai.pddl.clauses import (
     Bound,
     Clause,
