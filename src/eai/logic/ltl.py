@@ -10,6 +10,7 @@ from lark import Token
 
 from eai.logic.formula import Atom, Equals, Formula, Occurs
 from eai.logic.grammar import ParseTree, parse_tree
+from eai.logic.plain import read_plain
 from eai.logic.reader import FormulaReader, Reading, start, term
 from eai.logic.signature import Signature
 
@@ -63,6 +64,15 @@ def parse(text: str, signature: Signature | None = None, dialect: Dialect = Dial
         ParseError: the text is no formula of the dialect, is nested too deep (`traversal.MAX_DEPTH`), or
             counts with too large a number (`reader.MAX_COUNT_DIGITS`).
     """
+    reader = _LtlReader(text, signature)
+    formula = read_plain(text, reader.named)
+    if formula is None:
+        return parse_by_grammar(text, signature, dialect)
+    return Reading(formula, reader.offences)
+
+
+def parse_by_grammar(text: str, signature: Signature | None, dialect: Dialect) -> Reading:
+    """What `parse` returns and raises, also where a plain formula could be read faster."""
     return _LtlReader(text, signature).reading(parse_tree(dialect.value, text, _WORDS))
 
 
@@ -71,14 +81,18 @@ class _LtlReader(FormulaReader):
         if not isinstance(tree, Token):  # the only other rule is that of an equation
             left, right = (term(str(token), scope) for token in tree.children)
             return Equals(left, right)
-        name, *arguments = _NAME.findall(tree)
+        return self.named(tree, start(tree), scope)
+
+    def named(self, text: str, position: int, scope: frozenset[str]) -> Formula:
+        """The formula of a primitive's text, which stands at a position of the whole."""
+        name, *arguments = _NAME.findall(text)
         terms = tuple([term(argument, scope) for argument in arguments])
         if self._signature is None:
             return Atom(name, terms)
-        self._checker.check(name, terms, partial(_place_of_name, tree))
+        self._checker.check(name, terms, partial(_place_of_name, text, position))
         return Occurs(name, terms) if self._signature.is_action(name) else Atom(name, terms)
 
 
-def _place_of_name(primitive: Token, index: int) -> int:
+def _place_of_name(primitive: str, position: int, index: int) -> int:
     """The offset of the predicate (0) or an argument (from 1 on)."""
-    return start(primitive) + list(_NAME.finditer(primitive))[index].start()
+    return position + list(_NAME.finditer(primitive))[index].start()

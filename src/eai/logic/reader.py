@@ -70,7 +70,12 @@ class FormulaReader(ABC):
                 `MAX_COUNT_DIGITS` digits.
         """
         formula = self.read(tree, frozenset(), MAX_DEPTH)
-        return Reading(formula, tuple(self._checker.offences))
+        return Reading(formula, self.offences)
+
+    @property
+    def offences(self) -> tuple[Offence, ...]:
+        """What is wrong with the names read so far."""
+        return tuple(self._checker.offences)
 
     def read(self, tree: ParseTree | Token, scope: frozenset[str], levels: int) -> Formula:
         """The formula of a tree that may have ``levels`` levels, below quantifiers that bind ``scope``."""

@@ -1,0 +1,116 @@
+"""Plain formulas read without a parser's tables: what nearly all goals and answers are.
+
+Plain is a formula of primitives, ``and``, ``or``, ``then``, ``exists``, ``forall`` and brackets, with blanks
+around its words. Every dialect reads it alike. Any other text is left to the grammar files, which also say
+what is wrong with it; on plain ones they take several times as long, and building their parsers longer still.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from typing import TypeAlias
+
+from eai.logic.formula import And, Exists, ForAll, Formula, Or, Then, Variable
+
+MAX_BRACKETS = 20
+"""How deep brackets may be nested: far less than `traversal.MAX_DEPTH` levels."""
+
+_BLANK = r"[ \t\f\r\n]"
+_NAME = r"[a-zA-Z_\-]\w*"
+_ARGUMENT = rf"{_NAME}(?:\.[0-9]+)?{_BLANK}*"
+_PRIMITIVE = rf"(?!not){_NAME}{_BLANK}*\({_BLANK}*(?:{_ARGUMENT}(?:,{_BLANK}*{_ARGUMENT})*)?\)"
+_BINDER = rf"(?P<quantifier>exists|forall){_BLANK}+(?P<variable>{_NAME}){_BLANK}*\.{_BLANK}*\("
+_OPERAND = re.compile(rf"{_BLANK}*(?:(?P<primitive>{_PRIMITIVE})|{_BINDER}|\()")
+_JOINT = re.compile(rf"{_BLANK}*(and|or|then|\)|\Z)")
+
+_QUANTIFIERS: dict[str, type[Exists] | type[ForAll]] = {"exists": Exists, "forall": ForAll}
+
+Primitive: TypeAlias = Callable[[str, int, frozenset[str]], Formula]
+"""Makes a formula of a primitive's text, its place in the whole, and the names that are variables there."""
+
+
+def read_plain(text: str, primitive: Primitive) -> Formula | None:
+    """The formula of a text, or None if the text is not plain."""
+    try:
+        return _PlainReader(text, primitive).whole()
+    except _NotPlainError:
+        return None
+
+
+class _NotPlainError(Exception):
+    """The text is to be read by its grammar."""
+
+
+class _PlainReader:
+    """Reads one text from left to right; ``_joint`` is what stands behind the last operand."""
+
+    __slots__ = ("_joint", "_position", "_primitive", "_text")
+
+    def __init__(self, text: str, primitive: Primitive) -> None:
+        self._text = text
+        self._primitive = primitive
+        self._position = 0
+        self._joint = ""
+
+    def whole(self) -> Formula:
+        formula = self._sequence(frozenset(), MAX_BRACKETS)
+        if self._joint:
+            raise _NotPlainError
+        return formula
+
+    def _sequence(self, scope: frozenset[str], brackets: int) -> Formula:
+        parts = [self._disjunction(scope, brackets)]
+        while self._joint == "then":
+            parts.append(self._disjunction(scope, brackets))
+        return Then(tuple(parts)) if len(parts) > 1 else parts[0]
+
+    def _disjunction(self, scope: frozenset[str], brackets: int) -> Formula:
+        formula = self._conjunction(scope, brackets)
+        if self._joint != "or":
+            return formula
+        operands = [formula]
+        while self._joint == "or":
+            operands.append(self._conjunction(scope, brackets))
+        return Or(tuple(operands))
+
+    def _conjunction(self, scope: frozenset[str], brackets: int) -> Formula:
+        formula = self._operand(scope, brackets)
+        if self._joint != "and":
+            return formula
+        operands = [formula]
+        while self._joint == "and":
+            operands.append(self._operand(scope, brackets))
+        return And(tuple(operands))
+
+    def _operand(self, scope: frozenset[str], brackets: int) -> Formula:
+        found = _OPERAND.match(self._text, self._position)
+        if found is None:
+            raise _NotPlainError
+        self._position = found.end()
+        kind = found.lastgroup
+        if kind == "primitive":
+            formula = self._primitive(found["primitive"], found.start("primitive"), scope)
+        elif kind is None:
+            formula = self._bracketed(scope, brackets)
+        else:
+            name = found["variable"]
+            body = self._bracketed(scope | {name}, brackets)
+            formula = _QUANTIFIERS[found["quantifier"]](Variable(name), body)
+        self._step()
+        return formula
+
+    def _bracketed(self, scope: frozenset[str], brackets: int) -> Formula:
+        if brackets == 0:
+            raise _NotPlainError
+        formula = self._sequence(scope, brackets - 1)
+        if self._joint != ")":
+            raise _NotPlainError
+        return formula
+
+    def _step(self) -> None:
+        found = _JOINT.match(self._text, self._position)
+        if found is None:
+            raise _NotPlainError
+        self._joint = found[1]
+        self._position = found.end()
