@@ -1,10 +1,12 @@
 """Score response files and print what it cost, as JSON: `suite_child.py ABILITY FILE...`, in a fresh process.
 
-The data set must have been fetched. Making the scorer of a task is counted as scoring its first answer.
+The data set must have been fetched. Making the scorer of a task is counted as scoring its first answer; what
+loading the tasks leaves to the garbage collector is not.
 """
 
 from __future__ import annotations
 
+import gc
 import json
 import sys
 import time
@@ -33,6 +35,7 @@ def main(ability: str, paths: list[Path]) -> None:
             tasks[task_id], Protocol.EAI_1_0_5
         )
     )
+    gc.collect()
     loaded = time.process_time()
     for task_id, text in rows:
         make(task_id).score(text)
