@@ -7,7 +7,8 @@ that make it true. Quantifiers are questions about extensions, so most of them c
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
+from typing import NamedTuple
 
 from typing_extensions import assert_never
 
@@ -27,11 +28,26 @@ from eai.logic.formula import (
     Variable,
 )
 from eai.logic.matching import maximum_matching
-from eai.world.connective import all_of, any_of, emptiness, intersection, negation, union
+from eai.world.connective import Literal, all_of, any_of, emptiness, intersection, negation, union
 from eai.world.frame import UNBOUND, Binding, Extension, Frame, Truth
 from eai.world.relation import bits
 from eai.world.state import State
 from eai.world.vocabulary import Computed, Defined, Derived, Lookup, Vocabulary
+
+
+class _Conjunct(NamedTuple):
+    """A part of a conjunction: a formula in its scope, and whether it shall hold."""
+
+    formula: Formula
+    scope: Mapping[str, int]
+    wanted: bool
+
+
+class _StoredUnary(NamedTuple):
+    """The slot of a stored predicate, and that of its only argument."""
+
+    predicate: int
+    argument: int
 
 
 class Conditions:
@@ -59,12 +75,10 @@ class Conditions:
                 return lambda state, binding: (binding[a] == binding[b]) is wanted
             case Not(operand):
                 return self.truth(operand, scope, wanted=not wanted)
-            case And(operands):
-                join = all_of if wanted else any_of
-                return join([self.truth(f, scope, wanted=wanted) for f in operands])
-            case Or(operands):
-                join = any_of if wanted else all_of
-                return join([self.truth(f, scope, wanted=wanted) for f in operands])
+            case And(operands) | Or(operands):
+                if isinstance(formula, And) is wanted:
+                    return self._conjunction(formula, scope, wanted)
+                return any_of([self.truth(f, scope, wanted=wanted) for f in operands])
             case Implies(premise, conclusion):
                 return self.truth(Or((Not(premise), conclusion)), scope, wanted=wanted)
             case Exists(variable, body):
@@ -94,16 +108,65 @@ class Conditions:
             case Not(operand):
                 inner = self.extension(operand, slot, scope)
                 return lambda state, binding: state.scene.everything & ~inner(state, binding)
-            case And(operands):
-                inside = [self.extension(f, slot, scope) for f in operands if not isinstance(f, Not)]
-                outside = [self.extension(f.operand, slot, scope) for f in operands if isinstance(f, Not)]
-                return intersection(inside, outside)
+            case And():
+                return self._intersection(formula, slot, scope)
             case Or(operands):
                 return union([self.extension(f, slot, scope) for f in operands])
             case Implies(premise, conclusion):
                 return self.extension(Or((Not(premise), conclusion)), slot, scope)
             case _:
                 return self._by_trial(formula, slot, scope)
+
+    def _conjunction(self, formula: And | Or, scope: Mapping[str, int], wanted: bool) -> Truth:
+        literals: list[Literal] = []
+        others: list[Truth] = []
+        for part in self._conjuncts(formula, scope, wanted):
+            slots = self._stored_unary(part)
+            if slots is None:
+                others.append(self.truth(part.formula, part.scope, wanted=part.wanted))
+            else:
+                literals.append(Literal(*slots, int(part.wanted)))
+        return all_of(literals, others)
+
+    def _intersection(self, formula: And, slot: int, scope: Mapping[str, int]) -> Extension:
+        having: list[int] = []
+        lacking: list[int] = []
+        inside: list[Extension] = []
+        outside: list[Extension] = []
+        for part in self._conjuncts(formula, scope, wanted=True):
+            stored = self._stored_unary(part)
+            if stored is not None and stored.argument == slot:
+                (having if part.wanted else lacking).append(stored.predicate)
+            else:
+                masks = inside if part.wanted else outside
+                masks.append(self.extension(part.formula, slot, part.scope))
+        return intersection(having, lacking, inside, outside)
+
+    def _conjuncts(self, formula: Formula, scope: Mapping[str, int], wanted: bool) -> Iterator[_Conjunct]:
+        """All that must be so for the formula to hold (or not), each part no conjunction itself."""
+        match formula:
+            case Not(operand):
+                yield from self._conjuncts(operand, scope, not wanted)
+            case And(operands) | Or(operands) if isinstance(formula, And) is wanted:
+                for operand in operands:
+                    yield from self._conjuncts(operand, scope, wanted)
+            case Atom():
+                derived = self._derived(formula)
+                if isinstance(derived, Defined):
+                    inner = _inner_scope(derived, self._slots(formula, scope))
+                    yield from self._conjuncts(derived.definition, inner, wanted)
+                else:
+                    yield _Conjunct(formula, scope, wanted)
+            case _:
+                yield _Conjunct(formula, scope, wanted)
+
+    def _stored_unary(self, part: _Conjunct) -> _StoredUnary | None:
+        """The slots of a stored predicate and of its only argument, if that is what the part is."""
+        atom = part.formula
+        if not isinstance(atom, Atom) or len(atom.arguments) != 1 or self._derived(atom) is not None:
+            return None
+        (argument,) = self._slots(atom, part.scope)
+        return _StoredUnary(self._vocabulary.unary_slots[atom.predicate], argument)
 
     def _values(self, variable: Variable, body: Formula, scope: Mapping[str, int]) -> Extension:
         """The mask of the values of a quantified variable for which the body holds."""
@@ -153,17 +216,13 @@ class Conditions:
         match derived:
             case None:
                 return _stored_truth(self._vocabulary, atom.predicate, slots, wanted)
-            case Defined(_, parameters, definition):
-                inner = {p.name: s for p, s in zip(parameters, slots, strict=True)}
-                return self.truth(definition, inner, wanted=wanted)
+            case Defined(definition=definition):
+                return self.truth(definition, _inner_scope(derived, slots), wanted=wanted)
             case Computed(test=test):
                 return lambda state, binding: bool(test(state, tuple([binding[s] for s in slots]))) is wanted
-            case Lookup(values=values):
-                *known, last = slots
-                bit = int(wanted)
-                return lambda state, binding: (
-                    values(state, tuple([binding[s] for s in known])) >> binding[last] & 1 == bit
-                )
+            case Lookup():
+                values, last, bit = _looked_up(derived, slots[:-1]), slots[-1], int(wanted)
+                return lambda state, binding: values(state, binding) >> binding[last] & 1 == bit
             case _:
                 assert_never(derived)
 
@@ -174,11 +233,9 @@ class Conditions:
             truth = self._atom_truth(atom, scope, wanted=True)
             return lambda state, binding: state.scene.everything if truth(state, binding) else 0
         if isinstance(derived, Defined):
-            inner = {p.name: s for p, s in zip(derived.parameters, slots, strict=True)}
-            return self.extension(derived.definition, slot, inner)
+            return self.extension(derived.definition, slot, _inner_scope(derived, slots))
         if isinstance(derived, Lookup) and slots.index(slot) == len(slots) - 1:
-            known, values = slots[:-1], derived.values
-            return lambda state, binding: values(state, tuple([binding[s] for s in known]))
+            return _looked_up(derived, slots[:-1])
         if derived is not None or slots.count(slot) > 1:
             return self._by_trial(atom, slot, scope)
         return _stored_extension(self._vocabulary, atom.predicate, slots, slot)
@@ -197,6 +254,19 @@ class Conditions:
         if arity != len(atom.arguments):
             raise DomainError(f"{atom.predicate} takes {arity} arguments, not {len(atom.arguments)}")
         return tuple(self._frame.slot_of(term, scope) for term in atom.arguments)
+
+
+def _inner_scope(derived: Defined, slots: tuple[int, ...]) -> Mapping[str, int]:
+    """The slots of the parameters of a derived predicate that is applied to these."""
+    return {p.name: s for p, s in zip(derived.parameters, slots, strict=True)}
+
+
+def _looked_up(lookup: Lookup, known: Sequence[int]) -> Extension:
+    values = lookup.values
+    if len(known) == 1:
+        (only,) = known
+        return lambda state, binding: values(state, (binding[only],))
+    return lambda state, binding: values(state, tuple([binding[s] for s in known]))
 
 
 def _stored_truth(vocabulary: Vocabulary, predicate: str, slots: tuple[int, ...], wanted: bool) -> Truth:

@@ -8,7 +8,7 @@ from functools import cached_property
 from typing import NamedTuple, TypeAlias
 
 from eai.errors import DomainError
-from eai.logic.formula import Formula, Variable
+from eai.logic.formula import And, Formula, Variable
 from eai.world.condition import Conditions
 from eai.world.effect import Apply, Effects
 from eai.world.fault import FaultKind
@@ -45,7 +45,7 @@ class Failure(NamedTuple):
 class CompiledOperator:
     """An operator whose checks and effects are functions of a state and a binding."""
 
-    __slots__ = ("_apply", "_frame", "checks", "operator", "tries")
+    __slots__ = ("_apply", "_frame", "_passes", "checks", "operator", "tries")
 
     def __init__(self, operator: Operator, vocabulary: Vocabulary) -> None:
         self.operator = operator
@@ -53,6 +53,7 @@ class CompiledOperator:
         conditions = Conditions(vocabulary, self._frame)
         effects = Effects(vocabulary, self._frame)
         self.checks = _compiled(operator.checks, conditions)
+        self._passes = conditions.truth(And(tuple(check.condition for check in operator.checks)))
         self.tries = tuple(
             CompiledTry(
                 conditions.truth(each.condition),
@@ -66,6 +67,10 @@ class CompiledOperator:
     def bind(self, state: State, arguments: Sequence[int]) -> Binding:
         """The binding of the operator's variables for these arguments."""
         return self._frame.bind(state.scene, arguments)
+
+    def is_possible(self, state: State, binding: Binding) -> bool:
+        """Whether no check fails, and some try succeeds if any is made: all checks asked together."""
+        return self._passes(state, binding) and not (self.tries and self._failed_tries(state, binding))
 
     def first_failure(self, state: State, binding: Binding) -> CompiledCheck | None:
         """The first check that fails in the state, or None if the action is possible."""

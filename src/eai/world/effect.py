@@ -6,8 +6,9 @@ in which they are written.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import groupby
 from typing import Final, TypeAlias
 
 from typing_extensions import assert_never
@@ -15,7 +16,7 @@ from typing_extensions import assert_never
 from eai.errors import DomainError
 from eai.logic.formula import Atom, Formula, Term, Variable
 from eai.world.condition import Conditions
-from eai.world.frame import UNBOUND, Binding, Extension, Frame
+from eai.world.frame import UNBOUND, Binding, Frame
 from eai.world.relation import bits
 from eai.world.state import Draft, State
 from eai.world.vocabulary import Vocabulary
@@ -91,15 +92,37 @@ class Effects:
     def sequence(self, effects: Iterable[Effect], scope: Mapping[str, int] | None = None) -> Apply:
         """All effects, one after the other."""
         scope = self._frame.scope if scope is None else scope
-        steps = tuple(self._effect(effect, scope) for effect in effects)
+        steps = tuple(self._group(group, scope) for group in _groups(effects))
         if len(steps) == 1:
             return steps[0]
+        if len(steps) == 2:
+            first, second = steps
+
+            def apply_both(before: State, draft: Draft, binding: Binding) -> None:
+                first(before, draft, binding)
+                second(before, draft, binding)
+
+            return apply_both
 
         def apply(before: State, draft: Draft, binding: Binding) -> None:
             for step in steps:
                 step(before, draft, binding)
 
         return apply
+
+    def _group(self, group: Sequence[Effect], scope: Mapping[str, int]) -> Apply:
+        """A single effect, or several deletions that make one object be forgotten."""
+        forgotten = _forgotten(group[0])
+        if forgotten is not None:
+            return self._forget([each.atom for each in group if isinstance(each, Delete)], forgotten, scope)
+        (effect,) = group
+        return self._effect(effect, scope)
+
+    def _forget(self, patterns: Sequence[Atom], forgotten: Term, scope: Mapping[str, int]) -> Apply:
+        slot = self._frame.slot_of(forgotten, scope)
+        as_source = tuple(self._slot_of_predicate(p) for p in patterns if p.arguments[0] == forgotten)
+        as_target = tuple(self._slot_of_predicate(p) for p in patterns if p.arguments[0] != forgotten)
+        return lambda before, draft, binding: draft.forget(binding[slot], as_source, as_target)
 
     def _effect(self, effect: Effect, scope: Mapping[str, int]) -> Apply:
         match effect:
@@ -152,7 +175,7 @@ class Effects:
         inner = {**scope, variable.name: slot}
         matching = self._conditions.extension(condition, slot, inner)
         steps = tuple(
-            self._bulk(effect, slot, inner) or self._loop(effect, slot, inner) for effect in effects
+            self._bulk(group[0], slot, inner) or self._loop(group, slot, inner) for group in _groups(effects)
         )
 
         def apply(before: State, draft: Draft, binding: Binding) -> None:
@@ -163,8 +186,8 @@ class Effects:
 
         return apply
 
-    def _loop(self, effect: Effect, slot: int, scope: Mapping[str, int]) -> _ApplyToMask:
-        one = self._effect(effect, scope)
+    def _loop(self, group: Sequence[Effect], slot: int, scope: Mapping[str, int]) -> _ApplyToMask:
+        one = self._group(group, scope)
 
         def apply(before: State, draft: Draft, binding: Binding, mask: int) -> None:
             for i in bits(mask):
@@ -184,8 +207,7 @@ class Effects:
             return None
         index = self._slot_of_predicate(atom)
         if len(slots) == 1:
-            write = Draft.add if adding else Draft.remove
-            return lambda before, draft, binding, mask: write(draft, index, mask)
+            return _give_all(index) if adding else _take_all(index)
         source, target = slots
         if slot == target:
             link = Draft.link_from if adding else Draft.unlink_from
@@ -199,27 +221,15 @@ class Effects:
             raise DomainError(f"an addition of {atom.predicate} cannot be a pattern")
         if len(atom.arguments) == 2:
             return self._write_pair(atom, index, scope, adding=adding)
-        write = Draft.add if adding else Draft.remove
-        whole = self._mask_of(atom.arguments[0], scope) if atom.arguments else _first_bit
-        return lambda before, draft, binding: write(draft, index, whole(before, binding))
+        if not atom.arguments or atom.arguments[0] == ANYTHING:
+            return _assign(index, int(adding))
+        slot = self._frame.slot_of(atom.arguments[0], scope)
+        return _give(index, slot) if adding else _take(index, slot)
 
     def _write_pair(self, atom: Atom, index: int, scope: Mapping[str, int], *, adding: bool) -> Apply:
-        left, right = atom.arguments
-        if left == ANYTHING:
-            target = self._frame.slot_of(right, scope)
-            return lambda before, draft, binding: draft.unlink_to(index, _ALL, binding[target])
-        source = self._frame.slot_of(left, scope)
-        if right == ANYTHING:
-            return lambda before, draft, binding: draft.unlink_from(index, binding[source], _ALL)
-        targets = self._mask_of(right, scope)
+        source, target = (self._frame.slot_of(term, scope) for term in atom.arguments)
         write = Draft.link_from if adding else Draft.unlink_from
-        return lambda before, draft, binding: write(draft, index, binding[source], targets(before, binding))
-
-    def _mask_of(self, term: Term, scope: Mapping[str, int]) -> Extension:
-        if term == ANYTHING:
-            return lambda state, binding: state.scene.everything
-        slot = self._frame.slot_of(term, scope)
-        return lambda state, binding: 1 << binding[slot]
+        return lambda before, draft, binding: write(draft, index, binding[source], 1 << binding[target])
 
     def _slot_of_predicate(self, atom: Atom) -> int:
         predicate = self._vocabulary.stored(atom.predicate)
@@ -236,12 +246,67 @@ class Effects:
         return self._vocabulary.unary_slots[predicate.name]
 
 
-_ALL: Final = -1
-"""The mask of all objects, however many there are."""
-
 _ApplyToMask: TypeAlias = Callable[[State, Draft, Binding, int], None]
 
 
-def _first_bit(state: State, binding: Binding) -> int:
-    """The mask that stands for "true" of a predicate without arguments."""
-    return 1
+def _forgotten(effect: Effect) -> Term | None:
+    """The object of which a deletion removes all pairs of a relation, or None if it does something else."""
+    match effect:
+        case Delete(Atom(arguments=(left, right))) if ANYTHING in (left, right):
+            return right if left == ANYTHING else left
+        case _:
+            return None
+
+
+def _groups(effects: Iterable[Effect]) -> Iterator[tuple[Effect, ...]]:
+    """The effects in order, one at a time, but together what follow each other and forget one object."""
+    for forgotten, group in groupby(effects, _forgotten):
+        if forgotten is not None:
+            yield tuple(group)
+        else:
+            yield from ((effect,) for effect in group)
+
+
+def _give(predicate: int, slot: int) -> Apply:
+    """The object in the slot gets a unary predicate."""
+
+    def apply(before: State, draft: Draft, binding: Binding) -> None:
+        draft.unary[predicate] |= 1 << binding[slot]
+
+    return apply
+
+
+def _take(predicate: int, slot: int) -> Apply:
+    """The object in the slot loses a unary predicate."""
+
+    def apply(before: State, draft: Draft, binding: Binding) -> None:
+        draft.unary[predicate] &= ~(1 << binding[slot])
+
+    return apply
+
+
+def _assign(predicate: int, mask: int) -> Apply:
+    """The objects of the mask have a unary predicate, and no other does."""
+
+    def apply(before: State, draft: Draft, binding: Binding) -> None:
+        draft.unary[predicate] = mask
+
+    return apply
+
+
+def _give_all(predicate: int) -> _ApplyToMask:
+    """All objects of a mask get a unary predicate."""
+
+    def apply(before: State, draft: Draft, binding: Binding, mask: int) -> None:
+        draft.unary[predicate] |= mask
+
+    return apply
+
+
+def _take_all(predicate: int) -> _ApplyToMask:
+    """All objects of a mask lose a unary predicate."""
+
+    def apply(before: State, draft: Draft, binding: Binding, mask: int) -> None:
+        draft.unary[predicate] &= ~mask
+
+    return apply

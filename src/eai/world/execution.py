@@ -104,7 +104,7 @@ def attempt(domain: Domain, states: Sequence[State], action: Action) -> State | 
     operator = domain.compiled[action.operator]
     state = states[-1]
     binding = operator.bind(state, action.arguments)
-    if operator.first_failure(state, binding) is None:
+    if operator.is_possible(state, binding):
         return operator.apply(state, binding)
     return _diagnose(domain, states, operator.failures(state, binding), binding)
 

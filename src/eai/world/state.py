@@ -7,7 +7,7 @@ inside the execution of one action.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -167,23 +167,19 @@ def change(before: State, after: State) -> Change:
 
 
 class Draft:
-    """A state being changed by one action; `commit` ends it."""
+    """A state being changed by one action; `commit` ends it.
 
-    __slots__ = ("_before", "_binary", "_copied", "_unary")
+    Attributes:
+        unary: the masks of unary predicates by slot, to be changed in place.
+    """
+
+    __slots__ = ("_before", "_binary", "_copied", "unary")
 
     def __init__(self, before: State) -> None:
         self._before = before
-        self._unary = list(before.unary)
+        self.unary = list(before.unary)
         self._binary = list(before.binary)
         self._copied = 0
-
-    def add(self, slot: int, mask: int) -> None:
-        """Give a unary predicate to all objects in the mask."""
-        self._unary[slot] |= mask
-
-    def remove(self, slot: int, mask: int) -> None:
-        """Take a unary predicate from all objects in the mask."""
-        self._unary[slot] &= ~mask
 
     def link_from(self, slot: int, source: int, targets: int) -> None:
         """Relate ``source`` to all targets in the mask."""
@@ -209,9 +205,18 @@ class Draft:
         if column & sources:
             self._own(slot).set_column(target, column & ~sources)
 
+    def forget(self, thing: int, as_source: Sequence[int], as_target: Sequence[int]) -> None:
+        """Remove all pairs of an object, as source of the relations in some slots and as target of others."""
+        for slot in as_source:
+            if self._binary[slot].row(thing):
+                self._own(slot).set_row(thing, 0)
+        for slot in as_target:
+            if self._binary[slot].column(thing):
+                self._own(slot).set_column(thing, 0)
+
     def commit(self) -> State:
         """The state after all changes."""
-        return State(self._before.scene, tuple(self._unary), tuple(self._binary))
+        return State(self._before.scene, tuple(self.unary), tuple(self._binary))
 
     def _own(self, slot: int) -> Relation:
         """The relation in a slot, copied from the state before at its first change."""
