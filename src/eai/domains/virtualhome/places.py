@@ -27,7 +27,15 @@ def object_id(state: State, index: int) -> int:
     return int(state.scene.objects[index].name.rpartition(".")[2])
 
 
-def targets(state: State, predicate: str, source: int) -> list[int]:
+def first_target(state: State, predicate: str, source: int, wanted: int) -> int:
+    """The first target of a relation among those wanted (a mask), as a mask, empty if there is none."""
+    found = state.relation(predicate).row(source) & wanted
+    if found & (found - 1) == 0:
+        return found
+    return next(1 << y for y in _in_order(state, predicate, source) if found >> y & 1)
+
+
+def _in_order(state: State, predicate: str, source: int) -> list[int]:
     """The targets of a relation, in the reference's order.
 
     That is the order of a set of ids, into which those of edges added by actions are put first, then those of
@@ -36,8 +44,6 @@ def targets(state: State, predicate: str, source: int) -> list[int]:
     """
     relation = state.relation(predicate)
     mask = relation.row(source)
-    if mask & (mask - 1) == 0:
-        return list(bits(mask))
     at_start = relation.base_row(source)
     by_id = {object_id(state, i): i for i in bits(mask | at_start)}
     added = sorted(object_id(state, i) for i in bits(mask & ~at_start))
@@ -57,11 +63,10 @@ def rooms(state: State, arguments: tuple[int, ...]) -> int:
         return 1 << x
     containers = inside.row(x)
     if containers & (containers - 1):
-        return next((1 << c for c in targets(state, "INSIDE", x) if is_room >> c & 1), 0)
+        return first_target(state, "INSIDE", x, is_room)
     seen = 0
     while containers and not containers & seen:
-        if containers & (containers - 1):
-            containers = 1 << targets(state, "INSIDE", x)[0]
+        containers = first_target(state, "INSIDE", x, containers)
         if containers & is_room:
             return containers
         seen |= containers
@@ -79,12 +84,11 @@ def origins(place: int) -> Callable[[State, tuple[int, ...]], int]:
 
     def lookup(state: State, arguments: tuple[int, ...]) -> int:
         (x,) = arguments
-        is_room = state.those("ROOM")
-        if any(state.relation(earlier).row(x) & ~is_room for earlier in PLACES[:place]):
-            return 0
-        if not state.relation(PLACES[place]).row(x) & ~is_room:
-            return 0
-        return next(1 << y for y in targets(state, PLACES[place], x) if not is_room >> y & 1)
+        no_room = ~state.those("ROOM")
+        for earlier in PLACES[:place]:
+            if state.relation(earlier).row(x) & no_room:
+                return 0
+        return first_target(state, PLACES[place], x, no_room)
 
     return lookup
 
