@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Container, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 
@@ -51,23 +51,15 @@ class Signature:
 
     predicates: Mapping[str, int | None]
     actions: Mapping[str, int | None] = field(default_factory=dict)
-    objects: Collection[str] | None = None
-
-    def knows(self, name: str) -> bool:
-        """Whether the name is a predicate or an action."""
-        return name in self.predicates or name in self.actions
+    objects: Container[str] | None = None
 
     def is_action(self, name: str) -> bool:
         """Whether the name is an action and no predicate."""
         return name in self.actions and name not in self.predicates
 
-    def arity(self, name: str) -> int | None:
-        """The number of arguments of a known name; None if it is unknown or takes any number."""
-        return self.predicates[name] if name in self.predicates else self.actions.get(name)
-
-    def has_object(self, name: str) -> bool:
-        """Whether the name is that of an object."""
-        return self.objects is None or name in self.objects
+    def arities(self, name: str) -> Mapping[str, int | None]:
+        """Where the arity of a name is to be looked up: among the predicates if it is one of them."""
+        return self.predicates if name in self.predicates else self.actions
 
 
 class NameChecker:
@@ -94,14 +86,17 @@ class NameChecker:
         signature = self._signature
         if signature is None:
             return
-        if not signature.knows(name):
+        arities, objects = signature.arities(name), signature.objects
+        if name not in arities:
             detail = f"{name} is no predicate and no action"
             self._add(OffenceKind.UNKNOWN_PREDICATE, name, name, position(0), detail)
-        elif (wanted := signature.arity(name)) not in (None, len(terms)):
+        elif (wanted := arities[name]) is not None and wanted != len(terms):
             detail = f"{name} takes {wanted} arguments, not {len(terms)}"
             self._add(OffenceKind.WRONG_ARITY, name, name, position(0), detail)
+        if objects is None:
+            return
         for i, term in enumerate(terms, start=1):
-            if isinstance(term, Constant) and not signature.has_object(term.name):
+            if isinstance(term, Constant) and term.name not in objects:
                 detail = f"there is no object {term.name}"
                 self._add(OffenceKind.UNKNOWN_OBJECT, term.name, name, position(i), detail)
 

@@ -141,3 +141,13 @@ def test_under_strict_the_longest_run_of_goals_in_order_counts(goals: list[str],
     sizes = range(len(goals) + 1)
     best = max(n for n in sizes if any(reached(chosen) for chosen in combinations(range(len(goals)), n)))
     assert action_tally(Protocol.STRICT, goals, actions) == Tally(best, len(goals))
+
+
+@pytest.mark.parametrize(
+    ("actions", "satisfied"),
+    [([], 0), (["READ", "GRAB"], 2), (["READ"], 0), (["GRAB", "WALK"], 1), (["WATCH", "READ", "GRAB"], 3)],
+)
+def test_action_goals_singly_in_any_order_of_the_actions(actions: list[str], satisfied: int) -> None:
+    task = make_task(goals=["action GRAB", "action READ", "action LOOKAT|WATCH"])
+    counted = TaskGoals(task, Protocol.STRICT).count_actions_singly(actions)
+    assert counted == Tally(satisfied, 3)

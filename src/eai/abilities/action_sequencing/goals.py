@@ -56,6 +56,11 @@ class TaskGoals:
             for goal in self._goals
         ]
 
+    def count_actions_singly(self, actions: Sequence[str]) -> Tally:
+        """Count the action goals before the first that no action meets, whatever the order of the actions."""
+        met = [not set(alternatives).isdisjoint(actions) for alternatives in self._actions]
+        return Tally((*met, False).index(False), len(met))
+
     def in_data_set_order(self, goals: GoalTallies, actions: Sequence[str]) -> Mapping[str, Json] | None:
         """What ``goals`` would be with the action goals in data set order, if that is another order."""
         if self._ordered_actions == self._actions:

@@ -26,7 +26,7 @@ from eai.abilities.subgoal_decomposition import behavior_answer, behavior_refere
 from eai.abilities.subgoal_decomposition.behavior_program import reference_program, strict_program
 from eai.abilities.subgoal_decomposition.behavior_translation import Translation
 from eai.abilities.subgoal_decomposition.behavior_vocabulary import published_names, signature
-from eai.abilities.subgoal_decomposition.lots import draw_lots
+from eai.abilities.subgoal_decomposition.lots import Lots
 from eai.abilities.subgoal_decomposition.reporting import category_of, error_of
 from eai.abilities.subgoal_decomposition.search import (
     Limits,
@@ -123,7 +123,7 @@ class SubgoalDecomposition:
         )
 
     def _compile_as_reference(self, text: str) -> Compiled | Rejected:
-        lots = draw_lots()
+        lots = Lots()
         written = behavior_reference.read_subgoals(text, lots)
         if isinstance(written, Unreadable):
             return _unparseable(written.reason)

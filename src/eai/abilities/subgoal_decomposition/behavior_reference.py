@@ -11,10 +11,10 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Collection
-from random import Random
 from typing import NamedTuple
 
 from eai.abilities.subgoal_decomposition.behavior_vocabulary import ACTIONS, STATES
+from eai.abilities.subgoal_decomposition.lots import Lots
 from eai.abilities.subgoal_decomposition.written import Unreadable, WrittenSubgoals
 from eai.logic.formula import Atom, Formula, Occurs
 from eai.logic.traversal import walk
@@ -24,7 +24,7 @@ _OBJECT = re.compile(r"{[^{}]*}")
 _QUANTIFIERS = ("forall", "exists", "forpairs", "forn")
 
 
-def read_subgoals(text: str, lots: Random) -> WrittenSubgoals | Unreadable:
+def read_subgoals(text: str, lots: Lots) -> WrittenSubgoals | Unreadable:
     """The subgoals that the reference finds in an answer, alternatives drawn by lot."""
     text = text.strip().replace("}}", "}").replace("toggled.on", "toggledon").replace("t-shirt", "shirt")
     found = _OBJECT.search(text)

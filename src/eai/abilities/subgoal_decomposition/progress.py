@@ -55,12 +55,20 @@ class _Part:
 
     def holds(self, state: State, action: Action | None) -> bool:
         """Whether the part holds at a position."""
-        name = action.operator if action is not None and action.operator in self._actions else None
+        if action is None or action.operator not in self._actions:
+            return self._test(None)(state)
+        return self._test(action.operator)(state, action.arguments)
+
+    def _test(self, name: str | None) -> StateTest:
+        """The part where an action of this name, or none that it mentions, is taken."""
         test = self._tests.get(name)
         if test is None:
-            at_action = rewrite(self._formula, lambda leaf, _: _with_action(leaf, name))
+            formula = self._formula
+            at_action = (
+                rewrite(formula, lambda leaf, _: _with_action(leaf, name)) if self._actions else formula
+            )
             test = self._tests[name] = StateTest(at_action, self._scene)
-        return test(state, action.arguments if action is not None and name is not None else ())
+        return test
 
 
 def _with_action(leaf: Leaf, name: str | None) -> Formula:

@@ -24,7 +24,7 @@ from eai.abilities.action_sequencing.virtualhome import NO_GOALS, domain_of
 from eai.abilities.explanation import Explanation, goal_reports, step_reports
 from eai.abilities.protocol import Protocol
 from eai.abilities.subgoal_decomposition import virtualhome_answer, virtualhome_reference
-from eai.abilities.subgoal_decomposition.lots import draw_lots
+from eai.abilities.subgoal_decomposition.lots import Lots
 from eai.abilities.subgoal_decomposition.progress import GoalProgress, StateTest
 from eai.abilities.subgoal_decomposition.reporting import category_of, error_of
 from eai.abilities.subgoal_decomposition.search import (
@@ -40,7 +40,7 @@ from eai.abilities.subgoal_decomposition.search import (
 from eai.abilities.subgoal_decomposition.virtualhome_program import reference_program, strict_program
 from eai.abilities.subgoal_decomposition.virtualhome_signature import signature, without_arguments
 from eai.abilities.subgoal_decomposition.written import Unreadable, WrittenSubgoals
-from eai.abilities.verdict import ErrorReport, GoalTallies, Json, SubgoalCategory, Tally, Verdict
+from eai.abilities.verdict import ErrorReport, GoalTallies, Json, SubgoalCategory, Verdict
 from eai.data.task import GoalKind, Task
 from eai.errors import InputError, ParseError
 from eai.logic.formula import And, Formula
@@ -147,7 +147,7 @@ class SubgoalDecomposition:
         return progress if self._as_in_reference else _HeldAtEnd(progress, self.task)
 
     def _compile_as_reference(self, text: str) -> Compiled | Rejected:
-        lots = draw_lots()
+        lots = Lots()
         written = virtualhome_reference.read_subgoals(text, lots)
         if isinstance(written, Unreadable):
             return _unparseable(written.reason)
@@ -220,19 +220,10 @@ class SubgoalDecomposition:
         one that is not met (``my_scene_evaluate``).
         """
         actions = [action.operator for action in branch.trajectory.executed]
+        goals = self._goals.count(branch.states[-1], actions)
         if not self._as_in_reference:
-            return self._goals.count(branch.states[-1], actions)
-        by_kind: dict[GoalKind, list[bool]] = {kind: [] for kind in GoalKind}
-        held = self._goals.satisfied(branch.states[-1], actions)
-        for goal, holds in zip(self.task.goals, held, strict=True):
-            by_kind[goal.kind].append(holds)
-        state, relation, action = by_kind.values()
-        first_missing = action.index(False) if False in action else len(action)
-        return GoalTallies(
-            Tally(sum(state), len(state)),
-            Tally(sum(relation), len(relation)),
-            Tally(first_missing, len(action)),
-        )
+            return goals
+        return goals._replace(action=self._goals.count_actions_singly(actions))
 
     def _rejection(self, rejected: Rejected) -> Verdict:
         return Verdict(

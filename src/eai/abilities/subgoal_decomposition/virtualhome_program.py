@@ -84,9 +84,10 @@ def _literal(task: Task, translation: Translation, literal: Formula, number: int
 def _indices(task: Task, literal: Atom | Occurs) -> tuple[int, ...] | None:
     """The objects of a ground literal, or None if a name is not that of one object."""
     index = task.scene.index
-    found = [index.get(term.name) for term in literal.arguments]
-    known = tuple([i for i in found if i is not None])
-    return known if len(known) == len(found) else None
+    try:
+        return tuple([index[term.name] for term in literal.arguments])
+    except KeyError:
+        return None
 
 
 def _plans(

@@ -10,8 +10,8 @@ from __future__ import annotations
 
 import json
 import re
-from random import Random
 
+from eai.abilities.subgoal_decomposition.lots import Lots
 from eai.abilities.subgoal_decomposition.search import uncategorised
 from eai.abilities.subgoal_decomposition.written import Unreadable, WrittenSubgoals
 from eai.logic.formula import FALSE, And, Atom, Formula, Not, Occurs, Or, Then
@@ -23,7 +23,7 @@ _PRIMITIVE = re.compile(r"\w+\(.*?\)")
 _WITHOUT_ARGUMENTS = frozenset({"SLEEP", "WAKEUP", "STANDUP"})
 
 
-def read_subgoals(text: str, lots: Random) -> WrittenSubgoals | Unreadable:
+def read_subgoals(text: str, lots: Lots) -> WrittenSubgoals | Unreadable:
     """The subgoals that the reference finds in an answer, alternatives drawn by lot."""
     found = _OBJECT.search(text.strip().replace("}}", "}"))
     if found is None:
@@ -39,7 +39,7 @@ def read_subgoals(text: str, lots: Random) -> WrittenSubgoals | Unreadable:
     return WrittenSubgoals(tuple(piece for piece in pieces if piece is not None))
 
 
-def _piece(subgoal: str, lots: Random) -> str | None:
+def _piece(subgoal: str, lots: Lots) -> str | None:
     if subgoal in _WITHOUT_ARGUMENTS:
         return f"{subgoal}()"
     return lots.choice(subgoal.split(" or ")) if _PRIMITIVE.search(subgoal) else None
@@ -63,7 +63,7 @@ def conjoins_moments(formula: Formula) -> bool:
     )
 
 
-def literals(formula: Formula, lots: Random) -> list[Formula] | None:
+def literals(formula: Formula, lots: Lots) -> list[Formula] | None:
     """The atoms, actions and negated ones of a formula in order; None for what is rejected at once.
 
     Of an ``or`` one operand is taken by lot.

@@ -40,8 +40,20 @@ FORGOTTEN = "POUR"
 
 def signature(scene: Scene, protocol: Protocol) -> Signature:
     """The names that are allowed under a protocol; objects with their id (``soap.1002``) or by class."""
-    objects = frozenset(scene.index).union([thing.category for thing in scene.objects])
-    return Signature(_predicates(), allowed_actions(protocol), objects)
+    return Signature(_predicates(), allowed_actions(protocol), _Names(scene))
+
+
+class _Names:
+    """The names and classes of a scene's objects."""
+
+    __slots__ = ("_index", "_scene")
+
+    def __init__(self, scene: Scene) -> None:
+        self._scene = scene
+        self._index = scene.index
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._index or (isinstance(name, str) and self._scene.category(name) != 0)
 
 
 def without_arguments(protocol: Protocol) -> frozenset[str]:
@@ -58,4 +70,4 @@ def _predicates() -> dict[str, int | None]:
 def allowed_actions(protocol: Protocol) -> dict[str, int | None]:
     """The actions that subgoals may name, with their numbers of objects."""
     names = ACTIONS if protocol is Protocol.EAI_1_0_5 else (*ACTIONS, FORGOTTEN)
-    return {name: virtualhome.as_meant().compiled[name].operator.arity for name in names}
+    return {o.name: o.arity for o in virtualhome.as_meant().operators if o.name in names}
