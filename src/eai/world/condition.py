@@ -35,8 +35,8 @@ from eai.world.state import State
 from eai.world.vocabulary import Computed, Defined, Derived, Lookup, Vocabulary
 
 
-class _Conjunct(NamedTuple):
-    """A part of a conjunction: a formula in its scope, and whether it shall hold."""
+class _Part(NamedTuple):
+    """A part of a conjunction or disjunction: a formula in its scope, and whether it shall hold."""
 
     formula: Formula
     scope: Mapping[str, int]
@@ -75,16 +75,14 @@ class Conditions:
                 return lambda state, binding: (binding[a] == binding[b]) is wanted
             case Not(operand):
                 return self.truth(operand, scope, wanted=not wanted)
-            case And(operands) | Or(operands):
-                if isinstance(formula, And) is wanted:
-                    return self._conjunction(formula, scope, wanted)
-                return any_of([self.truth(f, scope, wanted=wanted) for f in operands])
+            case And() | Or():
+                return self._junction(formula, scope, wanted)
             case Implies(premise, conclusion):
                 return self.truth(Or((Not(premise), conclusion)), scope, wanted=wanted)
             case Exists(variable, body):
-                return emptiness(self._values(variable, body, scope), wanted=not wanted)
+                return self._emptiness(variable, body, scope, not wanted)
             case ForAll(variable, body):
-                return emptiness(self._values(variable, Not(body), scope), wanted=wanted)
+                return self._emptiness(variable, Not(body), scope, wanted)
             case Exactly(count, variable, body):
                 matching = self._values(variable, body, scope)
                 return lambda state, binding: (matching(state, binding).bit_count() == count) is wanted
@@ -117,23 +115,25 @@ class Conditions:
             case _:
                 return self._by_trial(formula, slot, scope)
 
-    def _conjunction(self, formula: And | Or, scope: Mapping[str, int], wanted: bool) -> Truth:
+    def _junction(self, formula: And | Or, scope: Mapping[str, int], wanted: bool) -> Truth:
+        """A conjunction or, where one of its parts is enough, a disjunction."""
+        conjunctive = isinstance(formula, And) is wanted
         literals: list[Literal] = []
         others: list[Truth] = []
-        for part in self._conjuncts(formula, scope, wanted):
-            slots = self._stored_unary(part)
-            if slots is None:
+        for part in self._parts(formula, scope, wanted, conjunctive):
+            stored = self._stored_unary(part)
+            if stored is None:
                 others.append(self.truth(part.formula, part.scope, wanted=part.wanted))
             else:
-                literals.append(Literal(*slots, int(part.wanted)))
-        return all_of(literals, others)
+                literals.append(Literal(*stored, int(part.wanted)))
+        return all_of(literals, others) if conjunctive else any_of(literals, others)
 
     def _intersection(self, formula: And, slot: int, scope: Mapping[str, int]) -> Extension:
         having: list[int] = []
         lacking: list[int] = []
         inside: list[Extension] = []
         outside: list[Extension] = []
-        for part in self._conjuncts(formula, scope, wanted=True):
+        for part in self._parts(formula, scope, wanted=True, conjunctive=True):
             stored = self._stored_unary(part)
             if stored is not None and stored.argument == slot:
                 (having if part.wanted else lacking).append(stored.predicate)
@@ -142,31 +142,36 @@ class Conditions:
                 masks.append(self.extension(part.formula, slot, part.scope))
         return intersection(having, lacking, inside, outside)
 
-    def _conjuncts(self, formula: Formula, scope: Mapping[str, int], wanted: bool) -> Iterator[_Conjunct]:
-        """All that must be so for the formula to hold (or not), each part no conjunction itself."""
+    def _parts(
+        self, formula: Formula, scope: Mapping[str, int], wanted: bool, conjunctive: bool
+    ) -> Iterator[_Part]:
+        """All that must hold for the formula to be as wanted, or else the things of which one is enough."""
         match formula:
             case Not(operand):
-                yield from self._conjuncts(operand, scope, not wanted)
-            case And(operands) | Or(operands) if isinstance(formula, And) is wanted:
+                yield from self._parts(operand, scope, not wanted, conjunctive)
+            case And(operands) | Or(operands) if (isinstance(formula, And) is wanted) is conjunctive:
                 for operand in operands:
-                    yield from self._conjuncts(operand, scope, wanted)
-            case Atom():
-                derived = self._derived(formula)
-                if isinstance(derived, Defined):
-                    inner = _inner_scope(derived, self._slots(formula, scope))
-                    yield from self._conjuncts(derived.definition, inner, wanted)
-                else:
-                    yield _Conjunct(formula, scope, wanted)
+                    yield from self._parts(operand, scope, wanted, conjunctive)
+            case Atom() if isinstance(derived := self._derived(formula), Defined):
+                inner = _inner_scope(derived, self._slots(formula, scope))
+                yield from self._parts(derived.definition, inner, wanted, conjunctive)
             case _:
-                yield _Conjunct(formula, scope, wanted)
+                yield _Part(formula, scope, wanted)
 
-    def _stored_unary(self, part: _Conjunct) -> _StoredUnary | None:
+    def _stored_unary(self, part: _Part) -> _StoredUnary | None:
         """The slots of a stored predicate and of its only argument, if that is what the part is."""
         atom = part.formula
         if not isinstance(atom, Atom) or len(atom.arguments) != 1 or self._derived(atom) is not None:
             return None
         (argument,) = self._slots(atom, part.scope)
         return _StoredUnary(self._vocabulary.unary_slots[atom.predicate], argument)
+
+    def _emptiness(self, variable: Variable, body: Formula, scope: Mapping[str, int], wanted: bool) -> Truth:
+        slot = self._frame.new_slot()
+        stored = self._stored_unary(_Part(body, {**scope, variable.name: slot}, wanted=True))
+        if stored is not None and stored.argument == slot and variable.category is None:
+            return emptiness(stored.predicate, wanted=wanted)
+        return emptiness(self._values(variable, body, scope), wanted=wanted)
 
     def _values(self, variable: Variable, body: Formula, scope: Mapping[str, int]) -> Extension:
         """The mask of the values of a quantified variable for which the body holds."""

@@ -41,13 +41,15 @@ def all_of(literals: Sequence[Literal], parts: Sequence[Truth]) -> Truth:
     return truth
 
 
-def any_of(parts: Sequence[Truth]) -> Truth:
-    """Whether some part holds; they are asked in order."""
-    if len(parts) == 2:
-        first, second = parts
-        return lambda state, binding: first(state, binding) or second(state, binding)
+def any_of(literals: Sequence[Literal], parts: Sequence[Truth]) -> Truth:
+    """Whether some literal or some part holds; the parts are asked last, in order."""
+    table = [(each.predicate, each.argument, each.bit) for each in literals]
 
     def truth(state: State, binding: Binding) -> bool:
+        unary = state.unary
+        for predicate, argument, bit in table:
+            if unary[predicate] >> binding[argument] & 1 == bit:
+                return True
         for part in parts:  # noqa: SIM110 - a loop is three times as fast as any() over a generator
             if part(state, binding):
                 return True
@@ -60,6 +62,9 @@ def intersection(
     having: Sequence[int], lacking: Sequence[int], inside: Sequence[Extension], outside: Sequence[Extension]
 ) -> Extension:
     """The objects with some stored unary predicates and without others, in some masks and not in others."""
+    if len(inside) == 2 and not (having or lacking or outside):
+        first, second = inside
+        return lambda state, binding: (mask := first(state, binding)) and mask & second(state, binding)
 
     def extension(state: State, binding: Binding) -> int:
         mask, unary = state.scene.everything, state.unary
@@ -95,8 +100,16 @@ def union(parts: Sequence[Extension]) -> Extension:
     return extension
 
 
-def emptiness(matching: Extension, *, wanted: bool) -> Truth:
-    """Whether no object is in the mask, or (not ``wanted``) some object is."""
+def emptiness(matching: Extension | int, *, wanted: bool) -> Truth:
+    """Whether no object is in a mask, or (not ``wanted``) some object is.
+
+    Args:
+        matching: the mask, or the slot of the stored unary predicate whose mask is meant.
+        wanted: which of the two is asked.
+    """
+    if isinstance(matching, int):
+        predicate = matching
+        return lambda state, binding: (state.unary[predicate] == 0) is wanted
     if wanted:
         return lambda state, binding: not matching(state, binding)
     return lambda state, binding: matching(state, binding) != 0

@@ -9,6 +9,8 @@ and forgetting everything about an object ("remove all CLOSE edges, both ways") 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from functools import reduce
+from operator import or_
 from typing import NamedTuple
 
 
@@ -20,13 +22,18 @@ class Pair(NamedTuple):
 
 
 class Matrix:
-    """The base of relations: all rows and all columns, never changed after construction."""
+    """The base of relations: all rows and all columns, never changed after construction.
 
-    __slots__ = ("columns", "rows")
+    ``sources`` and ``targets`` are the masks of the objects whose row, or column, is not empty.
+    """
+
+    __slots__ = ("columns", "rows", "sources", "targets")
 
     def __init__(self, rows: Iterable[int], columns: Iterable[int]) -> None:
         self.rows = tuple(rows)
         self.columns = tuple(columns)
+        self.sources = reduce(or_, self.columns, 0)
+        self.targets = reduce(or_, self.rows, 0)
 
     @classmethod
     def of_pairs(cls, size: int, pairs: Iterable[Pair | tuple[int, int]]) -> Matrix:
@@ -39,29 +46,32 @@ class Matrix:
 
 
 class Relation:
-    """A set of pairs on top of a shared matrix; once it is part of a state, it never changes."""
+    """A set of pairs on top of a shared matrix; once it is part of a state, it never changes.
 
-    __slots__ = ("_base", "_column_keys", "_columns", "_row_keys", "_rows")
+    ``sources`` and ``targets`` are masks: an object that is not in them is source, or target, of no pair.
+    """
+
+    __slots__ = ("_base", "_column_keys", "_columns", "_row_keys", "_rows", "sources", "targets")
 
     # Invariant: `_rows[x]` and `_columns[y]` are the true lines; where both exist they agree on (x, y).
     # `_row_keys` and `_column_keys` are the masks of the overridden lines.
 
-    def __init__(
-        self,
-        base: Matrix,
-        rows: dict[int, int] | None = None,
-        columns: dict[int, int] | None = None,
-        row_keys: int = 0,
-        column_keys: int = 0,
-    ) -> None:
+    def __init__(self, base: Matrix, changed: Relation | None = None) -> None:
         self._base = base
-        self._rows = rows if rows is not None else {}
-        self._columns = columns if columns is not None else {}
-        self._row_keys = row_keys
-        self._column_keys = column_keys
+        if changed is None:
+            self._rows: dict[int, int] = {}
+            self._columns: dict[int, int] = {}
+            self._row_keys = self._column_keys = 0
+            self.sources, self.targets = base.sources, base.targets
+        else:
+            self._rows, self._columns = changed._rows.copy(), changed._columns.copy()
+            self._row_keys, self._column_keys = changed._row_keys, changed._column_keys
+            self.sources, self.targets = changed.sources, changed.targets
 
     def row(self, source: int) -> int:
         """The mask of all targets of ``source``."""
+        if not self.sources >> source & 1:
+            return 0
         line = self._rows.get(source)
         if line is not None:
             return line
@@ -74,6 +84,8 @@ class Relation:
 
     def column(self, target: int) -> int:
         """The mask of all sources of ``target``."""
+        if not self.targets >> target & 1:
+            return 0
         line = self._columns.get(target)
         if line is not None:
             return line
@@ -104,21 +116,25 @@ class Relation:
 
     def copy(self) -> Relation:
         """A relation with the same pairs that its maker may change by `set_row` and `set_column`."""
-        return Relation(
-            self._base, self._rows.copy(), self._columns.copy(), self._row_keys, self._column_keys
-        )
+        return Relation(self._base, self)
 
     def set_row(self, source: int, targets: int) -> None:
         """Change a copy, before anyone else has it, so that ``source`` has exactly these targets."""
+        bit = 1 << source
         self._rows[source] = targets
-        self._row_keys |= 1 << source
+        self._row_keys |= bit
+        self.sources = self.sources | bit if targets else self.sources & ~bit
+        self.targets |= targets
         if self._column_keys:
             _patch(self._columns, source, targets)
 
     def set_column(self, target: int, sources: int) -> None:
         """Change a copy, before anyone else has it, so that ``target`` has exactly these sources."""
+        bit = 1 << target
         self._columns[target] = sources
-        self._column_keys |= 1 << target
+        self._column_keys |= bit
+        self.targets = self.targets | bit if sources else self.targets & ~bit
+        self.sources |= sources
         if self._row_keys:
             _patch(self._rows, target, sources)
 

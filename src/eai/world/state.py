@@ -208,10 +208,12 @@ class Draft:
     def forget(self, thing: int, as_source: Sequence[int], as_target: Sequence[int]) -> None:
         """Remove all pairs of an object, as source of the relations in some slots and as target of others."""
         for slot in as_source:
-            if self._binary[slot].row(thing):
+            relation = self._binary[slot]
+            if relation.sources >> thing & 1 and relation.row(thing):
                 self._own(slot).set_row(thing, 0)
         for slot in as_target:
-            if self._binary[slot].column(thing):
+            relation = self._binary[slot]
+            if relation.targets >> thing & 1 and relation.column(thing):
                 self._own(slot).set_column(thing, 0)
 
     def commit(self) -> State:
