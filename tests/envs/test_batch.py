@@ -7,6 +7,7 @@ import pytest
 from eai.abilities.explanation import Explanation
 from eai.abilities.protocol import Ability, Domain, Protocol
 from eai.abilities.responses import Response, ResponseFile
+from eai.abilities.scorer import Assessment, Scorer
 from eai.abilities.suite import Suite
 from eai.abilities.verdict import Verdict
 from eai.envs.batch import score_batch
@@ -16,16 +17,14 @@ ANSWERS = ResponseFile("m", tuple(Response(i, f"answer to {i}") for i in TASK_ID
 
 
 @dataclass(frozen=True, slots=True)
-class Echo:
+class Echo(Scorer):
     """A scorer that says what it was asked."""
 
     task_id: str
 
-    def score(self, text: str) -> Verdict:
-        return Verdict(success=text.endswith(self.task_id), details={"text": text})
-
-    def explain(self, text: str) -> Explanation:
-        return Explanation(notes=(f"on {text}",))
+    def assess(self, text: str) -> Assessment:
+        verdict = Verdict(success=text.endswith(self.task_id), details={"text": text})
+        return Assessment(verdict, lambda: Explanation(notes=(f"on {text}",)))
 
 
 def echo_suite() -> Suite:

@@ -63,26 +63,64 @@ class Explanation:
         return asdict(self)
 
 
+def repairs_told(repairs: Iterable[str]) -> tuple[str, ...]:
+    """What there is to say of the repairs that reading an answer took."""
+    return tuple(f"read with repair: {repair}" for repair in repairs)
+
+
 def step_reports(task: Task, domain: Domain, trajectory: Trajectory) -> tuple[StepReport, ...]:
     """A report on every step of a trajectory that was tried."""
+    focus = _Focus.of(task)
     reports = []
     executed = 0
     for step in trajectory.steps:
         if step.fault is None:
-            reports.append(_executed(task, trajectory, executed, step.action))
+            reports.append(_executed(focus, trajectory, executed, step.action))
             executed += 1
         else:
             reports.append(_failed(task, domain, trajectory, step.action, step.fault))
     return tuple(reports)
 
 
-def _executed(task: Task, trajectory: Trajectory, index: int, action: Action) -> StepReport:
+@dataclass(frozen=True, slots=True)
+class _Focus:
+    """The facts of a task that are worth telling.
+
+    Attributes:
+        scene: the scene of the task.
+        predicates: what can be seen.
+        objects: the agent and what the task is about.
+    """
+
+    scene: Scene
+    predicates: frozenset[str]
+    objects: frozenset[int | None]
+
+    @classmethod
+    def of(cls, task: Task) -> _Focus:
+        """The focus of a task."""
+        scene = task.scene
+        visible = frozenset(p.name for p in scene.vocabulary.predicates if p.visible)
+        return cls(scene, visible, frozenset({*task.relevant, scene.agent}))
+
+    def told(self, facts: Iterable[Fact]) -> tuple[str, ...]:
+        """Those of the facts that are visible, and about nothing but its objects, as texts."""
+        return tuple(
+            [
+                fact_text(fact, self.scene)
+                for fact in facts
+                if fact.predicate in self.predicates and self.objects.issuperset(fact.arguments)
+            ]
+        )
+
+
+def _executed(focus: _Focus, trajectory: Trajectory, index: int, action: Action) -> StepReport:
     difference = change(trajectory.states[index], trajectory.states[index + 1])
-    added = _told(task, difference.added)
-    removed = _told(task, difference.removed)
+    added = focus.told(difference.added)
+    removed = focus.told(difference.removed)
     visible = len(added) + len(removed)
     return StepReport(
-        action_text(action, task.scene),
+        action_text(action, focus.scene),
         "executed",
         added=added,
         removed=removed,
@@ -100,18 +138,6 @@ def _failed(task: Task, domain: Domain, trajectory: Trajectory, action: Action, 
     return StepReport(action_text(action, task.scene), fault.kind.value, reason, earlier)
 
 
-def _told(task: Task, facts: Iterable[Fact]) -> tuple[str, ...]:
-    """The facts worth telling: visible, and about nothing but the agent and the task's objects."""
-    vocabulary = task.scene.vocabulary
-    visible = {predicate.name for predicate in vocabulary.predicates if predicate.visible}
-    about = {*task.relevant, task.scene.agent}
-    return tuple(
-        fact_text(fact, task.scene)
-        for fact in facts
-        if fact.predicate in visible and about.issuperset(fact.arguments)
-    )
-
-
 def action_text(action: Action, scene: Scene) -> str:
     """A ground action as ``GRAB(soap.1002)``."""
     return fact_text(Fact(action.operator, action.arguments), scene)
@@ -119,7 +145,7 @@ def action_text(action: Action, scene: Scene) -> str:
 
 def fact_text(fact: Fact, scene: Scene) -> str:
     """A fact as ``INSIDE(soap.1002, cup.1003)``."""
-    return f"{fact.predicate}({', '.join(scene.objects[i].name for i in fact.arguments)})"
+    return f"{fact.predicate}({', '.join([scene.objects[i].name for i in fact.arguments])})"
 
 
 def goal_reports(goals: Sequence[Goal], satisfied: Sequence[bool]) -> tuple[GoalReport, ...]:

@@ -7,10 +7,9 @@ from dataclasses import dataclass, field, replace
 from enum import Enum
 from functools import partial
 from typing import TYPE_CHECKING, NamedTuple, TypeAlias
-from typing import Protocol as Interface
 
-from eai.abilities.explanation import Explanation
 from eai.abilities.protocol import Ability, Domain, Protocol
+from eai.abilities.scorer import Scorer
 from eai.abilities.verdict import Verdict
 from eai.data.progress import Report, silent
 from eai.data.store import Store
@@ -18,18 +17,6 @@ from eai.errors import InputError
 
 if TYPE_CHECKING:
     from eai.data.behavior_tasks import BehaviorTask
-
-
-class Scorer(Interface):
-    """What scores the answers to one task."""
-
-    def score(self, text: str) -> Verdict:
-        """The verdict on an answer: a pure function."""
-        ...
-
-    def explain(self, text: str) -> Explanation:
-        """What became of an answer, in words."""
-        ...
 
 
 @dataclass(frozen=True)

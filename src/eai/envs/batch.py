@@ -47,10 +47,10 @@ def _score(suite: Suite, model: str, responses: Iterable[Response], *, explanati
 
 
 def _record(suite: Suite, model: str, response: Response, *, explanations: bool) -> Record:
-    scorer = suite.scorer(response.task_id)
-    verdict = scorer.score(response.text)
+    assessment = suite.scorer(response.task_id).assess(response.text)
+    verdict = assessment.verdict
     if explanations:
-        explanation = scorer.explain(response.text).to_json()
+        explanation = assessment.explain().to_json()
         verdict = replace(verdict, details={**(verdict.details or {}), "explanation": explanation})
     return Record(
         suite.protocol,

@@ -3,12 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 
 from eai.abilities.action_sequencing import behavior_answer, behavior_reference
-from eai.abilities.action_sequencing.plan import Rejected, Unreadable, WrittenPlan, WrittenStep
+from eai.abilities.action_sequencing.plan import (
+    Rejected,
+    Unreadable,
+    WrittenPlan,
+    WrittenStep,
+    rejection_explained,
+)
 from eai.abilities.behavior_goals import BehaviorGoals
-from eai.abilities.explanation import Explanation, goal_reports, step_reports
+from eai.abilities.explanation import Explanation, goal_reports, repairs_told, step_reports
 from eai.abilities.protocol import Protocol
+from eai.abilities.scorer import Assessment, Scorer
 from eai.abilities.verdict import ErrorReport, Verdict
 from eai.data.behavior_tasks import BehaviorTask
 from eai.domains import behavior
@@ -18,8 +26,8 @@ from eai.world.fault import FaultKind
 from eai.world.state import State
 
 
-class ActionSequencing:
-    """The scorer of one task under one protocol; `score` is a pure function of the answer.
+class ActionSequencing(Scorer):
+    """The scorer of one task under one protocol.
 
     A verdict's details hold ``goals_satisfied``: for each goal of the task, in order, whether it holds at the
     end. An answer that cannot be run leaves the initial state.
@@ -33,28 +41,21 @@ class ActionSequencing:
         self._arities = {operator.name: operator.arity for operator in self.domain.operators}
         self._goals = BehaviorGoals(task, protocol)
 
-    def score(self, text: str) -> Verdict:
-        """The verdict on an answer."""
+    def assess(self, text: str) -> Assessment:
+        """The verdict on an answer, and what becomes of it step by step."""
         plan = self.read(text)
         if isinstance(plan, Unreadable):
-            return self._rejection(ErrorReport(FaultKind.PARSING, None, plan.reason), ())
+            verdict = self._rejection(ErrorReport(FaultKind.PARSING, None, plan.reason), ())
+            return Assessment(verdict, partial(Explanation, (f"parsing: {plan.reason}",)))
+        notes = repairs_told(plan.repairs)
         actions = self.resolve(plan)
         if isinstance(actions, Rejected):
-            return self._rejection(actions.error, plan.repairs)
-        return self._judge(execute(self.domain, self._initial, actions), plan.repairs)
-
-    def explain(self, text: str) -> Explanation:
-        """What becomes of an answer step by step."""
-        plan = self.read(text)
-        if isinstance(plan, Unreadable):
-            return Explanation(notes=(f"parsing: {plan.reason}",))
-        notes = tuple(f"read with repair: {repair}" for repair in plan.repairs)
-        actions = self.resolve(plan)
-        if isinstance(actions, Rejected):
-            error = actions.error
-            step = f"step {error.step + 1}: " if error.step is not None else ""
-            return Explanation(notes=(*notes, f"{error.kind.value}: {step}{error.detail}"))
+            verdict = self._rejection(actions.error, plan.repairs)
+            return Assessment(verdict, partial(rejection_explained, notes, actions.error))
         trajectory = execute(self.domain, self._initial, actions)
+        return Assessment(self._judge(trajectory, plan.repairs), partial(self._explain, notes, trajectory))
+
+    def _explain(self, notes: tuple[str, ...], trajectory: Trajectory) -> Explanation:
         satisfied = self._goals.satisfied(_left_by(trajectory))
         return Explanation(
             notes,

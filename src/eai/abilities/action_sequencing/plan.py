@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import NamedTuple
 
+from eai.abilities.explanation import Explanation
 from eai.abilities.json_text import MAX_LENGTH
 from eai.abilities.verdict import ErrorReport
 
@@ -49,3 +50,9 @@ class Rejected:
     """An answer that cannot be run, and why: parsing, hallucination or argument number."""
 
     error: ErrorReport
+
+
+def rejection_explained(notes: tuple[str, ...], error: ErrorReport) -> Explanation:
+    """Why an answer cannot be run, after the notes on it."""
+    step = f"step {error.step + 1}: " if error.step is not None else ""
+    return Explanation(notes=(*notes, f"{error.kind.value}: {step}{error.detail}"))

@@ -4,12 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 
 from eai.abilities.action_sequencing import virtualhome_answer, virtualhome_reference
 from eai.abilities.action_sequencing.goals import TaskGoals
-from eai.abilities.action_sequencing.plan import Rejected, Unreadable, WrittenPlan, WrittenStep
-from eai.abilities.explanation import Explanation, goal_reports, step_reports
+from eai.abilities.action_sequencing.plan import (
+    Rejected,
+    Unreadable,
+    WrittenPlan,
+    WrittenStep,
+    rejection_explained,
+)
+from eai.abilities.explanation import Explanation, goal_reports, repairs_told, step_reports
 from eai.abilities.protocol import Protocol
+from eai.abilities.scorer import Assessment, Scorer
 from eai.abilities.verdict import ErrorReport, Verdict
 from eai.data.task import Task
 from eai.domains import virtualhome
@@ -24,8 +32,8 @@ NO_GOALS = "the task has no goals"
 GOLD_TEST = "the data set's own final state fails the reference's goal test"
 
 
-class ActionSequencing:
-    """The scorer of one task under one protocol; `score` is a pure function of the answer.
+class ActionSequencing(Scorer):
+    """The scorer of one task under one protocol.
 
     Under `eai-1.0.5` tasks whose own annotation fails the goal test are excluded, under `strict` those that
     have no goal.
@@ -46,43 +54,45 @@ class ActionSequencing:
         self._names = _Names(task, protocol)
         self._excluded = self._reason_to_exclude()
 
-    def score(self, text: str) -> Verdict:
-        """The verdict on an answer."""
+    def assess(self, text: str) -> Assessment:
+        """The verdict on an answer; its explanation executes also what the verdict leaves out."""
         if self._excluded is not None:
-            return Verdict(excluded=self._excluded)
-        plan = self.read(text)
-        if isinstance(plan, Unreadable):
-            error = ErrorReport(FaultKind.PARSING, None, plan.reason)
-            return replace(self._rejection(error, ()), details={"times_counted": plan.times_counted})
-        actions = self.resolve(plan)
-        if isinstance(actions, Rejected):
-            return self._rejection(actions.error, plan.repairs)
-        if self._equals_script(actions):
-            return replace(self._rejection(None, plan.repairs), executable=True)
-        return self._judge(execute(self.domain, self.task.initial, actions), plan.repairs)
+            return Assessment(Verdict(excluded=self._excluded), lambda: self._assess(text).explain())
+        return self._assess(text)
 
-    def explain(self, text: str) -> Explanation:
-        """What becomes of an answer step by step; it is executed even where `score` leaves it out."""
+    def _assess(self, text: str) -> Assessment:
+        """The assessment as if the task were not excluded."""
         plan = self.read(text)
         if isinstance(plan, Unreadable):
-            return Explanation(notes=(f"parsing: {plan.reason}",))
-        notes = [f"read with repair: {repair}" for repair in plan.repairs]
-        if self._excluded is not None:
-            notes.append(f"excluded: {self._excluded}")
+            return Assessment(self._unread(plan), partial(Explanation, (f"parsing: {plan.reason}",)))
         actions = self.resolve(plan)
         if isinstance(actions, Rejected):
-            error = actions.error
-            step = f"step {error.step + 1}: " if error.step is not None else ""
-            return Explanation(notes=(*notes, f"{error.kind.value}: {step}{error.detail}"))
-        if self._equals_script(actions):
-            notes.append("the plan equals the data set's script, which the reference counts as a failure")
+            verdict = self._rejection(actions.error, plan.repairs)
+            return Assessment(verdict, partial(rejection_explained, self._notes(plan), actions.error))
         trajectory = execute(self.domain, self.task.initial, actions)
+        equals_script = self._equals_script(actions)
+        return Assessment(
+            replace(self._rejection(None, plan.repairs), executable=True)
+            if equals_script
+            else self._judge(trajectory, plan.repairs),
+            partial(self._explain, plan, trajectory, equals_script=equals_script),
+        )
+
+    def _explain(self, plan: WrittenPlan, trajectory: Trajectory, *, equals_script: bool) -> Explanation:
+        notes = self._notes(plan)
+        if equals_script:
+            notes += ("the plan equals the data set's script, which the reference counts as a failure",)
         executed = [action.operator for action in trajectory.executed]
         return Explanation(
-            tuple(notes),
+            notes,
             step_reports(self.task, self.domain, trajectory),
             goal_reports(self.task.goals, self._goals.satisfied(trajectory.final, executed)),
         )
+
+    def _notes(self, plan: WrittenPlan) -> tuple[str, ...]:
+        """What there is to say of a plan as a whole before it is run."""
+        notes = repairs_told(plan.repairs)
+        return notes if self._excluded is None else (*notes, f"excluded: {self._excluded}")
 
     def read(self, text: str) -> WrittenPlan | Unreadable:
         """The plan as written, or why there is none."""
@@ -142,6 +152,10 @@ class ActionSequencing:
             repairs=repairs,
             details=self._goals.in_data_set_order(goals, executed),
         )
+
+    def _unread(self, plan: Unreadable) -> Verdict:
+        rejection = self._rejection(ErrorReport(FaultKind.PARSING, None, plan.reason), ())
+        return replace(rejection, details={"times_counted": plan.times_counted})
 
     def _rejection(self, error: ErrorReport | None, repairs: tuple[str, ...]) -> Verdict:
         return Verdict(

@@ -14,11 +14,13 @@ answer is compared with. Protocol `strict` mends these defects of eai-eval 1.0.5
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Sequence
+from functools import partial
 
-from eai.abilities.explanation import Explanation, GoalReport
+from eai.abilities.explanation import Explanation, GoalReport, repairs_told
 from eai.abilities.goal_interpretation import behavior_answer, behavior_reference
 from eai.abilities.goal_interpretation.behavior_conditions import Seen, Unreadable, Value, Written, see
 from eai.abilities.protocol import Protocol
+from eai.abilities.scorer import Assessment, Scorer
 from eai.abilities.verdict import Confusion, ErrorReport, Json, Verdict
 from eai.data.behavior_tasks import BehaviorTask
 from eai.data.task import GoalKind
@@ -27,8 +29,8 @@ from eai.world.fault import FaultKind
 Option = tuple[Value, ...]
 
 
-class GoalInterpretation:
-    """The scorer of one task under one protocol; `score` is a pure function of the answer.
+class GoalInterpretation(Scorer):
+    """The scorer of one task under one protocol.
 
     A verdict's counts are those of state goals, relation goals and ``all``. Its details say how many
     conditions the answer has (``predicted``), how many of them have not one or two objects (``ill_formed``),
@@ -46,33 +48,33 @@ class GoalInterpretation:
         )
         self._objects = frozenset(thing.instance for thing in task.record.objects)
 
-    def score(self, text: str) -> Verdict:
-        """The verdict on an answer."""
+    def assess(self, text: str) -> Assessment:
+        """The verdict on an answer, and which goals of the task it has, and what else it says."""
         written = self.read(text)
         if isinstance(written, Unreadable):
-            return Verdict(
-                error=ErrorReport(FaultKind.PARSING, None, written.reason),
-                counts=self._counts(()),
-                details={**self._details(()), "aborts": written.aborts},
-            )
-        return Verdict(
+            return Assessment(self._unread(written), partial(Explanation, (f"parsing: {written.reason}",)))
+        verdict = Verdict(
             counts=self._counts(written.conditions),
             repairs=written.repairs,
             details={**self._details(written.conditions), "aborts": False},
         )
+        return Assessment(verdict, partial(self._explain, written))
 
-    def explain(self, text: str) -> Explanation:
-        """Which goals of the task an answer has, and what else it says."""
-        written = self.read(text)
-        if isinstance(written, Unreadable):
-            return Explanation(notes=(f"parsing: {written.reason}",))
+    def _unread(self, written: Unreadable) -> Verdict:
+        return Verdict(
+            error=ErrorReport(FaultKind.PARSING, None, written.reason),
+            counts=self._counts(()),
+            details={**self._details(()), "aborts": written.aborts},
+        )
+
+    def _explain(self, written: Written) -> Explanation:
         predicted = frozenset(written.conditions)
         chosen = [self._best(options, predicted) for options in self._goals]
         wanted = {condition for option in chosen for condition in option}
         wrong = dict.fromkeys(each for each in written.conditions if each not in wanted)
         return Explanation(
             notes=(
-                *(f"read with repair: {repair}" for repair in written.repairs),
+                *repairs_told(written.repairs),
                 *(f"wrong: {_text(condition)}" for condition in wrong),
             ),
             goals=tuple(

@@ -16,18 +16,21 @@ Protocol `strict` mends these defects of eai-eval 1.0.5 (``goal_interpretation/s
 
 from __future__ import annotations
 
-from eai.abilities.explanation import Explanation, goal_reports
+from functools import partial
+
+from eai.abilities.explanation import Explanation, goal_reports, repairs_told
 from eai.abilities.goal_interpretation import virtualhome_answer, virtualhome_reference
 from eai.abilities.goal_interpretation.virtualhome_matching import ByLargestId, Matching, UpToRenaming
 from eai.abilities.goal_interpretation.written import SECTIONS, Unreadable, WrittenGoals
 from eai.abilities.protocol import Protocol
+from eai.abilities.scorer import Assessment, Scorer
 from eai.abilities.verdict import Confusion, ErrorReport, Json, Verdict
 from eai.data.task import GoalKind, Task
 from eai.world.fault import FaultKind
 
 
-class GoalInterpretation:
-    """The scorer of one task under one protocol; `score` is a pure function of the answer.
+class GoalInterpretation(Scorer):
+    """The scorer of one task under one protocol.
 
     A verdict's details say how many goals the answer has (``predicted``), how many of them lack a field
     (``ill_formed``) and name what does not exist (``hallucinated``: those names), and whether the reference
@@ -39,15 +42,21 @@ class GoalInterpretation:
         self.protocol = protocol
         self._matching: Matching = UpToRenaming(task) if protocol is Protocol.STRICT else ByLargestId(task)
 
-    def score(self, text: str) -> Verdict:
-        """The verdict on an answer."""
+    def assess(self, text: str) -> Assessment:
+        """The verdict on an answer, and which goals of the task it has, and what else it says."""
         goals = self.read(text)
         if isinstance(goals, Unreadable):
-            return Verdict(
-                error=ErrorReport(FaultKind.PARSING, None, goals.reason),
-                counts=_by_name(self._matching.unread()),
-                details={"predicted": 0, "ill_formed": 0, "hallucinated": [], "aborts": goals.aborts},
-            )
+            return Assessment(self._unread(goals), partial(Explanation, (f"parsing: {goals.reason}",)))
+        return Assessment(self._judge(goals), partial(self._explain, goals))
+
+    def _unread(self, goals: Unreadable) -> Verdict:
+        return Verdict(
+            error=ErrorReport(FaultKind.PARSING, None, goals.reason),
+            counts=_by_name(self._matching.unread()),
+            details={"predicted": 0, "ill_formed": 0, "hallucinated": [], "aborts": goals.aborts},
+        )
+
+    def _judge(self, goals: WrittenGoals) -> Verdict:
         details: dict[str, Json] = {
             "predicted": goals.number,
             "ill_formed": sum(goals.ill_formed.values()),
@@ -56,15 +65,11 @@ class GoalInterpretation:
         }
         return Verdict(counts=_by_name(self._matching.count(goals)), repairs=goals.repairs, details=details)
 
-    def explain(self, text: str) -> Explanation:
-        """Which goals of the task an answer has, and what else it says."""
-        goals = self.read(text)
-        if isinstance(goals, Unreadable):
-            return Explanation(notes=(f"parsing: {goals.reason}",))
+    def _explain(self, goals: WrittenGoals) -> Explanation:
         hallucinated = dict.fromkeys(self._matching.hallucinated(goals))
         return Explanation(
             notes=(
-                *(f"read with repair: {repair}" for repair in goals.repairs),
+                *repairs_told(goals.repairs),
                 *(f"ill-formed: {n} of the {SECTIONS[kind]}" for kind, n in goals.ill_formed.items() if n),
                 *(f"hallucination: there is no {name}" for name in hallucinated),
                 *(

@@ -18,10 +18,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 
 from eai.abilities.behavior_goals import BehaviorGoals
-from eai.abilities.explanation import Explanation, goal_reports, step_reports
+from eai.abilities.explanation import Explanation, goal_reports, repairs_told, step_reports
 from eai.abilities.protocol import Protocol
+from eai.abilities.scorer import Assessment, Scorer
 from eai.abilities.subgoal_decomposition import behavior_answer, behavior_reference, virtualhome_reference
 from eai.abilities.subgoal_decomposition.behavior_program import reference_program, strict_program
 from eai.abilities.subgoal_decomposition.behavior_translation import Translation
@@ -67,8 +69,8 @@ class Compiled:
     repairs: tuple[str, ...] = ()
 
 
-class SubgoalDecomposition:
-    """The scorer of one task under one protocol; `score` is a pure function of the answer.
+class SubgoalDecomposition(Scorer):
+    """The scorer of one task under one protocol.
 
     A verdict's details are, for each goal, whether it holds at the end (``goals_satisfied``), the kinds of
     all errors of the reported branch in order (``errors``), and how the search ended after how many actions
@@ -87,13 +89,20 @@ class SubgoalDecomposition:
         self._translation = Translation(task.scene, self._names, by_substring=True)
         self._goals = BehaviorGoals(task, protocol)
 
-    def score(self, text: str) -> Verdict:
-        """The verdict on an answer."""
+    def assess(self, text: str) -> Assessment:
+        """The verdict on an answer, and what becomes of it step by step in the reported branch."""
         compiled = self.compile(text)
-        outcome = self._carry_out(compiled) if isinstance(compiled, Compiled) else compiled
+        if isinstance(compiled, Rejected):
+            return self._refuse(compiled, compiled.repairs)
+        outcome = self._carry_out(compiled)
         if isinstance(outcome, Rejected):
-            return self._rejection(outcome)
-        return self._judge(compiled.repairs, outcome)
+            return self._refuse(outcome, compiled.repairs)
+        return Assessment(self._judge(compiled.repairs, outcome), partial(self._explain, compiled, outcome))
+
+    def _refuse(self, rejected: Rejected, repairs: Sequence[str]) -> Assessment:
+        """The assessment of an answer that cannot be carried out, with the repairs made until then."""
+        notes = (rejected.category.value, *repairs_told(repairs), rejected.error.detail)
+        return Assessment(self._rejection(rejected), partial(Explanation, notes))
 
     def compile(self, text: str) -> Compiled | Rejected:
         """The answer as a program for the search, or what is wrong with it."""
@@ -101,15 +110,9 @@ class SubgoalDecomposition:
             return self._compile_as_reference(text)
         return self._compile_strictly(text)
 
-    def explain(self, text: str) -> Explanation:
-        """What becomes of an answer step by step, in the reported branch."""
-        compiled = self.compile(text)
-        notes = [f"read with repair: {repair}" for repair in compiled.repairs]
-        outcome = self._carry_out(compiled) if isinstance(compiled, Compiled) else compiled
-        if isinstance(outcome, Rejected):
-            return Explanation((outcome.category.value, *notes, outcome.error.detail))
-        if isinstance(compiled, Compiled):
-            notes += [f"subgoal {i + 1}: {subgoal}" for i, subgoal in enumerate(compiled.subgoals)]
+    def _explain(self, compiled: Compiled, outcome: Outcome) -> Explanation:
+        notes = [*repairs_told(compiled.repairs)]
+        notes += [f"subgoal {i + 1}: {subgoal}" for i, subgoal in enumerate(compiled.subgoals)]
         if outcome.end is not SearchEnd.COMPLETE:
             notes.append(f"the search was ended: {outcome.end.value} {outcome.reason}".rstrip())
         error = error_of(outcome.reported, self.domain, self.task.scene)

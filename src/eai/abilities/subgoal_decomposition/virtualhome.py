@@ -18,11 +18,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 
 from eai.abilities.action_sequencing.goals import TaskGoals
 from eai.abilities.action_sequencing.virtualhome import NO_GOALS, domain_of
-from eai.abilities.explanation import Explanation, goal_reports, step_reports
+from eai.abilities.explanation import Explanation, goal_reports, repairs_told, step_reports
 from eai.abilities.protocol import Protocol
+from eai.abilities.scorer import Assessment, Scorer
 from eai.abilities.subgoal_decomposition import virtualhome_answer, virtualhome_reference
 from eai.abilities.subgoal_decomposition.lots import Lots
 from eai.abilities.subgoal_decomposition.progress import GoalProgress, StateTest
@@ -73,8 +75,8 @@ class Compiled:
     repairs: tuple[str, ...] = ()
 
 
-class SubgoalDecomposition:
-    """The scorer of one task under one protocol; `score` is a pure function of the answer.
+class SubgoalDecomposition(Scorer):
+    """The scorer of one task under one protocol.
 
     A verdict's details are the kinds of all errors of the reported branch in order (``errors``), what is
     wrong with names (``offences``), and how the search ended after how many actions (``search``,
@@ -96,17 +98,27 @@ class SubgoalDecomposition:
         self._goals = TaskGoals(task, Protocol.STRICT)
         self._goal = self._read_goal()
 
-    def score(self, text: str) -> Verdict:
-        """The verdict on an answer."""
+    def assess(self, text: str) -> Assessment:
+        """The verdict on an answer, and what becomes of it step by step in the reported branch."""
         if not self._as_in_reference and not self.task.goals:
-            return Verdict(excluded=NO_GOALS)
+            return Assessment(Verdict(excluded=NO_GOALS), lambda: self._assess(text).explain())
+        return self._assess(text)
+
+    def _assess(self, text: str) -> Assessment:
+        """The assessment as if the task were not excluded."""
         compiled = self.compile(text)
-        if isinstance(compiled, Compiled):
-            outcome = self._carry_out(compiled)
-            if isinstance(outcome, Outcome):
-                return self._judge(compiled, outcome)
-            compiled = outcome
-        return self._rejection(compiled)
+        if isinstance(compiled, Rejected):
+            return self._refuse(compiled, compiled.repairs)
+        outcome = self._carry_out(compiled)
+        if isinstance(outcome, Rejected):
+            return self._refuse(outcome, compiled.repairs)
+        return Assessment(self._judge(compiled, outcome), partial(self._explain, compiled, outcome))
+
+    def _refuse(self, rejected: Rejected, repairs: Sequence[str]) -> Assessment:
+        """The assessment of an answer that cannot be carried out, with the repairs made until then."""
+        wrong = [str(offence) for offence in rejected.offences] or [rejected.error.detail]
+        notes = (rejected.category.value, *repairs_told(repairs), *wrong)
+        return Assessment(self._rejection(rejected), partial(Explanation, notes))
 
     def compile(self, text: str) -> Compiled | Rejected:
         """The answer as a program for the search, or what is wrong with it."""
@@ -114,20 +126,13 @@ class SubgoalDecomposition:
             return self._compile_as_reference(text)
         return self._compile_strictly(text)
 
-    def explain(self, text: str) -> Explanation:
-        """What becomes of an answer step by step, in the reported branch."""
-        compiled = self.compile(text)
-        notes = [f"read with repair: {repair}" for repair in compiled.repairs]
-        outcome = self._carry_out(compiled) if isinstance(compiled, Compiled) else compiled
-        if isinstance(outcome, Rejected):
-            notes += [str(offence) for offence in outcome.offences] or [outcome.error.detail]
-            return Explanation((outcome.category.value, *notes))
+    def _explain(self, compiled: Compiled, outcome: Outcome) -> Explanation:
         branch = outcome.reported
-        if isinstance(compiled, Compiled):
-            notes += [f"subgoal {i + 1}: {print_ltl(f)}" for i, f in enumerate(compiled.subgoals)]
+        notes = [*repairs_told(compiled.repairs)]
+        notes += [f"subgoal {i + 1}: {print_ltl(f)}" for i, f in enumerate(compiled.subgoals)]
         if outcome.end is not SearchEnd.COMPLETE:
             notes.append(f"the search was ended: {outcome.end.value} {outcome.reason}".rstrip())
-        error = error_of(outcome.reported, self.domain, self.task.scene)
+        error = error_of(branch, self.domain, self.task.scene)
         if error is not None and error.step is not None:
             notes.append(f"subgoal {error.step + 1} fails: {error.kind.value}, {error.detail}")
         executed = [action.operator for action in branch.trajectory.executed]

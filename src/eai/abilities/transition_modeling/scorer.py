@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import partial
 
 from eai.abilities.explanation import Explanation, StepReport
 from eai.abilities.protocol import Protocol
+from eai.abilities.scorer import Assessment, Scorer
 from eai.abilities.transition_modeling.judgement import Judgement, Rules
 from eai.abilities.transition_modeling.reference_rules import ReferenceRules
 from eai.abilities.transition_modeling.report import OperatorReport, OperatorStatus, count_by_category
@@ -27,8 +29,8 @@ def rules_of(protocol: Protocol, planner: Planner | None) -> Rules:
     return StrictRules.with_planner(planner)
 
 
-class TransitionModeling:
-    """The scorer of one task; given a planner, `score` is a pure function of the answer.
+class TransitionModeling(Scorer):
+    """The scorer of one task; given a planner, all it says are pure functions of the answer.
 
     Args:
         task: the task.
@@ -44,11 +46,14 @@ class TransitionModeling:
             "task_categories": [category.value for category in task.categories]
         }
 
-    def score(self, text: str) -> Verdict:
-        """The verdict on an answer."""
+    def assess(self, text: str) -> Assessment:
+        """The verdict on an answer, and its words; the steps are those of the plan that was found."""
         judgement = self._rules.judge(self.task, text)
         if judgement is None:
-            return self._unreadable()
+            return Assessment(self._unreadable(), partial(Explanation, (UNREADABLE,)))
+        return Assessment(self._verdict(judgement), partial(_explained, judgement))
+
+    def _verdict(self, judgement: Judgement) -> Verdict:
         return Verdict(
             success=_success(judgement.planning.outcome),
             counts=self._counts(judgement.operators),
@@ -61,14 +66,6 @@ class TransitionModeling:
                 "planner_detail": judgement.planning.detail,
             },
         )
-
-    def explain(self, text: str) -> Explanation:
-        """What became of an answer, in words; the steps are those of the plan that was found."""
-        judgement = self._rules.judge(self.task, text)
-        if judgement is None:
-            return Explanation(notes=(UNREADABLE,))
-        steps = tuple(StepReport(str(step), "planned") for step in judgement.planning.plan)
-        return Explanation(notes=tuple(_notes(judgement)), steps=steps)
 
     def _unreadable(self) -> Verdict:
         error = ErrorReport(FaultKind.PARSING, None, UNREADABLE)
@@ -99,6 +96,11 @@ class TransitionModeling:
 
 def _success(outcome: PlannerOutcome) -> bool | None:
     return None if outcome is PlannerOutcome.NOT_RUN else outcome is PlannerOutcome.SOLVED
+
+
+def _explained(judgement: Judgement) -> Explanation:
+    steps = tuple(StepReport(str(step), "planned") for step in judgement.planning.plan)
+    return Explanation(notes=tuple(_notes(judgement)), steps=steps)
 
 
 def _notes(judgement: Judgement) -> Iterator[str]:

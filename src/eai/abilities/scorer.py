@@ -1,0 +1,39 @@
+"""What scores the answers to one task: one reading of an answer gives its verdict and the words for it."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from eai.abilities.explanation import Explanation
+from eai.abilities.verdict import Verdict
+
+
+@dataclass(frozen=True, slots=True)
+class Assessment:
+    """What scoring says of one answer.
+
+    Attributes:
+        verdict: the verdict.
+        explain: what became of the answer, in words; they are found when they are asked for.
+    """
+
+    verdict: Verdict
+    explain: Callable[[], Explanation]
+
+
+class Scorer(ABC):
+    """What scores the answers to one task; all it says are pure functions of the answer."""
+
+    @abstractmethod
+    def assess(self, text: str) -> Assessment:
+        """The verdict on an answer with its explanation, for little more than the verdict alone."""
+
+    def score(self, text: str) -> Verdict:
+        """The verdict on an answer."""
+        return self.assess(text).verdict
+
+    def explain(self, text: str) -> Explanation:
+        """What became of an answer, in words."""
+        return self.assess(text).explain()
