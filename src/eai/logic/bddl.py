@@ -6,7 +6,9 @@ Everything is lower case, as in bddl's own reader (``bddl/parsing.py``).
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
+from functools import partial
 
 from lark import Token
 
@@ -16,6 +18,8 @@ from eai.logic.reader import FormulaReader, Reading, start, term
 from eai.logic.signature import Signature
 
 GRAMMAR = "bddl.lark"
+
+_NAME = re.compile(r"[^\s();]+")
 
 _WORDS = {
     "WORD": "a name",
@@ -88,11 +92,7 @@ def parse_problem(text: str) -> Problem:
     return Problem(
         _word(name),
         _word(by_rule["domain"][0]),
-        tuple(
-            Declaration(_word(thing), _word(_children(declaration)[-1]))
-            for declaration in by_rule["objects"]
-            for thing in _children(declaration)[:-1]
-        ),
+        tuple(each for declaration in by_rule["objects"] for each in _declared(declaration)),
         tuple(reader.reading(fact).formula for fact in by_rule["init"]),
         reader.reading(by_rule["goal"][0]).formula,
     )
@@ -100,17 +100,39 @@ def parse_problem(text: str) -> Problem:
 
 class _BddlReader(FormulaReader):
     def primitive(self, tree: ParseTree | Token, scope: frozenset[str]) -> Formula:
-        tokens = _children(tree)
-        name, *arguments = map(_word, tokens)
+        name, *arguments = _words(tree)
         terms = tuple([term(argument, scope) for argument in arguments])
         if self._signature is None:
             return Atom(name, terms)
-        self._checker.check(name, terms, lambda index: start(tokens[index]))
+        self._checker.check(name, terms, partial(_place_of_name, tree))
         return Occurs(name, terms) if self._signature.is_action(name) else Atom(name, terms)
 
     def variable(self, tree: ParseTree) -> Variable:
         name, category = map(_word, tree.children)
         return Variable(name, category)
+
+
+def _words(tree: ParseTree | Token) -> list[str]:
+    """The names of a primitive, which is one token unless there is a comment inside."""
+    if isinstance(tree, Token):
+        return [_plain(name) for name in _NAME.findall(tree)]
+    return [_word(token) for token in tree.children]
+
+
+def _place_of_name(primitive: ParseTree | Token, index: int) -> int:
+    """The offset of the predicate (0) or an argument (from 1 on)."""
+    if isinstance(primitive, Token):
+        return start(primitive) + list(_NAME.finditer(primitive))[index].start()
+    return start(primitive.children[index])
+
+
+def _declared(tree: ParseTree | Token) -> list[Declaration]:
+    """The objects of a declaration, which may be one token: a name, a hyphen and a category."""
+    *names, category = _children(tree)
+    if not names:
+        name, _, category_name = _NAME.findall(str(category))
+        return [Declaration(_plain(name), _plain(category_name))]
+    return [Declaration(_word(name), _word(category)) for name in names]
 
 
 def _children(tree: ParseTree | Token) -> list[ParseTree | Token]:
@@ -119,4 +141,8 @@ def _children(tree: ParseTree | Token) -> list[ParseTree | Token]:
 
 def _word(token: ParseTree | Token) -> str:
     """A word without what marks variables, in lower case."""
-    return str(token).lower().strip("?")
+    return _plain(str(token))
+
+
+def _plain(word: str) -> str:
+    return word.lower().strip("?")
