@@ -172,3 +172,25 @@ def test_any_text_is_a_condition_or_a_parse_error(text: str) -> None:
     except ParseError:
         return
     assert parse_condition(print_condition(formula)).formula == formula
+
+
+@given(st.text("()?-;\n aonds3", max_size=40))
+def test_a_comment_between_words_changes_nothing(text: str) -> None:
+    """A fact with a comment inside is read word by word, one without in one go."""
+    commented = text.replace(" ", " ;\n ")
+    assert _outcome(commented) == _outcome(text)
+
+
+@pytest.mark.parametrize("comment", ["", "; why\n"])
+def test_wrong_names_are_found_where_they_stand(comment: str) -> None:
+    signature = Signature({"in": 2}, objects={"cup"})
+    (offence,) = parse_condition(f"(not (in cup {comment} box))", signature).offences
+    assert offence.kind is OffenceKind.UNKNOWN_OBJECT
+    assert (offence.line, offence.column) == ((2, 2) if comment else (1, 15))
+
+
+def _outcome(text: str) -> Formula | None:
+    try:
+        return parse_condition(text).formula
+    except ParseError:
+        return None

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 
 from eai.abilities.verdict import Json
 from eai.data.task import Goal, Task
@@ -60,7 +60,11 @@ class Explanation:
 
     def to_json(self) -> dict[str, Json]:
         """The explanation as JSON."""
-        return asdict(self)
+        return {"notes": self.notes, "steps": _plain(self.steps), "goals": _plain(self.goals)}
+
+
+def _plain(reports: Iterable[StepReport | GoalReport]) -> tuple[Json, ...]:
+    return tuple([{name: getattr(report, name) for name in report.__slots__} for report in reports])
 
 
 def repairs_told(repairs: Iterable[str]) -> tuple[str, ...]:
