@@ -102,18 +102,8 @@ class Outcome:
             "answered": self.answered,
             "not_answered": {why: list(task_ids) for why, task_ids in self.failures.items()},
             "truncated": self.truncated,
-            "usage": usage_json(self.usage),
+            "usage": self.usage.to_json(),
         }
-
-
-def usage_json(usage: Usage) -> dict[str, Json]:
-    """What answers took, as records and summaries have it."""
-    return {
-        "input_tokens": usage.input_tokens,
-        "output_tokens": usage.output_tokens,
-        "reasoning_tokens": usage.reasoning_tokens,
-        "cost": usage.cost,
-    }
 
 
 def settle(obtained: Obtained, folder: Path, scoring: Scoring) -> Outcome:
@@ -208,7 +198,7 @@ def _with_origin(record: Record, prompt: Prompt, answer: Answer | None) -> Recor
         details |= {
             "stop_reason": answer.stop_reason,
             "truncated": answer.truncated,
-            "usage": usage_json(answer.usage),
+            "usage": answer.usage.to_json(),
         }
         repairs = (*answer.repairs, *repairs)
     return replace(record, verdict=replace(record.verdict, details=details, repairs=repairs))

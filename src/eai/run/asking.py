@@ -50,7 +50,7 @@ def ask(desk: Desk) -> Solver:
         except Exception as error:
             desk.give_up(task_id, state.epoch, reason(error))
             raise
-        desk.take(_answer(job, state, prompt, reply))
+        desk.take(_answer(state, desk.requests[task_id], prompt, reply))
         return _replied(state, reply)
 
     return solve
@@ -84,11 +84,11 @@ def reason(error: BaseException) -> str:
     return f"{type(error).__name__}: {lines[0].strip()}" if lines else type(error).__name__
 
 
-def _answer(job: Job, state: TaskState, prompt: Prompt, reply: _Reply) -> Answer:
+def _answer(state: TaskState, request_sha256: str, prompt: Prompt, reply: _Reply) -> Answer:
     return Answer(
         task_id=str(state.sample_id),
         epoch=state.epoch,
-        request_sha256=job.request_sha256(prompt),
+        request_sha256=request_sha256,
         prompt_sha256=prompt.sha256,
         text=reply.parts.answer,
         reasoning=reply.parts.reasoning,

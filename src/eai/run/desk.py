@@ -46,6 +46,7 @@ class Desk:
         job: what is asked.
         answers: the answers there are, by task and epoch.
         failures: why there is no answer, by task and epoch.
+        requests: digest of all that decides the answer to a task's prompt, by task.
     """
 
     def __init__(self, job: Job, journal: Journal, watch: Watch = unwatched) -> None:
@@ -54,8 +55,8 @@ class Desk:
         self.failures: dict[Place, str] = {}
         self._journal = journal
         self._watch = watch
-        for task_id, prompt in job.prompts.items():
-            request = job.request_sha256(prompt)
+        self.requests = {task_id: job.request_sha256(prompt) for task_id, prompt in job.prompts.items()}
+        for task_id, request in self.requests.items():
             for epoch in range(1, job.epochs + 1):
                 answer = journal.find(task_id, epoch, request)
                 if answer is not None:

@@ -48,12 +48,13 @@ def obtain_answers(job: Job, journal: Path, log_dir: Path, *, watch: Watch = unw
     Raises:
         EaiError: the run as a whole failed: no such model, a key is missing, it was interrupted.
     """
-    desk = Desk(job, Journal(journal), watch)
-    desk.tell()
-    open_prompts = desk.open_prompts()
-    if open_prompts:
-        task = build_task(job.domain, job.ability, open_prompts, ask(desk), Protocol.STRICT)
-        _check(job, _evaluate(job, task, log_dir))
+    with Journal(journal) as written:
+        desk = Desk(job, written, watch)
+        desk.tell()
+        open_prompts = desk.open_prompts()
+        if open_prompts:
+            task = build_task(job.domain, job.ability, open_prompts, ask(desk), Protocol.STRICT)
+            _check(job, _evaluate(job, task, log_dir))
     return Answers(desk.answers, desk.failures)
 
 

@@ -7,12 +7,14 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
+from io import BufferedWriter
 from pathlib import Path
 from typing import TypeAlias, TypeVar
 
 from pydantic import TypeAdapter, ValidationError
 
+from eai.abilities.verdict import Json
 from eai.errors import InputError
 
 Number = TypeVar("Number", int, float)
@@ -46,6 +48,15 @@ class Usage:
             _sum(self.cost, other.cost),
         )
 
+    def to_json(self) -> dict[str, Json]:
+        """The usage as journals, records and summaries have it."""
+        return {
+            "input_tokens": self.input_tokens,
+            "output_tokens": self.output_tokens,
+            "reasoning_tokens": self.reasoning_tokens,
+            "cost": self.cost,
+        }
+
 
 @dataclass(frozen=True, slots=True)
 class Answer:
@@ -78,6 +89,11 @@ class Answer:
         """Whether a limit of length cut it off."""
         return self.stop_reason in ("max_tokens", "model_length")
 
+    def to_json(self) -> dict[str, Json]:
+        """The answer as a line of the journal has it."""
+        fields: dict[str, Json] = {name: getattr(self, name) for name in self.__slots__}
+        return {**fields, "usage": self.usage.to_json()}
+
 
 Place: TypeAlias = tuple[str, int]
 """Id of the task, and epoch."""
@@ -85,6 +101,8 @@ Place: TypeAlias = tuple[str, int]
 
 class Journal:
     """The answers of one run in a file that is only ever appended to.
+
+    It is to be closed, as a context manager or by `close`.
 
     Args:
         path: the file; it and its folder come into being with the first answer.
@@ -95,6 +113,7 @@ class Journal:
 
     def __init__(self, path: Path) -> None:
         self._path = path
+        self._file: BufferedWriter | None = None
         self._answers: dict[str, dict[Place, Answer]] = {}
         for answer in _read(path):
             self._keep(answer)
@@ -110,12 +129,36 @@ class Journal:
             InputError: the file cannot be written.
         """
         try:
-            self._path.parent.mkdir(parents=True, exist_ok=True)
-            with self._path.open("ab") as file:
-                file.write(json.dumps(asdict(answer)).encode() + b"\n")
+            if self._file is None:
+                self._path.parent.mkdir(parents=True, exist_ok=True)
+                self._file = self._path.open("ab")
+            self._file.write(json.dumps(answer.to_json()).encode() + b"\n")
+            self._file.flush()
         except OSError as error:
-            raise InputError(f"{self._path}: cannot be written ({error.strerror})") from error
+            raise self._unwritten(error) from error
         self._keep(answer)
+
+    def close(self) -> None:
+        """Close the file; another answer would open it again.
+
+        Raises:
+            InputError: what could not be written before still cannot.
+        """
+        file, self._file = self._file, None
+        try:
+            if file is not None:
+                file.close()
+        except OSError as error:
+            raise self._unwritten(error) from error
+
+    def __enter__(self) -> Journal:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self.close()
+
+    def _unwritten(self, error: OSError) -> InputError:
+        return InputError(f"{self._path}: cannot be written ({error.strerror})")
 
     def _keep(self, answer: Answer) -> None:
         self._answers.setdefault(answer.request_sha256, {})[answer.task_id, answer.epoch] = answer
