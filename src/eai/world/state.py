@@ -152,17 +152,18 @@ def change(before: State, after: State) -> Change:
     added: list[Fact] = []
     removed: list[Fact] = []
     vocabulary = before.scene.vocabulary
-    arities = {p.name: p.arity for p in vocabulary.predicates}
     for name, slot in vocabulary.unary_slots.items():
         old, new = before.unary[slot], after.unary[slot]
-        added += (Fact(name, (i,) if arities[name] else ()) for i in bits(new & ~old))
-        removed += (Fact(name, (i,) if arities[name] else ()) for i in bits(old & ~new))
+        if old != new:
+            arity = vocabulary.arity(name)
+            added += [Fact(name, (i,) if arity else ()) for i in bits(new & ~old)]
+            removed += [Fact(name, (i,) if arity else ()) for i in bits(old & ~new)]
     for name, slot in vocabulary.binary_slots.items():
         earlier, later = before.binary[slot], after.binary[slot]
         for x in () if earlier is later else earlier.changed_sources(later):
             old, new = earlier.row(x), later.row(x)
-            added += (Fact(name, (x, y)) for y in bits(new & ~old))
-            removed += (Fact(name, (x, y)) for y in bits(old & ~new))
+            added += [Fact(name, (x, y)) for y in bits(new & ~old)]
+            removed += [Fact(name, (x, y)) for y in bits(old & ~new)]
     return Change(tuple(added), tuple(removed))
 
 
