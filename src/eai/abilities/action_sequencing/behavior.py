@@ -25,6 +25,9 @@ from eai.world.execution import Action, Trajectory, describe, execute
 from eai.world.fault import FaultKind
 from eai.world.state import State
 
+_STRANGER = -1
+"""The index of an object that there is not."""
+
 
 class ActionSequencing(Scorer):
     """The scorer of one task under one protocol.
@@ -73,19 +76,22 @@ class ActionSequencing(Scorer):
         """The plan as ground actions, or the first grammar error: of all names before of any arity."""
         things, arities = self.task.scene.index, self._arities
         actions = []
-        for index, step in enumerate(plan.steps):
-            found = [things.get(str(name).strip()) for name in step.arguments]
-            known = tuple([thing for thing in found if thing is not None])
-            if step.action not in arities or len(known) < len(found):
-                return self._unknown(index, step)
-            actions.append(Action(step.action, known))
-        for index, action in enumerate(actions):
-            if len(action.arguments) != arities[action.operator]:
-                detail = (
-                    f"{action.operator} takes {arities[action.operator]} objects, not {len(action.arguments)}"
-                )
-                return Rejected(ErrorReport(FaultKind.ARGUMENT_NUMBER, index, detail))
-        return actions
+        misapplied = None
+        for index, (name, arguments) in enumerate(plan.steps):
+            arity = arities.get(name)
+            known = tuple([things.get(str(each).strip(), _STRANGER) for each in arguments])
+            if arity is None or _STRANGER in known:
+                return self._unknown(index, plan.steps[index])
+            if misapplied is None and len(known) != arity:
+                misapplied = index
+            actions.append(Action(name, known))
+        return actions if misapplied is None else self._misapplied(misapplied, actions[misapplied])
+
+    def _misapplied(self, index: int, action: Action) -> Rejected:
+        """That an action has too many objects or too few."""
+        name, objects = action
+        detail = f"{name} takes {self._arities[name]} objects, not {len(objects)}"
+        return Rejected(ErrorReport(FaultKind.ARGUMENT_NUMBER, index, detail))
 
     def _unknown(self, index: int, step: WrittenStep) -> Rejected:
         """What a step names that there is not: its action, or else its first such object."""

@@ -9,12 +9,14 @@ from __future__ import annotations
 
 import ast
 import json
+import re
 import warnings
 
 from eai.abilities.action_sequencing.plan import Unreadable, WrittenPlan, WrittenStep
 
 _NO_ACTIONS = Unreadable("no actions were found")
 _MAX_LENGTH = 1_000_000
+_TEXT_OR_COMMENT = re.compile(r'("[^"\r\n]*")|#[^\r\n]*')
 
 
 def read_plan(text: str) -> WrittenPlan | Unreadable:
@@ -31,9 +33,10 @@ def _as_json(segment: str) -> list[WrittenStep] | None:
     """The steps of a list that is the same in JSON and Python, of objects with plain texts; else None."""
     if "\\" in segment:
         return None
-    try:
-        elements = json.loads(segment)
-    except (ValueError, RecursionError):
+    elements = _parsed(segment)
+    if elements is None and "#" in segment:
+        elements = _parsed(_TEXT_OR_COMMENT.sub(r"\1", segment))
+    if elements is None:
         return None
     for each in elements:
         if not isinstance(each, dict):
@@ -42,6 +45,15 @@ def _as_json(segment: str) -> list[WrittenStep] | None:
             if not isinstance(value, str):
                 return None
     return _steps(elements)
+
+
+def _parsed(segment: str) -> list[dict[str, object]] | None:
+    """The elements of a JSON list, or None if it is none."""
+    try:
+        elements: list[dict[str, object]] = json.loads(segment)
+    except (ValueError, RecursionError):
+        return None
+    return elements
 
 
 def _as_python(segment: str) -> list[WrittenStep] | None:
