@@ -97,7 +97,7 @@ class CompiledOperator:
                 each.apply(state, draft, binding)
         if self._apply is not None:
             self._apply(state, draft, binding)
-        return draft.commit()
+        return State(state.scene, tuple(draft.unary), tuple(draft.binary))
 
     def _failed_tries(self, state: State, binding: Binding) -> tuple[Failure, ...]:
         """What is wrong with each try that is made; empty if one succeeds or none is made."""

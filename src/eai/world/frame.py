@@ -26,14 +26,15 @@ class Frame:
     """The slots of one binding: the agent, the parameters, then every other variable and constant in use."""
 
     def __init__(self, parameters: Sequence[Variable] = ()) -> None:
-        self._size = 1 + len(parameters)
+        self._first_other = 1 + len(parameters)
+        self._others: list[int] = []  # all slots after the parameters', unbound
         self._constants: dict[str, int] = {}
         self.scope: dict[str, int] = {v.name: i + 1 for i, v in enumerate(parameters)}
 
     def new_slot(self) -> int:
         """A slot that nothing else uses."""
-        self._size += 1
-        return self._size - 1
+        self._others.append(UNBOUND)
+        return self._first_other + len(self._others) - 1
 
     def slot_of(self, term: Term, scope: Mapping[str, int]) -> int:
         """The slot of a term.
@@ -52,9 +53,9 @@ class Frame:
         return scope[term.name]
 
     def bind(self, scene: Scene, arguments: Sequence[int]) -> Binding:
-        """A binding for these arguments, with constants filled in and all other slots unbound."""
-        binding = [UNBOUND if scene.agent is None else scene.agent, *arguments]
-        binding += [UNBOUND] * (self._size - len(binding))
-        for name, slot in self._constants.items():
-            binding[slot] = scene.index[name]
+        """A binding for these arguments, one a parameter; other slots are unbound but the constants'."""
+        binding = [UNBOUND if scene.agent is None else scene.agent, *arguments, *self._others]
+        if self._constants:
+            for name, slot in self._constants.items():
+                binding[slot] = scene.index[name]
         return binding

@@ -168,62 +168,58 @@ def change(before: State, after: State) -> Change:
 
 
 class Draft:
-    """A state being changed by one action; `commit` ends it.
+    """What is true after an action, while it is being changed.
 
     Attributes:
         unary: the masks of unary predicates by slot, to be changed in place.
+        binary: the relations by slot, changed by the methods.
     """
 
-    __slots__ = ("_before", "_binary", "_copied", "unary")
+    __slots__ = ("_copied", "binary", "unary")
 
     def __init__(self, before: State) -> None:
-        self._before = before
         self.unary = list(before.unary)
-        self._binary = list(before.binary)
+        self.binary = list(before.binary)
         self._copied = 0
 
     def link_from(self, slot: int, source: int, targets: int) -> None:
         """Relate ``source`` to all targets in the mask."""
-        row = self._binary[slot].row(source)
+        row = self.binary[slot].row(source)
         if row | targets != row:
             self._own(slot).set_row(source, row | targets)
 
     def link_to(self, slot: int, sources: int, target: int) -> None:
         """Relate all sources in the mask to ``target``."""
-        column = self._binary[slot].column(target)
+        column = self.binary[slot].column(target)
         if column | sources != column:
             self._own(slot).set_column(target, column | sources)
 
     def unlink_from(self, slot: int, source: int, targets: int) -> None:
         """Remove the pairs of ``source`` with all targets in the mask."""
-        row = self._binary[slot].row(source)
+        row = self.binary[slot].row(source)
         if row & targets:
             self._own(slot).set_row(source, row & ~targets)
 
     def unlink_to(self, slot: int, sources: int, target: int) -> None:
         """Remove the pairs of all sources in the mask with ``target``."""
-        column = self._binary[slot].column(target)
+        column = self.binary[slot].column(target)
         if column & sources:
             self._own(slot).set_column(target, column & ~sources)
 
     def forget(self, thing: int, as_source: Sequence[int], as_target: Sequence[int]) -> None:
         """Remove all pairs of an object, as source of the relations in some slots and as target of others."""
         for slot in as_source:
-            relation = self._binary[slot]
+            relation = self.binary[slot]
             if relation.sources >> thing & 1 and relation.row(thing):
                 self._own(slot).set_row(thing, 0)
         for slot in as_target:
-            relation = self._binary[slot]
+            relation = self.binary[slot]
             if relation.targets >> thing & 1 and relation.column(thing):
                 self._own(slot).set_column(thing, 0)
-
-    def commit(self) -> State:
-        """The state after all changes."""
-        return State(self._before.scene, tuple(self.unary), tuple(self._binary))
 
     def _own(self, slot: int) -> Relation:
         """The relation in a slot, copied from the state before at its first change."""
         if not self._copied >> slot & 1:
             self._copied |= 1 << slot
-            self._binary[slot] = self._binary[slot].copy()
-        return self._binary[slot]
+            self.binary[slot] = self.binary[slot].copy()
+        return self.binary[slot]
