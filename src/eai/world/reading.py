@@ -19,7 +19,7 @@ from eai.logic.formula import (
 )
 from eai.logic.traversal import children
 from eai.world.condition import Conditions
-from eai.world.frame import Extension, Frame, Truth
+from eai.world.frame import UNBOUND, Extension, Frame, Truth
 from eai.world.relation import bits
 from eai.world.state import State
 from eai.world.vocabulary import Vocabulary
@@ -57,7 +57,7 @@ class Readings:
             extension = conditions.extension(body, len(names) + 1, frame.scope)
             found = self._extensions[id(body)] = (body, names, frame, extension)
         _, names, frame, extension = found
-        binding = frame.bind(state.scene, [scope[name] for name in names])
+        binding = frame.bind(state.scene, [*[scope[name] for name in names], UNBOUND])
         return bits(extension(state, binding) & state.scene.category(variable.category))
 
 
