@@ -1,20 +1,24 @@
 """What a run costs beyond Inspect and the model: processor time a sample, ours beside Inspect alone.
 
-Inspect alone is its own generate solver on the same questions to the same built-in model, not scored. Ours
-is timed sample by sample: writing an answer down, scoring it, explaining it. `--difference` also runs all of
-`eai run`'s asking beside Inspect alone, whose own time varies more than what is to be measured.
+Ours is timed sample by sample, for every suite: making the scorer of a task (once a task, however many models
+are asked), scoring an answer, explaining it, writing the record. `--difference` adds what asking costs beyond
+Inspect alone, answers written down included: all of `eai run`'s asking and Inspect's own generate solver, not
+scored, put the same questions to the same built-in model in turn, since a run varies more than they differ.
+Transition modeling is scored without a planner, whose time is not overhead.
 
-    python bench/run_overhead.py [--samples N] [--difference ROUNDS]
+    python bench/run_overhead.py [--samples N] [--difference ROUNDS] [--suite DOMAIN ABILITY]
 """
 
 from __future__ import annotations
 
 import argparse
+import gc
 import json
 import statistics
 import tempfile
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
@@ -22,19 +26,29 @@ import inspect_ai
 from inspect_ai.solver import generate
 
 from eai.abilities.protocol import Ability, Domain, Protocol
-from eai.abilities.suite import open_suite
+from eai.abilities.responses import Response, ResponseFile
+from eai.abilities.suite import PlannerChoice, Source, Suite, open_suite
+from eai.cli.running import undisturbed
+from eai.envs.batch import score_batch
 from eai.prompts.official import official_prompts
 from eai.prompts.prompt import Prompt
 from eai.run.answers import open_answer_book
-from eai.run.desk import Desk
 from eai.run.evaluation import obtain_answers
 from eai.run.job import Endpoint, Job
-from eai.run.journal import Answer, Journal, Usage
 from eai.run.tasks import build_task
 
-DOMAIN, ABILITY = Domain.VIRTUALHOME, Ability.ACTION_SEQUENCING
 MODEL = "eai/oracle"
 WARM_UP = 5
+PARTS = ("making", "scoring", "explaining", "recording")
+
+
+@dataclass(frozen=True, slots=True)
+class Questions:
+    """The questions of a suite."""
+
+    domain: Domain
+    ability: Ability
+    prompts: Mapping[str, Prompt]
 
 
 def processor_ms(work: Callable[[], object]) -> float:
@@ -44,62 +58,91 @@ def processor_ms(work: Callable[[], object]) -> float:
     return 1000 * (time.process_time() - start)
 
 
-def inspect_alone(prompts: Mapping[str, Prompt], folder: Path) -> None:
+def on_its_own_ms(work: Callable[[], object]) -> float:
+    """The same without what earlier work left to the garbage collector."""
+    gc.collect()
+    with undisturbed():
+        return processor_ms(work)
+
+
+def inspect_alone(asked: Questions, folder: Path) -> None:
     """The questions without anything of ours but the model that answers."""
-    task = build_task(DOMAIN, ABILITY, prompts, generate(), Protocol.STRICT)
+    task = build_task(asked.domain, asked.ability, asked.prompts, generate(), Protocol.STRICT)
     inspect_ai.eval(
         task, model=MODEL, log_dir=str(folder), display="none", score=False, temperature=0.0, max_retries=5
     )
 
 
-def write_down(desk: Desk, task_id: str, prompt: Prompt, text: str) -> None:
-    """What happens to an answer when it arrives."""
-    request = desk.job.request_sha256(prompt)
-    desk.take(Answer(task_id, 1, request, prompt.sha256, text, "", "stop", (), Usage(1, 1)))
+def by_sample(asked: Questions) -> list[dict[str, float]]:
+    """Each part of what we do for each sample, beginners' costs left out."""
+    suite = open_suite(asked.domain, asked.ability, source=Source(planner=PlannerChoice.NONE))
+    gold = open_answer_book(asked.domain, asked.ability).gold
+    answers = {task_id: gold(task_id).text for task_id in asked.prompts}
+    with undisturbed():
+        times = [dict(parts_of(suite, task_id, text)) for task_id, text in answers.items()]
+    return times[WARM_UP:]
 
 
-def by_sample(prompts: Mapping[str, Prompt], folder: Path) -> dict[str, float]:
-    """The median of each part of what we do for a sample."""
-    suite = open_suite(DOMAIN, ABILITY)
-    gold = open_answer_book(DOMAIN, ABILITY).gold
-    desk = Desk(Job(Endpoint(MODEL), DOMAIN, ABILITY, prompts), Journal(folder / "answers.jsonl"))
-    parts: dict[str, list[float]] = {"journal_ms": [], "scoring_ms": [], "explaining_ms": []}
-    for task_id, prompt in prompts.items():
-        text = gold(task_id).text
-        parts["journal_ms"].append(processor_ms(partial(write_down, desk, task_id, prompt, text)))
-        parts["scoring_ms"].append(processor_ms(partial(suite.score, task_id, text)))
-        parts["explaining_ms"].append(processor_ms(partial(suite.scorer(task_id).explain, text)))
-    return {name: statistics.median(times[WARM_UP:]) for name, times in parts.items()}
+def parts_of(suite: Suite, task_id: str, text: str) -> Iterator[tuple[str, float]]:
+    """How long each part takes for one answer; records and explanations are timed by what they add."""
+    yield "making", processor_ms(partial(suite.scorer, task_id))
+    scoring = processor_ms(partial(suite.score, task_id, text))
+    yield "scoring", scoring
+    answers = ResponseFile(MODEL, (Response(task_id, text),))
+    start = time.process_time()
+    (record,) = score_batch(suite, answers, explanations=True)
+    yield "explaining", max(1000 * (time.process_time() - start) - scoring, 0.0)
+    yield "recording", processor_ms(lambda: json.dumps(record.to_json()))
 
 
-def main(samples: int, rounds: int) -> None:
-    """Measure and print, as a table and as one JSON line."""
-    prompts = dict(list(official_prompts(DOMAIN, ABILITY).items())[:samples])
-    job = Job(Endpoint(MODEL), DOMAIN, ABILITY, prompts)
-    alone, asking = [], []
-    with tempfile.TemporaryDirectory() as name:
-        inspect_alone(prompts, Path(name, "warm"))
-        result = by_sample(prompts, Path(name, "by_sample"))
-        for number in range(max(rounds, 1)):
-            folder = Path(name, str(number))
-            alone.append(processor_ms(partial(inspect_alone, prompts, folder)) / samples)
-            if rounds:
-                ask = partial(obtain_answers, job, folder / "answers.jsonl", folder / "logs")
-                asking.append(processor_ms(ask) / samples)
-    result["inspect_alone_ms"] = statistics.median(alone)
+def asking(asked: Questions, folder: Path, rounds: int) -> dict[str, float]:
+    """A sample's share of Inspect alone, and of what our asking costs beyond it."""
+    job = Job(Endpoint(MODEL), asked.domain, asked.ability, asked.prompts)
+    inspect_alone(asked, folder / "warm")
+    alone, ours = [], []
+    for number in range(rounds):
+        place = folder / str(number)
+        alone.append(on_its_own_ms(partial(inspect_alone, asked, place)))
+        ask = partial(obtain_answers, job, place / "answers.jsonl", place / "logs")
+        ours.append(on_its_own_ms(ask))
+    beyond = statistics.median(a - b for a, b in zip(ours, alone, strict=True))
+    count = len(asked.prompts)
+    return {"inspect_alone": statistics.median(alone) / count, "asking": beyond / count}
+
+
+def measure(asked: Questions, rounds: int) -> dict[str, float]:
+    """The median of each part in milliseconds, and of what all parts of ours take together."""
+    times = by_sample(asked)
+    result = {part: statistics.median(sample[part] for sample in times) for part in PARTS}
+    result["ours"] = statistics.median(sum(sample.values()) for sample in times)
     if rounds:
-        differences = (a - b for a, b in zip(asking, alone, strict=True))
-        result["asking_beyond_inspect_ms"] = statistics.median(differences)
-    for label, value in result.items():
-        print(f"{label:26} {value:8.2f}")
-    print(json.dumps({"samples": samples, **result}))
+        with tempfile.TemporaryDirectory() as name:
+            result |= asking(asked, Path(name), rounds)
+        result["ours"] += result["asking"]
+    return result
+
+
+def main(samples: int, rounds: int, suite: tuple[str, str] | None) -> None:
+    """Measure and print, as a table and as one JSON line."""
+    suites = [(d, a) for d in Domain for a in Ability if suite in (None, (d.value, a.value))]
+    results: dict[str, dict[str, float]] = {}
+    for domain, ability in suites:
+        prompts = dict(list(official_prompts(domain, ability).items())[: samples + WARM_UP])
+        result = measure(Questions(domain, ability, prompts), rounds)
+        if not results:
+            print(f"{'ms a sample':34}" + "".join(f"{name:>14}" for name in result))
+        name = f"{domain.value} {ability.value}"
+        results[name] = result
+        print(f"{name:34}" + "".join(f"{value:14.2f}" for value in result.values()), flush=True)
+    print(json.dumps({"samples": samples, "suites": results}))
 
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("--samples", type=int, default=200)
+    parser.add_argument("--samples", type=int, default=90)
     parser.add_argument("--difference", type=int, default=0, metavar="ROUNDS")
+    parser.add_argument("--suite", nargs=2, metavar=("DOMAIN", "ABILITY"))
     arguments = parser.parse_args()
-    main(arguments.samples, arguments.difference)
+    main(arguments.samples, arguments.difference, None if arguments.suite is None else tuple(arguments.suite))

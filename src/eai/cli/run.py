@@ -6,7 +6,7 @@ import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
@@ -16,7 +16,7 @@ from eai.abilities.verdict import Json
 from eai.cli.console import data_progress, errors, output, print_rates
 from eai.cli.data import DataFolder, store
 from eai.cli.progress import run_progress
-from eai.cli.running import Obtained, Outcome, Scoring, settle
+from eai.cli.running import Obtained, Outcome, Scoring, settle, undisturbed
 from eai.errors import EaiError, InputError
 from eai.metrics.summary import TABLE_COLUMNS
 from eai.prompts.library import Library
@@ -24,9 +24,6 @@ from eai.prompts.prompt import Prompt, PromptSet
 from eai.run.answers import gold_examples
 from eai.run.job import Decoding, Endpoint, Job, Pace
 from eai.run.journal import JOURNAL
-
-if TYPE_CHECKING:
-    pass
 
 LOGS = "logs"
 SHOWN_TASKS = 5
@@ -129,11 +126,9 @@ def _run_model(order: _Order, endpoint: Endpoint, prompts: Mapping[str, Prompt],
     title = f"{scoring.domain.value} {scoring.ability.value} {endpoint.model}"
     with run_progress(title, quiet=order.quiet) as watch:
         answers = obtain_answers(job, folder / JOURNAL, order.out / LOGS, watch=watch)
-    return settle(
-        Obtained(endpoint.model, name, prompts, answers.given, answers.failures, order.epochs),
-        folder,
-        scoring,
-    )
+    obtained = Obtained(endpoint.model, name, prompts, answers.given, answers.failures, order.epochs)
+    with undisturbed():
+        return settle(obtained, folder, scoring)
 
 
 def _report(outcomes: Sequence[Outcome], order: _Order, *, as_json: bool) -> None:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import gc
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -104,6 +106,16 @@ class Outcome:
             "truncated": self.truncated,
             "usage": self.usage.to_json(),
         }
+
+
+@contextmanager
+def undisturbed() -> Iterator[None]:
+    """Spares the garbage collector what is there already; among all of Inspect it would search for long."""
+    gc.freeze()
+    try:
+        yield
+    finally:
+        gc.unfreeze()
 
 
 def settle(obtained: Obtained, folder: Path, scoring: Scoring) -> Outcome:
