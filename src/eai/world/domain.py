@@ -10,6 +10,7 @@ from typing import NamedTuple, TypeAlias
 from eai.errors import DomainError
 from eai.logic.formula import And, Formula, Variable
 from eai.world.condition import Conditions
+from eai.world.connective import all_of
 from eai.world.effect import Apply, Effects
 from eai.world.fault import FaultKind
 from eai.world.frame import Binding, Frame, Truth
@@ -148,10 +149,10 @@ def was_possible_before(failure: Failure, binding: Binding, states: Sequence[Sta
 
     Returns the latest such state.
     """
+    had_it = all_of((), failure.check.sought)
     for index in reversed(range(len(states) - 1)):
         state = states[index]
-        had_it = all(sought(state, binding) for sought in failure.check.sought)
-        if had_it and first_failing(failure.checks, state, binding) is None:
+        if had_it(state, binding) and first_failing(failure.checks, state, binding) is None:
             return index
     return None
 

@@ -77,7 +77,8 @@ class Trajectory:
     @property
     def additional_steps(self) -> int:
         """How many steps were skipped because they were not needed."""
-        return sum(s.fault is not None and s.fault.kind is FaultKind.ADDITIONAL_STEP for s in self.steps)
+        faults = [step.fault for step in self.steps if step.fault is not None]
+        return sum([fault.kind is FaultKind.ADDITIONAL_STEP for fault in faults])
 
 
 def execute(domain: Domain, initial: State, plan: Iterable[Action]) -> Trajectory:
