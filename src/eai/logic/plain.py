@@ -60,28 +60,21 @@ class _PlainReader:
         return formula
 
     def _sequence(self, scope: frozenset[str], brackets: int) -> Formula:
-        parts = [self._disjunction(scope, brackets)]
-        while self._joint == "then":
-            parts.append(self._disjunction(scope, brackets))
-        return Then(tuple(parts)) if len(parts) > 1 else parts[0]
-
-    def _disjunction(self, scope: frozenset[str], brackets: int) -> Formula:
-        formula = self._conjunction(scope, brackets)
-        if self._joint != "or":
-            return formula
-        operands = [formula]
-        while self._joint == "or":
-            operands.append(self._conjunction(scope, brackets))
-        return Or(tuple(operands))
-
-    def _conjunction(self, scope: frozenset[str], brackets: int) -> Formula:
-        formula = self._operand(scope, brackets)
-        if self._joint != "and":
-            return formula
-        operands = [formula]
-        while self._joint == "and":
-            operands.append(self._operand(scope, brackets))
-        return And(tuple(operands))
+        sequence: list[Formula] = []
+        disjunction: list[Formula] = []
+        conjunction: list[Formula] = []
+        while True:
+            conjunction.append(self._operand(scope, brackets))
+            if self._joint == "and":
+                continue
+            disjunction.append(_joined(And, conjunction))
+            conjunction = []
+            if self._joint == "or":
+                continue
+            sequence.append(_joined(Or, disjunction))
+            disjunction = []
+            if self._joint != "then":
+                return _joined(Then, sequence)
 
     def _operand(self, scope: frozenset[str], brackets: int) -> Formula:
         found = _OPERAND.match(self._text, self._position)
@@ -97,7 +90,11 @@ class _PlainReader:
             name = found["variable"]
             body = self._bracketed(scope | {name}, brackets)
             formula = _QUANTIFIERS[found["quantifier"]](Variable(name), body)
-        self._step()
+        joint = _JOINT.match(self._text, self._position)
+        if joint is None:
+            raise _NotPlainError
+        self._joint = joint[1]
+        self._position = joint.end()
         return formula
 
     def _bracketed(self, scope: frozenset[str], brackets: int) -> Formula:
@@ -108,9 +105,6 @@ class _PlainReader:
             raise _NotPlainError
         return formula
 
-    def _step(self) -> None:
-        found = _JOINT.match(self._text, self._position)
-        if found is None:
-            raise _NotPlainError
-        self._joint = found[1]
-        self._position = found.end()
+
+def _joined(connective: type[And] | type[Or] | type[Then], parts: list[Formula]) -> Formula:
+    return connective(tuple(parts)) if len(parts) > 1 else parts[0]
