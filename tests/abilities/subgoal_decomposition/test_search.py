@@ -8,19 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from domains.virtualhome import flat
+from eai.abilities.subgoal_decomposition.program import Do, End, Halt, Instruction, Require, Split
 from eai.abilities.subgoal_decomposition.progress import GoalProgress
-from eai.abilities.subgoal_decomposition.search import (
-    Do,
-    End,
-    Halt,
-    Instruction,
-    Limits,
-    Outcome,
-    Require,
-    SearchEnd,
-    Split,
-    search,
-)
+from eai.abilities.subgoal_decomposition.search import Limits, Outcome, SearchEnd, search
 from eai.domains import virtualhome
 from eai.logic.formula import FALSE
 from eai.logic.ltl import parse
@@ -245,5 +235,5 @@ def test_merging_changes_nothing_that_is_reported(subgoals: list[list[Plan]], go
 
 @pytest.mark.parametrize("few", [2, 5])
 def test_merging_starts_early_enough_to_be_tested(few: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("eai.abilities.subgoal_decomposition.search._FEW", few)
+    monkeypatch.setattr("eai.abilities.subgoal_decomposition.branch._FEW", few)
     test_merging_changes_nothing_that_is_reported()

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import re
 
-from eai.abilities.subgoal_decomposition import virtualhome_answer
+from eai.abilities.subgoal_decomposition import answer
 from eai.abilities.subgoal_decomposition.written import Unreadable, WrittenSubgoals
 
 _QUANTIFIER = re.compile(r"\b(?:forall|exists|forn|forpairs|fornpairs)\b")
@@ -19,7 +19,7 @@ _SPELLINGS = (("toggled.on", "toggledon"), ("toggled_on", "toggledon"), ("t-shir
 
 def read_subgoals(text: str) -> WrittenSubgoals | Unreadable:
     """The subgoals in an answer, or why there are none."""
-    written = virtualhome_answer.read_subgoals(text, frozenset())
+    written = answer.read_subgoals(text, frozenset())
     if isinstance(written, Unreadable):
         return written
     repairs = dict.fromkeys(written.repairs)

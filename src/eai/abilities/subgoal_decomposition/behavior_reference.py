@@ -8,37 +8,27 @@ scene has.
 
 from __future__ import annotations
 
-import json
-import re
 from collections.abc import Collection
 from typing import NamedTuple
 
 from eai.abilities.subgoal_decomposition.behavior_vocabulary import ACTIONS, STATES
 from eai.abilities.subgoal_decomposition.lots import Lots
+from eai.abilities.subgoal_decomposition.reference import read_output
 from eai.abilities.subgoal_decomposition.written import Unreadable, WrittenSubgoals
 from eai.logic.formula import Atom, Formula, Occurs
 from eai.logic.traversal import walk
 from eai.world.fault import FaultKind
 
-_OBJECT = re.compile(r"{[^{}]*}")
 _QUANTIFIERS = ("forall", "exists", "forpairs", "forn")
 
 
 def read_subgoals(text: str, lots: Lots) -> WrittenSubgoals | Unreadable:
     """The subgoals that the reference finds in an answer, alternatives drawn by lot."""
-    text = text.strip().replace("}}", "}").replace("toggled.on", "toggledon").replace("t-shirt", "shirt")
-    found = _OBJECT.search(text)
-    if found is None:
-        return Unreadable("there is no JSON object")
-    try:
-        output = json.loads(found[0]).get("output")
-    except (ValueError, RecursionError) as error:
-        return Unreadable(f"the first pair of braces holds no JSON object: {error}")
-    if not isinstance(output, list) or not all(isinstance(subgoal, str) for subgoal in output):
-        return Unreadable('"output" is not a list of strings')
-    kept = [subgoal.strip() for subgoal in output if _is_kept(subgoal.strip())]
-    pieces = [lots.choice(subgoal.split(" or ")) for subgoal in kept]
-    return WrittenSubgoals(tuple(piece for piece in pieces if piece))
+    output = read_output(text.replace("toggled.on", "toggledon").replace("t-shirt", "shirt"))
+    if isinstance(output, Unreadable):
+        return output
+    pieces = [lots.choice(subgoal.split(" or ")) for subgoal in output if _is_kept(subgoal)]
+    return WrittenSubgoals(tuple([piece for piece in pieces if piece]))
 
 
 def _is_kept(subgoal: str) -> bool:

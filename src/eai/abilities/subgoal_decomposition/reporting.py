@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from eai.abilities.subgoal_decomposition.search import Branch, Outcome
+from eai.abilities.subgoal_decomposition.branch import Branch
+from eai.abilities.subgoal_decomposition.search import Outcome
 from eai.abilities.verdict import ErrorReport, SubgoalCategory
 from eai.world.domain import Domain
 from eai.world.execution import describe

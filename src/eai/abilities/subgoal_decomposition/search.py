@@ -11,61 +11,28 @@ for that.)
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
-from typing import NamedTuple, Protocol, TypeAlias
+from typing import Protocol
 
 from typing_extensions import assert_never
 
+from eai.abilities.subgoal_decomposition.branch import BestBranch, Branch, without_twins
+from eai.abilities.subgoal_decomposition.program import (
+    Do,
+    End,
+    Halt,
+    Instruction,
+    Plan,
+    Program,
+    Require,
+    Split,
+)
 from eai.world.domain import Domain
-from eai.world.execution import Action, Fault, Step, Trajectory, attempt
+from eai.world.execution import Action, Fault, Step, attempt
 from eai.world.fault import FaultKind
-from eai.world.operator import Check
 from eai.world.state import State
-
-Plan: TypeAlias = Sequence[Action]
-
-_FEW = 5
-"""With fewer branches than this it is cheaper to explore twins than to look for them."""
-
-
-class Do(NamedTuple):
-    """Carry out a subgoal by one of the plans for it in the state at hand; if there is none, do nothing."""
-
-    plans: Callable[[State], Sequence[Plan]]
-    subgoal: int
-    then: int
-
-
-class Require(NamedTuple):
-    """Go on only if a subgoal holds that no action brings about; ``check`` says what is wrong if not."""
-
-    holds: Callable[[State], bool]
-    check: Check
-    subgoal: int
-    then: int
-
-
-class Split(NamedTuple):
-    """Go on in each of several ways."""
-
-    targets: tuple[int, ...]
-
-
-class Halt(NamedTuple):
-    """End the whole search: the reference would abort."""
-
-    reason: str
-
-
-class End(NamedTuple):
-    """All subgoals are carried out."""
-
-
-Instruction: TypeAlias = Do | Require | Split | Halt | End
-Program: TypeAlias = Sequence[Instruction]
-"""Instructions that lead to earlier ones only; the last one is the first to run, number 0 is the `End`."""
 
 
 class Goal(Protocol):
@@ -102,39 +69,6 @@ class SearchEnd(str, Enum):
     ATTEMPTS = "attempts"
     TIME = "time"
     HALTED = "halted"
-
-
-class Branch(NamedTuple):
-    """One way of carrying out the subgoals, so far.
-
-    Attributes:
-        states: the initial state, then the state after each executed action.
-        steps: every action tried, in order, with its fault if it was not executed.
-        errors: the number of faults.
-        met: the goal's summary of the branch.
-        subgoal: the number of the subgoal that was carried out last.
-        failure: the fault that ended the branch.
-    """
-
-    states: tuple[State, ...]
-    steps: tuple[Step, ...] = ()
-    errors: int = 0
-    met: int = 0
-    subgoal: int = 0
-    failure: Fault | None = None
-
-    @property
-    def trajectory(self) -> Trajectory:
-        """What was tried and what came of it."""
-        return Trajectory(self.states, self.steps)
-
-    @property
-    def faults(self) -> tuple[Fault, ...]:
-        """All faults in order: those of steps, then that of a required subgoal which does not hold."""
-        faults = tuple([step.fault for step in self.steps if step.fault is not None])
-        if self.failure is None or len(faults) == self.errors:
-            return faults
-        return (*faults, self.failure)
 
 
 @dataclass(frozen=True, slots=True)
@@ -180,24 +114,6 @@ def search(
     return _Search(domain, program, goal, limits, halts).run(Branch((initial,)))
 
 
-class _Best:
-    """The best branch seen so far; of equal ones the longer is better, if that is asked, then the first."""
-
-    __slots__ = ("_longer", "branch")
-
-    def __init__(self, *, longer: bool) -> None:
-        self._longer = longer
-        self.branch: Branch | None = None
-
-    def offer(self, branch: Branch) -> None:
-        """See one more branch."""
-        if self.branch is None or self._rank(branch) < self._rank(self.branch):
-            self.branch = branch
-
-    def _rank(self, branch: Branch) -> tuple[int, int]:
-        return branch.errors, -len(branch.states) if self._longer else 0
-
-
 class _Search:
     """The state of one search."""
 
@@ -219,15 +135,15 @@ class _Search:
         self._attempts = 0
         self._end = SearchEnd.COMPLETE
         self._reason = ""
-        self._successful = _Best(longer=False)
-        self._executable = _Best(longer=True)
-        self._failed = _Best(longer=True)
+        self._successful = BestBranch(longer=False)
+        self._executable = BestBranch(longer=True)
+        self._failed = BestBranch(longer=True)
 
     def run(self, start: Branch) -> Outcome:
         """Explore all branches."""
         self._waiting[-1].append(start)
         for number in reversed(range(len(self._program))):
-            branches, self._waiting[number] = _without_twins(self._waiting[number]), []
+            branches, self._waiting[number] = without_twins(self._waiting[number]), []
             for branch in branches:
                 self._go_on(branch, self._program[number])
                 if self._end is not SearchEnd.COMPLETE:
@@ -314,18 +230,3 @@ class _Search:
         elif self._deadline is not None and self._limits.clock() > self._deadline:
             self._end = SearchEnd.TIME
         return self._end is not SearchEnd.COMPLETE
-
-
-def _without_twins(branches: list[Branch]) -> list[Branch]:
-    """Of branches with the same future those to report if they succeed, and if they fail; in order."""
-    if len(branches) < _FEW:
-        return branches
-    best: dict[tuple[State, int], tuple[_Best, _Best]] = {}
-    for branch in branches:
-        key = (branch.states[-1], branch.met)
-        if key not in best:
-            best[key] = (_Best(longer=False), _Best(longer=True))
-        for each in best[key]:
-            each.offer(branch)
-    kept = {id(each.branch) for pair in best.values() for each in pair}
-    return [branch for branch in branches if id(branch) in kept]

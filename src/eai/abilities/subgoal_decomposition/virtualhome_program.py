@@ -14,9 +14,7 @@ from itertools import product
 
 from typing_extensions import assert_never
 
-from eai.abilities.subgoal_decomposition.progress import StateTest
-from eai.abilities.subgoal_decomposition.rewriting import substitute
-from eai.abilities.subgoal_decomposition.search import (
+from eai.abilities.subgoal_decomposition.program import (
     Do,
     End,
     Halt,
@@ -26,6 +24,8 @@ from eai.abilities.subgoal_decomposition.search import (
     Require,
     Split,
 )
+from eai.abilities.subgoal_decomposition.progress import StateTest
+from eai.abilities.subgoal_decomposition.rewriting import substitute
 from eai.abilities.subgoal_decomposition.virtualhome_translation import Translation
 from eai.data.task import Task
 from eai.errors import InputError

@@ -8,35 +8,27 @@ only when the search gets to it.
 
 from __future__ import annotations
 
-import json
 import re
 
 from eai.abilities.subgoal_decomposition.lots import Lots
+from eai.abilities.subgoal_decomposition.reference import read_output
 from eai.abilities.subgoal_decomposition.search import uncategorised
 from eai.abilities.subgoal_decomposition.written import Unreadable, WrittenSubgoals
-from eai.logic.formula import FALSE, And, Atom, Formula, Not, Occurs, Or, Then
+from eai.logic.formula import FALSE, And, Formula
 from eai.logic.traversal import children, is_state_formula, walk
 from eai.world.execution import Fault
 
-_OBJECT = re.compile(r"{[^{}]*}", re.DOTALL)
 _PRIMITIVE = re.compile(r"\w+\(.*?\)")
 _WITHOUT_ARGUMENTS = frozenset({"SLEEP", "WAKEUP", "STANDUP"})
 
 
 def read_subgoals(text: str, lots: Lots) -> WrittenSubgoals | Unreadable:
     """The subgoals that the reference finds in an answer, alternatives drawn by lot."""
-    found = _OBJECT.search(text.strip().replace("}}", "}"))
-    if found is None:
-        return Unreadable("there is no JSON object")
-    try:
-        value = json.loads(found.group())
-    except (ValueError, RecursionError) as error:
-        return Unreadable(f"the first pair of braces holds no JSON object: {error}")
-    output = value.get("output")
-    if not isinstance(output, list) or not all(isinstance(subgoal, str) for subgoal in output):
-        return Unreadable('"output" is not a list of strings')
-    pieces = [_piece(subgoal.strip(), lots) for subgoal in output]
-    return WrittenSubgoals(tuple(piece for piece in pieces if piece is not None))
+    output = read_output(text)
+    if isinstance(output, Unreadable):
+        return output
+    pieces = [_piece(subgoal, lots) for subgoal in output]
+    return WrittenSubgoals(tuple([piece for piece in pieces if piece is not None]))
 
 
 def _piece(subgoal: str, lots: Lots) -> str | None:
@@ -61,33 +53,3 @@ def conjoins_moments(formula: Formula) -> bool:
         isinstance(part, And) and len({is_state_formula(operand) for operand in children(part)}) > 1
         for part in walk(formula)
     )
-
-
-def literals(formula: Formula, lots: Lots) -> list[Formula] | None:
-    """The atoms, actions and negated ones of a formula in order; None for what is rejected at once.
-
-    Of an ``or`` one operand is taken by lot.
-    """
-    if isinstance(formula, (Atom, Occurs)):
-        return [formula]
-    if isinstance(formula, Or):
-        return literals(lots.choice(formula.operands), lots)
-    if isinstance(formula, Not):
-        return [formula] if _is_odd_negation(formula) else None
-    if not isinstance(formula, (And, Then)):
-        return None
-    found: list[Formula] = []
-    for part in children(formula):
-        inner = literals(part, lots)
-        if inner is None:
-            return None
-        found += inner
-    return found
-
-
-def _is_odd_negation(formula: Formula) -> bool:
-    """Whether an atom or action is negated an odd number of times, which is rejected when it is reached."""
-    odd = False
-    while isinstance(formula, Not):
-        formula, odd = formula.operand, not odd
-    return odd and isinstance(formula, (Atom, Occurs))

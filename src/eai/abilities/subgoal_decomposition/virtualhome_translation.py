@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from eai.abilities.subgoal_decomposition.search import Plan
+from eai.abilities.subgoal_decomposition.program import Plan
 from eai.world.execution import Action
 from eai.world.state import Scene, State
 

@@ -11,7 +11,7 @@ import json
 from collections.abc import Iterable
 
 from eai.abilities.protocol import Protocol
-from eai.abilities.subgoal_decomposition.search import Plan
+from eai.abilities.subgoal_decomposition.program import Plan
 from eai.abilities.subgoal_decomposition.virtualhome_signature import allowed_actions
 from eai.abilities.subgoal_decomposition.virtualhome_translation import BROUGHT_ABOUT_BY, Translation
 from eai.data.task import Task

@@ -1,4 +1,4 @@
-"""How protocol `strict` reads VirtualHome subgoals.
+"""How protocol `strict` reads subgoals.
 
 An answer is an object with the key ``output``, anywhere in the text: a list of formulas. Texts in the list
 that have no formula at all are left out, and actions without objects need no brackets; both are repairs.
