@@ -32,7 +32,7 @@ from eai.world.connective import Literal, all_of, any_of, emptiness, intersectio
 from eai.world.frame import UNBOUND, Binding, Extension, Frame, Truth
 from eai.world.relation import bits
 from eai.world.state import State
-from eai.world.vocabulary import Computed, Defined, Derived, Lookup, Vocabulary
+from eai.world.vocabulary import Computed, Defined, Lookup, Vocabulary
 
 
 class _Part(NamedTuple):
@@ -60,6 +60,7 @@ class Conditions:
 
     def __init__(self, vocabulary: Vocabulary, frame: Frame) -> None:
         self._vocabulary = vocabulary
+        self._evaluated_as = vocabulary.evaluated_as
         self._frame = frame
 
     def truth(
@@ -152,7 +153,7 @@ class Conditions:
             case And(operands) | Or(operands) if (isinstance(formula, And) is wanted) is conjunctive:
                 for operand in operands:
                     yield from self._parts(operand, scope, wanted, conjunctive)
-            case Atom() if isinstance(derived := self._derived(formula), Defined):
+            case Atom() if isinstance(derived := self._evaluated_as.get(formula.predicate), Defined):
                 inner = _inner_scope(derived, self._slots(formula, scope))
                 yield from self._parts(derived.definition, inner, wanted, conjunctive)
             case _:
@@ -161,7 +162,7 @@ class Conditions:
     def _stored_unary(self, part: _Part) -> _StoredUnary | None:
         """The slots of a stored predicate and of its only argument, if that is what the part is."""
         atom = part.formula
-        if not isinstance(atom, Atom) or len(atom.arguments) != 1 or self._derived(atom) is not None:
+        if not isinstance(atom, Atom) or len(atom.arguments) != 1 or atom.predicate in self._evaluated_as:
             return None
         (argument,) = self._slots(atom, part.scope)
         return _StoredUnary(self._vocabulary.unary_slots[atom.predicate], argument)
@@ -217,7 +218,7 @@ class Conditions:
 
     def _atom_truth(self, atom: Atom, scope: Mapping[str, int], wanted: bool) -> Truth:
         slots = self._slots(atom, scope)
-        derived = self._derived(atom)
+        derived = self._evaluated_as.get(atom.predicate)
         match derived:
             case None:
                 return _stored_truth(self._vocabulary, atom.predicate, slots, wanted)
@@ -233,7 +234,7 @@ class Conditions:
 
     def _atom_extension(self, atom: Atom, slot: int, scope: Mapping[str, int]) -> Extension:
         slots = self._slots(atom, scope)
-        derived = self._derived(atom)
+        derived = self._evaluated_as.get(atom.predicate)
         if slots.count(slot) == 0:
             truth = self._atom_truth(atom, scope, wanted=True)
             return lambda state, binding: state.scene.everything if truth(state, binding) else 0
@@ -244,13 +245,6 @@ class Conditions:
         if derived is not None or slots.count(slot) > 1:
             return self._by_trial(atom, slot, scope)
         return _stored_extension(self._vocabulary, atom.predicate, slots, slot)
-
-    def _derived(self, atom: Atom) -> Derived | None:
-        """The derived predicate of an atom in the form that is evaluated, or None if it is stored."""
-        derived = self._vocabulary.derived_by_name.get(atom.predicate)
-        if isinstance(derived, Defined) and derived.values is not None:
-            return Lookup(derived.name, derived.arity, derived.values, ())
-        return derived
 
     def _slots(self, atom: Atom, scope: Mapping[str, int]) -> tuple[int, ...]:
         arity = self._vocabulary.arity(atom.predicate)

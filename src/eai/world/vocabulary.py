@@ -104,7 +104,8 @@ def is_a(term: Term, *categories: str) -> Formula:
 class Vocabulary:
     """The predicates of a domain and the slot in which a state keeps each stored one.
 
-    Predicates of arity 0 and 1 share one numbering, those of arity 2 have another.
+    Predicates of arity 0 and 1 share one numbering, those of arity 2 have another. ``evaluated_as`` gives for
+    each derived predicate the form in which it is evaluated: that with a function where it has one.
 
     Raises:
         DomainError: two predicates have one name, an arity is above 2, or a derived one reads the unknown.
@@ -115,6 +116,8 @@ class Vocabulary:
     unary_slots: dict[str, int] = field(init=False, compare=False)
     binary_slots: dict[str, int] = field(init=False, compare=False)
     derived_by_name: dict[str, Derived] = field(init=False, compare=False)
+    evaluated_as: dict[str, Derived] = field(init=False, compare=False, repr=False)
+    _stored: dict[str, Predicate] = field(init=False, compare=False, repr=False)
 
     def __post_init__(self) -> None:
         names = [p.name for p in (*self.predicates, *self.derived)]
@@ -133,15 +136,23 @@ class Vocabulary:
         object.__setattr__(self, "unary_slots", {name: i for i, name in enumerate(small)})
         object.__setattr__(self, "binary_slots", {name: i for i, name in enumerate(large)})
         object.__setattr__(self, "derived_by_name", {d.name: d for d in self.derived})
+        object.__setattr__(self, "evaluated_as", {d.name: _evaluated(d) for d in self.derived})
+        object.__setattr__(self, "_stored", {p.name: p for p in self.predicates})
 
     def stored(self, name: str) -> Predicate | None:
         """The stored predicate of this name, or None."""
-        return next((p for p in self.predicates if p.name == name), None)
+        return self._stored.get(name)
 
     def arity(self, name: str) -> int | None:
         """The arity of a stored or derived predicate, or None if there is none of this name."""
         found = self.stored(name) or self.derived_by_name.get(name)
         return None if found is None else found.arity
+
+
+def _evaluated(derived: Derived) -> Derived:
+    if isinstance(derived, Defined) and derived.values is not None:
+        return Lookup(derived.name, derived.arity, derived.values, ())
+    return derived
 
 
 def _atom(name: str, arity: int, terms: Sequence[Term]) -> Atom:
