@@ -4,8 +4,16 @@ import json
 from pathlib import Path
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
-from eai.abilities.responses import Response, find_response_files, model_name, read_responses
+from eai.abilities.responses import (
+    Response,
+    file_name,
+    find_response_files,
+    model_name,
+    read_responses,
+)
 from eai.errors import InputError
 
 TASKS = ("27_2", "11_1")
@@ -76,6 +84,40 @@ def test_a_file_that_cannot_be_read_is_named(tmp_path: Path) -> None:
 )
 def test_a_file_is_named_after_its_model(name: str, model: str) -> None:
     assert model_name(Path("folder") / name) == model
+
+
+@pytest.mark.parametrize("name", ["_outputs.json", "._outputs.json", ".._outputs.json"])
+def test_a_file_whose_model_could_not_have_a_folder_is_refused(name: str) -> None:
+    with pytest.raises(InputError, match=r"expected a file named after a model, <model>_outputs\.json"):
+        model_name(Path("folder") / name)
+
+
+@pytest.mark.parametrize(
+    ("name", "file"),
+    [
+        ("openai/gpt-4o", "openai_gpt-4o"),
+        ("hf/Qwen/Qwen2.5-7B", "hf_Qwen_Qwen2.5-7B"),
+        ("../../etc/passwd", ".._.._etc_passwd"),
+        ("C:\\a b\0\n|c", "C_a_b_c"),
+        ("größe", "größe"),
+    ],
+)
+def test_names_become_names_of_files_in_their_folder(name: str, file: str) -> None:
+    assert file_name(name) == file
+
+
+@pytest.mark.parametrize("name", ["", ".", ".."])
+def test_dots_alone_name_no_file(name: str) -> None:
+    with pytest.raises(InputError, match="expected a name that files can be named after"):
+        file_name(name)
+
+
+@given(st.text(min_size=1))
+def test_no_name_leads_out_of_its_folder(name: str) -> None:
+    try:
+        assert (Path("/folder") / file_name(name)).resolve().parent == Path("/folder")
+    except InputError:
+        assert set(name) == {"."}
 
 
 def test_files_are_found_below_a_folder_by_name(tmp_path: Path) -> None:

@@ -169,6 +169,11 @@ def test_what_cannot_be_run_is_said_in_one_line(tmp_path: Path) -> None:
     missing = tmp_path / "prices.json"
     for arguments, message in (
         (("--model", "foo/bar"), "eai: foo/bar: Model API foo of model 'foo/bar' not recognized."),
+        (("--model", ".."), "eai: '..': expected a name that files can be named after"),
+        (
+            ("--model", "eai/oracle", "--model", "eai_oracle"),
+            "eai: --model eai_oracle: its results would overwrite those of eai/oracle",
+        ),
         (("--model", "eai/oracle", "--tasks", "0_0"), "eai: --tasks: '0_0' is not a task of"),
         (("--model", "eai/oracle", "-M", "rate"), "eai: -M rate: expected NAME=VALUE"),
         (("--model", "eai/oracle", "--prices", missing), f"eai: {missing}: cannot be read"),

@@ -57,6 +57,13 @@ def summary(folder: str = "out") -> dict[str, Any]:
     return content
 
 
+def test_results_never_leave_the_folder_they_are_for(eai: Command) -> None:
+    result = eai("score", write([WALK]), write([WALK], ".._outputs.json"), *HERE, "--out", "out/scores")
+    assert result.status == 2
+    assert result.err == "eai: .._outputs.json: expected a file named after a model, <model>_outputs.json\n"
+    assert not Path("out").exists()
+
+
 @BOTH
 def test_answers_are_scored_into_records_a_summary_and_a_table(eai: Command, protocol: str) -> None:
     answers = [

@@ -145,3 +145,15 @@ def test_the_model_must_be_known_and_one(
         build_submission(tmp_path / "run", tmp_path / "s.zip", data_store)
     with pytest.raises(InputError, match="no answers of a model named claude"):
         build_submission(tmp_path / "run", tmp_path / "s.zip", data_store, model="claude")
+
+
+@pytest.mark.parametrize("name", ["..", "../other", "/other", "a/b", ""])
+def test_folders_are_plain_names(
+    data_store: Store, tmp_path: Path, complete: dict[str, Rows], name: str
+) -> None:
+    write_run(tmp_path / "run", "m", complete)
+    with pytest.raises(InputError, match="expected the plain name of a folder"):
+        build_submission(tmp_path / "run", tmp_path / "s.zip", data_store, folder=name)
+    with pytest.raises(InputError, match="expected the plain name of a folder"):
+        build_submission(tmp_path / "run", tmp_path / "s.zip", data_store, model=name)
+    assert not (tmp_path / "s.zip").exists()

@@ -6,6 +6,7 @@ A file is a JSON list of ``{"identifier": ..., "llm_output": ...}``, named ``<mo
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Collection
 from dataclasses import dataclass
 from pathlib import Path
@@ -81,8 +82,27 @@ def read_responses(path: Path, task_ids: Collection[str]) -> ResponseFile:
 
 
 def model_name(path: Path) -> str:
-    """The model that a response file is named after."""
-    return path.name.removesuffix(SUFFIX) if path.name.endswith(SUFFIX) else path.stem
+    """The model that a response file is named after.
+
+    Raises:
+        InputError: there is no name before the suffix, or none that a folder of results could have.
+    """
+    name = path.name.removesuffix(SUFFIX) if path.name.endswith(SUFFIX) else path.stem
+    if not name.strip("."):
+        raise InputError(f"{path}: expected a file named after a model, <model>{SUFFIX}")
+    return name
+
+
+def file_name(name: str) -> str:
+    """A name, such as a model's, as part of file names: an underscore for what is no letter, digit, ``.-_``.
+
+    Raises:
+        InputError: nothing but dots would be left, which is no name in any folder.
+    """
+    plain = re.sub(r"[^\w.-]+", "_", name)
+    if not plain.strip("."):
+        raise InputError(f"{name!r}: expected a name that files can be named after")
+    return plain
 
 
 def _read_list(path: Path) -> list[object]:

@@ -11,6 +11,7 @@ from typing import Annotated
 import typer
 
 from eai.abilities.protocol import Ability, Domain, Protocol
+from eai.abilities.responses import file_name
 from eai.abilities.suite import PlannerChoice, Source, Suite, available_suites, open_suite
 from eai.abilities.verdict import Json
 from eai.cli.console import data_progress, errors, output, print_rates
@@ -70,6 +71,7 @@ def run(
 
     Example: eai run --model eai/noisy -M rate=0.2 --domain virtualhome --ability action_sequencing
     """
+    _refuse_twins(model)
     arguments = dict(_pair(text) for text in model_arg or ())
     order = _Order(
         endpoints=[Endpoint(name, arguments, model_base_url, prices) for name in model],
@@ -113,15 +115,26 @@ class _Order:
     quiet: bool
 
 
+def _refuse_twins(models: Sequence[str]) -> None:
+    """Raise if two models are one folder's name, where their results would overwrite each other."""
+    named: dict[str, str] = {}
+    for model in models:
+        twin = named.setdefault(file_name(model), model)
+        if twin != model:
+            raise InputError(
+                f"--model {model}: its results would overwrite those of {twin}; run it by itself"
+            )
+
+
 def _run_model(order: _Order, endpoint: Endpoint, prompts: Mapping[str, Prompt], scoring: Scoring) -> Outcome:
     """Obtain one model's answers to one suite, through Inspect, which is imported only here; score them."""
     try:
-        from eai.run.evaluation import obtain_answers, slug
+        from eai.run.evaluation import obtain_answers
     except ImportError as error:
         hint = "pip install 'embodied-agent-interface[run]'"
         raise EaiError(f"model runs need inspect-ai ({error.name} is missing): {hint}") from error
     job = Job(endpoint, scoring.domain, scoring.ability, prompts, order.epochs, order.decoding, order.pace)
-    name = slug(endpoint.model)
+    name = file_name(endpoint.model)
     folder = order.out / scoring.domain.value / scoring.ability.value / name
     title = f"{scoring.domain.value} {scoring.ability.value} {endpoint.model}"
     with run_progress(title, quiet=order.quiet) as watch:

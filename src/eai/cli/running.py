@@ -16,6 +16,7 @@ from eai.abilities.suite import Source, open_suite
 from eai.abilities.verdict import Json, Verdict
 from eai.cli.score import write_results
 from eai.envs.batch import score_batch
+from eai.errors import InputError
 from eai.metrics.rate import Rate
 from eai.metrics.summary import summarise
 from eai.prompts.prompt import Prompt
@@ -226,6 +227,9 @@ def _grouped(why: Mapping[str, str]) -> dict[str, list[str]]:
 
 def _write_answers(folder: Path, file: ResponseFile) -> None:
     """Write the answers as a response file, so that they can be scored again and elsewhere."""
-    folder.mkdir(parents=True, exist_ok=True)
     rows = [{"identifier": r.task_id, "llm_output": r.text} for r in file.responses]
-    (folder / f"{file.model}{SUFFIX}").write_text(json.dumps(rows, indent=1) + "\n", encoding="utf-8")
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        (folder / f"{file.model}{SUFFIX}").write_text(json.dumps(rows, indent=1) + "\n", encoding="utf-8")
+    except OSError as error:
+        raise InputError(f"{folder}: cannot be written ({error.strerror})") from error

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from eai.abilities.protocol import Ability
+from eai.abilities.responses import file_name
 from eai.errors import EaiError
 from eai.metrics.breakdown import PLANS
 from eai.report import plot_flow, plot_outcomes, plot_radar, plot_shares
@@ -50,7 +51,7 @@ def _figures(digests: Sequence[Digest]) -> Iterator[tuple[Plot, Figure]]:
     for (protocol, domain), items in groupby(ordered, lambda item: (item.key.protocol, item.key.domain)):
         group = list(items)
         place = f"{domain_title(domain)}, protocol {protocol.value}"
-        name = f"{domain}-{protocol.value}"
+        name = file_name(f"{domain}-{protocol.value}")
         whole: Sequence[tuple[str, str, Callable[[Sequence[Digest]], Figure | None]]] = (
             ("radar", "Main results by model", plot_radar.draw),
             ("outcomes", "What answers came to", plot_outcomes.draw),

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -56,11 +55,6 @@ def obtain_answers(job: Job, journal: Path, log_dir: Path, *, watch: Watch = unw
             task = build_task(job.domain, job.ability, open_prompts, ask(desk), Protocol.STRICT)
             _check(job, _evaluate(job, task, log_dir))
     return Answers(desk.answers, desk.failures)
-
-
-def slug(model: str) -> str:
-    """A model's name as part of a file name."""
-    return re.sub(r"[^\w.-]+", "_", model)
 
 
 def _evaluate(job: Job, task: inspect_ai.Task, log_dir: Path) -> EvalLog:

@@ -60,9 +60,13 @@ def build_submission(
         folder: a folder for the files in the zip; they lie flat if None.
 
     Raises:
-        InputError: the run has no answers, or those of several models, or the zip cannot be written.
+        InputError: the run has no answers, or those of several models, a name is that of no folder, or the
+            zip cannot be written.
         DataError: the data set cannot be obtained.
     """
+    for name in (model, folder):
+        if name is not None and (PurePosixPath(name).name != name or not name.strip(".")):
+            raise InputError(f"{name!r}: expected the plain name of a folder")
     files = find_response_files(run)
     model = model or _only_model(run, files)
     members = {}
