@@ -159,6 +159,9 @@ def changed(**fields: object) -> str:
         ),
         (changed(counts={"state": [1, 2]}), "field counts.state"),
         (changed(additional_steps="many"), "field additional_steps"),
+        (changed(response="another"), "expected the response that was scored"),
+        (changed(response_sha256="0" * 64), "expected the response that was scored"),
+        (changed(response=""), "expected the response that was scored"),
     ],
     ids=lambda text: text[:30],
 )
@@ -170,6 +173,12 @@ def test_a_damaged_line_is_named(line: str, complaint: str, tmp_path: Path) -> N
         list(read_records(file))
     assert str(caught.value).startswith(f"{file}, line 2: {complaint}")
     assert "\n" not in str(caught.value)
+
+
+def test_a_record_may_lack_its_response(tmp_path: Path) -> None:
+    file = tmp_path / "records.jsonl"
+    file.write_text(changed(response=...) + "\n")
+    assert [each.response for each in read_records(file)] == [""]
 
 
 def test_a_file_that_cannot_be_read_is_named(tmp_path: Path) -> None:

@@ -84,6 +84,7 @@ def test_what_is_wrong_with_the_records_is_told_in_one_line(eai: Command) -> Non
     [
         ({"domain": "mars"}, "27_2", "damaged.jsonl: there is no domain 'mars'"),
         ({"task_id": "0_0"}, "0_0", "virtualhome action_sequencing has no task '0_0'"),
+        ({"response": "{}"}, "27_2", "damaged.jsonl, line 1: expected the response that was scored"),
         ({"protocol": "lenient"}, "27_2", "damaged.jsonl, line 1: field protocol: "),
     ],
 )

@@ -39,7 +39,7 @@ class Record:
         domain: the name of the domain.
         model: who answered.
         task_id: the data set's id.
-        response: the answer as it was scored.
+        response: the answer as it was scored; empty also where a record that was read does not have it.
         data_sha256: digest of the data it was scored against.
     """
 
@@ -84,7 +84,8 @@ def read_records(path: Path) -> Iterator[Record]:
     """Read a file of records.
 
     Raises:
-        InputError: the file cannot be read, or a line is not a record of this schema.
+        InputError: the file cannot be read, a line is not a record of this schema, or its answer is not the
+            one that was scored.
     """
     try:
         with path.open(encoding="utf-8") as file:
@@ -132,7 +133,7 @@ class _Line(BaseModel):
     counts: dict[str, tuple[int, int, int] | dict[str, tuple[int, int, int]]] | None
     planner: PlannerOutcome | None
     repairs: list[str]
-    response: str = ""
+    response: str | None = None
 
 
 def _parse(place: str, line: str) -> Record:
@@ -151,13 +152,15 @@ def _parse(place: str, line: str) -> Record:
         first = error.errors()[0]
         field = ".".join(str(part) for part in first["loc"])
         raise InputError(f"{place}: field {field}: {first['msg']}") from error
+    if wire.response is not None and sha256_of(wire.response) != wire.response_sha256:
+        raise InputError(f"{place}: expected the response that was scored; response_sha256 is another text's")
     return Record(
         wire.protocol,
         wire.domain,
         wire.ability,
         wire.model,
         wire.task_id,
-        wire.response,
+        wire.response or "",
         wire.data_sha256,
         _verdict(wire),
     )
