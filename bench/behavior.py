@@ -2,38 +2,45 @@
 
 `python bench/behavior.py`. The reference needs a simulator even to score text; here objects that say what our
 records say stand in its place, so that only its symbolic part is measured. The answers are the data set's own
-plans, and the same plans told as subgoals. Only processor time counts, scoring alone on both sides; loading
-our data has a limit of its own. Exits with status 1 when a limit is missed.
+plans, and the same plans told as subgoals; `--plans FILE...` and `--subgoals FILE...` take real ones instead.
+Only processor time counts, scoring alone on both sides, the median of several runs of each; the reference's
+subgoals, which take it long, are run once. Loading our data has a limit of its own. Exits with status 1 when
+a limit is missed.
 """
 
 from __future__ import annotations
 
 import argparse
+import gc
 import json
 import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import partial
+from itertools import islice
 from pathlib import Path
-from typing import Any
+from statistics import median
+from typing import Any, NamedTuple
 
 from eai.abilities.action_sequencing.behavior import ActionSequencing
 from eai.abilities.action_sequencing.behavior_writer import join_steps, write_steps
 from eai.abilities.behavior_goals import SceneObjects
 from eai.abilities.protocol import Protocol
+from eai.abilities.scorer import Scorer
 from eai.abilities.subgoal_decomposition.behavior import SubgoalDecomposition
 from eai.abilities.verdict import Verdict
 from eai.data.behavior_evidence import load_evidence
 from eai.data.behavior_tasks import BehaviorTask, initial_relations, initial_states, open_tasks
 from eai.data.dataset import fetch
-from eai.logic.formula import Formula, Not
+from eai.logic.formula import Atom, Formula, Not
 from eai.logic.traversal import walk
 from eai.logic.truncated_options import truncated_options
 from eai.world.execution import Action
 from eai.world.state import Scene
-from reference import CACHE, REFERENCE, environment
+from reference import CACHE, REFERENCE, environment, read_responses
 
 CHILD = Path(__file__).with_name("behavior_reference_child.py")
 ALSO_IMPORTED = ("networkx", "pyyaml")
@@ -56,19 +63,31 @@ SUBGOALS = {
 }
 
 
-@dataclass(frozen=True, slots=True)
-class Answers:
-    """The answers to one task."""
+class Answer(NamedTuple):
+    """An answer to a task."""
 
-    task: BehaviorTask
-    plan: str
-    subgoals: str
+    task_id: str
+    text: str
 
 
-def answers(task: BehaviorTask) -> Answers:
-    """The data set's plan as text, and told as subgoals."""
-    plan = join_steps(write_steps(task.script, task.scene))
-    return Answers(task, plan, json.dumps({"output": list(subgoals(task.script, task.scene))}))
+def made_plan(task: BehaviorTask) -> str:
+    """The data set's plan as text."""
+    return join_steps(write_steps(task.script, task.scene))
+
+
+def made_subgoals(task: BehaviorTask) -> str:
+    """The data set's plan told as subgoals."""
+    return json.dumps({"output": list(subgoals(task.script, task.scene))})
+
+
+def answers(
+    tasks: Mapping[str, BehaviorTask], files: Sequence[Path], make: Callable[[BehaviorTask], str]
+) -> list[Answer]:
+    """The answers of response files, or where there are none the made ones."""
+    if not files:
+        return [Answer(task_id, make(task)) for task_id, task in tasks.items()]
+    found = [response for path in files for response in read_responses(path)]
+    return [Answer(each.task_id, each.text) for each in found if each.task_id in tasks]
 
 
 def subgoals(script: Sequence[Action], scene: Scene) -> Iterator[str]:
@@ -88,9 +107,9 @@ def subgoals(script: Sequence[Action], scene: Scene) -> Iterator[str]:
         yield SUBGOALS[name].format(x=dotted, hand=hand[0].lower(), held=held.get(hand))
 
 
-def described(answer: Answers) -> dict[str, Any]:
-    """What the reference's stand-in for the simulator is told of a task, with the answers."""
-    task, record, evidence = answer.task, answer.task.record, load_evidence()
+def described(task: BehaviorTask) -> dict[str, Any]:
+    """What the reference's stand-in for the simulator is told of a task."""
+    record, evidence = task.record, load_evidence()
     relations = list(initial_relations(record, evidence))
     true = set(initial_states(record, evidence))
     instances = {thing.name: thing.instance for thing in record.objects}
@@ -135,10 +154,18 @@ def described(answer: Answers) -> dict[str, Any]:
         "activity": record.activity,
         "objects": objects,
         "scope": [[thing.instance, [thing.name, *thing.parts]] for thing in record.objects],
+        "initial": [words(fact) for fact in record.problem.init],
         "goals": goals,
-        "plan": answer.plan,
-        "subgoals": answer.subgoals,
     }
+
+
+def words(fact: Formula) -> list[str]:
+    """The words of an initial fact, as bddl gives its terms."""
+    if isinstance(fact, Not):
+        return ["not", *words(fact.operand)]
+    if not isinstance(fact, Atom):
+        raise TypeError(f"{fact} is no fact")
+    return [fact.predicate, *(term.name for term in fact.arguments)]
 
 
 def spelt(state: str) -> str:
@@ -153,14 +180,14 @@ def listed(literal: Formula, instances: dict[str, str]) -> list[Any]:
     return [literal.predicate, *(instances[term.name] for term in literal.arguments)]  # type: ignore[union-attr]
 
 
-def run_reference(python: Path, scenes: list[dict[str, Any]]) -> dict[str, Any]:
-    """Let the reference evaluate all scenes in a process of its own."""
+def run_reference(python: Path, given: dict[str, Any]) -> dict[str, Any]:
+    """Let the reference evaluate all answers in a process of its own."""
     probe = [str(python), "-c", "import networkx, yaml"]
     if subprocess.run(probe, check=False, capture_output=True).returncode:
         subprocess.run([str(python), "-m", "pip", "install", "--quiet", *ALSO_IMPORTED], check=True)
     with tempfile.TemporaryDirectory(prefix="eai-bench-") as folder:
-        path = Path(folder) / "scenes.json"
-        path.write_text(json.dumps(scenes), encoding="utf-8")
+        path = Path(folder) / "answers.json"
+        path.write_text(json.dumps(given), encoding="utf-8")
         child = subprocess.run(
             [str(python), "-W", "ignore", str(CHILD), str(path)],
             check=True,
@@ -171,14 +198,33 @@ def run_reference(python: Path, scenes: list[dict[str, Any]]) -> dict[str, Any]:
     return report
 
 
-def cost(score: Sequence[Callable[[], Verdict]], repeats: int) -> tuple[float, list[bool]]:
-    """Seconds of processor time to score all answers once, the median of several runs, and their success."""
-    seconds = []
-    for _ in range(repeats):
-        started = time.process_time()
-        verdicts = [each() for each in score]
-        seconds.append(time.process_time() - started)
-    return sorted(seconds)[repeats // 2], [bool(verdict.success) for verdict in verdicts]
+@dataclass(frozen=True, slots=True)
+class Ours:
+    """Our scorers of the answers to an ability.
+
+    Attributes:
+        calls: for each answer its scoring.
+        seconds: processor time to score all answers once, of each run so far.
+    """
+
+    calls: tuple[Callable[[], Verdict], ...]
+    seconds: list[float] = field(default_factory=list)
+
+    def run(self, repeats: int) -> None:
+        """Score all answers some times."""
+        for _ in range(repeats):
+            started = time.process_time()
+            for each in self.calls:
+                each()
+            self.seconds.append(time.process_time() - started)
+
+
+def scoring(
+    make: Callable[[BehaviorTask], Scorer], tasks: Mapping[str, BehaviorTask], given: Sequence[Answer]
+) -> Ours:
+    """What scores the answers, one scorer a task."""
+    scorers = {task_id: make(tasks[task_id]) for task_id in {each.task_id for each in given}}
+    return Ours(tuple(partial(scorers[each.task_id].score, each.text) for each in given))
 
 
 def loading() -> float:
@@ -188,33 +234,58 @@ def loading() -> float:
     return time.process_time() - started
 
 
+def report(ability: str, ours: Ours, theirs: dict[str, Any]) -> bool:
+    """Print the comparison for one ability; whether its limit is kept."""
+    count = len(ours.calls)
+    rate, reference = count / median(ours.seconds), count / median(theirs["cpu_seconds"])
+    ratio: float = rate / reference
+    needed = RATIOS[ability]
+    pairs = zip(ours.calls, theirs["succeeded"], strict=True)
+    same = sum(bool(score().success) == bool(succeeded) for score, succeeded in pairs)
+    print(
+        f"{'kept  ' if ratio >= needed else 'MISSED'}  {ability}: ratio {ratio:,.0f}, at least {needed:,.0f}"
+    )
+    print(
+        f"        reference {reference:,.1f}, eai {rate:,.0f} answers per CPU s; "
+        f"same success on {same} of {count}"
+    )
+    return ratio >= needed
+
+
 def main() -> int:
     """Run both sides and print the comparison."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument(
+        "--plans", type=Path, nargs="+", default=[], help="response files of action sequencing"
+    )
+    parser.add_argument("--subgoals", type=Path, nargs="+", default=[], help="of subgoal decomposition")
     parser.add_argument("--limit", type=int, help="the first N tasks only")
-    parser.add_argument("--repeats", type=int, default=15, help="runs of ours")
+    parser.add_argument(
+        "--repeats", type=int, default=8, help="runs of ours before and after the reference's"
+    )
     parser.add_argument("--cache", type=Path, default=CACHE, help="where the reference's environment is kept")
     arguments = parser.parse_args()
     fetch()
     load = loading()
-    given = [answers(task) for task in open_tasks().values()][: arguments.limit]
-    theirs = run_reference(environment(arguments.cache), [described(each) for each in given])
-    kept = load <= LOAD_CPU_SECONDS
-    print(f"{len(given)} tasks, {REFERENCE}, Python {theirs['python']}; load {load:.2f} CPU s")
+    tasks = dict(islice(open_tasks().items(), arguments.limit))
+    plans = answers(tasks, arguments.plans, made_plan)
+    goals = answers(tasks, arguments.subgoals, made_subgoals)
     reference = Protocol.EAI_1_0_5
-    plans = [(ActionSequencing(each.task, reference).score, each.plan) for each in given]
-    goals = [(SubgoalDecomposition(each.task, reference).score, each.subgoals) for each in given]
-    for ability, calls in (("action_sequencing", plans), ("subgoal_decomposition", goals)):
-        ours, succeeded = cost([lambda s=s, t=t: s(t) for s, t in calls], arguments.repeats)  # type: ignore[misc]
-        ratio = theirs[ability]["cpu_seconds"] / ours
-        same = sum(a == bool(b) for a, b in zip(succeeded, theirs[ability]["succeeded"], strict=True))
-        fine = ratio >= RATIOS[ability]
-        kept = kept and fine
-        rate = len(given) / theirs[ability]["cpu_seconds"]
-        mine, needed = len(given) / ours, RATIOS[ability]
-        print(f"{'kept  ' if fine else 'MISSED'}  {ability}: ratio {ratio:,.0f}, at least {needed:,.0f}")
-        print(f"        reference {rate:.1f}, eai {mine:,.0f} tasks per CPU s; same success on {same}")
-    return 0 if kept else 1
+    ours = {
+        "action_sequencing": scoring(lambda task: ActionSequencing(task, reference), tasks, plans),
+        "subgoal_decomposition": scoring(lambda task: SubgoalDecomposition(task, reference), tasks, goals),
+    }
+    gc.collect()
+    for each in ours.values():
+        each.run(arguments.repeats)
+    scenes = {task_id: described(task) for task_id, task in tasks.items()}
+    given = {"scenes": scenes, "action_sequencing": plans, "subgoal_decomposition": goals}
+    theirs = run_reference(environment(arguments.cache), given)
+    for each in ours.values():
+        each.run(arguments.repeats)
+    print(f"{len(tasks)} tasks, {REFERENCE}, Python {theirs['python']}; load {load:.2f} CPU s")
+    kept = [report(ability, each, theirs[ability]) for ability, each in ours.items()]
+    return 0 if all(kept) and load <= LOAD_CPU_SECONDS else 1
 
 
 if __name__ == "__main__":

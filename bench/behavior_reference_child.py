@@ -1,10 +1,11 @@
 """Run the reference's symbolic BEHAVIOR evaluation and print its cost: `behavior.py`'s half.
 
-`python behavior_reference_child.py SCENES`, in an environment with `eai-eval`, networkx and PyYAML. SCENES is
-a JSON file of what the simulator would say of each task, and of the answers to score. In place of the
+`python behavior_reference_child.py ANSWERS`, in an environment with `eai-eval`, networkx and PyYAML. ANSWERS
+is a JSON file of what the simulator would say of each task, and of the answers to score. In place of the
 simulator stand objects that say it; the evaluation itself is the package's own, unmodified. The last line
 printed is one JSON object. What is counted is what the package does for each answer, making its graph of the
-scene included; the simulator is not counted, being not there.
+scene included; the simulator is not counted, being not there: neither loading it, nor letting it act out the
+plan, nor asking it for the goals.
 """
 
 # mypy: ignore-errors
@@ -75,9 +76,9 @@ class Value:
 
 
 class Condition:
-    """A goal as the reference asks for it."""
+    """An initial fact or a goal as the reference asks for it."""
 
-    def __init__(self, terms, options):
+    def __init__(self, terms, options=()):
         self.terms = terms
         self.flattened_condition_options = options
 
@@ -106,7 +107,8 @@ def make_object(described):
 def make_task(scene):
     """What the reference needs of the simulator's task."""
     objects = {described["name"]: make_object(described) for described in scene["objects"]}
-    task = types.SimpleNamespace(initial_conditions=[], behavior_activity=scene["activity"])
+    task = types.SimpleNamespace(behavior_activity=scene["activity"])
+    task.initial_conditions = [Condition(terms) for terms in scene["initial"]]
     task.goal_conditions = [Condition(goal["terms"], goal["options"]) for goal in scene["goals"]]
     task.check_success = lambda: (False, {"satisfied": []})
     task.object_scope = {}
@@ -120,8 +122,8 @@ def make_task(scene):
     return task
 
 
-def action_sequencing(scene):
-    """A function that evaluates the scene's plan."""
+def action_sequencing(scene, plan):
+    """A function that evaluates a plan."""
     module = importlib.import_module("behavior_eval.evaluation.action_sequencing.action_sequence_evaluator")
     task = make_task(scene)
 
@@ -135,19 +137,19 @@ def action_sequencing(scene):
         evaluator.object_name = set(evaluator.evolving_graph.obj_name_to_obj)
         evaluator.action_name = {action.name for action in module.EvalActions}
         try:
-            return evaluator.evaluate_all(scene["plan"])["goal_rst"]["all_goal_satisfied_graph"]
+            return evaluator.evaluate_all(plan)["goal_rst"]["all_goal_satisfied_graph"]
         except UnboundLocalError:  # where nothing stands on, under or next to anything
             return None
 
     return evaluate
 
 
-def subgoal_decomposition(scene):
-    """A function that evaluates the scene's subgoals."""
+def subgoal_decomposition(scene, subgoals):
+    """A function that evaluates subgoals."""
     module = importlib.import_module("behavior_eval.evaluation.subgoal_decomposition.subgoal_sim_utils")
     task = make_task(scene)
     path = Path(tempfile.mkdtemp()) / "plan.json"
-    path.write_text(json.dumps([{"identifier": scene["activity"], "llm_output": scene["subgoals"]}]))
+    path.write_text(json.dumps([{"identifier": scene["activity"], "llm_output": subgoals}]))
 
     def evaluate():
         evaluator = object.__new__(module.EvalSubgoalPlan)
@@ -172,15 +174,18 @@ def cpu_seconds():
 
 
 def main(path):
-    """Evaluate every scene by both abilities and print cost and results."""
-    scenes = json.loads(Path(path).read_text())
+    """Evaluate every answer of both abilities and print cost and results."""
+    given = json.loads(Path(path).read_text())
     report = {"python": platform.python_version()}
-    for ability in (action_sequencing, subgoal_decomposition):
+    for ability, repeats in ((action_sequencing, 5), (subgoal_decomposition, 1)):
+        answers = given[ability.__name__]
+        spent = []
         with redirect_stdout(io.StringIO()):
-            evaluations = [ability(scene) for scene in scenes]
-            started = cpu_seconds()
-            succeeded = [evaluate() for evaluate in evaluations]
-            spent = cpu_seconds() - started
+            for _ in range(repeats):
+                evaluations = [ability(given["scenes"][task_id], text) for task_id, text in answers]
+                started = cpu_seconds()
+                succeeded = [evaluate() for evaluate in evaluations]
+                spent.append(cpu_seconds() - started)
         report[ability.__name__] = {"cpu_seconds": spent, "succeeded": succeeded}
     print(json.dumps(report))
 
