@@ -1,9 +1,10 @@
 """Our speed as a ratio to the reference's for an ability, on the same answers in one run.
 
-Only processor time counts. Each side scores made answers to a sample of the tasks: the data set's own goals,
-or its scripts written as subgoals, with seeded changes. The reference scores one set, since that takes it
-long; ours several sets of them, as for several models, in a fresh process with the tasks loaded. What is
-compared is answers per CPU second. Exits with status 1 when the limit is missed.
+Only processor time counts. Each side scores answers to a sample of the tasks: those in given response files,
+or made ones, which are the data set's own goals, or its scripts written as subgoals, with seeded changes. The
+reference scores one set, since that takes it long; ours several of them, as for several models, in a fresh
+process with the tasks loaded. What is compared is answers per CPU second. Exits with status 1 when the limit
+is missed.
 """
 
 from __future__ import annotations
@@ -13,8 +14,10 @@ import json
 import subprocess
 import sys
 import tempfile
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TypeVar
 
 from eai.abilities.goal_interpretation.virtualhome_writer import join_goals, write_goals
 from eai.abilities.protocol import Ability, Protocol
@@ -25,15 +28,18 @@ from eai.data.task import Task
 from eai.data.virtualhome_tasks import open_tasks
 from eai.logic.ltl import parse
 from eai.run.answers import AnswerBook, WrittenAnswer, noisy_answer
-from reference import CACHE, REFERENCE, Response, environment, evaluate, write_responses
+from reference import CACHE, REFERENCE, Response, environment, evaluate, read_responses, write_responses
 from reference import Ability as Evaluated
 
 CHILD = Path(__file__).with_name("suite_child.py")
 SETS = 9
-"""How many models answer."""
+"""How many sets of answers are made."""
 
 RATE = 0.15
 """The share of the parts of an answer that is changed."""
+
+
+_T = TypeVar("_T")
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,10 +90,27 @@ def script(task: Task) -> tuple[str, ...]:
     )
 
 
-def sample(book: AnswerBook, size: int) -> list[str]:
-    """Evenly spread tasks that have an answer."""
-    step = max(1, len(book.task_ids) // size)
-    return list(book.task_ids[::step][:size])
+def spread(rows: Sequence[_T], size: int) -> Sequence[_T]:
+    """As many rows as asked for, evenly spread over all."""
+    return rows[:: max(1, len(rows) // size)][:size]
+
+
+def made_answers(ability: Ability, size: int) -> list[list[Response]]:
+    """Sets of made answers to a sample of the tasks."""
+    book = open_book(ability)
+    tasks = spread(book.task_ids, size)
+    return [
+        [Response(task, noisy_answer(book, task, rate=RATE, seed=str(seed)).text) for task in tasks]
+        for seed in range(SETS)
+    ]
+
+
+def given_answers(paths: Sequence[Path], size: int) -> list[list[Response]]:
+    """The answers in some response files to a sample of the tasks that the first one answers."""
+    first, *others = map(read_responses, paths)
+    chosen = spread(first, size)
+    tasks = {response.task_id for response in chosen}
+    return [[*chosen], *([response for response in other if response.task_id in tasks] for other in others)]
 
 
 def score_once(ability: Ability, paths: list[Path]) -> Cost:
@@ -97,17 +120,10 @@ def score_once(ability: Ability, paths: list[Path]) -> Cost:
     return Cost(**json.loads(child.stdout.splitlines()[-1]))
 
 
-def compare(limit: Limit, size: int, repeats: int, cache: Path) -> bool:
-    """Run both sides, print the figures; whether the limit is kept."""
-    fetch()
-    book = open_book(limit.ability)
-    tasks = sample(book, size)
-    sets = [
-        [Response(task, noisy_answer(book, task, rate=RATE, seed=str(seed)).text) for task in tasks]
-        for seed in range(SETS)
-    ]
+def compare(limit: Limit, sets: Sequence[list[Response]], repeats: int, cache: Path) -> bool:
+    """Run both sides, the reference on the first set, and print the figures; whether the limit is kept."""
     with tempfile.TemporaryDirectory(prefix="eai-bench-") as folder:
-        paths = [Path(folder) / f"model{number}_outputs.json" for number in range(SETS)]
+        paths = [Path(folder) / f"model{number}_outputs.json" for number in range(len(sets))]
         for path, responses in zip(paths, sets, strict=True):
             write_responses(path, responses)
         costs = [score_once(limit.ability, paths) for _ in range(repeats)]
@@ -115,13 +131,13 @@ def compare(limit: Limit, size: int, repeats: int, cache: Path) -> bool:
         costs += [score_once(limit.ability, paths) for _ in range(repeats)]
     ours = sorted(costs, key=lambda cost: cost.score_cpu_seconds)[len(costs) // 2]
     ratio = ours.answers_per_cpu_second / theirs.tasks_per_cpu_second
-    print(f"{limit.ability.value}, {len(tasks)} tasks, {REFERENCE}, Python {theirs.python}")
+    print(f"{limit.ability.value}, {len(sets[0])} tasks, {REFERENCE}, Python {theirs.python}")
     print(
         f"reference  {theirs.tasks_per_cpu_second:9.2f} answers per CPU s   {theirs.cpu_seconds:7.2f} CPU s"
     )
     print(
         f"eai        {ours.answers_per_cpu_second:9.2f} answers per CPU s   "
-        f"{ours.score_cpu_seconds:7.3f} CPU s for {SETS} sets, peak {ours.peak_bytes / 1e6:.0f} MB"
+        f"{ours.score_cpu_seconds:7.3f} CPU s for {len(sets)} sets, peak {ours.peak_bytes / 1e6:.0f} MB"
     )
     kept = ratio >= limit.ratio
     print(f"{'kept  ' if kept else 'MISSED'}  ratio {ratio:,.0f}, at least {limit.ratio:,.0f}")
@@ -136,5 +152,18 @@ def main(limit: Limit, description: str) -> int:
         "--repeats", type=int, default=3, help="runs of ours before and after the reference's"
     )
     parser.add_argument("--cache", type=Path, default=CACHE, help="where the reference's environment is kept")
+    parser.add_argument(
+        "--responses",
+        type=Path,
+        nargs="+",
+        metavar="FILE",
+        help="response files of one or more models to be scored instead of made answers",
+    )
     arguments = parser.parse_args()
-    return 0 if compare(limit, arguments.sample, arguments.repeats, arguments.cache) else 1
+    fetch()
+    sets = (
+        given_answers(arguments.responses, arguments.sample)
+        if arguments.responses
+        else made_answers(limit.ability, arguments.sample)
+    )
+    return 0 if compare(limit, sets, arguments.repeats, arguments.cache) else 1
