@@ -100,7 +100,7 @@ def test_what_is_not_answered_is_excluded_and_never_wrong(data_store: Store, tmp
     assert result["model"] == "openai-api/local/scripted"
     assert (result["answered"], result["truncated"]) == (3, 1)
     assert list(result["not_answered"].values()) == [[broken]]
-    assert f"1 tasks not answered ({broken})" in run.err
+    assert f"1 task not answered ({broken})" in run.err
     assert result["metrics"]["task_success"]["numerator"] == 2
     assert result["metrics"]["task_success"]["denominator"] == 3
     lines = (Path(result["folder"]) / "records.jsonl").read_text().splitlines()
@@ -162,7 +162,18 @@ def test_all_suites_are_run_without_being_named(data_store: Store, tmp_path: Pat
     assert run.out.count("┃ eai/oracle ┃") == 8
     summaries = {path.parts[-4:-2] for path in tmp_path.glob("*/*/*/summary.json")}
     assert summaries == {(domain.value, ability.value) for domain in Domain for ability in Ability}
-    assert run.out.count("1 answers, ") == 8
+    assert run.out.count("1 answer, ") == 8
+
+
+def test_named_tasks_are_run_in_the_suites_that_have_them(data_store: Store, tmp_path: Path) -> None:
+    named = ("--tasks", "27_2", "--planner", "none", "--json", "--out", tmp_path)
+    run = eai("run", "--model", "eai/oracle", *named)
+    assert run.status == 0, run.err
+    assert [(each["domain"], each["ability"]) for each in json.loads(run.out)] == [
+        (Domain.VIRTUALHOME.value, ability.value) for ability in Ability
+    ]
+    unknown = eai("run", "--model", "eai/oracle", "--tasks", "27_2,0_0", "--out", tmp_path)
+    assert unknown.err == "eai: --tasks: '0_0' is not a task of any suite\n"
 
 
 def test_what_cannot_be_run_is_said_in_one_line(tmp_path: Path) -> None:

@@ -6,10 +6,12 @@ from pathlib import Path
 import pytest
 
 from eai.abilities.protocol import Ability, Domain
+from eai.abilities.suite import available_suites
 from eai.data.store import Store
 from eai.errors import InputError
 from eai.prompts.library import Library
 from eai.prompts.prompt import PromptSet
+from eai.prompts.template import template_names
 
 SUITE = (Domain.BEHAVIOR, Ability.SUBGOAL_DECOMPOSITION)
 TASK = "assembling_gift_baskets_0_Beechwood_0_int_0_2021-10-26_12-46-37"
@@ -44,3 +46,26 @@ def test_what_cannot_be_used_is_refused(data_store: Store, tmp_path: Path) -> No
     (tmp_path / "behavior_subgoal_decomposition.json").write_text('[{"identifier": "x", "llm_prompt": "?"}]')
     with pytest.raises(InputError, match="identifier 'x' is not one of the tasks"):
         library(data_store, tmp_path).open(*SUITE)
+
+
+@pytest.mark.parametrize(
+    "name", ["behaviour_action_sequencing.json", "action_sequences.txt", "formats/x.txt", "a/example.txt"]
+)
+def test_files_that_replace_nothing_are_refused(data_store: Store, tmp_path: Path, name: str) -> None:
+    """A wrong letter in a name would else leave the prompts as they were, without a word."""
+    file = tmp_path / name
+    file.parent.mkdir(exist_ok=True)
+    file.write_text("[]")
+    with pytest.raises(InputError, match=f"{name}: replaces nothing; expected <domain>_<ability>.json"):
+        library(data_store, tmp_path).open(*SUITE)
+
+
+def test_every_file_that_could_replace_something_is_accepted(data_store: Store, tmp_path: Path) -> None:
+    (tmp_path / "formats").mkdir()
+    for name in template_names():
+        (tmp_path / name).write_text("mine")
+    for domain, ability in available_suites():
+        (tmp_path / f"{domain.value}_{ability.value}.json").write_text("[]")
+        (tmp_path / f"{domain.value}_{ability.value}_system.json").write_text('{"system_prompt": "mine"}')
+    (tmp_path / "README.md").write_text("why")
+    assert {prompt.system for prompt in library(data_store, tmp_path).open(*SUITE).values()} == {"mine"}

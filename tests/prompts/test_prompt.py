@@ -40,5 +40,6 @@ def test_another_shape_is_refused_by_name(tmp_path: Path, content: str) -> None:
     file.write_text(content)
     with pytest.raises(InputError, match=r"p\.json: expected a list"):
         read_prompt_file(file)
-    with pytest.raises(InputError, match=r"p\.json: expected .*system_prompt"):
+    with pytest.raises(InputError, match=r"p\.json: expected .*system_prompt") as caught:
         read_system_file(file)
+    assert "\n" not in str(caught.value)

@@ -3,15 +3,21 @@
 from __future__ import annotations
 
 import json
+import signal
 import subprocess
 import sys
 import time
 from pathlib import Path
 
+import pytest
+
 from eai.abilities.protocol import Ability, Domain
 from eai.data.store import Store
+from eai.errors import EaiError
 from eai.prompts.official import official_prompts
 from eai.run.answers import open_answer_book
+from eai.run.evaluation import obtain_answers
+from eai.run.job import Endpoint, Job
 from run.server import Reply, serve
 
 SUITE = (Domain.VIRTUALHOME, Ability.ACTION_SEQUENCING)
@@ -54,3 +60,27 @@ def test_a_killed_run_goes_on_where_it_was(data_store: Store, tmp_path: Path) ->
         interrupted, whole = (tmp_path / run / RESULTS / name for run in ("killed", "at_once"))
         assert interrupted.read_bytes() == whole.read_bytes()
     assert json.loads(printed)[0]["metrics"]["task_success"]["numerator"] == TASKS
+
+
+def test_a_run_that_is_interrupted_says_how_it_goes_on(data_store: Store, tmp_path: Path) -> None:
+    """An interrupt comes whenever it comes: at any time it is one line, and never a traceback."""
+    prompts = dict(list(official_prompts(*SUITE, data_store).items())[:TASKS])
+    script = {prompt.user: [Reply("{}", delay=0.3)] for prompt in prompts.values()}
+    with serve(script) as served:
+        run = start(served.url, tmp_path)
+        deadline = time.monotonic() + 60
+        while not served.log.asked and time.monotonic() < deadline:
+            time.sleep(0.01)
+        run.send_signal(signal.SIGINT)
+        printed, errors = run.communicate(timeout=60)
+    assert (run.returncode, printed) == (2, "")
+    assert errors.splitlines()[-1] == "eai: interrupted; the same command goes on from here"
+
+
+def test_a_run_that_is_interrupted_before_it_began_says_the_same(
+    data_store: Store, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("inspect_ai.eval", lambda *arguments, **options: [])
+    prompts = dict(list(official_prompts(*SUITE, data_store).items())[:1])
+    with pytest.raises(EaiError, match="interrupted; the same command goes on from here"):
+        obtain_answers(Job(Endpoint("eai/oracle"), *SUITE, prompts), tmp_path / "a.jsonl", tmp_path / "logs")

@@ -8,6 +8,7 @@ from contextlib import contextmanager
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeRemainingColumn
 from rich.table import Table
+from rich.text import Text
 
 from eai.data.progress import Progress as Step
 from eai.data.progress import Report, Stage
@@ -59,13 +60,24 @@ def print_rates(title: str, metrics: Sequence[str], rates: Mapping[str, Mapping[
     per_table = max(1, room // _COLUMN_WIDTH)
     for start in range(0, len(models), per_table):
         shown = models[start : start + per_table]
-        table = Table(title=title, title_justify="left")
+        console.print(Text(title, style="italic"), soft_wrap=True)
+        table = Table()
         table.add_column("percent", no_wrap=True)
         for model in shown:
             table.add_column(model, justify="right", overflow="fold")
         for label, metric in zip(labels, metrics, strict=True):
             table.add_row(label, *(_percent(rates[model][metric]) for model in shown))
         console.print(table)
+
+
+def counted(number: int, noun: str) -> str:
+    """A number of things: ``1 task``, ``1,000 tasks``."""
+    return f"{number:,} {noun}" if number == 1 else f"{number:,} {noun}s"
+
+
+def dollars(amount: float) -> str:
+    """An amount of money, to the cent from a dollar on and finer below."""
+    return f"${amount:.2f}" if amount >= 1 else f"${amount:.4f}"
 
 
 def _percent(rate: Rate) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping, Sequence, Set
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
@@ -14,7 +14,7 @@ from eai.abilities.protocol import Ability, Domain, Protocol
 from eai.abilities.responses import file_name
 from eai.abilities.suite import PlannerChoice, Source, Suite, available_suites, open_suite
 from eai.abilities.verdict import Json
-from eai.cli.console import data_progress, errors, output, print_rates
+from eai.cli.console import counted, data_progress, dollars, errors, output, print_rates
 from eai.cli.data import DataFolder, store
 from eai.cli.progress import run_progress
 from eai.cli.running import Obtained, Outcome, Scoring, settle, undisturbed
@@ -35,7 +35,9 @@ def run(
     domain: Annotated[list[Domain] | None, typer.Option(help="Domains; all if not given.")] = None,
     ability: Annotated[list[Ability] | None, typer.Option(help="Abilities; all if not given.")] = None,
     protocol: Annotated[Protocol, typer.Option(help="The rules for scoring.")] = Protocol.STRICT,
-    tasks: Annotated[str, typer.Option(help="Only these tasks: ids separated by commas.")] = "",
+    tasks: Annotated[
+        str, typer.Option(help="Only these tasks, in the suites that have them: ids separated by commas.")
+    ] = "",
     limit: Annotated[int | None, typer.Option(min=1, help="At most so many tasks of each suite.")] = None,
     prompt_set: Annotated[PromptSet, typer.Option("--set", help="Which prompts.")] = PromptSet.OFFICIAL,
     prompts: Annotated[Path | None, typer.Option(help="A folder with prompts of your own.")] = None,
@@ -91,9 +93,10 @@ def run(
         if not suites:
             raise InputError("no suite has this domain and this ability yet")
         library = Library(prompt_set, prompts, gold_examples(source.store), source.store, report)
-        chosen = [_chosen(suite, library, tasks, limit) for suite in suites]
+        named = _named(tasks, suites)
+        chosen = [(suite, _chosen(suite, library, named, limit)) for suite in suites]
     outcomes = []
-    for suite, asked in zip(suites, chosen, strict=True):
+    for suite, asked in ((suite, asked) for suite, asked in chosen if asked):
         scoring = Scoring(suite.domain, suite.ability, protocol, source, workers, explanations)
         of_suite = [_run_model(order, endpoint, asked, scoring) for endpoint in order.endpoints]
         if not order.quiet:
@@ -153,7 +156,7 @@ def _report(outcomes: Sequence[Outcome], order: _Order, *, as_json: bool) -> Non
             shown = ", ".join(task_ids[:SHOWN_TASKS]) + (", ..." if len(task_ids) > SHOWN_TASKS else "")
             errors().print(
                 f"{outcome.model}, {outcome.scoring.domain.value} {outcome.scoring.ability.value}: "
-                f"{len(task_ids)} tasks not answered ({shown}): {why}",
+                f"{counted(len(task_ids), 'task')} not answered ({shown}): {why}",
                 markup=False,
                 highlight=False,
                 soft_wrap=True,
@@ -168,27 +171,34 @@ def _report(outcomes: Sequence[Outcome], order: _Order, *, as_json: bool) -> Non
 def _effort(outcome: Outcome) -> str:
     """One line on what an outcome took and where it is."""
     usage = outcome.usage
-    parts = [f"{outcome.answered} answers", f"{usage.input_tokens:,} + {usage.output_tokens:,} tokens"]
+    parts = [counted(outcome.answered, "answer"), f"{usage.input_tokens:,} + {usage.output_tokens:,} tokens"]
     if usage.cost is not None:
-        parts.append(f"${usage.cost:.2f}")
+        parts.append(dollars(usage.cost))
     if outcome.truncated:
         parts.append(f"{outcome.truncated} cut off")
     return f"{', '.join(parts)}; records in {outcome.folder}"
 
 
-def _chosen(suite: Suite, library: Library, tasks: str, limit: int | None) -> dict[str, Prompt]:
-    """The prompts of the tasks that the command line asks for, in the order of the data set.
+def _named(tasks: str, suites: Sequence[Suite]) -> frozenset[str]:
+    """The tasks that the command line names; none if it asks for all.
 
     Raises:
-        InputError: a task is unknown.
+        InputError: no suite has a task of this name.
     """
     named = [task_id.strip() for task_id in tasks.split(",") if task_id.strip()]
     for task_id in named:
-        if task_id not in suite.task_ids:
-            name = f"{suite.domain.value} {suite.ability.value}"
-            raise InputError(f"--tasks: {task_id!r} is not a task of {name}")
-    prompts = library.open(suite.domain, suite.ability)
-    chosen = [task_id for task_id in suite.task_ids if task_id in (named or suite.task_ids)]
+        if not any(task_id in suite.task_ids for suite in suites):
+            only = f"{suites[0].domain.value} {suites[0].ability.value}"
+            raise InputError(
+                f"--tasks: {task_id!r} is not a task of {only if len(suites) == 1 else 'any suite'}"
+            )
+    return frozenset(named)
+
+
+def _chosen(suite: Suite, library: Library, named: Set[str], limit: int | None) -> dict[str, Prompt]:
+    """The prompts of the named tasks, or of all if none is, in the order of the data set."""
+    chosen = [task_id for task_id in suite.task_ids if not named or task_id in named]
+    prompts = library.open(suite.domain, suite.ability) if chosen else {}
     return {task_id: prompts[task_id] for task_id in chosen[:limit]}
 
 

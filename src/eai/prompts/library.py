@@ -14,6 +14,14 @@ from eai.errors import InputError
 from eai.prompts.official import official_prompts
 from eai.prompts.own import Examples, own_prompts
 from eai.prompts.prompt import Prompt, PromptSet, read_prompt_file, read_system_file
+from eai.prompts.template import template_names
+
+_SUITE_FILES = frozenset(
+    f"{domain.value}_{ability.value}{ending}.json"
+    for domain in Domain
+    for ability in Ability
+    for ending in ("", "_system")
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,8 +51,8 @@ class Library:
             DataError: the data cannot be obtained.
             InputError: a file of the user's cannot be used, or the set has no such prompts.
         """
-        if self.folder is not None and not self.folder.is_dir():
-            raise InputError(f"{self.folder}: expected a folder of prompts")
+        if self.folder is not None:
+            _refuse_strangers(self.folder)
         if self.prompts is PromptSet.OFFICIAL:
             prompts = official_prompts(domain, ability, self.store, report=self.report)
         else:
@@ -72,3 +80,16 @@ class Library:
             system = read_system_file(system_file)
             prompts = {i: replace(prompt, system=system) for i, prompt in prompts.items()}
         return prompts
+
+
+def _refuse_strangers(folder: Path) -> None:
+    """Raise if this is no folder, or has prompts or templates that replace nothing."""
+    if not folder.is_dir():
+        raise InputError(f"{folder}: expected a folder of prompts")
+    known = _SUITE_FILES | template_names()
+    for file in sorted([*folder.rglob("*.json"), *folder.rglob("*.txt")]):
+        if file.relative_to(folder).as_posix() not in known:
+            raise InputError(
+                f"{file}: replaces nothing; expected <domain>_<ability>.json, "
+                "<domain>_<ability>_system.json or the name of a template"
+            )

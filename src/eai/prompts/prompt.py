@@ -8,11 +8,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
+from typing import TypeVar
 
 from pydantic import TypeAdapter, ValidationError
 from typing_extensions import TypedDict
 
 from eai.errors import InputError
+
+Shape = TypeVar("Shape")
 
 
 class PromptSet(str, Enum):
@@ -61,10 +64,7 @@ def read_prompt_file(path: Path) -> dict[str, str]:
     Raises:
         InputError: the file cannot be read, or is not of this shape.
     """
-    try:
-        rows = TypeAdapter(list[_Row]).validate_json(path.read_bytes())
-    except (OSError, ValidationError) as error:
-        raise InputError(f'{path}: expected a list of {{"identifier", "llm_prompt"}} ({error})') from error
+    rows = _read(path, TypeAdapter(list[_Row]), 'a list of {"identifier", "llm_prompt"}')
     return {row["identifier"]: row["llm_prompt"] for row in rows}
 
 
@@ -74,10 +74,7 @@ def read_system_file(path: Path) -> str:
     Raises:
         InputError: the file cannot be read, or is not of this shape.
     """
-    try:
-        return TypeAdapter(_System).validate_json(path.read_bytes())["system_prompt"]
-    except (OSError, ValidationError) as error:
-        raise InputError(f'{path}: expected {{"system_prompt"}} ({error})') from error
+    return _read(path, TypeAdapter(_System), '{"system_prompt"}')["system_prompt"]
 
 
 class _Row(TypedDict):
@@ -87,3 +84,15 @@ class _Row(TypedDict):
 
 class _System(TypedDict):
     system_prompt: str
+
+
+def _read(path: Path, adapter: TypeAdapter[Shape], shape: str) -> Shape:
+    """The content of a JSON file of a shape."""
+    try:
+        return adapter.validate_json(path.read_bytes())
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror})") from error
+    except ValidationError as error:
+        first = error.errors()[0]
+        why = ": ".join([*map(str, first["loc"]), first["msg"]])
+        raise InputError(f"{path}: expected {shape} ({why})") from error

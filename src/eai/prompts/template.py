@@ -15,6 +15,18 @@ from string import Template
 from eai.errors import InputError
 
 
+def template_names() -> frozenset[str]:
+    """The names of all templates of the package, such as ``formats/transition_modeling.txt``."""
+    folder = files("eai.prompts") / "templates"
+    return frozenset(
+        name
+        for entry in folder.iterdir()
+        for name in (
+            [f"{entry.name}/{each.name}" for each in entry.iterdir()] if entry.is_dir() else [entry.name]
+        )
+    )
+
+
 @dataclass(frozen=True, slots=True)
 class Templates:
     """The templates of the package, with the user's own in place of single ones.

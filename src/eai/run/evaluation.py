@@ -57,12 +57,15 @@ def obtain_answers(job: Job, journal: Path, log_dir: Path, *, watch: Watch = unw
     return Answers(desk.answers, desk.failures)
 
 
-def _evaluate(job: Job, task: inspect_ai.Task, log_dir: Path) -> EvalLog:
-    """Let Inspect ask; scoring waits until all answers are there, whose form decides how each is read."""
+def _evaluate(job: Job, task: inspect_ai.Task, log_dir: Path) -> EvalLog | None:
+    """Let Inspect ask; scoring waits until all answers are there, whose form decides how each is read.
+
+    There is no log where the run was interrupted before it began.
+    """
     pace, model = job.pace, _model(job.endpoint)
     if job.endpoint.prices is not None:
         set_price(model, read_prices(job.endpoint.prices))
-    (log,) = inspect_ai.eval(
+    logs = inspect_ai.eval(
         task,
         model=model,
         epochs=job.epochs,
@@ -77,7 +80,7 @@ def _evaluate(job: Job, task: inspect_ai.Task, log_dir: Path) -> EvalLog:
         attempt_timeout=pace.timeout,
         batch=pace.batch or None,
     )
-    return log
+    return next(iter(logs), None)
 
 
 def _model(endpoint: Endpoint) -> Model:
@@ -91,11 +94,11 @@ def _model(endpoint: Endpoint) -> Model:
         raise EaiError(f"{endpoint.model}: {message}") from error
 
 
-def _check(job: Job, log: EvalLog) -> None:
+def _check(job: Job, log: EvalLog | None) -> None:
     """Raise if the run as a whole did not come to its end."""
+    if log is None or log.status == "cancelled":
+        raise EaiError("interrupted; the same command goes on from here")
     if log.status == "success":
         return
-    if log.status == "cancelled":
-        raise EaiError("interrupted; the same command goes on from here")
     message = log.error.message.strip().splitlines()[-1] if log.error else log.status
     raise EaiError(f"{job.endpoint.model} on {job.domain.value} {job.ability.value}: {message}")
