@@ -8,7 +8,7 @@ from eai.logic.formula import (
     Constant,
     Occurs,
 )
-from eai.logic.ltl import parse
+from eai.logic.ltl import MAX_KNOWN, parse
 from eai.logic.signature import OffenceKind, Signature
 
 P = Atom("p", (Constant("a"),))
@@ -38,3 +38,19 @@ def test_actions_come_from_the_signature() -> None:
     grab = Occurs("grab", (Constant("a"),))
     assert parse("grab(a) and p(a)", Signature({"p": 1}, {"grab": 1})).formula == And((grab, P))
     assert parse("p(a)", Signature({"p": 1}, {"p": 2})).formula == P
+
+
+def test_what_is_remembered_is_what_is_allowed_wherever_it_stands() -> None:
+    signature = Signature({"open": 1}, {"grab": 1}, {"cup.1"})
+    text = "grab(cup.1) then open(cup.1) then open(cup.2) and exists x. (open(x)) and grab(cup.1)"
+    first = parse(text, signature)
+    assert set(signature.known) == {"grab(cup.1)", "open(cup.1)"}
+    assert parse(text, signature) == first
+    (offence,) = parse("grab(cup.1) and open(x)", signature).offences
+    assert (offence.kind, offence.column) == (OffenceKind.UNKNOWN_OBJECT, 22)
+
+
+def test_memory_is_bounded() -> None:
+    signature = Signature({"open": 1})
+    parse(" and ".join(f"open(cup.{number})" for number in range(2 * MAX_KNOWN)), signature)
+    assert len(signature.known) == MAX_KNOWN

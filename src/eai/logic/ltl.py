@@ -8,11 +8,14 @@ from functools import partial
 
 from lark import Token
 
-from eai.logic.formula import Atom, Equals, Formula, Occurs
+from eai.logic.formula import Atom, Equals, Formula, Occurs, Term
 from eai.logic.grammar import ParseTree, parse_tree
 from eai.logic.plain import read_plain
 from eai.logic.reader import FormulaReader, Reading, start, term
 from eai.logic.signature import Signature
+
+MAX_KNOWN = 1_000
+"""How many primitives are remembered with a signature."""
 
 _NAME = re.compile(r"[a-zA-Z_\-]\w*(?:\.[0-9]+)?")
 
@@ -85,12 +88,22 @@ class _LtlReader(FormulaReader):
 
     def named(self, text: str, position: int, scope: frozenset[str]) -> Formula:
         """The formula of a primitive's text, which stands at a position of the whole."""
-        name, *arguments = _NAME.findall(text)
-        terms = tuple([term(argument, scope) for argument in arguments])
-        if self._signature is None:
-            return Atom(name, terms)
+        signature = self._signature
+        if signature is None:
+            return Atom(*_name_and_terms(text, scope))
+        if not scope and text in signature.known:
+            return signature.known[text]
+        name, terms = _name_and_terms(text, scope)
         self._checker.check(name, terms, partial(_place_of_name, text, position))
-        return Occurs(name, terms) if self._signature.is_action(name) else Atom(name, terms)
+        formula = Occurs(name, terms) if signature.is_action(name) else Atom(name, terms)
+        if not scope and not self._checker.offences and len(signature.known) < MAX_KNOWN:
+            signature.known[text] = formula
+        return formula
+
+
+def _name_and_terms(primitive: str, scope: frozenset[str]) -> tuple[str, tuple[Term, ...]]:
+    name, *arguments = _NAME.findall(primitive)
+    return name, tuple([term(argument, scope) for argument in arguments])
 
 
 def _place_of_name(primitive: str, position: int, index: int) -> int:

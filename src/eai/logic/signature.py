@@ -6,7 +6,7 @@ from collections.abc import Callable, Container, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 
-from eai.logic.formula import Constant, Term
+from eai.logic.formula import Constant, Formula, Term
 from eai.logic.grammar import place
 
 
@@ -46,12 +46,14 @@ class Signature:
     """The vocabulary of formulas: predicates and actions with their arities, and the objects.
 
     An arity of None allows any number of arguments. A name that is both a predicate and an action is a
-    predicate. ``objects`` None allows every object name.
+    predicate. ``objects`` None allows every object name. ``known`` are formulas of primitives by their text,
+    as far as a reader has met and remembered them: answers to one task have most primitives in common.
     """
 
     predicates: Mapping[str, int | None]
     actions: Mapping[str, int | None] = field(default_factory=dict)
     objects: Container[str] | None = None
+    known: dict[str, Formula] = field(default_factory=dict, repr=False, compare=False)
 
     def is_action(self, name: str) -> bool:
         """Whether the name is an action and no predicate."""
