@@ -29,6 +29,9 @@ OPERANDS = (
     "true",
     "x = y",
     "not",
+    "not ",
+    "not open(sofa)",
+    "not (sofa)",
     "notopen(sofa)",
 )
 BINDERS = ("(", "exists x. (", "forall  y .(", "forn 1 x. (", "forpairs", "exists")
@@ -85,6 +88,7 @@ def test_printed_formulas_mean_what_the_grammars_say(formula: Formula, dialect: 
         "exists x. (p(x) or q(x)) then (p(a) and q(b))",
         "forall\ny . ( exists x. (p(x, y)) )",
         "(" * MAX_BRACKETS + "p(a)" + ")" * MAX_BRACKETS,
+        "not p(a) and not (q(b) or r()) then not exists x. (not p(x))",
     ],
 )
 def test_plain(text: str) -> None:
@@ -96,8 +100,12 @@ def test_plain(text: str) -> None:
     [
         "",
         "p",
-        "not p(a)",
         "notp(a)",
+        "not not p(a)",
+        "not notp(a)",
+        "not(a)",
+        "not (a)",
+        "not(p(a))",
         "p(a) then",
         "(p(a)",
         "p(a))",

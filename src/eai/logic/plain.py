@@ -1,8 +1,9 @@
 """Plain formulas read without a parser's tables: what nearly all goals and answers are.
 
-Plain is a formula of primitives, ``and``, ``or``, ``then``, ``exists``, ``forall`` and brackets, with blanks
-around its words. Every dialect reads it alike. Any other text is left to the grammar files, which also say
-what is wrong with it; on plain ones they take several times as long, and building their parsers longer still.
+Plain is a formula of primitives, ``and``, ``or``, ``then``, ``not``, ``exists``, ``forall`` and brackets,
+with blanks around its words. Every dialect reads it alike. Any other text is left to the grammar files, which
+also say what is wrong with it; on plain ones they take several times as long, and building their parsers
+longer still.
 """
 
 from __future__ import annotations
@@ -11,17 +12,18 @@ import re
 from collections.abc import Callable
 from typing import TypeAlias
 
-from eai.logic.formula import And, Exists, ForAll, Formula, Or, Then, Variable
+from eai.logic.formula import And, Exists, ForAll, Formula, Not, Or, Then, Variable
 
-MAX_BRACKETS = 20
-"""How deep brackets may be nested: far less than `traversal.MAX_DEPTH` levels."""
+MAX_BRACKETS = 18
+"""How deep brackets may be nested: at five levels each, less than `traversal.MAX_DEPTH` levels."""
 
 _BLANK = r"[ \t\f\r\n]"
 _NAME = r"[a-zA-Z_\-]\w*"
 _ARGUMENT = rf"{_NAME}(?:\.[0-9]+)?{_BLANK}*"
 _PRIMITIVE = rf"(?!not){_NAME}{_BLANK}*\({_BLANK}*(?:{_ARGUMENT}(?:,{_BLANK}*{_ARGUMENT})*)?\)"
 _BINDER = rf"(?P<quantifier>exists|forall){_BLANK}+(?P<variable>{_NAME}){_BLANK}*\.{_BLANK}*\("
-_OPERAND = re.compile(rf"{_BLANK}*(?:(?P<primitive>{_PRIMITIVE})|{_BINDER}|\()")
+_NEGATION = rf"(?P<negation>not{_BLANK}+)"
+_OPERAND = re.compile(rf"{_BLANK}*{_NEGATION}?(?:(?P<primitive>{_PRIMITIVE})|{_BINDER}|\()")
 _JOINT = re.compile(rf"{_BLANK}*(and|or|then|\)|\Z)")
 
 _QUANTIFIERS: dict[str, type[Exists] | type[ForAll]] = {"exists": Exists, "forall": ForAll}
@@ -81,21 +83,25 @@ class _PlainReader:
         if found is None:
             raise _NotPlainError
         self._position = found.end()
-        kind = found.lastgroup
-        if kind == "primitive":
-            formula = self._primitive(found["primitive"], found.start("primitive"), scope)
-        elif kind is None:
-            formula = self._bracketed(scope, brackets)
-        else:
-            name = found["variable"]
-            body = self._bracketed(scope | {name}, brackets)
-            formula = _QUANTIFIERS[found["quantifier"]](Variable(name), body)
+        formula = self._positive(found, scope, brackets)
+        if found["negation"] is not None:
+            formula = Not(formula)
         joint = _JOINT.match(self._text, self._position)
         if joint is None:
             raise _NotPlainError
         self._joint = joint[1]
         self._position = joint.end()
         return formula
+
+    def _positive(self, found: re.Match[str], scope: frozenset[str], brackets: int) -> Formula:
+        """The formula behind a negation, or without one."""
+        if found["primitive"] is not None:
+            return self._primitive(found["primitive"], found.start("primitive"), scope)
+        name = found["variable"]
+        if name is None:
+            return self._bracketed(scope, brackets)
+        body = self._bracketed(scope | {name}, brackets)
+        return _QUANTIFIERS[found["quantifier"]](Variable(name), body)
 
     def _bracketed(self, scope: frozenset[str], brackets: int) -> Formula:
         if brackets == 0:
