@@ -176,6 +176,13 @@ def test_named_tasks_are_run_in_the_suites_that_have_them(data_store: Store, tmp
     assert unknown.err == "eai: --tasks: '0_0' is not a task of any suite\n"
 
 
+def test_an_out_that_is_no_folder_is_said_before_anything_is_asked(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    run = eai("run", "--model", "eai/oracle", *NAMED, "--quiet", "--out", tmp_path / "file")
+    assert (run.status, run.out) == (2, "")
+    assert run.err == f"eai: {tmp_path / 'file' / 'logs'}: cannot be made (Not a directory)\n"
+
+
 def test_what_cannot_be_run_is_said_in_one_line(tmp_path: Path) -> None:
     missing = tmp_path / "prices.json"
     for arguments, message in (

@@ -13,7 +13,7 @@ from inspect_ai.model import Model, get_model
 from rich.text import Text
 
 from eai.abilities.protocol import Protocol
-from eai.errors import EaiError
+from eai.errors import EaiError, InputError
 from eai.run.asking import ask
 from eai.run.desk import Desk, Watch, unwatched
 from eai.run.job import Endpoint, Job
@@ -45,6 +45,7 @@ def obtain_answers(job: Job, journal: Path, log_dir: Path, *, watch: Watch = unw
         watch: told of every answer and failure.
 
     Raises:
+        InputError: a folder cannot be made, or the journal cannot be used.
         EaiError: the run as a whole failed: no such model, a key is missing, it was interrupted.
     """
     with Journal(journal) as written:
@@ -52,9 +53,17 @@ def obtain_answers(job: Job, journal: Path, log_dir: Path, *, watch: Watch = unw
         desk.tell()
         open_prompts = desk.open_prompts()
         if open_prompts:
+            _make_folder(log_dir)
             task = build_task(job.domain, job.ability, open_prompts, ask(desk), Protocol.STRICT)
             _check(job, _evaluate(job, task, log_dir))
     return Answers(desk.answers, desk.failures)
+
+
+def _make_folder(folder: Path) -> None:
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"{folder}: cannot be made ({error.strerror})") from error
 
 
 def _evaluate(job: Job, task: inspect_ai.Task, log_dir: Path) -> EvalLog | None:
