@@ -141,8 +141,11 @@ class Evaluator:
         """The positions from which the parts hold one after the other on consecutive pieces up to ``end``."""
         if not parts:
             return _up_to(end)
-        starts = self.on(parts[-1], binding, end)
-        for part in reversed(parts[:-1]):
+        return self._preceded(parts[:-1], binding, self.on(parts[-1], binding, end))
+
+    def _preceded(self, parts: tuple[Formula, ...], binding: Binding, starts: int) -> int:
+        """The positions from which consecutive pieces satisfy the parts, up to just before a start."""
+        for part in reversed(parts):
             starts = self._followed_by(part, binding, starts)
         return starts
 
@@ -174,9 +177,25 @@ class Evaluator:
         """For every end, the positions from which the piece up to it satisfies the formula."""
         key = (id(formula), frozenset(binding.items()))
         if key not in self._tables:
-            ends = range(self._trajectory.length)
-            self._tables[key] = [self.on(formula, binding, end) for end in ends]
+            self._tables[key] = self._for_all_ends(formula, binding)
         return self._tables[key]
+
+    def _for_all_ends(self, formula: Formula, binding: Binding) -> list[int]:
+        """What `on` gives for every end, the parts of connectives being read for all ends first."""
+        if not self.is_temporal(formula):
+            mask = self.state(formula, binding)
+            return [_before(mask & _up_to(end)) for end in range(self._trajectory.length)]
+        match formula:
+            case Not(operand):
+                return [_up_to(end) & ~m for end, m in enumerate(self._for_all_ends(operand, binding))]
+            case And(operands) | Or(operands):
+                join = and_ if isinstance(formula, And) else or_
+                tables = [self._for_all_ends(operand, binding) for operand in operands]
+                return [reduce(join, masks) for masks in zip(*tables, strict=True)]
+            case Then(parts) if parts:
+                return [self._preceded(parts[:-1], binding, m) for m in self._for_all_ends(parts[-1], binding)]
+            case _:
+                return [self.on(formula, binding, end) for end in range(self._trajectory.length)]
 
     def _combined(self, formula: Formula, binding: Binding, read: _Reading, end: int) -> int:
         """A connective or quantifier over parts that are read in one way."""
