@@ -16,7 +16,7 @@ truth on every piece, which costs a factor of the trajectory's length.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial, reduce
 from operator import and_, or_
 from typing import TypeAlias
@@ -143,7 +143,7 @@ class Evaluator:
             return _up_to(end)
         return self._preceded(parts[:-1], binding, self.on(parts[-1], binding, end))
 
-    def _preceded(self, parts: tuple[Formula, ...], binding: Binding, starts: int) -> int:
+    def _preceded(self, parts: Sequence[Formula], binding: Binding, starts: int) -> int:
         """The positions from which consecutive pieces satisfy the parts, up to just before a start."""
         for part in reversed(parts):
             starts = self._followed_by(part, binding, starts)
@@ -192,8 +192,8 @@ class Evaluator:
                 join = and_ if isinstance(formula, And) else or_
                 tables = [self._for_all_ends(operand, binding) for operand in operands]
                 return [reduce(join, masks) for masks in zip(*tables, strict=True)]
-            case Then(parts) if parts:
-                return [self._preceded(parts[:-1], binding, m) for m in self._for_all_ends(parts[-1], binding)]
+            case Then((*first, last)):
+                return [self._preceded(first, binding, m) for m in self._for_all_ends(last, binding)]
             case _:
                 return [self.on(formula, binding, end) for end in range(self._trajectory.length)]
 
