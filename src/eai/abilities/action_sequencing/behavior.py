@@ -28,6 +28,9 @@ from eai.world.state import State
 _STRANGER = -1
 """The index of an object that there is not."""
 
+_MAX_KNOWN = 1_000
+"""How many steps a scorer remembers: answers to one task have most in common."""
+
 
 class ActionSequencing(Scorer):
     """The scorer of one task under one protocol.
@@ -43,6 +46,7 @@ class ActionSequencing(Scorer):
         self._initial = task.initial if protocol is Protocol.STRICT else task.initial_as_published
         self._arities = {operator.name: operator.arity for operator in self.domain.operators}
         self._goals = BehaviorGoals(task, protocol)
+        self._known: dict[WrittenStep, Action] = {}
 
     def assess(self, text: str) -> Assessment:
         """The verdict on an answer, and what becomes of it step by step."""
@@ -74,18 +78,27 @@ class ActionSequencing(Scorer):
 
     def resolve(self, plan: WrittenPlan) -> list[Action] | Rejected:
         """The plan as ground actions, or the first grammar error: of all names before of any arity."""
-        things, arities = self.task.scene.index, self._arities
         actions = []
         misapplied = None
-        for index, (name, arguments) in enumerate(plan.steps):
-            arity = arities.get(name)
-            known = tuple([things.get(str(each).strip(), _STRANGER) for each in arguments])
-            if arity is None or _STRANGER in known:
-                return self._unknown(index, plan.steps[index])
-            if misapplied is None and len(known) != arity:
+        for index, step in enumerate(plan.steps):
+            action = self._known.get(step) or self._action(step)
+            if action is None:
+                return self._unknown(index, step)
+            if misapplied is None and len(action.arguments) != self._arities[action.operator]:
                 misapplied = index
-            actions.append(Action(name, known))
+            actions.append(action)
         return actions if misapplied is None else self._misapplied(misapplied, actions[misapplied])
+
+    def _action(self, step: WrittenStep) -> Action | None:
+        """The action that a step names, remembered for other answers; None if one of its names is unknown."""
+        things = self.task.scene.index
+        found = tuple([things.get(str(name).strip(), _STRANGER) for name in step.arguments])
+        if step.action not in self._arities or _STRANGER in found:
+            return None
+        action = Action(step.action, found)
+        if len(self._known) < _MAX_KNOWN:
+            self._known[step] = action
+        return action
 
     def _misapplied(self, index: int, action: Action) -> Rejected:
         """That an action has too many objects or too few."""

@@ -48,4 +48,4 @@ def _step(value: object) -> WrittenStep | None:
         return None
     if isinstance(objects, str):
         return WrittenStep(action, tuple(objects.split(",")))
-    return WrittenStep(action, tuple(objects)) if isinstance(objects, list) else None
+    return WrittenStep(action, tuple(map(str, objects))) if isinstance(objects, list) else None
