@@ -35,9 +35,12 @@ ROOMS = "Rooms"
 
 
 class _Lines:
-    """The rows and columns of all relations, and the masks of all unary predicates, while being built."""
+    """The rows and columns of all relations, and the masks of all unary predicates, while being built.
 
-    __slots__ = ("columns", "described", "index", "objects", "rows", "unary")
+    ``relations`` are those that were made of them and have not changed since: states share them.
+    """
+
+    __slots__ = ("columns", "described", "index", "objects", "relations", "rows", "unary")
 
     def __init__(self, scene: BaseScene) -> None:
         self.objects: list[WorldObject] = []
@@ -46,6 +49,7 @@ class _Lines:
         self.described: list[frozenset[int]] = []
         self.rows: list[list[int]] = [[] for _ in VOCABULARY.binary_slots]
         self.columns: list[list[int]] = [[] for _ in VOCABULARY.binary_slots]
+        self.relations: list[Relation | None] = [None] * len(VOCABULARY.binary_slots)
         for record in scene.objects:
             self.append(record)
         for edge in scene.edges:
@@ -58,6 +62,7 @@ class _Lines:
         twin.described = list(self.described)
         twin.rows = [list(rows) for rows in self.rows]
         twin.columns = [list(columns) for columns in self.columns]
+        twin.relations = list(self.relations)
         return twin
 
     def append(self, record: ObjectRecord) -> None:
@@ -67,6 +72,7 @@ class _Lines:
         self.described.append(frozenset())
         for lines in (*self.rows, *self.columns):
             lines.append(0)
+        self.relations = [None] * len(self.rows)
         self._describe(record)
 
     def apply(self, delta: GraphDelta) -> None:
@@ -93,6 +99,7 @@ class _Lines:
         """Add or remove one pair of a relation."""
         slot = VOCABULARY.binary_slots[PREDICATE_OF_RELATION[edge.relation]]
         source, target = self.index[edge.source], self.index[edge.target]
+        self.relations[slot] = None
         if present:
             self.rows[slot][source] |= 1 << target
             self.columns[slot][target] |= 1 << source
@@ -111,8 +118,13 @@ class _Lines:
 
     def state(self, scene: Scene) -> State:
         """The state over a scene of these objects."""
-        binary = (Relation(Matrix(r, c)) for r, c in zip(self.rows, self.columns, strict=True))
-        return State(scene, tuple(self.unary), tuple(binary))
+        return State(scene, tuple(self.unary), tuple(map(self._relation, range(len(self.relations)))))
+
+    def _relation(self, slot: int) -> Relation:
+        relation = self.relations[slot]
+        if relation is None:
+            relation = self.relations[slot] = Relation(Matrix(self.rows[slot], self.columns[slot]))
+        return relation
 
 
 class VirtualHomeTasks(Mapping[str, Task]):
