@@ -36,6 +36,8 @@ def test_it_is_a_set_of_pairs(start: frozenset[tuple[int, int]], script: list[tu
         assert set(bits(relation.row(i))) == {y for x, y in plain if x == i}
         assert set(bits(relation.column(i))) == {x for x, y in plain if y == i}
         assert all(relation.has(i, j) == ((i, j) in plain) for j in range(SIZE))
+    assert {x for x, _ in plain} <= set(bits(relation.sources))
+    assert {y for _, y in plain} <= set(bits(relation.targets))
 
 
 @given(pairs, changes, changes)

@@ -15,6 +15,12 @@ OPEN = ("OPEN", ("jar_0",))
         ("```json\n[{'action': 'OPEN', 'object': 'jar_0'}]\n```", [OPEN]),
         ('{"output": [{"action": "OPEN", "object": "jar_0"}]}', [OPEN]),
         ('[{"action": "OPEN", "object": "jar_0"}, # the jar\n]', [OPEN]),
+        ('[{"action": "OPEN", # first: "it"\r"object": "jar_0"}]', [OPEN]),
+        (
+            '[{"action": "OPEN", "object": "jar#0"} # {"action": "X", "object": "y"}\n]',
+            [("OPEN", ("jar#0",))],
+        ),
+        ("[{'action': 'OPEN', 'object': 'jar#0'}, # \"why\"\n]", [("OPEN", ("jar#0",))]),
         ('[dict(action="OPEN", object="jar_0")]', [OPEN]),
         ('[{"action": "OPEN", "object": "jar_0"}, 7, {"action": "CLOSE"}]', [OPEN]),
         ('[{"action": "OP" "EN", "object": "jar\\u005f0"}]', [OPEN]),
