@@ -23,9 +23,7 @@ from eai.data.store import Store
 from eai.data.transition_modeling import TransitionTasks, open_behavior, open_virtualhome
 from eai.domains import behavior, virtualhome
 from eai.errors import InputError
-from eai.world.search import Planner, PlanningLimits
-
-_SECONDS_TO_PLAN = 10.0
+from eai.world.search import Planner
 
 
 @dataclass(frozen=True, slots=True)
@@ -213,8 +211,9 @@ def _planned_behavior_plans(store: Store | None) -> AnswerBook:
 
     def planned(task_id: str) -> WrittenAnswer:
         task = tasks[task_id]
-        found = find_plan(task, planner, PlanningLimits(seconds=_SECONDS_TO_PLAN))
-        return WrittenAnswer(behavior_plans.write_steps(found.plan, task.scene), behavior_plans.join_steps)
+        return WrittenAnswer(
+            behavior_plans.write_steps(find_plan(task, planner).plan, task.scene), behavior_plans.join_steps
+        )
 
     return AnswerBook(tuple(tasks), planned)
 

@@ -34,28 +34,36 @@ class Readings:
     def __init__(self, vocabulary: Vocabulary) -> None:
         self._vocabulary = vocabulary
         self._truths: dict[int, tuple[Formula, tuple[str, ...], Frame, Truth]] = {}
-        self._extensions: dict[int, tuple[Formula, tuple[str, ...], Frame, Extension]] = {}
+        self._extensions: dict[tuple[int, str], tuple[Formula, tuple[str, ...], Frame, Extension]] = {}
+
+    def names(self, formula: Formula) -> tuple[str, ...]:
+        """The names of the free variables of a formula, in alphabetical order."""
+        return self._read(formula)[1]
 
     def holds(self, formula: Formula, scope: Scope, state: State) -> bool:
         """Whether a formula holds in a state, its free variables standing for the objects in ``scope``."""
+        _, names, frame, truth = self._truths.get(id(formula)) or self._read(formula)
+        return truth(state, frame.bind(state.scene, [scope[name] for name in names]))
+
+    def _read(self, formula: Formula) -> tuple[Formula, tuple[str, ...], Frame, Truth]:
         found = self._truths.get(id(formula))
         if found is None:
             names = tuple(sorted(free_variables(formula)))
             frame = Frame([Variable(name) for name in names])
             truth = Conditions(self._vocabulary, frame).truth(formula)
             found = self._truths[id(formula)] = (formula, names, frame, truth)
-        _, names, frame, truth = found
-        return truth(state, frame.bind(state.scene, [scope[name] for name in names]))
+        return found
 
     def witnesses(self, variable: Variable, body: Formula, scope: Scope, state: State) -> Iterator[int]:
         """The values of a quantified variable for which the body of the quantifier holds."""
-        found = self._extensions.get(id(body))
+        key = (id(body), variable.name)
+        found = self._extensions.get(key)
         if found is None:
             names = tuple(sorted(free_variables(body) - {variable.name}))
             frame = Frame([Variable(name) for name in (*names, variable.name)])
             conditions = Conditions(self._vocabulary, frame)
             extension = conditions.extension(body, len(names) + 1, frame.scope)
-            found = self._extensions[id(body)] = (body, names, frame, extension)
+            found = self._extensions[key] = (body, names, frame, extension)
         _, names, frame, extension = found
         binding = frame.bind(state.scene, [*[scope[name] for name in names], UNBOUND])
         return bits(extension(state, binding) & state.scene.category(variable.category))

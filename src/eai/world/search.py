@@ -1,24 +1,26 @@
 """Planning by search on a declared domain: a plan that takes some actions in order and makes conditions hold.
 
-Greedy best-first search: the state that looks nearest to the goal is expanded next, by its helpful actions
-(see `regression`). If those lead nowhere, every possible action on the given objects is tried. All actions of
-a plan are possible without any fault. Effort is bounded by a number of states, and by time if that is asked.
+The goals are reached one after the other (`agenda`), each by greedy best-first search (`best_first`) that is
+guided by an estimate computed backwards from the goal (`regression`). Where no goal can be reached without
+giving up another one, all are searched for together. All actions of a plan are possible without any fault.
+Effort is bounded by a number of states, never by time: equal input gives equal output.
 """
 
 from __future__ import annotations
 
-import heapq
-import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
-from typing import NamedTuple, TypeAlias
 
 from eai.logic.formula import Formula
+from eai.world.agenda import Agenda
+from eai.world.best_first import BestFirst, Effort, Target
 from eai.world.domain import Domain
 from eai.world.execution import Action
-from eai.world.regression import INFINITE, Distances, Regression, possible_actions
+from eai.world.moves import CarryOut, Moves, Node
+from eai.world.regression import INFINITE, Distances, Regression
 from eai.world.state import State
+from eai.world.wanted import Wanted, conjuncts
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,13 +43,9 @@ class PlanningLimits:
 
     Attributes:
         states: states that may be reached and estimated.
-        seconds: time it may take; None is no limit.
-        clock: tells the time in seconds.
     """
 
-    states: int = 1_000
-    seconds: float | None = None
-    clock: Callable[[], float] = time.monotonic
+    states: int = 2_000
 
 
 class PlanningEnd(str, Enum):
@@ -55,10 +53,9 @@ class PlanningEnd(str, Enum):
 
     SOLVED = "solved"
     UNREACHABLE = "unreachable"
-    """No state that can be reached by actions on the given objects is a goal, or by the estimate no action at
-    all leads to a part of the goal."""
+    """No state that can be reached by actions on the given objects is a goal."""
     STATES = "states"
-    TIME = "time"
+    """The limit was reached."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,21 +75,11 @@ class Planned:
     blocked: tuple[Formula | tuple[str, ...], ...] = ()
 
 
-CarryOut: TypeAlias = Callable[[Action, State], Sequence[Action]]
+_FIRST_EFFORT = Effort(50, complete=False)
+"""What is spent on reaching one goal, at first."""
 
-
-_STEP_COST = 0.2
-"""What a step of the way counts beside an estimated one of the way ahead: enough to leave long detours."""
-
-
-class _Node(NamedTuple):
-    """A state that was reached, with the number of action goals taken on the way, and the way."""
-
-    state: State
-    taken: int
-    depth: int
-    parent: _Node | None
-    action: Action | None
+_MORE = 4
+"""How many times as much is spent after all have failed."""
 
 
 def alone(action: Action, state: State) -> tuple[Action, ...]:
@@ -130,148 +117,60 @@ class Planner:
             objects: what actions may be about, by index.
             limits: how much to do.
         """
-        search = _Search(
-            self._domain, self._regression, self._carry_out, goal, objects, limits or PlanningLimits()
-        )
-        return search.run(initial)
+        moves = Moves(self._domain, self._carry_out, objects, goal.actions)
+        return _Search(self._regression, moves, goal, limits or PlanningLimits()).run(Node(initial))
 
 
 class _Search:
     """The state of one search."""
 
     def __init__(
-        self,
-        domain: Domain,
-        regression: Regression,
-        carry_out: CarryOut,
-        goal: PlanningGoal,
-        objects: Sequence[int],
-        limits: PlanningLimits,
+        self, regression: Regression, moves: Moves, goal: PlanningGoal, limits: PlanningLimits
     ) -> None:
-        self._domain = domain
         self._regression = regression
-        self._carry_out = carry_out
+        self._moves = moves
         self._goal = goal
-        self._objects = objects
+        self._search = BestFirst(regression, moves, limits.states)
         self._limits = limits
-        self._deadline = None if limits.seconds is None else limits.clock() + limits.seconds
-        self._seen: set[tuple[State, int]] = set()
-        self._queue: list[tuple[float, int, _Node, tuple[Action, ...]]] = []
-        self._later: list[tuple[float, int, _Node]] = []
-        self._states = 0
 
-    def run(self, initial: State) -> Planned:
+    def run(self, start: Node) -> Planned:
         """Search until there is a plan, nothing is left, or the limits are reached."""
-        solution = self._reach(_Node(initial, 0, 0, None, None))
-        blocked = () if solution else self._blocked(initial)
-        while solution is None:
-            if self._states >= self._limits.states:
-                return Planned(PlanningEnd.STATES, states=self._states, blocked=blocked)
-            if self._deadline is not None and self._limits.clock() > self._deadline:
-                return Planned(PlanningEnd.TIME, states=self._states, blocked=blocked)
-            step = self._next()
-            if step is None:
-                return Planned(PlanningEnd.UNREACHABLE, states=self._states, blocked=blocked)
-            solution = self._expand(*step)
-        return Planned(PlanningEnd.SOLVED, self._without_detours(initial, _plan(solution)), self._states)
-
-    def _reach(self, node: _Node) -> _Node | None:
-        """Estimate a state that was reached and queue it; the node itself if the goal is reached in it."""
-        key = (node.state, node.taken)
-        if key in self._seen:
-            return None
-        self._seen.add(key)
-        self._states += 1
-        distances = Distances(self._regression, node.state, self._objects)
-        total = 0.0
-        helpful: dict[Action, None] = {}
-        for condition in self._goal.conditions:
-            cost = distances.to(condition)
-            total += cost
-            if 0.0 < cost < INFINITE:
-                helpful.update(distances.helpful(condition))
-        for names in self._goal.actions[node.taken :]:
-            way = distances.to_action(names)
-            total += way.cost
-            helpful.update(distances.helpful_on(way))
-        if total == 0.0:
-            return node
-        rank = total + _STEP_COST * node.depth
-        heapq.heappush(self._queue, (rank, -self._states, node, tuple(helpful)))
-        return None
-
-    def _next(self) -> tuple[_Node, tuple[Action, ...]] | None:
-        """What to expand next: a state by its helpful actions, or else an expanded one by all others."""
-        if self._queue:
-            total, number, node, helpful = heapq.heappop(self._queue)
-            heapq.heappush(self._later, (total, number, node))
-            return node, helpful
-        if not self._later:
-            return None
-        _, _, node = heapq.heappop(self._later)
-        possible = (
-            action
-            for operator in self._domain.operators
-            for action in possible_actions(self._domain, operator, node.state, self._objects)
-        )
-        return node, tuple(possible)
-
-    def _expand(self, node: _Node, actions: Sequence[Action]) -> _Node | None:
-        for action in actions:
-            after = self._after(node, action)
-            solution = None if after is None else self._reach(after)
-            if solution is not None:
-                return solution
-        return None
-
-    def _after(self, node: _Node, action: Action) -> _Node | None:
-        """The node after an action is chosen, or None if it cannot be carried out without a fault."""
-        state, taken = node.state, node.taken
-        steps = self._carry_out(action, state)
-        for step in steps:
-            compiled = self._domain.compiled[step.operator]
-            binding = compiled.bind(state, step.arguments)
-            if compiled.first_failure(state, binding) is not None:
-                return None
-            if taken < len(self._goal.actions) and step.operator in self._goal.actions[taken]:
-                taken += 1
-            state = compiled.apply(state, binding)
-        return _Node(state, taken, node.depth + 1, node, action) if steps else None
-
-    def _without_detours(self, initial: State, plan: list[Action]) -> tuple[Action, ...]:
-        """The plan without actions that it can do without (action elimination, Nakhost and Mueller 2010).
-
-        Each action in turn is left out, and with it those after it that are impossible then.
-        """
-        position = 0
-        while position < len(plan):
-            node = _Node(initial, 0, 0, None, None)
-            for i, action in enumerate(plan):
-                after = self._after(node, action) if i != position else None
-                node = node if after is None else after
-            if self._is_reached(node):
-                plan = _plan(node)
+        wanted = [Wanted(condition, {}, True) for condition in self._goal.conditions]
+        goals = tuple([goal for each in wanted for goal in conjuncts(each, start.state.scene)])
+        agenda = Agenda(self._regression, self._moves, self._search, goals)
+        everything = Target(goals, len(self._goal.actions))
+        node, effort = start, _FIRST_EFFORT
+        while not self._is_reached(node):
+            further = agenda.advance(node, effort)
+            if self._search.states <= 0:
+                return self._failed(PlanningEnd.STATES, start)
+            if further is not None:
+                node, effort = further, _FIRST_EFFORT
+            elif agenda.learn():
+                node, effort = start, _FIRST_EFFORT
             else:
-                position += 1
-        return tuple(plan)
+                effort = Effort(_MORE * effort.states, complete=True)
+                found = self._search.search(start, everything, effort)
+                if found.exhausted:
+                    return self._failed(PlanningEnd.UNREACHABLE, start)
+                node = found.node or node
+        end = self._moves.without_detours(start, node, self._is_reached)
+        return Planned(PlanningEnd.SOLVED, tuple(end.plan()), self._spent)
 
-    def _is_reached(self, node: _Node) -> bool:
+    @property
+    def _spent(self) -> int:
+        return self._limits.states - self._search.states
+
+    def _is_reached(self, node: Node) -> bool:
         holds = self._regression.readings.holds
         conditions = self._goal.conditions
         return node.taken == len(self._goal.actions) and all(holds(c, {}, node.state) for c in conditions)
 
-    def _blocked(self, initial: State) -> tuple[Formula | tuple[str, ...], ...]:
-        distances = Distances(self._regression, initial, self._objects)
-        conditions = (c for c in self._goal.conditions if distances.to(c) == INFINITE)
+    def _failed(self, end: PlanningEnd, start: Node) -> Planned:
+        return Planned(end, (), self._spent, self._blocked(start))
+
+    def _blocked(self, start: Node) -> tuple[Formula | tuple[str, ...], ...]:
+        distances = Distances(self._regression, start.state, self._moves.objects)
+        conditions = (c for c in self._goal.conditions if distances.to(Wanted(c, {}, True)) == INFINITE)
         actions = (names for names in self._goal.actions if distances.to_action(names).cost == INFINITE)
         return (*conditions, *actions)
-
-
-def _plan(node: _Node) -> list[Action]:
-    """The actions that led to a node."""
-    actions: list[Action] = []
-    current: _Node | None = node
-    while current is not None and current.action is not None:
-        actions.append(current.action)
-        current = current.parent
-    return actions[::-1]

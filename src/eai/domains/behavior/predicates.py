@@ -15,7 +15,7 @@ from eai.domains.behavior.support import (
     standing_floor,
     targets,
 )
-from eai.logic.formula import Exists, ForAll, Implies, Or, Variable
+from eai.logic.formula import Atom, Exists, ForAll, Implies, Or, Variable
 from eai.world.vocabulary import Defined, Lookup, Predicate, Vocabulary
 
 X = Variable("x")
@@ -95,8 +95,12 @@ closed = Defined("closed", (X,), openable(X) & ~is_open(X))
 labelled = Defined("labelled", (X,), Or(tuple(Exists(Y, r(X, Y) | r(Y, X)) for r in LABELS)))
 carries = Defined("carries", (X, Y), lies_in(Y, X) | lies_on(Y, X))
 _SUPPORT = ("lies_in", "lies_on")
-carried_by = Lookup("carried_by", 2, carriers, _SUPPORT)
-within = Defined("within", (X, Y), lies_in(X, Y) | Exists(Z, carried_by(X, Z) & lies_in(Z, Y)), containers)
+carried_by = Defined(
+    "carried_by", (X, Y), carries(Y, X) | Exists(Z, carries(Z, X) & Atom("carried_by", (Z, Y))), carriers
+)
+within = Defined(
+    "within", (X, Y), lies_in(X, Y) | Exists(Z, carries(Z, X) & Atom("within", (Z, Y))), containers
+)
 shut_in = Defined("shut_in", (X,), Exists(Y, closed(Y) & within(X, Y)))
 floor_below = Lookup("floor_below", 2, standing_floor, (*_SUPPORT, "floor", "stands_on"))
 

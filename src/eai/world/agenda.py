@@ -1,0 +1,93 @@
+"""One goal after the other: each is reached by a search of its own that ends with all reached before intact.
+
+Goals that can be put in such an order are called serialisable (Korf 1987). The one that looks nearest comes
+first; one with alternatives is reached part by part along the cheapest of them, which is chosen anew after
+every part.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from eai.world.best_first import BestFirst, Effort, Target
+from eai.world.moves import Moves, Node
+from eai.world.regression import Distances, Regression
+from eai.world.wanted import Wanted
+
+_WHOLE = 4
+"""How many times the effort for a part may be spent on a goal as a whole."""
+
+
+class Agenda:
+    """Reaches the goals of one task one by one.
+
+    Args:
+        regression: estimates with.
+        moves: moves by.
+        search: searches with.
+        goals: closed conditions.
+    """
+
+    def __init__(
+        self, regression: Regression, moves: Moves, search: BestFirst, goals: Sequence[Wanted]
+    ) -> None:
+        self._regression = regression
+        self._moves = moves
+        self._goals = goals
+        self._search = search
+        self._hard: set[int] = set()
+        self._failed: set[int] = set()
+
+    def advance(self, node: Node, effort: Effort) -> Node | None:
+        """The node in which one goal more is reached, or None if this effort reaches none."""
+        distances = self._distances(node)
+        kept = tuple([goal for goal in self._goals if distances.to(goal) == 0.0])
+        costs = {i: cost for i, goal in enumerate(self._goals) if (cost := distances.to(goal)) > 0.0}
+        if node.taken < len(self._moves.goals):
+            costs[-1] = distances.to_action(self._moves.goals[node.taken]).cost
+        for i in sorted(costs, key=lambda i: (i not in self._hard, costs[i])):
+            if i < 0:
+                found = self._reach(node, Target(kept, node.taken + 1), effort)
+            else:
+                found = self._achieve(node, self._goals[i], kept, effort)
+            if found is not None:
+                return found
+        self._failed = set(costs)
+        return None
+
+    def learn(self) -> bool:
+        """Put what was not reached in the end before everything else, if that is new; to begin again with."""
+        new = self._failed - self._hard
+        self._hard |= new
+        return bool(new)
+
+    def _achieve(self, node: Node, goal: Wanted, kept: tuple[Wanted, ...], effort: Effort) -> Node | None:
+        """Reach a goal part by part, or else as a whole."""
+        while True:
+            part = self._next_part(node, goal, kept, effort)
+            if part is None:
+                whole = effort._replace(states=_WHOLE * effort.states)
+                return self._reach(node, Target((*kept, goal), node.taken), whole)
+            node = part
+            if self._distances(node).to(goal) == 0.0:
+                return node
+
+    def _next_part(self, node: Node, goal: Wanted, kept: tuple[Wanted, ...], effort: Effort) -> Node | None:
+        distances = self._distances(node, kept)
+        parts = distances.chosen(goal)
+        if len(parts) < 2:
+            return None
+        costs = [distances.to(part) for part in parts]
+        held = tuple([part for part, cost in zip(parts, costs, strict=True) if cost == 0.0])
+        for i in sorted(range(len(parts)), key=lambda i: costs[i]):
+            if costs[i] > 0.0:
+                found = self._reach(node, Target((*kept, *held, parts[i]), node.taken), effort)
+                if found is not None:
+                    return found
+        return None
+
+    def _reach(self, node: Node, target: Target, effort: Effort) -> Node | None:
+        return self._search.search(node, target, effort).node
+
+    def _distances(self, node: Node, kept: Sequence[Wanted] = ()) -> Distances:
+        return Distances(self._regression, node.state, self._moves.objects, kept)

@@ -1,0 +1,66 @@
+"""Which actions lead towards a condition (Hoffmann and Nebel 2001).
+
+They are the ends of the chains that an estimate is made of (see `regression`): the actions on the cheapest way
+to the condition all of whose checks hold already.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from eai.logic.formula import Atom
+from eai.world.execution import Action
+from eai.world.moves import possible_actions
+from eai.world.regression import Distances, GroundAtom, Regression, Way
+from eai.world.vocabulary import Defined
+from eai.world.wanted import Wanted
+
+
+class Helpful:
+    """Collects the helpful actions of one state.
+
+    Args:
+        regression: the domain.
+        distances: the estimates from the state.
+
+    Attributes:
+        actions: those found, each once, in order.
+    """
+
+    def __init__(self, regression: Regression, distances: Distances) -> None:
+        self._domain = regression
+        self._distances = distances
+        self._seen: set[GroundAtom] = set()
+        self.actions: dict[Action, None] = {}
+
+    def towards(self, wanted: Wanted) -> None:
+        """Collect those on the cheapest way to a condition, of which there is one."""
+        if self._distances.holds(wanted):
+            return
+        if isinstance(wanted.formula, Atom):
+            atom = self._distances.atom(wanted.formula, wanted)
+            if atom in self._seen:
+                return
+            self._seen.add(atom)
+            derived = self._domain.derived.get(atom.predicate)
+            if derived is None:
+                self.along(self._distances.way(atom))
+                return
+            if not isinstance(derived, Defined):
+                self.actions.update((action, None) for action in self._changing(derived.reads))
+        for part in self._distances.needed(wanted) or ():
+            self.towards(part)
+
+    def along(self, way: Way) -> None:
+        """Collect those on a way."""
+        if way.action is not None and not way.before:
+            self.actions[way.action] = None
+        for condition in way.before:
+            self.towards(condition)
+
+    def _changing(self, predicates: tuple[str, ...]) -> Iterator[Action]:
+        """All actions possible at once that change some of these predicates."""
+        for operator in self._domain.achievers.writers(predicates):
+            yield from possible_actions(
+                self._domain.domain, operator, self._distances.state, self._distances.objects
+            )

@@ -1,0 +1,92 @@
+"""What the effects of operators add and delete, each with all that must hold for it to happen."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from typing import NamedTuple
+
+from eai.logic.formula import FALSE, TRUE, And, Atom, Equals, Exists, Formula, Not, Or, Variable
+from eai.world.effect import Add, Delete, Effect, ForEach, Let, When
+from eai.world.operator import Operator
+
+_NO_ATOM = Atom("")
+
+
+class WrittenChange(NamedTuple):
+    """One change that is written in the effects of an operator.
+
+    Attributes:
+        operator: the operator.
+        adds: whether it makes the atom true; otherwise it makes it false.
+        atom: its variables are parameters of the operator or bound by the effects around it.
+        variables: the operator's parameters, then the variables of the effects around the change.
+        checks: what the operator checks.
+        given: what the effects around the change ask for.
+    """
+
+    operator: Operator
+    adds: bool
+    atom: Atom
+    variables: tuple[str, ...]
+    checks: tuple[Formula, ...]
+    given: tuple[Formula, ...] = ()
+
+
+def taking(operator: Operator) -> WrittenChange:
+    """The operator as it is taken for its own sake, whatever it changes."""
+    names = tuple(p.name for p in operator.parameters)
+    return WrittenChange(operator, True, _NO_ATOM, names, tuple(check.condition for check in operator.checks))
+
+
+def written_changes(operator: Operator) -> Iterator[WrittenChange]:
+    """All changes of an operator, in the order in which they are written."""
+    taken = taking(operator)
+    yield from _changes(operator.effects, taken)
+    for each in operator.tries:
+        own = (each.condition, *(check.condition for check in each.checks))
+        yield from _changes(each.effects, taken._replace(checks=(*taken.checks, *own)))
+
+
+def _changes(effects: Iterable[Effect], around: WrittenChange) -> Iterator[WrittenChange]:
+    """The changes that effects make where all that is ``around`` them holds."""
+    for effect in effects:
+        match effect:
+            case Add(atom) | Delete(atom):
+                yield around._replace(atom=atom, adds=isinstance(effect, Add))
+            case When(condition, inner, otherwise):
+                yield from _changes(inner, _given(around, condition))
+                yield from _changes(otherwise, _given(around, Not(condition)))
+            case ForEach(variable, condition, inner) | Let(variable, condition, inner):
+                # Where the variable hides another one, the change is left out: estimates can do without it.
+                if variable.name not in around.variables:
+                    wider = around._replace(variables=(*around.variables, variable.name))
+                    if isinstance(effect, Let):
+                        checks = tuple(_of_this_one(c, variable, condition) for c in around.checks)
+                        wider = wider._replace(checks=checks)
+                    yield from _changes(inner, _given(wider, condition))
+
+
+def _given(around: WrittenChange, condition: Formula) -> WrittenChange:
+    return around._replace(given=(*around.given, condition))
+
+
+def _of_this_one(check: Formula, variable: Variable, condition: Formula) -> Formula:
+    """What a check on whatever meets ``condition`` says of the one object that does.
+
+    "What the hand holds is not too big" becomes "this object is not too big" where the object is going to be
+    in the hand, but is not yet.
+    """
+    match check:
+        case Atom(predicate, arguments) if isinstance(condition, Atom) and condition.predicate == predicate:
+            same = zip(arguments, condition.arguments, strict=True)
+            return Or((check, And(tuple(Equals(one, other) for one, other in same))))
+        case Exists(quantified, body) if quantified == variable:
+            parts = body.operands if isinstance(body, And) else (body,)
+            return And(tuple(p for p in parts if p != condition)) if condition in parts else check
+        case Not(operand):
+            inner = _of_this_one(operand, variable, condition)
+            return FALSE if inner == TRUE else TRUE if inner == FALSE else Not(inner)
+        case And(operands) | Or(operands):
+            return type(check)(tuple(_of_this_one(part, variable, condition) for part in operands))
+        case _:
+            return check
