@@ -276,6 +276,7 @@ def main() -> int:
         "subgoal_decomposition": scoring(lambda task: SubgoalDecomposition(task, reference), tasks, goals),
     }
     gc.collect()
+    gc.freeze()
     for each in ours.values():
         each.run(arguments.repeats)
     scenes = {task_id: described(task) for task_id, task in tasks.items()}

@@ -121,7 +121,11 @@ class Conditions:
         conjunctive = isinstance(formula, And) is wanted
         literals: list[Literal] = []
         others: list[Truth] = []
-        for part in self._parts(formula, scope, wanted, conjunctive):
+        parts = tuple(self._parts(formula, scope, wanted, conjunctive))
+        if len(parts) == 1:
+            (only,) = parts
+            return self.truth(only.formula, only.scope, wanted=only.wanted)
+        for part in parts:
             stored = self._stored_unary(part)
             if stored is None:
                 others.append(self.truth(part.formula, part.scope, wanted=part.wanted))

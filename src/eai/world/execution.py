@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from eai.world.domain import Domain, Failure
+from eai.world.domain import CompiledOperator, Domain
 from eai.world.fault import FaultKind
 from eai.world.frame import Binding
 from eai.world.operator import Check
@@ -85,17 +85,22 @@ def execute(domain: Domain, initial: State, plan: Iterable[Action]) -> Trajector
     """Execute a plan up to its first fatal step.
 
     Every action must name an operator of the domain and have as many arguments as it has parameters.
-    """
+    """  # the steps of `attempt` are written out: this is the innermost loop of all scoring
+    compiled = domain.compiled
+    state = initial
     states = [initial]
     steps: list[Step] = []
     for action in plan:
-        outcome = attempt(domain, states, action)
-        if isinstance(outcome, State):
-            states.append(outcome)
+        operator = compiled[action.operator]
+        binding = operator.bind(state, action.arguments)
+        if operator.is_possible(state, binding):
+            state = operator.apply(state, binding)
+            states.append(state)
             steps.append(Step(action, None))
             continue
-        steps.append(Step(action, outcome))
-        if outcome.kind is not FaultKind.ADDITIONAL_STEP:
+        fault = _diagnose(domain, states, operator, binding)
+        steps.append(Step(action, fault))
+        if fault.kind is not FaultKind.ADDITIONAL_STEP:
             break
     return Trajectory(tuple(states), tuple(steps))
 
@@ -107,16 +112,14 @@ def attempt(domain: Domain, states: Sequence[State], action: Action) -> State | 
     binding = operator.bind(state, action.arguments)
     if operator.is_possible(state, binding):
         return operator.apply(state, binding)
-    return _diagnose(domain, states, operator.failures(state, binding), binding)
+    return _diagnose(domain, states, operator, binding)
 
 
-def _diagnose(
-    domain: Domain, states: Sequence[State], failures: Sequence[Failure], binding: Binding
-) -> Fault:
+def _diagnose(domain: Domain, states: Sequence[State], operator: CompiledOperator, binding: Binding) -> Fault:
     """What counts of all that is wrong; what the history rule finds in the past is a wrong order besides."""
     kinds: dict[FaultKind, Check] = {}
     earlier = None
-    for failure in failures:
+    for failure in operator.failures(states[-1], binding):
         check = failure.check.check
         kinds.setdefault(check.fault, check)
         index = domain.history_rule(failure, binding, states)
