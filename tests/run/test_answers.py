@@ -51,6 +51,14 @@ def test_the_planner_reaches_the_goals_that_can_be_reached(data_store: Store) ->
     assert failed == ["688_1"], "it wants one glass in both hands"
 
 
+@pytest.mark.parametrize("ability", [Ability.ACTION_SEQUENCING, Ability.SUBGOAL_DECOMPOSITION])
+def test_the_planner_answers_behavior_too(data_store: Store, ability: Ability) -> None:
+    suite = open_suite(Domain.BEHAVIOR, ability, source=Source(data_store))
+    book = open_planned_book(Domain.BEHAVIOR, ability, data_store)
+    assert book.task_ids == suite.task_ids
+    assert all(suite.score(task_id, book.gold(task_id).text).success for task_id in book.task_ids[3:20:4])
+
+
 def test_a_plan_is_no_answer_about_operators() -> None:
     with pytest.raises(InputError, match="eai/planner has no answer to virtualhome transition_modeling"):
         open_planned_book(Domain.VIRTUALHOME, Ability.TRANSITION_MODELING)

@@ -1,25 +1,18 @@
 from __future__ import annotations
 
 from collections import deque
-from dataclasses import replace
 
-import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from eai.logic.formula import And, Atom, Constant, Exists, Formula, Not, Or, Variable
-from eai.world.achiever import Achievers
+from eai.logic.formula import Atom, Constant, Exists, Formula, Not, Or
 from eai.world.execution import Action, attempt, execute
-from eai.world.frame import AGENT
-from eai.world.helpful import Helpful
 from eai.world.moves import possible_actions
-from eai.world.reading import Readings, free_variables
-from eai.world.regression import INFINITE, Distances, Regression
+from eai.world.regression import Regression
 from eai.world.search import Planned, Planner, PlanningEnd, PlanningGoal, PlanningLimits
 from eai.world.state import State
-from eai.world.wanted import Wanted
 from world import toy
-from world.toy import X, Y, at, beside, holding, lit
+from world.toy import X, at, holding
 
 START = toy.initial()
 SCENE = START.scene
@@ -162,78 +155,3 @@ def test_a_plan_is_found_exactly_where_there_is_one(
         assert all(toy.DOMAIN.holds(c, trajectory.final) for c in conditions)
         for i in range(len(found.plan)):
             assert not reaches([*found.plan[:i], *found.plan[i + 1 :]], goal)
-
-
-# Estimates.
-
-
-@pytest.mark.parametrize(
-    ("condition", "cost"),
-    [
-        (named("at", "red", "hall"), 0),
-        (named("holding", "red"), 1),
-        (named("holding", "blue"), 2),  # GO, LIFT
-        (LAMP_LIT, 2),  # GO, PRESS
-        (RED_IN_SHED, 2),  # LIFT, GO
-        (Not(named("at", "robot", "hall")), 1),
-        (And((LAMP_LIT, named("holding", "red"))), 3),
-        (Or((LAMP_LIT, named("holding", "red"))), 1),
-        (Exists(X, holding(X)), 1),
-        (named("at", "lamp", "hall"), INFINITE),
-    ],
-)
-def test_the_estimate_adds_up_what_must_be_done(condition: Formula, cost: float) -> None:
-    distances = Distances(REGRESSION, START, EVERYTHING)
-    assert distances.to(Wanted(condition, {}, True)) == cost
-
-
-def helpful(distances: Distances, formula: Formula) -> list[Action]:
-    found = Helpful(REGRESSION, distances)
-    found.towards(Wanted(formula, {}, True))
-    return list(found.actions)
-
-
-def test_helpful_actions_are_possible_at_once() -> None:
-    distances = Distances(REGRESSION, START, EVERYTHING)
-    go, lift = Action("GO", (SCENE.index["shed"],)), Action("LIFT", (SCENE.index["red"],))
-    both = And((LAMP_LIT, named("holding", "red")))
-    assert helpful(distances, LAMP_LIT) == [go]
-    assert helpful(distances, both) == [go, lift]
-    way = distances.to_action(("PRESS",))
-    assert (way.cost, way.action) == (2.0, Action("PRESS", (SCENE.index["lamp"],)))
-    found = Helpful(REGRESSION, distances)
-    found.along(way)
-    assert list(found.actions) == [go]
-    assert distances.to_action(("FLY",)).cost == INFINITE
-
-
-def test_changes_are_found_in_the_effects() -> None:
-    achievers = Achievers(toy.DOMAIN)
-    adding = achievers.of("at", adding=True)
-    assert [(each.change.operator.name, len(each.conditions)) for each in adding] == [("GO", 1), ("GO", 2)]
-    assert adding[0].match((0, 1), agent=0) == {"x": 1}
-    assert adding[0].match((2, 1), agent=0) is None
-    assert adding[1].match((2, 1), agent=0) == {"y": 2, "x": 1}
-    assert [each.change.operator.name for each in achievers.of("lit", adding=False)] == ["PRESS"]
-    assert [operator.name for operator in achievers.writers(["lit", "holding"])] == ["PRESS", "LIFT", "DROP"]
-
-
-def test_what_an_effect_hides_is_left_out() -> None:
-    hidden = replace(toy.GO, name="HIDE", parameters=(X, Y))
-    domain = replace(toy.DOMAIN, operators=(hidden,))
-    assert [each.change.atom for each in Achievers(domain).of("at", adding=True)] == [at(AGENT, X)]
-
-
-def test_formulas_are_read_with_their_free_variables() -> None:
-    formula = beside(X) & ~Exists(Y, at(Y, X) & lit(Y))
-    assert free_variables(formula) == frozenset("x")
-    readings = Readings(toy.VOCABULARY)
-    red, shed = SCENE.index["red"], SCENE.index["shed"]
-    assert readings.holds(formula, {"x": red}, START)
-    assert not readings.holds(formula, {"x": SCENE.index["lamp"]}, START)
-    body = at(Y, X)
-    assert list(readings.witnesses(Variable("y"), body, {"x": shed}, START)) == [
-        SCENE.index["blue"],
-        SCENE.index["lamp"],
-    ]
-    assert list(readings.witnesses(Variable("y", "box"), body, {"x": shed}, START)) == [SCENE.index["blue"]]

@@ -16,6 +16,7 @@ from eai.abilities.goal_interpretation import behavior_writer as behavior_goals
 from eai.abilities.goal_interpretation import virtualhome_writer as virtualhome_goals
 from eai.abilities.planning import find_plan
 from eai.abilities.protocol import Ability, Domain
+from eai.abilities.subgoal_decomposition import behavior_planner
 from eai.abilities.subgoal_decomposition import behavior_writer as behavior_subgoals
 from eai.abilities.subgoal_decomposition import virtualhome_writer as virtualhome_subgoals
 from eai.data import behavior_tasks, virtualhome_tasks
@@ -218,6 +219,18 @@ def _planned_behavior_plans(store: Store | None) -> AnswerBook:
     return AnswerBook(tuple(tasks), planned)
 
 
+def _planned_behavior_subgoals(store: Store | None) -> AnswerBook:
+    tasks = behavior_tasks.open_tasks(store)
+    planner = behavior_planner.subgoal_planner()
+
+    def planned(task_id: str) -> WrittenAnswer:
+        task = tasks[task_id]
+        steps = behavior_planner.carried_out(task, find_plan(task, planner).plan)
+        return WrittenAnswer(behavior_subgoals.write_subgoals(task, steps), behavior_subgoals.join_subgoals)
+
+    return AnswerBook(tuple(tasks), planned)
+
+
 Opener: TypeAlias = Callable[[Store | None], AnswerBook]
 
 _BOOKS: Mapping[tuple[Domain, Ability], Opener] = {
@@ -234,5 +247,6 @@ _BOOKS: Mapping[tuple[Domain, Ability], Opener] = {
 _PLANNED_BOOKS: Mapping[tuple[Domain, Ability], Opener] = {
     (Domain.VIRTUALHOME, Ability.SUBGOAL_DECOMPOSITION): _virtualhome_subgoals,
     (Domain.VIRTUALHOME, Ability.ACTION_SEQUENCING): _planned_virtualhome_plans,
+    (Domain.BEHAVIOR, Ability.SUBGOAL_DECOMPOSITION): _planned_behavior_subgoals,
     (Domain.BEHAVIOR, Ability.ACTION_SEQUENCING): _planned_behavior_plans,
 }

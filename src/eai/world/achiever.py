@@ -168,7 +168,7 @@ def _complete(state: State, binding: Binding, steps: Sequence[_Step], usable: in
         mask &= matching(state, binding)
     for index in bits(mask):
         binding[slot] = index
-        if all([test(state, binding) for test in tests]):
+        if all(test(state, binding) for test in tests):
             yield from _complete(state, binding, steps[1:], usable)
     binding[slot] = UNBOUND
 

@@ -1,7 +1,7 @@
 """Which actions lead towards a condition (Hoffmann and Nebel 2001).
 
-They are the ends of the chains that an estimate is made of (see `regression`): the actions on the cheapest way
-to the condition all of whose checks hold already.
+They are the ends of the chains that an estimate is made of (see `regression`): those actions on the cheapest
+way to the condition that are possible at once.
 """
 
 from __future__ import annotations
@@ -33,7 +33,22 @@ class Helpful:
         self._seen: set[GroundAtom] = set()
         self.actions: dict[Action, None] = {}
 
-    def towards(self, wanted: Wanted) -> None:
+    def towards(self, goal: Wanted) -> None:
+        """Collect those on the cheapest way to a goal, or on all the cheapest where it has alternatives."""
+        alternatives = self._distances.alternatives(goal)
+        for condition in alternatives:
+            self.towards(condition)
+        if not alternatives:
+            self._collect(goal)
+
+    def along(self, way: Way) -> None:
+        """Collect those on a way."""
+        if way.action is not None and not way.before:
+            self.actions[way.action] = None
+        for condition in way.before:
+            self._collect(condition)
+
+    def _collect(self, wanted: Wanted) -> None:
         """Collect those on the cheapest way to a condition, of which there is one."""
         if self._distances.holds(wanted):
             return
@@ -49,14 +64,7 @@ class Helpful:
             if not isinstance(derived, Defined):
                 self.actions.update((action, None) for action in self._changing(derived.reads))
         for part in self._distances.needed(wanted) or ():
-            self.towards(part)
-
-    def along(self, way: Way) -> None:
-        """Collect those on a way."""
-        if way.action is not None and not way.before:
-            self.actions[way.action] = None
-        for condition in way.before:
-            self.towards(condition)
+            self._collect(part)
 
     def _changing(self, predicates: tuple[str, ...]) -> Iterator[Action]:
         """All actions possible at once that change some of these predicates."""

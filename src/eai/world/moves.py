@@ -75,19 +75,20 @@ class Moves:
         """The end of a way from the start that has no action that it can do without.
 
         This is action elimination (Nakhost and Mueller 2010): each action in turn is left out, and with it
-        those after it that are impossible then.
+        those after it that are impossible then, until all are needed.
         """
         plan = end.plan()
-        position = 0
-        while position < len(plan):
+        position, needed = 0, 0
+        while needed < len(plan):
+            position %= len(plan)
             node = start
             for i, action in enumerate(plan):
                 after = self.after(node, action) if i != position else None
                 node = node if after is None else after
             if reached(node):
-                end, plan = node, node.plan()
+                end, plan, needed = node, node.plan(), 0
             else:
-                position += 1
+                position, needed = position + 1, needed + 1
         return end
 
 

@@ -138,6 +138,13 @@ class Distances:
         parts = self._unfolding.parts(wanted)
         return None if parts is None else self._choice(parts)
 
+    def alternatives(self, wanted: Wanted) -> Sequence[Wanted]:
+        """Where one of several conditions is enough, those that cost least; otherwise none."""
+        parts = None if isinstance(wanted.formula, Atom) else self._unfolding.parts(wanted)
+        costs = [(each, self.to(each)) for each in parts.conditions] if isinstance(parts, AnyOf) else []
+        least = min((cost for _, cost in costs), default=INFINITE)
+        return [each for each, cost in costs if cost == least < INFINITE]
+
     def atom(self, atom: Atom, wanted: Wanted) -> GroundAtom:
         """An atom about the objects that its terms stand for where it is wanted."""
         arguments = [self._index(term, wanted.scope) for term in atom.arguments]

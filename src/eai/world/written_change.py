@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from typing import NamedTuple
 
 from eai.logic.formula import FALSE, TRUE, And, Atom, Equals, Exists, Formula, Not, Or, Variable
@@ -79,10 +79,10 @@ def _of_this_one(check: Formula, variable: Variable, condition: Formula) -> Form
     match check:
         case Atom(predicate, arguments) if isinstance(condition, Atom) and condition.predicate == predicate:
             same = zip(arguments, condition.arguments, strict=True)
-            return Or((check, And(tuple(Equals(one, other) for one, other in same))))
+            return Or((check, _all([Equals(one, other) for one, other in same])))
         case Exists(quantified, body) if quantified == variable:
             parts = body.operands if isinstance(body, And) else (body,)
-            return And(tuple(p for p in parts if p != condition)) if condition in parts else check
+            return _all([part for part in parts if part != condition]) if condition in parts else check
         case Not(operand):
             inner = _of_this_one(operand, variable, condition)
             return FALSE if inner == TRUE else TRUE if inner == FALSE else Not(inner)
@@ -90,3 +90,7 @@ def _of_this_one(check: Formula, variable: Variable, condition: Formula) -> Form
             return type(check)(tuple(_of_this_one(part, variable, condition) for part in operands))
         case _:
             return check
+
+
+def _all(parts: Sequence[Formula]) -> Formula:
+    return parts[0] if len(parts) == 1 else And(tuple(parts))

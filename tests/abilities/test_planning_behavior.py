@@ -1,0 +1,68 @@
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from eai.abilities.action_sequencing.behavior import ActionSequencing
+from eai.abilities.action_sequencing.behavior_writer import join_steps, write_steps
+from eai.abilities.planning import find_plan
+from eai.abilities.protocol import Protocol
+from eai.abilities.subgoal_decomposition.behavior import SubgoalDecomposition
+from eai.abilities.subgoal_decomposition.behavior_planner import carried_out, subgoal_planner
+from eai.abilities.subgoal_decomposition.behavior_writer import join_subgoals, write_subgoals
+from eai.data.behavior_tasks import BehaviorTask, BehaviorTasks
+from eai.domains import behavior
+from eai.world.execution import Action, attempt
+from eai.world.search import Planner
+from eai.world.state import State
+
+DOMAIN = behavior.as_meant()
+
+HARD = ("cleaning_up_the_kitchen_only", "packing_lunches", "preserving_food", "setting_up_candles")
+"""Tasks in which goals get in each other's way."""
+
+MOST_STATES = 300
+"""More than any of the sample takes; the search is deterministic."""
+
+
+def sample(tasks: BehaviorTasks) -> list[BehaviorTask]:
+    """Every sixth task, and those that are hard to plan for."""
+    ids = list(tasks)
+    return [tasks[i] for i in ids if ids.index(i) % 6 == 1 or i.startswith(HARD)]
+
+
+def reaches(task: BehaviorTask, steps: Sequence[Action]) -> bool:
+    """Whether a plan, without the steps that are impossible, reaches all goals."""
+    state = task.initial
+    for step in steps:
+        after = attempt(DOMAIN, [state], step)
+        state = after if isinstance(after, State) else state
+    return all(DOMAIN.holds(goal.formula, state) for goal in task.goals)
+
+
+def test_plans_score_and_no_step_can_be_left_out(behavior_tasks: BehaviorTasks) -> None:
+    planner = Planner(DOMAIN)
+    for task in sample(behavior_tasks):
+        found = find_plan(task, planner)
+        assert found.states < MOST_STATES, task.id
+        verdict = ActionSequencing(task, Protocol.STRICT).score(
+            join_steps(write_steps(found.plan, task.scene))
+        )
+        assert (verdict.success, verdict.executable, verdict.additional_steps) == (True, True, 0), task.id
+        for i in range(len(found.plan)):
+            assert not reaches(task, (*found.plan[:i], *found.plan[i + 1 :])), task.id
+
+
+def test_plans_of_subgoals_score(behavior_tasks: BehaviorTasks) -> None:
+    planner = subgoal_planner()
+    for task in sample(behavior_tasks):
+        steps = carried_out(task, find_plan(task, planner).plan)
+        text = join_subgoals(write_subgoals(task, steps))
+        verdict = SubgoalDecomposition(task, Protocol.STRICT).score(text)
+        assert (verdict.success, verdict.executable) == (True, True), task.id
+
+
+def test_a_hand_is_freed_for_what_wants_a_free_hand(behavior_tasks: BehaviorTasks) -> None:
+    task = behavior_tasks["opening_packages_0_Benevolence_2_int_0_2021-10-25_21-06-42"]
+    first, second = task.scene.index["package_0"], task.scene.index["package_1"]
+    plan = (Action("LEFT_GRASP", (first,)), Action("RIGHT_GRASP", (second,)), Action("OPEN", (first,)))
+    assert carried_out(task, plan) == (*plan[:2], Action("RIGHT_RELEASE", (second,)), plan[2])
