@@ -11,9 +11,9 @@ from collections.abc import Iterator
 from eai.logic.formula import Atom
 from eai.world.execution import Action
 from eai.world.moves import possible_actions
-from eai.world.regression import Distances, GroundAtom, Regression, Way
+from eai.world.regression import Distances, Regression, Way
 from eai.world.vocabulary import Defined
-from eai.world.wanted import Wanted
+from eai.world.wanted import GroundAtom, Wanted
 
 
 class Helpful:

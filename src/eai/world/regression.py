@@ -11,16 +11,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple, TypeAlias
 
-from eai.logic.formula import Atom, Exists, ForAll, Term, Variable
+from eai.logic.formula import Atom, Exists, ForAll
 from eai.world.achiever import Achiever, Achievers
 from eai.world.choosing import exactly, in_pairs
 from eai.world.domain import Domain
 from eai.world.execution import Action
-from eai.world.frame import AGENT
 from eai.world.reading import Readings, Scope
 from eai.world.state import State
 from eai.world.vocabulary import Defined
-from eai.world.wanted import AllOf, AnyOf, Exact, Pairs, Parts, Unfolding, Wanted
+from eai.world.wanted import AllOf, AnyOf, Exact, GroundAtom, Pairs, Parts, Unfolding, Wanted
 
 INFINITE = float("inf")
 """The cost of what no action brings about."""
@@ -33,14 +32,6 @@ _HORIZONS = (2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 12.0, INFINITE)
 
 _LEAST = 1.0
 """No condition that does not hold costs less."""
-
-
-class GroundAtom(NamedTuple):
-    """An atom about objects, and whether it shall hold."""
-
-    predicate: str
-    arguments: tuple[int, ...]
-    truth: bool
 
 
 class _Instance(NamedTuple):
@@ -98,6 +89,7 @@ class Distances:
         self._domain = regression
         self._unfolding = Unfolding(regression.readings, state, objects)
         self.holds = self._unfolding.holds
+        self.atom = self._unfolding.atom
         self._kept = [condition for condition in kept if self.holds(condition)]
         self._usable = sum(1 << index for index in set(objects))
         self._ways: dict[GroundAtom, tuple[Way, float]] = {}
@@ -144,11 +136,6 @@ class Distances:
         costs = [(each, self.to(each)) for each in parts.conditions] if isinstance(parts, AnyOf) else []
         least = min((cost for _, cost in costs), default=INFINITE)
         return [each for each, cost in costs if cost == least < INFINITE]
-
-    def atom(self, atom: Atom, wanted: Wanted) -> GroundAtom:
-        """An atom about the objects that its terms stand for where it is wanted."""
-        arguments = [self._index(term, wanted.scope) for term in atom.arguments]
-        return GroundAtom(atom.predicate, tuple(arguments), wanted.truth)
 
     def way(self, atom: GroundAtom, most: float = INFINITE) -> Way:
         """The cheapest way to make an atom of a stored predicate true or false that costs less than ``most``.
@@ -280,14 +267,6 @@ class Distances:
             return None
         scope = {p.name: index for p, index in zip(derived.parameters, atom.arguments, strict=True)}
         return Wanted(derived.definition, scope, atom.truth)
-
-    def _index(self, term: Term, scope: Scope) -> int:
-        scene = self.state.scene
-        if isinstance(term, Variable):
-            return scope[term.name]
-        if term == AGENT and scene.agent is not None:
-            return scene.agent
-        return scene.index[term.name]
 
     def _cheapest(self, achiever: Achiever, scope: Scope, best: Way) -> Way:
         """The best way by one change of an operator, or ``best`` if that is as good."""

@@ -7,6 +7,7 @@ from typing import NamedTuple, TypeAlias
 
 from eai.logic.formula import (
     And,
+    Atom,
     Exactly,
     Exists,
     ForAll,
@@ -15,8 +16,10 @@ from eai.logic.formula import (
     Implies,
     Not,
     Or,
+    Term,
     Variable,
 )
+from eai.world.frame import AGENT
 from eai.world.reading import Readings, Scope
 from eai.world.relation import bits
 from eai.world.state import Scene, State
@@ -33,6 +36,14 @@ class Wanted(NamedTuple):
     def negated(self) -> Wanted:
         """The opposite."""
         return self._replace(truth=not self.truth)
+
+
+class GroundAtom(NamedTuple):
+    """An atom about objects, and whether it shall hold."""
+
+    predicate: str
+    arguments: tuple[int, ...]
+    truth: bool
 
 
 class AllOf(NamedTuple):
@@ -83,6 +94,11 @@ class Unfolding:
         formula, scope, truth = wanted
         return self._readings.holds(formula, scope, self._state) == truth
 
+    def atom(self, atom: Atom, wanted: Wanted) -> GroundAtom:
+        """An atom about the objects that its terms stand for where it is wanted."""
+        arguments = [self._index(term, wanted.scope) for term in atom.arguments]
+        return GroundAtom(atom.predicate, tuple(arguments), wanted.truth)
+
     def parts(self, wanted: Wanted) -> Parts | None:
         """What a compound condition comes down to; None for an atom and what nothing is known of."""
         formula, scope, truth = wanted
@@ -107,6 +123,14 @@ class Unfolding:
                 return self._pairs(formula, scope)
             case _:
                 return None
+
+    def _index(self, term: Term, scope: Scope) -> int:
+        scene = self._state.scene
+        if isinstance(term, Variable):
+            return scope[term.name]
+        if term == AGENT and scene.agent is not None:
+            return scene.agent
+        return scene.index[term.name]
 
     def _instances(
         self, variable: Variable, body: Formula, scope: Scope, truth: bool, values: Sequence[int]
