@@ -275,12 +275,12 @@ def main() -> int:
         "action_sequencing": scoring(lambda task: ActionSequencing(task, reference), tasks, plans),
         "subgoal_decomposition": scoring(lambda task: SubgoalDecomposition(task, reference), tasks, goals),
     }
+    scenes = {task_id: described(task) for task_id, task in tasks.items()}
+    given = {"scenes": scenes, "action_sequencing": plans, "subgoal_decomposition": goals}
     gc.collect()
     gc.freeze()
     for each in ours.values():
         each.run(arguments.repeats)
-    scenes = {task_id: described(task) for task_id, task in tasks.items()}
-    given = {"scenes": scenes, "action_sequencing": plans, "subgoal_decomposition": goals}
     theirs = run_reference(environment(arguments.cache), given)
     for each in ours.values():
         each.run(arguments.repeats)
