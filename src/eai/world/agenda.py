@@ -7,7 +7,8 @@ every part.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import heapq
+from collections.abc import Iterator, Sequence
 
 from eai.world.best_first import BestFirst, Effort, Target
 from eai.world.moves import Moves, Node
@@ -16,6 +17,9 @@ from eai.world.wanted import Wanted
 
 _WHOLE = 4
 """How many times the effort for a part may be spent on a goal as a whole."""
+
+_NEXT_ACTION = -1
+"""The number of the goal to take the next action; conditions are numbered from 0."""
 
 
 class Agenda:
@@ -35,24 +39,25 @@ class Agenda:
         self._moves = moves
         self._goals = goals
         self._search = search
+        self._costs: dict[int, float] = {}
         self._hard: set[int] = set()
         self._failed: set[int] = set()
 
     def advance(self, node: Node, effort: Effort) -> Node | None:
         """The node in which one goal more is reached, or None if this effort reaches none."""
-        distances = self._distances(node)
-        kept = tuple([goal for goal in self._goals if distances.to(goal) == 0.0])
-        costs = {i: cost for i, goal in enumerate(self._goals) if (cost := distances.to(goal)) > 0.0}
+        holds = self._distances(node).holds
+        kept = tuple([goal for goal in self._goals if holds(goal)])
+        pending = [i for i, goal in enumerate(self._goals) if not holds(goal)]
         if node.taken < len(self._moves.goals):
-            costs[-1] = distances.to_action(self._moves.goals[node.taken]).cost
-        for i in sorted(costs, key=lambda i: (i not in self._hard, costs[i])):
-            if i < 0:
+            pending.append(_NEXT_ACTION)
+        for i in self._nearest_first(node, pending):
+            if i == _NEXT_ACTION:
                 found = self._reach(node, Target(kept, node.taken + 1), effort)
             else:
                 found = self._achieve(node, self._goals[i], kept, effort)
             if found is not None:
                 return found
-        self._failed = set(costs)
+        self._failed = set(pending)
         return None
 
     def learn(self) -> bool:
@@ -60,6 +65,26 @@ class Agenda:
         new = self._failed - self._hard
         self._hard |= new
         return bool(new)
+
+    def _nearest_first(self, node: Node, pending: Sequence[int]) -> Iterator[int]:
+        """Goals by their cost, the hard ones before the others.
+
+        What a goal cost when last looked at stands until its turn comes; only then is it looked at again.
+        """
+        distances = self._distances(node)
+        queue = [(i not in self._hard, self._costs.get(i, 0.0), i, False) for i in pending]
+        heapq.heapify(queue)
+        while queue:
+            is_easy, _, i, is_looked_at = heapq.heappop(queue)
+            if is_looked_at:
+                yield i
+                continue
+            if i == _NEXT_ACTION:
+                cost = distances.to_action(self._moves.goals[node.taken]).cost
+            else:
+                cost = distances.to(self._goals[i])
+            self._costs[i] = cost
+            heapq.heappush(queue, (is_easy, cost, i, True))
 
     def _achieve(self, node: Node, goal: Wanted, kept: tuple[Wanted, ...], effort: Effort) -> Node | None:
         """Reach a goal part by part, or else as a whole."""
