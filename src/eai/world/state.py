@@ -184,9 +184,11 @@ class Draft:
 
     def link_from(self, slot: int, source: int, targets: int) -> None:
         """Relate ``source`` to all targets in the mask."""
-        row = self.binary[slot].row(source)
+        relation = self.binary[slot]
+        row = relation.row(source)
         if row | targets != row:
-            self._own(slot).set_row(source, row | targets)
+            mine = relation if self._copied >> slot & 1 else self._own(slot)
+            mine.set_row(source, row | targets)
 
     def link_to(self, slot: int, sources: int, target: int) -> None:
         """Relate all sources in the mask to ``target``."""

@@ -37,8 +37,10 @@ class StateTest:
 
     def __call__(self, state: State, arguments: tuple[int, ...] = ()) -> bool:
         """Whether it holds in the state; ``arguments`` are those of the action taken there."""
-        binding = [*self._binding]
-        binding[1 : 1 + len(arguments)] = arguments
+        binding = self._binding
+        if arguments:
+            binding = [*binding]
+            binding[1 : 1 + len(arguments)] = arguments
         return self._truth(state, binding)
 
 
@@ -56,7 +58,7 @@ class _Part:
     def holds(self, state: State, action: Action | None) -> bool:
         """Whether the part holds at a position."""
         if action is None or action.operator not in self._actions:
-            return self._test(None)(state)
+            return (self._tests.get(None) or self._test(None))(state)
         return self._test(action.operator)(state, action.arguments)
 
     def _test(self, name: str | None) -> StateTest:

@@ -112,10 +112,10 @@ def find(room_of_held: Formula) -> Operator:
     checks = (
         missing(Implies(p.ontop(X, AGENT) | p.body_part(X), p.near(X)), NEAR.reason, sought=(p.near(X),)),
         missing(Or((p.upright(), AT_HAND)), UPRIGHT.reason, sought=(p.upright(),)),
-        affordance(Or((AT_HAND, p.somewhere(X))), SOMEWHERE.reason),
+        affordance(Or((p.somewhere(X), AT_HAND)), SOMEWHERE.reason),
     )
     step_up = (Delete(p.facing(AGENT, ANYTHING)), *both_ways(Add, p.next_to(AGENT, X)))
-    return _unary("FIND", checks, (When(AT_HAND, step_up, go_to(X, room_of_held)),))
+    return _unary("FIND", checks, (When(p.near(X), step_up, go_to(X, room_of_held)),))
 
 
 def put(relation: Predicate) -> tuple[Effect, ...]:

@@ -66,7 +66,8 @@ def rooms(state: State, arguments: tuple[int, ...]) -> int:
         return first_target(state, "INSIDE", x, is_room)
     seen = 0
     while containers and not containers & seen:
-        containers = first_target(state, "INSIDE", x, containers)
+        if containers & (containers - 1):
+            containers = first_target(state, "INSIDE", x, containers)
         if containers & is_room:
             return containers
         seen |= containers
