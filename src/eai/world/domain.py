@@ -73,14 +73,6 @@ class CompiledOperator:
         """Whether no check fails, and some try succeeds if any is made: all checks asked together."""
         return self._passes(state, binding) and not (self.tries and self._failed_tries(state, binding))
 
-    def first_failure(self, state: State, binding: Binding) -> CompiledCheck | None:
-        """The first check that fails in the state, or None if the action is possible."""
-        for check in self.checks:
-            if not check.holds(state, binding):
-                return check
-        failures = self._failed_tries(state, binding) if self.tries else ()
-        return failures[0].check if failures else None
-
     def failures(self, state: State, binding: Binding) -> tuple[Failure, ...]:
         """All that is wrong: the first check that fails, or that of every try; empty if it is possible."""
         failed = first_failing(self.checks, state, binding)

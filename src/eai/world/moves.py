@@ -59,7 +59,7 @@ class Moves:
         for step in steps:
             compiled = self._domain.compiled[step.operator]
             binding = compiled.bind(state, step.arguments)
-            if compiled.first_failure(state, binding) is not None:
+            if not compiled.is_possible(state, binding):
                 return None
             if taken < len(self.goals) and step.operator in self.goals[taken]:
                 taken += 1
@@ -98,5 +98,5 @@ def possible_actions(
     """The actions by an operator on some objects that no check forbids in a state."""
     compiled = domain.compiled[operator.name]
     for arguments in product(objects, repeat=operator.arity):
-        if compiled.first_failure(state, compiled.bind(state, arguments)) is None:
+        if compiled.is_possible(state, compiled.bind(state, arguments)):
             yield Action(operator.name, arguments)
