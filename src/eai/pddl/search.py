@@ -45,11 +45,11 @@ class SearchResult:
 class Effort:
     """How many states may be evaluated: with actions on the goal's objects only, and with all actions.
 
-    On the gold operators the default leaves no VirtualHome problem and 2 of 100 BEHAVIOR problems undecided.
+    On the gold operators the default leaves no problem undecided.
     """
 
     central: int = 60
-    full: int = 300
+    full: int = 2_000
 
 
 def search(domain: Domain, problem: Problem, effort: Effort) -> SearchResult:
@@ -88,7 +88,7 @@ class _Node:
 
 
 _Entry = tuple[int, int, _Node]
-"""Estimate of the state before, order of arrival, the state."""
+"""Estimate of the state before, what orders equal ones (the last to arrive is the first), the state."""
 
 
 @dataclass(slots=True)
@@ -103,7 +103,7 @@ class _Frontier:
 
     def push(self, estimate: int, node: _Node, *, preferred: bool) -> None:
         self.arrivals += 1
-        entry = (estimate, self.arrivals, node)
+        entry = (estimate, -self.arrivals, node)
         heapq.heappush(self.everything, entry)
         if preferred:
             heapq.heappush(self.preferred, entry)

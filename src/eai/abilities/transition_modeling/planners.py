@@ -7,9 +7,13 @@ from eai.abilities.suite import PlannerChoice
 from eai.pddl.fast_downward import FastDownward, Limits
 from eai.pddl.planner import BuiltInPlanner, TieredPlanner
 from eai.pddl.planning import Planner
+from eai.pddl.search import Effort
 
 CPU_SECONDS = {Domain.VIRTUALHOME: 100, Domain.BEHAVIOR: 200}
 """How long a planner may take for one task (the reference's limits)."""
+
+FIRST_EFFORT = Effort(full=300)
+"""What the built-in search may do before Fast Downward is asked, which is then the quicker of the two."""
 
 
 def make_planner(choice: PlannerChoice, domain: Domain) -> Planner | None:
@@ -27,4 +31,4 @@ def make_planner(choice: PlannerChoice, domain: Domain) -> Planner | None:
             return FastDownward.installed(Limits(cpu_seconds=CPU_SECONDS[domain]))
         case PlannerChoice.FULL:
             authority = FastDownward.installed(Limits(cpu_seconds=CPU_SECONDS[domain]))
-            return TieredPlanner(BuiltInPlanner(), authority)
+            return TieredPlanner(BuiltInPlanner(FIRST_EFFORT), authority)
