@@ -26,8 +26,8 @@ from eai.pddl.model import Action
 from eai.pddl.normalise import normalise, read_operator
 from eai.pddl.planner import BuiltInPlanner, TieredPlanner
 from eai.pddl.planning import PlannerOutcome, PlanningTask
-from eai.pddl.search import Effort
 from eai.pddl.reader import read_domain, read_problem
+from eai.pddl.search import Effort
 
 COUNTER = 18
 """Bits of a counter that has to be counted to its end: more than a second of work for any search."""
