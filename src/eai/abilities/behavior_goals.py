@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from operator import mul
 
 from eai.abilities.protocol import Protocol
 from eai.abilities.verdict import GoalTallies, Tally
@@ -42,10 +43,9 @@ class BehaviorGoals:
         if protocol is Protocol.EAI_1_0_5:
             formulas = [_as_in_reference(formula, task.scene) for formula in formulas]
         self._tests = tuple(_test(formula, task.scene) for formula in formulas)
-        self._shares = tuple(_share(goal) for goal in task.goals)
-        self._total = Share(
-            sum(share.state for share in self._shares), sum(share.relation for share in self._shares)
-        )
+        shares = [_share(goal) for goal in task.goals]
+        self._state_shares = tuple(share.state for share in shares)
+        self._relation_shares = tuple(share.relation for share in shares)
 
     def satisfied(self, state: State) -> tuple[bool, ...]:
         """Which goals hold in the state, in order."""
@@ -53,14 +53,13 @@ class BehaviorGoals:
 
     def tallies(self, satisfied: Sequence[bool]) -> GoalTallies:
         """The goals by kind; one that speaks of states and relations counts half as each."""
-        state = relation = 0.0
-        for share, holds in zip(self._shares, satisfied, strict=True):
-            if holds:
-                state += share.state
-                relation += share.relation
         return GoalTallies(
-            Tally(state, self._total.state), Tally(relation, self._total.relation), _NO_ACTIONS
+            _tally(satisfied, self._state_shares), _tally(satisfied, self._relation_shares), _NO_ACTIONS
         )
+
+
+def _tally(satisfied: Sequence[bool], shares: Sequence[float]) -> Tally:
+    return Tally(sum(map(mul, satisfied, shares)), sum(shares))
 
 
 def _share(goal: Goal) -> Share:

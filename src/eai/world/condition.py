@@ -230,9 +230,13 @@ class Conditions:
                 return self.truth(definition, _inner_scope(derived, slots), wanted=wanted)
             case Computed(test=test):
                 return lambda state, binding: bool(test(state, tuple([binding[s] for s in slots]))) is wanted
-            case Lookup():
-                values, last, bit = _looked_up(derived, slots[:-1]), slots[-1], int(wanted)
-                return lambda state, binding: values(state, binding) >> binding[last] & 1 == bit
+            case Lookup(values=values):
+                first, last, bit = slots[:-1], slots[-1], int(wanted)
+                if len(first) == 1:
+                    (only,) = first
+                    return lambda state, binding: values(state, (binding[only],)) >> binding[last] & 1 == bit
+                found = _looked_up(derived, first)
+                return lambda state, binding: found(state, binding) >> binding[last] & 1 == bit
             case _:
                 assert_never(derived)
 

@@ -66,6 +66,10 @@ def intersection(
         first, second = inside
         return lambda state, binding: (mask := first(state, binding)) and mask & second(state, binding)
 
+    if len(having) == len(inside) == 1 and not (lacking or outside):
+        (stored,), (among,) = having, inside
+        return lambda state, binding: (mask := state.unary[stored]) and mask & among(state, binding)
+
     def extension(state: State, binding: Binding) -> int:
         mask, unary = state.scene.everything, state.unary
         for predicate in having:

@@ -44,9 +44,16 @@ class Failure(NamedTuple):
 
 
 class CompiledOperator:
-    """An operator whose checks and effects are functions of a state and a binding."""
+    """An operator whose checks and effects are functions of a state and a binding.
 
-    __slots__ = ("_apply", "_frame", "_passes", "checks", "operator", "tries")
+    Attributes:
+        operator: the operator.
+        checks: its checks, in order.
+        tries: what it tries.
+        is_possible: whether no check fails, and some try succeeds if any is made: all checks asked together.
+    """
+
+    __slots__ = ("_apply", "_frame", "checks", "is_possible", "operator", "tries")
 
     def __init__(self, operator: Operator, vocabulary: Vocabulary) -> None:
         self.operator = operator
@@ -54,7 +61,12 @@ class CompiledOperator:
         conditions = Conditions(vocabulary, self._frame)
         effects = Effects(vocabulary, self._frame)
         self.checks = _compiled(operator.checks, conditions)
-        self._passes = conditions.truth(And(tuple(check.condition for check in operator.checks)))
+        passes = conditions.truth(And(tuple(check.condition for check in operator.checks)))
+        self.is_possible: Truth = passes
+        if operator.tries:
+            self.is_possible = lambda state, binding: (
+                passes(state, binding) and not self._failed_tries(state, binding)
+            )
         self.tries = tuple(
             CompiledTry(
                 conditions.truth(each.condition),
@@ -68,10 +80,6 @@ class CompiledOperator:
     def bind(self, state: State, arguments: Sequence[int]) -> Binding:
         """The binding of the operator's variables for these arguments."""
         return self._frame.bind(state.scene, arguments)
-
-    def is_possible(self, state: State, binding: Binding) -> bool:
-        """Whether no check fails, and some try succeeds if any is made: all checks asked together."""
-        return self._passes(state, binding) and not (self.tries and self._failed_tries(state, binding))
 
     def failures(self, state: State, binding: Binding) -> tuple[Failure, ...]:
         """All that is wrong: the first check that fails, or that of every try; empty if it is possible."""

@@ -54,18 +54,20 @@ class ActionSequencing(Scorer):
         if isinstance(plan, Unreadable):
             verdict = self._rejection(ErrorReport(FaultKind.PARSING, None, plan.reason), ())
             return Assessment(verdict, partial(Explanation, (f"parsing: {plan.reason}",)))
-        notes = repairs_told(plan.repairs)
         actions = self.resolve(plan)
         if isinstance(actions, Rejected):
             verdict = self._rejection(actions.error, plan.repairs)
-            return Assessment(verdict, partial(rejection_explained, notes, actions.error))
+            return Assessment(
+                verdict, partial(rejection_explained, repairs_told(plan.repairs), actions.error)
+            )
         trajectory = execute(self.domain, self._initial, actions)
-        return Assessment(self._judge(trajectory, plan.repairs), partial(self._explain, notes, trajectory))
+        verdict = self._judge(trajectory, plan.repairs)
+        return Assessment(verdict, partial(self._explain, plan.repairs, trajectory))
 
-    def _explain(self, notes: tuple[str, ...], trajectory: Trajectory) -> Explanation:
+    def _explain(self, repairs: tuple[str, ...], trajectory: Trajectory) -> Explanation:
         satisfied = self._goals.satisfied(_left_by(trajectory))
         return Explanation(
-            notes,
+            repairs_told(repairs),
             step_reports(self.task, self.domain, trajectory),
             goal_reports(self.task.goals, satisfied),
         )

@@ -47,10 +47,10 @@ def _as_json(segment: str) -> list[WrittenStep] | None:
     return _steps(elements)
 
 
-def _parsed(segment: str) -> list[dict[str, object]] | None:
-    """The elements of a JSON list, or None if it is none."""
+def _parsed(segment: str) -> list[dict[str, str]] | None:
+    """The elements of a JSON list, which are yet to be looked at; or None if it is none."""
     try:
-        elements: list[dict[str, object]] = json.loads(segment)
+        elements: list[dict[str, str]] = json.loads(segment)
     except (ValueError, RecursionError):
         return None
     return elements
@@ -64,15 +64,16 @@ def _as_python(segment: str) -> list[WrittenStep] | None:
             elements = _value(ast.parse(segment.strip(), mode="eval").body)
     except (SyntaxError, ValueError, TypeError, RecursionError, MemoryError):
         return None
-    return (
-        _steps([each for each in elements if isinstance(each, dict)]) if isinstance(elements, list) else None
-    )
+    if not isinstance(elements, list):
+        return None
+    found = [each for each in elements if isinstance(each, dict)]
+    return _steps([{key: str(each[key]) for key in ("action", "object") if key in each} for each in found])
 
 
-def _steps(found: list[dict[str, object]]) -> list[WrittenStep]:
+def _steps(found: list[dict[str, str]]) -> list[WrittenStep]:
     """The steps among dictionaries: what has an action and an object."""
     return [
-        WrittenStep(str(each["action"]), tuple(str(each["object"]).strip().split(",")))
+        WrittenStep(each["action"], tuple(each["object"].strip().split(",")))
         for each in found
         if "action" in each and "object" in each
     ]
