@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-ORACLE = Path(__file__).resolve().parents[2] / "shared" / "oracle"
+_SHARED = Path(__file__).resolve().parents[2] / "shared"
 
 Oracle = Callable[[str, str, str], Any]
 """(domain, ability, name) -> content of `<domain>/<ability>/<name>.json.gz`."""
@@ -18,7 +18,13 @@ Oracle = Callable[[str, str, str], Any]
 
 def read_oracle(domain: str, ability: str, name: str) -> Any:
     """One file of verdicts; skips the test where the file is not on this machine."""
-    path = ORACLE / domain / ability / f"{name}.json.gz"
+    return read_shared("oracle", domain, ability, f"{name}.json.gz")
+
+
+def read_shared(*place: str) -> Any:
+    """The content of a JSON file, packed or not; skips the test where it is not on this machine."""
+    path = _SHARED.joinpath(*place)
     if not path.is_file():
-        pytest.skip(f"no verdicts of the reference at {path}")
-    return json.loads(gzip.decompress(path.read_bytes()))
+        pytest.skip(f"{'/'.join(place)} is not beside the repository")
+    content = path.read_bytes()
+    return json.loads(gzip.decompress(content) if path.suffix == ".gz" else content)

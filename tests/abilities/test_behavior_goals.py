@@ -1,7 +1,5 @@
 from __future__ import annotations
 
-import gzip
-import json
 from dataclasses import replace
 from typing import Any
 
@@ -17,17 +15,13 @@ from eai.logic.formula import Atom, Formula, Not
 from eai.logic.truncated_options import truncated_options
 from eai.world.execution import execute
 from eai.world.state import State
-from oracle import ORACLE
+from oracle import read_shared
 
 STRICT, REFERENCE = Protocol.STRICT, Protocol.EAI_1_0_5
 
 
 def file(name: str) -> Any:
-    path = ORACLE / "behavior" / name
-    if not path.is_file():
-        pytest.skip(f"no file {path}")
-    content = path.read_bytes()
-    return json.loads(gzip.decompress(content) if name.endswith(".gz") else content)
+    return read_shared("oracle", "behavior", name)
 
 
 def after(task: BehaviorTask, *steps: str) -> State:

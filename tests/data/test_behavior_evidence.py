@@ -1,11 +1,7 @@
 from __future__ import annotations
 
-import json
-
-import pytest
-
 from eai.data.behavior_evidence import load_evidence
-from oracle import ORACLE
+from oracle import read_shared
 
 
 def test_every_entry_has_a_reason() -> None:
@@ -22,10 +18,7 @@ def test_volumes_go_by_object_then_model_then_default() -> None:
 
 
 def test_the_table_is_the_one_that_was_found() -> None:
-    path = ORACLE.parent / "spec" / "behavior_evidence.json"
-    if not path.is_file():
-        pytest.skip(f"no evidence at {path}")
-    found = json.loads(path.read_text())
+    found = read_shared("spec", "behavior_evidence.json")
     evidence = load_evidence()
     assert dict(evidence.volumes.of_model) == found["volume_m3"]["by_category"]
     assert evidence.standing == set(found["stands_on_its_rooms_floor"]["categories"])

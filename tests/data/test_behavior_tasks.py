@@ -1,7 +1,5 @@
 from __future__ import annotations
 
-import gzip
-import json
 from typing import Any
 
 import pytest
@@ -17,7 +15,7 @@ from eai.data.behavior_tasks import (
 )
 from eai.data.task import GoalKind
 from eai.logic.bddl_printer import print_condition
-from oracle import ORACLE
+from oracle import read_shared
 
 
 def spelt(state: str) -> str:
@@ -31,10 +29,7 @@ def triples(relations: Any) -> list[tuple[str, ...]]:
 
 @pytest.fixture(scope="module")
 def reconstructed() -> Any:
-    path = ORACLE / "behavior" / "reconstructed.json.gz"
-    if not path.is_file():
-        pytest.skip(f"no reconstruction at {path}")
-    return json.loads(gzip.decompress(path.read_bytes()))
+    return read_shared("oracle", "behavior", "reconstructed.json.gz")
 
 
 def test_all_records_equal_the_reconstruction(behavior_tasks: BehaviorTasks, reconstructed: Any) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, partial
@@ -18,7 +17,7 @@ from eai.data.store import Store
 from eai.domains.virtualhome.quirks import QUIRKS
 from eai.metrics.rate import Rate
 from eai.metrics.summary import summarise
-from oracle import ORACLE, Oracle
+from oracle import Oracle, read_shared
 
 PAGE = Path(__file__).parents[3] / "docs" / "protocols.md"
 
@@ -168,7 +167,7 @@ def test_the_summary_is_what_the_reference_prints(name: str, score: Score) -> No
 
 @pytest.mark.parametrize("name", MODELS)
 def test_a_summary_takes_action_goals_in_data_set_order(name: str, score: Score) -> None:
-    known = json.loads((ORACLE / "virtualhome" / "hash_order_sensitivity.json").read_text(encoding="utf-8"))
+    known = read_shared("oracle", "virtualhome", "hash_order_sensitivity.json")
     rates = summary(score(name).verdicts)
     assert rounded(rates["task_success"], 2) == known[name]["dataset_order"]
     assert rates["action_goal"].numerator == known[name]["action_goal_dataset"]
