@@ -25,6 +25,6 @@ def read_shared(*place: str) -> Any:
     """The content of a JSON file, packed or not; skips the test where it is not on this machine."""
     path = _SHARED.joinpath(*place)
     if not path.is_file():
-        pytest.skip(f"{'/'.join(place)} is not beside the repository")
+        pytest.skip(f"{path.relative_to(_SHARED.parent)} is not there")
     content = path.read_bytes()
     return json.loads(gzip.decompress(content) if path.suffix == ".gz" else content)
