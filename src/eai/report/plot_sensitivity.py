@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from importlib import resources
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from eai.analysis.sensitivity import Sensitivity
-from eai.errors import EaiError
 from eai.report.layout import label_of
+from eai.report.plot_files import styled, write
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -16,7 +15,6 @@ if TYPE_CHECKING:
 
 _CELL = (0.62, 0.27)
 _MARGIN = (2.6, 1.5)
-_DOTS_PER_INCH = 150
 _DARK = 45.0
 """Percent below which a cell is too dark for dark letters."""
 
@@ -27,22 +25,9 @@ def save(sensitivity: Sensitivity, title: str, path: Path) -> tuple[Path, ...]:
     Raises:
         EaiError: matplotlib is not installed.
     """
-    try:
-        import matplotlib as mpl
-    except ImportError as error:
-        hint = "pip install 'embodied-agent-interface[plots]'"
-        raise EaiError(f"plots need matplotlib: {hint}") from error
-    written = []
-    style = resources.files("eai.report") / "plots.mplstyle"
-    with resources.as_file(style) as settings, mpl.rc_context(fname=settings):
+    with styled():
         figure = draw(sensitivity, title)
-        if figure is None:
-            return ()
-        for kind, metadata in (("svg", {"Date": None}), ("png", {"Software": None})):
-            target = path.with_name(f"{path.name}.{kind}")
-            figure.savefig(target, metadata=metadata, dpi=_DOTS_PER_INCH)
-            written.append(target)
-    return tuple(written)
+        return () if figure is None else write(figure, path)
 
 
 def draw(sensitivity: Sensitivity, title: str) -> Figure | None:

@@ -3,26 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from importlib import resources
 from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from eai.abilities.protocol import Ability
 from eai.abilities.responses import file_name
-from eai.errors import EaiError
 from eai.metrics.breakdown import PLANS
 from eai.report import plot_flow, plot_outcomes, plot_radar, plot_shares
 from eai.report.digest import Digest
 from eai.report.document import Plot
 from eai.report.layout import ABILITY_TITLES, domain_title
+from eai.report.plot_files import styled, write
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-FORMATS = ("svg", "png")
-_DOTS_PER_INCH = 150
-_STYLE = "plots.mplstyle"
 
 
 def draw_plots(digests: Sequence[Digest], folder: Path) -> list[Plot]:
@@ -31,15 +26,9 @@ def draw_plots(digests: Sequence[Digest], folder: Path) -> list[Plot]:
     Raises:
         EaiError: matplotlib is not installed.
     """
-    try:
-        import matplotlib as mpl
-    except ImportError as error:
-        hint = "pip install 'embodied-agent-interface[plots]'"
-        raise EaiError(f"plots need matplotlib: {hint}") from error
-    folder.mkdir(parents=True, exist_ok=True)
     drawn = []
-    style = resources.files("eai.report") / _STYLE
-    with resources.as_file(style) as path, mpl.rc_context(fname=path):
+    with styled():
+        folder.mkdir(parents=True, exist_ok=True)
         for plot, figure in _figures(digests):
             _save(figure, folder / plot.name)
             drawn.append(plot)
@@ -79,13 +68,11 @@ def _drawn(name: str, caption: str, figure: Figure | None) -> Iterator[tuple[Plo
 
 
 def _save(figure: Figure, path: Path) -> None:
-    """Write a figure in all formats, without the date and the program's version.
+    """Write a figure in all formats.
 
     Nothing is clipped: nothing needs it, and the name of a clipping area is made from all digits of numbers
     that the solver of the layout does not always give alike.
     """
     for artist in figure.findobj():
         artist.set_clip_on(False)
-    for kind in FORMATS:
-        metadata = {"Date": None} if kind == "svg" else {"Software": None}
-        figure.savefig(path.with_name(f"{path.name}.{kind}"), metadata=metadata, dpi=_DOTS_PER_INCH)
+    write(figure, path)

@@ -1,0 +1,46 @@
+"""Figures as files: the style of all plots, and writing a figure in every format."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from importlib import resources
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from eai.errors import EaiError
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+FORMATS = ("svg", "png")
+_DOTS_PER_INCH = 150
+_STYLE = "plots.mplstyle"
+
+
+@contextmanager
+def styled() -> Iterator[None]:
+    """Within it, figures are drawn and written in the style of all plots.
+
+    Raises:
+        EaiError: matplotlib is not installed.
+    """
+    try:
+        import matplotlib as mpl
+    except ImportError as error:
+        hint = "pip install 'embodied-agent-interface[plots]'"
+        raise EaiError(f"plots need matplotlib: {hint}") from error
+    style = resources.files("eai.report") / _STYLE
+    with resources.as_file(style) as path, mpl.rc_context(fname=path):
+        yield
+
+
+def write(figure: Figure, path: Path) -> tuple[Path, ...]:
+    """Write a figure as ``path``.svg and ``path``.png, without the date and the program's version."""
+    written = []
+    for kind in FORMATS:
+        metadata = {"Date": None} if kind == "svg" else {"Software": None}
+        target = path.with_name(f"{path.name}.{kind}")
+        figure.savefig(target, metadata=metadata, dpi=_DOTS_PER_INCH)
+        written.append(target)
+    return tuple(written)
