@@ -12,6 +12,28 @@ import pytest
 
 _SHARED = Path(__file__).resolve().parents[2] / "shared"
 
+MODELS = (
+    "claude-3-5-sonnet-20240620",
+    "claude-3-opus-20240229",
+    "cohere-command-r",
+    "gemini-1.5-pro-preview-0409",
+    "gpt-3.5-turbo-0125",
+    "gpt-4o-2024-05-13",
+    "llama-3-8b-chat",
+    "mixtral-8x22b-instruct-v0.1",
+    "o1-mini-2024-09-12",
+)
+"""The nine of the paper's models whose public responses have verdicts."""
+
+SUBGOAL_CATEGORIES = {
+    "Correct": "correct",
+    "Runtime": "runtime",
+    "GoalUnreachable": "goal_unreachable",
+    "Hallucination": "hallucination",
+    "NotParseable": "not_parseable",
+}
+"""The reference's categories of answers with subgoals -> ours."""
+
 Oracle = Callable[[str, str, str], Any]
 """(domain, ability, name) -> content of `<domain>/<ability>/<name>.json.gz`."""
 

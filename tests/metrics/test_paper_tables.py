@@ -6,22 +6,10 @@ from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.verdict import Confusion, Verdict
 from eai.metrics.paper_tables import FULL_TABLES, OTHER_TABLES, Column, paper_models, paper_table
 from eai.metrics.summary import summarise
-from oracle import Oracle
+from oracle import MODELS, Oracle
 
 DIGIT = 0.056
 """The paper rounds to two digits and then to one."""
-
-IN_ORACLE = (
-    "claude-3-5-sonnet-20240620",
-    "claude-3-opus-20240229",
-    "cohere-command-r",
-    "gemini-1.5-pro-preview-0409",
-    "gpt-3.5-turbo-0125",
-    "gpt-4o-2024-05-13",
-    "llama-3-8b-chat",
-    "mixtral-8x22b-instruct-v0.1",
-    "o1-mini-2024-09-12",
-)
 
 
 @pytest.mark.parametrize("name", [*FULL_TABLES, *OTHER_TABLES])
@@ -58,7 +46,7 @@ def test_contradictions_are_found_on_both_sides() -> None:
         assert table.figure("GPT-4o", column) == {"overview": 87.6}.get(name, 88.8)
 
 
-@pytest.mark.parametrize("model", IN_ORACLE)
+@pytest.mark.parametrize("model", MODELS)
 def test_goal_interpretation_of_behavior_is_the_paper_s_to_the_digit(model: str, oracle: Oracle) -> None:
     verdicts = [
         Verdict(
@@ -83,7 +71,7 @@ def _confusion(part: dict[str, int]) -> Confusion:
     return Confusion(*(part[key] for key in keys))
 
 
-@pytest.mark.parametrize("model", IN_ORACLE)
+@pytest.mark.parametrize("model", MODELS)
 def test_operators_of_behavior_are_the_paper_s_to_the_digit(model: str, oracle: Oracle) -> None:
     verdicts = [
         Verdict(

@@ -17,22 +17,9 @@ from eai.data.store import Store
 from eai.domains.virtualhome.quirks import QUIRKS
 from eai.metrics.rate import Rate
 from eai.metrics.summary import summarise
-from oracle import Oracle, read_shared
+from oracle import MODELS, Oracle, read_shared
 
 PAGE = Path(__file__).parents[3] / "docs" / "protocols.md"
-
-MODELS = (
-    "claude-3-5-sonnet-20240620",
-    "claude-3-opus-20240229",
-    "cohere-command-r",
-    "gemini-1.5-pro-preview-0409",
-    "gpt-3.5-turbo-0125",
-    "gpt-4o-2024-05-13",
-    "llama-3-8b-chat",
-    "mixtral-8x22b-instruct-v0.1",
-    "o1-mini-2024-09-12",
-)
-"""Public responses that name objects without ids."""
 
 SYNTHETIC = ("gold_script.eai-1.0.5", "perturbed.eai-1.0.5", "perturbed2.eai-1.0.5")
 """Made responses with ids; a task has several rows in the perturbed ones."""

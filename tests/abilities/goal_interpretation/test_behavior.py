@@ -12,26 +12,12 @@ from eai.abilities.goal_interpretation.behavior import GoalInterpretation
 from eai.abilities.protocol import Protocol
 from eai.abilities.verdict import Confusion, Verdict
 from eai.data.behavior_tasks import BehaviorTasks
-from oracle import Oracle
+from oracle import MODELS, Oracle
 
 TASK = make_task()
 STRICT, REFERENCE = (GoalInterpretation(TASK, protocol) for protocol in (Protocol.STRICT, Protocol.EAI_1_0_5))
 
-SETS = (
-    "claude-3-5-sonnet-20240620",
-    "claude-3-opus-20240229",
-    "cohere-command-r",
-    "gemini-1.5-pro-preview-0409",
-    "gpt-3.5-turbo-0125",
-    "gpt-4o-2024-05-13",
-    "gt_lastoption",
-    "gt_option0",
-    "llama-3-8b-chat",
-    "mixtral-8x22b-instruct-v0.1",
-    "o1-mini-2024-09-12",
-    "perturb0",
-    "perturb1",
-)
+SETS = (*MODELS, "gt_lastoption", "gt_option0", "perturb0", "perturb1")
 
 ALL = [
     ["inside", "peach.n.01_1", "sink.n.01_1"],

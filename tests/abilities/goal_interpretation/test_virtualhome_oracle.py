@@ -11,21 +11,9 @@ from eai.abilities.goal_interpretation.virtualhome import GoalInterpretation
 from eai.abilities.protocol import Protocol
 from eai.abilities.verdict import Verdict
 from eai.data.virtualhome_tasks import VirtualHomeTasks
-from oracle import Oracle
+from oracle import MODELS, Oracle
 
-SETS = (
-    "claude-3-5-sonnet-20240620",
-    "claude-3-opus-20240229",
-    "cohere-command-r",
-    "gemini-1.5-pro-preview-0409",
-    "gold",
-    "gpt-3.5-turbo-0125",
-    "gpt-4o-2024-05-13",
-    "llama-3-8b-chat",
-    "mixtral-8x22b-instruct-v0.1",
-    "o1-mini-2024-09-12",
-    "perturbed",
-)
+SETS = (*MODELS, "gold", "perturbed")
 
 
 def of_reference(row: Mapping[str, Any]) -> tuple[object, ...]:

@@ -13,34 +13,12 @@ import pytest
 from eai.abilities.protocol import Protocol
 from eai.abilities.subgoal_decomposition.behavior import SubgoalDecomposition
 from eai.data.behavior_tasks import BehaviorTasks
-from oracle import Oracle
+from oracle import MODELS, SUBGOAL_CATEGORIES, Oracle
 
-SETS = (
-    "claude-3-5-sonnet-20240620",
-    "claude-3-opus-20240229",
-    "cohere-command-r",
-    "gemini-1.5-pro-preview-0409",
-    "gpt-3.5-turbo-0125",
-    "gpt-4o-2024-05-13",
-    "gt",
-    "llama-3-8b-chat",
-    "mixtral-8x22b-instruct-v0.1",
-    "o1-mini-2024-09-12",
-    "perturb0",
-    "perturb1",
-    "perturb2",
-)
+SETS = (*MODELS, "gt", "perturb0", "perturb1", "perturb2")
 
 KINDS = {"wrong_temporal_order": "wrong_order", "affordance_error": "affordance"}
 """The reference's names of errors -> ours, where they differ."""
-
-CATEGORIES = {
-    "Correct": "correct",
-    "Runtime": "runtime",
-    "GoalUnreachable": "goal_unreachable",
-    "Hallucination": "hallucination",
-    "NotParseable": "not_parseable",
-}
 
 
 def told_by_us(scorer: SubgoalDecomposition, text: str) -> tuple[object, ...]:
@@ -54,7 +32,7 @@ def told_by_us(scorer: SubgoalDecomposition, text: str) -> tuple[object, ...]:
 
 def told_by_reference(verdict: Any) -> tuple[object, ...]:
     kinds = [KINDS.get(kind, kind) for (kind,) in verdict["error_types"] if kind != "goal_failed"]
-    return CATEGORIES[verdict["category"]], verdict["task_success"], kinds, verdict["goals"]
+    return SUBGOAL_CATEGORIES[verdict["category"]], verdict["task_success"], kinds, verdict["goals"]
 
 
 def drawn(text: str) -> Iterator[str]:

@@ -14,35 +14,15 @@ from eai.abilities.protocol import Protocol
 from eai.abilities.subgoal_decomposition.virtualhome import SubgoalDecomposition
 from eai.abilities.verdict import Verdict
 from eai.data.virtualhome_tasks import VirtualHomeTasks
-from oracle import Oracle
+from oracle import MODELS, SUBGOAL_CATEGORIES, Oracle
 
-SETS = (
-    "claude-3-5-sonnet-20240620",
-    "claude-3-opus-20240229",
-    "cohere-command-r",
-    "gemini-1.5-pro-preview-0409",
-    "gold",
-    "gpt-3.5-turbo-0125",
-    "gpt-4o-2024-05-13",
-    "llama-3-8b-chat",
-    "mixtral-8x22b-instruct-v0.1",
-    "o1-mini-2024-09-12",
-    "perturbed",
-    "perturbed2",
-)
+SETS = (*MODELS, "gold", "perturbed", "perturbed2")
 SEEDED = ("gold", "perturbed", "perturbed2")
 """Sets that were made with ``random.seed(0)`` for each row, so that lots are known."""
 
 MOST_CHOICES = 64
 """Rows with more choices are left out of the comparison with all of them."""
 
-CATEGORIES = {
-    "Correct": "correct",
-    "Runtime": "runtime",
-    "GoalUnreachable": "goal_unreachable",
-    "Hallucination": "hallucination",
-    "NotParseable": "not_parseable",
-}
 KINDS = {
     "WRONG_TEMPORAL_ORDER": "wrong_order",
     "MISSING_STEP": "missing_step",
@@ -53,7 +33,7 @@ KINDS = {
 
 def of_reference(row: Mapping[str, Any]) -> tuple[object, ...]:
     """What the reference says of a row, in our terms: category, errors or offences, goals."""
-    category, report = CATEGORIES[row["category"]], row["report"]
+    category, report = SUBGOAL_CATEGORIES[row["category"]], row["report"]
     if category == "not_parseable":
         return (category,)
     if category == "hallucination":

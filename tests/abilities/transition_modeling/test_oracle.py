@@ -17,19 +17,7 @@ from eai.data.store import Store
 from eai.data.transition_modeling import TransitionTasks, open_behavior, open_virtualhome
 from eai.errors import DataError
 from eai.pddl.planning import Planner, PlannerOutcome
-from oracle import Oracle
-
-MODELS = (
-    "claude-3-5-sonnet-20240620",
-    "claude-3-opus-20240229",
-    "cohere-command-r",
-    "gemini-1.5-pro-preview-0409",
-    "gpt-3.5-turbo-0125",
-    "gpt-4o-2024-05-13",
-    "llama-3-8b-chat",
-    "mixtral-8x22b-instruct-v0.1",
-    "o1-mini-2024-09-12",
-)
+from oracle import MODELS, Oracle
 
 
 @pytest.fixture(scope="module")
