@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from operator import mul
+from typing import NamedTuple
 
 from eai.abilities.protocol import Protocol
 from eai.abilities.verdict import GoalTallies, Tally
@@ -30,6 +31,21 @@ class Share:
     relation: float
 
 
+class _Weights(NamedTuple):
+    """What each goal counts as one kind of goal, and what all do together."""
+
+    each: tuple[float, ...]
+    total: float
+
+    @classmethod
+    def of(cls, shares: Iterable[float]) -> _Weights:
+        each = tuple(shares)
+        return cls(each, sum(each))
+
+    def tally(self, satisfied: Sequence[bool]) -> Tally:
+        return Tally(sum(map(mul, satisfied, self.each)), self.total)
+
+
 class BehaviorGoals:
     """The goals of a task, ready to be checked in any state.
 
@@ -44,8 +60,8 @@ class BehaviorGoals:
             formulas = [_as_in_reference(formula, task.scene) for formula in formulas]
         self._tests = tuple(_test(formula, task.scene) for formula in formulas)
         shares = [_share(goal) for goal in task.goals]
-        self._state_shares = tuple(share.state for share in shares)
-        self._relation_shares = tuple(share.relation for share in shares)
+        self._of_state = _Weights.of(share.state for share in shares)
+        self._of_relation = _Weights.of(share.relation for share in shares)
 
     def satisfied(self, state: State) -> tuple[bool, ...]:
         """Which goals hold in the state, in order."""
@@ -53,13 +69,7 @@ class BehaviorGoals:
 
     def tallies(self, satisfied: Sequence[bool]) -> GoalTallies:
         """The goals by kind; one that speaks of states and relations counts half as each."""
-        return GoalTallies(
-            _tally(satisfied, self._state_shares), _tally(satisfied, self._relation_shares), _NO_ACTIONS
-        )
-
-
-def _tally(satisfied: Sequence[bool], shares: Sequence[float]) -> Tally:
-    return Tally(sum(map(mul, satisfied, shares)), sum(shares))
+        return GoalTallies(self._of_state.tally(satisfied), self._of_relation.tally(satisfied), _NO_ACTIONS)
 
 
 def _share(goal: Goal) -> Share:

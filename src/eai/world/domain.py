@@ -195,6 +195,11 @@ class Domain:
                 raise DomainError(f"operator {name} is declared twice")
 
     @cached_property
+    def arities(self) -> Mapping[str, int]:
+        """The number of arguments of every operator, by name."""
+        return {operator.name: operator.arity for operator in self.operators}
+
+    @cached_property
     def compiled(self) -> Mapping[str, CompiledOperator]:
         """The operators by name, ready to run."""
         compiled: dict[str, CompiledOperator] = {}

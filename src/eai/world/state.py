@@ -113,11 +113,12 @@ class State:
 
     def facts(self) -> Iterator[Fact]:
         """All facts, by predicate in the order of the vocabulary, then by object index."""
-        arities = {p.name: p.arity for p in self.scene.vocabulary.predicates}
-        for name, slot in self.scene.vocabulary.unary_slots.items():
+        vocabulary = self.scene.vocabulary
+        for name, slot in vocabulary.unary_slots.items():
+            arity = vocabulary.arity(name)
             for i in bits(self.unary[slot]):
-                yield Fact(name, (i,) if arities[name] else ())
-        for name, slot in self.scene.vocabulary.binary_slots.items():
+                yield Fact(name, (i,) if arity else ())
+        for name, slot in vocabulary.binary_slots.items():
             for pair in self.binary[slot].pairs():
                 yield Fact(name, tuple(pair))
 

@@ -44,7 +44,7 @@ class ActionSequencing(Scorer):
         self.protocol = protocol
         self.domain = domain_of(protocol)
         self._initial = task.initial if protocol is Protocol.STRICT else task.initial_as_published
-        self._arities = {operator.name: operator.arity for operator in self.domain.operators}
+        self._arities = self.domain.arities
         self._goals = BehaviorGoals(task, protocol)
         self._known: dict[WrittenStep, Action] = {}
 
