@@ -1,0 +1,118 @@
+"""One SHA-256 per suite and protocol over the verdicts on the oracle's answers.
+
+A change of code that is meant to change no verdict leaves them equal.
+
+    python bench/digests.py              compares with digests.json, exits with status 1 where they differ
+    python bench/digests.py --write      writes digests.json
+    python bench/digests.py --rows DIR   also writes every verdict, one a line, to compare with `diff`
+    python bench/digests.py --only behavior/action_sequencing
+
+Operators are compared with the gold ones, and no planner is asked: its outcomes have tests of their own.
+"""
+
+from __future__ import annotations
+
+import argparse
+import gzip
+import hashlib
+import json
+import sys
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+from eai.abilities.protocol import Ability, Domain, Protocol
+from eai.abilities.suite import PlannerChoice, Source, open_suite
+from eai.abilities.verdict import fields_of
+
+ORACLE = Path(__file__).resolve().parents[2] / "shared" / "oracle"
+DIGESTS = Path(__file__).with_name("digests.json")
+
+FIELDS = ("status", "excluded_reason", "executable", "success", "error", "additional_steps", "category")
+FIELDS += ("goals", "counts", "planner", "repairs")
+"""The fields of every verdict."""
+
+OWN_FIELDS: Mapping[str, tuple[str, ...]] = {
+    "virtualhome/action_sequencing": (),
+    "behavior/action_sequencing": ("goals_satisfied",),
+    "virtualhome/subgoal_decomposition": ("errors", "offences", "search", "attempts"),
+    "behavior/subgoal_decomposition": ("errors", "goals_satisfied", "search", "attempts"),
+    "virtualhome/goal_interpretation": ("predicted", "ill_formed", "hallucinated"),
+    "behavior/goal_interpretation": ("predicted", "ill_formed", "hallucinated", "unknown_predicates"),
+    "virtualhome/transition_modeling": ("task_categories", "operators"),
+    "behavior/transition_modeling": ("task_categories", "operators"),
+}
+"""What else a verdict of a suite has said from the beginning."""
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--write", action="store_true")
+    parser.add_argument("--rows", type=Path)
+    parser.add_argument("--only", default="", help="a part of DOMAIN/ABILITY")
+    arguments = parser.parse_args()
+    if not ORACLE.is_dir():
+        sys.exit("the oracle is not beside the repository")
+    known = json.loads(DIGESTS.read_text()) if DIGESTS.exists() else {}
+    found: dict[str, str] = {}
+    for suite in [suite for suite in OWN_FIELDS if arguments.only in suite]:
+        for protocol in Protocol:
+            name = f"{suite} {protocol.value}"
+            lines = list(_lines(suite, protocol))
+            found[name] = hashlib.sha256("".join(lines).encode()).hexdigest()
+            same = "" if arguments.write else "equal" if known.get(name) == found[name] else "DIFFERS"
+            print(f"{name:48} {len(lines):6} {found[name][:16]} {same}", flush=True)
+            if arguments.rows:
+                path = arguments.rows / f"{name.replace('/', '-').replace(' ', '-')}.jsonl"
+                path.parent.mkdir(parents=True, exist_ok=True)
+                path.write_text("".join(lines))
+    if arguments.write:
+        DIGESTS.write_text(json.dumps({**known, **found}, indent=1) + "\n")
+    elif any(known.get(name) != digest for name, digest in found.items()):
+        sys.exit(1)
+
+
+def _lines(suite: str, protocol: Protocol) -> Iterator[str]:
+    """The verdicts on all answers of a suite, file by file: all of a file are read together."""
+    domain, ability = suite.split("/")
+    for path in sorted((ORACLE / domain / ability).glob("*.json.gz")):
+        if ".fd26.6" in path.name:  # the same answers, with the outcomes of another planner
+            continue
+        content = json.loads(gzip.decompress(path.read_bytes()))
+        rows = content.get("tasks") or content.get("records")
+        answers = [row.get("llm_output", row.get("response")) or "" for row in rows]
+        opened = open_suite(
+            Domain(domain),
+            Ability(ability),
+            protocol,
+            answers=answers,
+            source=Source(planner=PlannerChoice.NONE),
+        )
+        for row, text in zip(rows, answers, strict=True):
+            identifier = row.get("id", row.get("identifier"))
+            fields = _kept(suite, fields_of(opened.score(identifier.split("@")[0], text)))
+            yield json.dumps([path.name, identifier, fields], sort_keys=True) + "\n"
+
+
+def _kept(suite: str, fields: Mapping[str, Any]) -> dict[str, Any]:
+    """The fields to compare; whole numbers are written without a point, what is empty is left out."""
+    kept = {name: _plain(fields.get(name)) for name in (*FIELDS, *OWN_FIELDS[suite])}
+    return {name: value for name, value in kept.items() if value not in (None, [], {})}
+
+
+def _plain(value: Any) -> Any:
+    match value:
+        case float():
+            return int(value) if value.is_integer() else value
+        case dict():
+            return {key: _plain(part) for key, part in value.items()}
+        case list() | tuple():
+            return [_plain(part) for part in value]
+        case _:
+            return value
+
+
+if __name__ == "__main__":
+    main()
