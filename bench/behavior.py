@@ -32,12 +32,12 @@ from eai.abilities.protocol import Protocol
 from eai.abilities.scorer import Scorer
 from eai.abilities.subgoal_decomposition.behavior import SubgoalDecomposition
 from eai.abilities.verdict import Verdict
-from eai.data.behavior_evidence import load_evidence
-from eai.data.behavior_tasks import BehaviorTask, initial_relations, initial_states, open_tasks
-from eai.data.dataset import fetch
+from eai.benchmarks.behavior.evidence import load_evidence
+from eai.benchmarks.behavior.tasks import BehaviorTask, initial_relations, initial_states, open_tasks
+from eai.benchmarks.packs import fetch_published
+from eai.benchmarks.reference.truncated_options import truncated_options
 from eai.logic.formula import Atom, Formula, Not
 from eai.logic.traversal import walk
-from eai.logic.truncated_options import truncated_options
 from eai.world.execution import Action
 from eai.world.state import Scene
 from reference import CACHE, REFERENCE, environment, read_responses
@@ -265,7 +265,7 @@ def main() -> int:
     )
     parser.add_argument("--cache", type=Path, default=CACHE, help="where the reference's environment is kept")
     arguments = parser.parse_args()
-    fetch()
+    fetch_published()
     load = loading()
     tasks = dict(islice(open_tasks().items(), arguments.limit))
     plans = answers(tasks, arguments.plans, made_plan)

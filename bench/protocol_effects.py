@@ -19,13 +19,13 @@ from eai.abilities.action_sequencing.plan import Rejected, Unreadable
 from eai.abilities.action_sequencing.virtualhome import ActionSequencing, written_with_ids
 from eai.abilities.protocol import Ability, Domain, Protocol
 from eai.abilities.responses import ResponseFile, find_response_files, read_responses
+from eai.abilities.task import Task
 from eai.abilities.verdict import ErrorReport, GoalTallies, Tally, Verdict
-from eai.data.task import Task
-from eai.data.virtualhome_tasks import VirtualHomeTasks, open_tasks
-from eai.domains import virtualhome
-from eai.domains.virtualhome.operators import declared_operators
-from eai.domains.virtualhome.predicates import VOCABULARY, R, X, room_of
-from eai.domains.virtualhome.quirks import QUIRKS
+from eai.benchmarks.reference.virtualhome_quirks import QUIRKS
+from eai.benchmarks.virtualhome import domain as virtualhome
+from eai.benchmarks.virtualhome.operators import declared_operators
+from eai.benchmarks.virtualhome.predicates import VOCABULARY, R, X, room_of
+from eai.benchmarks.virtualhome.tasks import VirtualHomeTasks, open_tasks
 from eai.metrics.rate import Rate
 from eai.metrics.summary import summarise
 from eai.world.domain import Domain as Simulator

@@ -28,14 +28,14 @@ from inspect_ai.solver import generate
 from eai.abilities.protocol import Ability, Domain, Protocol
 from eai.abilities.responses import Response, ResponseFile
 from eai.abilities.suite import PlannerChoice, Source, Suite, open_suite
+from eai.benchmarks.published_prompts import official_prompts
 from eai.cli.running import undisturbed
-from eai.envs.batch import score_batch
-from eai.prompts.official import official_prompts
 from eai.prompts.prompt import Prompt
-from eai.run.answers import open_answer_book
 from eai.run.evaluation import obtain_answers
+from eai.run.gold_answers import open_answer_book
 from eai.run.job import Endpoint, Job
 from eai.run.tasks import build_task
+from eai.scoring.batch import score_batch
 
 MODEL = "eai/oracle"
 WARM_UP = 5

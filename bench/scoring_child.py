@@ -20,7 +20,7 @@ def main(path: Path) -> None:
     clock = [0.0]
     from eai.abilities.action_sequencing.virtualhome import ActionSequencing
     from eai.abilities.protocol import Protocol
-    from eai.data.virtualhome_tasks import open_tasks
+    from eai.benchmarks.virtualhome.tasks import open_tasks
 
     clock.append(time.process_time())
     tasks = dict(open_tasks())

@@ -29,7 +29,7 @@ def main(ability: str, paths: list[Path]) -> None:
     from eai.abilities.goal_interpretation.virtualhome import GoalInterpretation
     from eai.abilities.protocol import Ability, Protocol
     from eai.abilities.subgoal_decomposition.virtualhome import SubgoalDecomposition
-    from eai.data.virtualhome_tasks import open_tasks
+    from eai.benchmarks.virtualhome.tasks import open_tasks
     from eai.errors import ParseError
     from eai.logic.ltl import Dialect, parse
 

@@ -23,11 +23,11 @@ from eai.abilities.goal_interpretation.virtualhome_writer import join_goals, wri
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.subgoal_decomposition.virtualhome_signature import signature
 from eai.abilities.subgoal_decomposition.virtualhome_writer import join_subgoals, write_subgoals
-from eai.data.dataset import fetch
-from eai.data.task import Task
-from eai.data.virtualhome_tasks import open_tasks
+from eai.abilities.task import Task
+from eai.benchmarks.packs import fetch_published
+from eai.benchmarks.virtualhome.tasks import open_tasks
 from eai.logic.ltl import parse
-from eai.run.answers import AnswerBook, WrittenAnswer, noisy_answer
+from eai.run.gold_answers import AnswerBook, WrittenAnswer, noisy_answer
 from reference import CACHE, REFERENCE, Response, environment, evaluate, read_responses, write_responses
 from reference import Ability as Evaluated
 
@@ -160,7 +160,7 @@ def main(limit: Limit, description: str) -> int:
         help="response files of one or more models to be scored instead of made answers",
     )
     arguments = parser.parse_args()
-    fetch()
+    fetch_published()
     sets = (
         given_answers(arguments.responses, arguments.sample)
         if arguments.responses

@@ -24,7 +24,7 @@ from eai.abilities.protocol import Domain, Protocol
 from eai.abilities.suite import PlannerChoice
 from eai.abilities.transition_modeling.planners import make_planner
 from eai.abilities.transition_modeling.scorer import TransitionModeling, rules_of
-from eai.data.transition_modeling import TransitionTask, open_virtualhome
+from eai.abilities.transition_modeling.task import TransitionTask, open_virtualhome
 from eai.pddl.fast_downward import FastDownward, Limits
 from eai.pddl.planning import Planner
 from reference import CACHE, REFERENCE, environment, package_folder

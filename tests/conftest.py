@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import pytest
 
-from eai.data.behavior_tasks import BehaviorTasks
-from eai.data.behavior_tasks import open_tasks as open_behavior_tasks
-from eai.data.dataset import fetch
+from eai.benchmarks.behavior.tasks import BehaviorTasks
+from eai.benchmarks.behavior.tasks import open_tasks as open_behavior_tasks
+from eai.benchmarks.packs import fetch_published
+from eai.benchmarks.virtualhome.tasks import VirtualHomeTasks, open_tasks
 from eai.data.store import Store
-from eai.data.virtualhome_tasks import VirtualHomeTasks, open_tasks
 from eai.errors import DataError
 from oracle import Oracle, read_oracle
 
@@ -18,7 +18,7 @@ def data_store() -> Store:
     """The real data set in the user's default folder, fetched once if it is not there."""
     store = Store()
     try:
-        fetch(store)
+        fetch_published(store)
     except DataError as error:
         pytest.skip(f"the data set cannot be had: {error}")
     return store

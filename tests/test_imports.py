@@ -27,15 +27,18 @@ LAYERS: tuple[frozenset[str], ...] = tuple(
         "errors",
         "logic",
         "world",
-        "pddl domains",
+        "planning pddl",
         "data",
         "abilities",
-        "prompts metrics analysis",  # a prompt is made for an ability; scoring never sees one
-        "run report envs",
+        "prompts metrics",
+        "benchmarks",
+        "scoring",
+        "analysis",
+        "run report",
         "cli",
     )
 )
-ALLOWED_SIBLINGS = frozenset({("analysis", "metrics")})
+ALLOWED_SIBLINGS: frozenset[tuple[str, str]] = frozenset()
 ONLY_IMPORTER = {"inspect_ai": "run"}
 
 
@@ -129,7 +132,7 @@ def write_package(root: Path, files: dict[str, str]) -> Path:
             "from ..world import x",
             "eai/logic/__init__.py:1: logic must not import world",
         ),
-        ("pddl/bad.py", "from eai.domains import x", "eai/pddl/bad.py:1: pddl must not import domains"),
+        ("pddl/bad.py", "from eai.planning import x", "eai/pddl/bad.py:1: pddl must not import planning"),
         ("metrics/bad.py", "import eai.analysis", "eai/metrics/bad.py:1: metrics must not import analysis"),
         ("world/bad.py", "from inspect_ai import Task", "eai/world/bad.py:1: only run imports inspect_ai"),
         ("kitchen.py", "", "eai/kitchen: has no place in LAYERS"),

@@ -5,14 +5,14 @@ from typing import Any
 
 import pytest
 
-from domains.behavior.kitchen import actions, make_task
+from benchmarks.behavior.kitchen import actions, make_task
 from eai.abilities.behavior_goals import BehaviorGoals, SceneObjects
 from eai.abilities.protocol import Protocol
 from eai.abilities.verdict import Tally
-from eai.data.behavior_tasks import BehaviorTask, BehaviorTasks
-from eai.domains import behavior
+from eai.benchmarks.behavior import domain as behavior
+from eai.benchmarks.behavior.tasks import BehaviorTask, BehaviorTasks
+from eai.benchmarks.reference.truncated_options import truncated_options
 from eai.logic.formula import Atom, Formula, Not
-from eai.logic.truncated_options import truncated_options
 from eai.world.execution import execute
 from eai.world.state import State
 from oracle import read_shared

@@ -9,7 +9,7 @@ from eai.abilities.goal_interpretation.behavior_writer import join_goals, write_
 from eai.abilities.protocol import Protocol
 from eai.abilities.subgoal_decomposition.behavior import SubgoalDecomposition
 from eai.abilities.subgoal_decomposition.behavior_writer import join_subgoals, write_subgoals
-from eai.data.behavior_tasks import BehaviorTasks, open_tasks
+from eai.benchmarks.behavior.tasks import BehaviorTasks, open_tasks
 from eai.data.store import Store
 
 

@@ -8,7 +8,7 @@ from abilities.action_sequencing.household import make_task
 from eai.abilities.action_sequencing.virtualhome import ActionSequencing
 from eai.abilities.explanation import Explanation, GoalReport, StepReport, formula_text
 from eai.abilities.protocol import Protocol
-from eai.data.task import Task
+from eai.abilities.task import Task
 from eai.logic.formula import Atom, Constant, Occurs, Or
 
 BOTH = pytest.mark.parametrize("protocol", list(Protocol), ids=lambda protocol: protocol.value)

@@ -5,10 +5,10 @@ from eai.abilities.action_sequencing.virtualhome import ActionSequencing
 from eai.abilities.action_sequencing.virtualhome_writer import join_steps, write_steps
 from eai.abilities.planning import find_plan, planning_goal
 from eai.abilities.protocol import Protocol
-from eai.data.virtualhome_tasks import VirtualHomeTasks
-from eai.domains import virtualhome
+from eai.benchmarks.virtualhome import domain as virtualhome
+from eai.benchmarks.virtualhome.tasks import VirtualHomeTasks
 from eai.logic.formula import Atom, Constant
-from eai.world.search import Planner, PlanningEnd, PlanningGoal
+from eai.planning.planner import Planner, PlanningEnd, PlanningGoal
 
 UNREACHABLE = {"688_1"}
 """Tasks whose goal no plan reaches (docs/planner.md)."""

@@ -9,10 +9,10 @@ from eai.abilities.protocol import Protocol
 from eai.abilities.subgoal_decomposition.behavior import SubgoalDecomposition
 from eai.abilities.subgoal_decomposition.behavior_planner import carried_out, subgoal_planner
 from eai.abilities.subgoal_decomposition.behavior_writer import join_subgoals, write_subgoals
-from eai.data.behavior_tasks import BehaviorTask, BehaviorTasks
-from eai.domains import behavior
+from eai.benchmarks.behavior import domain as behavior
+from eai.benchmarks.behavior.tasks import BehaviorTask, BehaviorTasks
+from eai.planning.planner import Planner
 from eai.world.execution import Action, attempt
-from eai.world.search import Planner
 from eai.world.state import State
 
 DOMAIN = behavior.as_meant()

@@ -7,8 +7,8 @@ import pytest
 
 from eai.abilities.protocol import Protocol
 from eai.abilities.transition_modeling.scorer import rules_of
+from eai.abilities.transition_modeling.task import Category, PddlDomain, TransitionTask
 from eai.analysis.sensitivity import OVERALL, OperatorOutcome, summarise, try_operators
-from eai.data.transition_modeling import Category, PddlDomain, TransitionTask
 from eai.metrics.rate import Rate
 from eai.pddl.operator_text import OperatorText
 from eai.pddl.planner import BuiltInPlanner

@@ -5,8 +5,8 @@ from pathlib import Path
 
 from cli.conftest import Command
 from eai.abilities.protocol import Ability, Domain
+from eai.benchmarks.published_prompts import official_files
 from eai.data.store import Store
-from eai.prompts.official import official_files
 
 NAMED = ("--domain", "behavior", "--ability", "subgoal_decomposition")
 

@@ -14,9 +14,9 @@ import pytest
 from inspect_ai.log import read_eval_log
 
 from eai.abilities.protocol import Ability, Domain
+from eai.benchmarks.published_prompts import official_prompts
 from eai.data.store import Store
-from eai.prompts.official import official_prompts
-from eai.run.answers import open_answer_book
+from eai.run.gold_answers import open_answer_book
 from run.server import Reply, serve
 
 SUITE = (Domain.VIRTUALHOME, Ability.ACTION_SEQUENCING)

@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from cli.conftest import Command
-from eai.data.dataset import load
+from eai.benchmarks.packs import open_virtualhome
 from eai.data.store import Store
 from oracle import Oracle
 
@@ -189,7 +189,7 @@ def test_extreme_answers_are_counted_and_none_is_lost(
     eai: Command, data_store: Store, protocol: str, workers: int
 ) -> None:
     texts = ["\0" * 1000, "\udfff\ud800", "[" * 100_000 + "]" * 100_000, "[" * 900 + "]" * 900, ""]
-    others = (task for task in load(data_store) if task != "11_1")
+    others = (task for task in open_virtualhome(data_store) if task != "11_1")
     unreadable = dict(zip(others, texts, strict=False))
     long_plan = "{" + ", ".join(['"WALK": ["floor_lamp"], "TOUCH": ["floor_lamp"]'] * 5_000) + "}"
     chosen = {**unreadable, "11_1": long_plan}

@@ -10,7 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from data.synthetic import build_sdist
+from benchmarks.synthetic import build_sdist
+from eai.benchmarks.packs import EAI_EVAL
 from eai.data import source
 from eai.data.bundle import open_bundle
 from eai.data.progress import Progress, Stage, silent
@@ -76,20 +77,20 @@ def test_an_interrupt_ends_the_download(wheel: Archive, target: Path) -> None:
 
 
 def test_the_interpreters_own_pip_is_preferred() -> None:
-    assert installer() == PIP
+    assert installer(EAI_EVAL) == PIP
 
 
 def test_uv_stands_in_for_a_missing_pip(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
     monkeypatch.setattr(shutil, "which", lambda name: "/bin/uv" if name == "uv" else None)
-    assert installer("python") == ("/bin/uv", "tool", "run", "--quiet", "--python", "python", "pip")
+    assert installer(EAI_EVAL, "python") == ("/bin/uv", "tool", "run", "--quiet", "--python", "python", "pip")
 
 
 def test_neither_pip_nor_uv_says_what_to_do(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
     monkeypatch.setattr(shutil, "which", lambda name: None)
     with pytest.raises(DataError, match=r"no pip and no uv.*--from FILE"):
-        installer()
+        installer(EAI_EVAL)
 
 
 def test_uvs_index_is_shown_to_pip(

@@ -15,8 +15,8 @@ from pathlib import Path
 
 import pytest
 
+from eai.abilities.transition_modeling.task import TransitionTask, open_behavior, open_virtualhome
 from eai.data.store import Store
-from eai.data.transition_modeling import TransitionTask, open_behavior, open_virtualhome
 from eai.errors import DataError
 from eai.logic.formula import Atom
 from eai.pddl import fast_downward

@@ -2,8 +2,8 @@ from __future__ import annotations
 
 import pytest
 
+from eai.abilities.transition_modeling.task import open_behavior, open_virtualhome
 from eai.data.store import Store
-from eai.data.transition_modeling import open_behavior, open_virtualhome
 from eai.pddl.matching import OperatorMatch, SideMatch, match_operators, missing_operator
 from eai.pddl.model import Action
 from eai.pddl.reader import read_action

@@ -3,7 +3,7 @@ from __future__ import annotations
 import pytest
 from hypothesis import given, settings
 
-from eai.data.packs import BEHAVIOR_PDDL, RESOURCES
+from eai.benchmarks.packs import BEHAVIOR_PDDL, RESOURCES
 from eai.data.store import Store
 from eai.logic.formula import TRUE, And, Atom, Constant, Exists, ForAll, Not, Variable
 from eai.pddl.model import NO_EFFECT, Add, Delete, Domain, Problem, TypedName, When

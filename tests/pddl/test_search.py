@@ -7,8 +7,8 @@ from itertools import product
 import pytest
 from hypothesis import HealthCheck, given, settings
 
+from eai.abilities.transition_modeling.task import TransitionTask, open_behavior, open_virtualhome
 from eai.data.store import Store
-from eai.data.transition_modeling import TransitionTask, open_behavior, open_virtualhome
 from eai.pddl.execute import Executor, Step
 from eai.pddl.model import Action, Domain, Problem, objects_by_type, type_of
 from eai.pddl.normalise import normalise, read_operator

@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
+from eai.abilities.transition_modeling.task import TransitionTask, open_behavior, open_virtualhome
 from eai.data.store import Store
-from eai.data.transition_modeling import TransitionTask, open_behavior, open_virtualhome
 from eai.pddl.check import check_problem
 from eai.pddl.execute import Step
 from eai.pddl.normalise import normalise

@@ -9,10 +9,10 @@ from pathlib import Path
 import pytest
 
 from eai.abilities.protocol import Ability, Domain
+from eai.abilities.task import Goal, GoalKind, Task
+from eai.benchmarks.published_prompts import official_prompts
 from eai.data.store import Store
-from eai.data.task import Goal, GoalKind, Task
 from eai.logic.formula import Constant, Exists, Occurs, Or, Variable
-from eai.prompts.official import official_prompts
 from eai.prompts.own import Questions, own_prompts, render
 from eai.prompts.template import Templates
 from eai.prompts.wording import Wording
@@ -30,7 +30,7 @@ def toy_questions() -> Questions:
         Goal(GoalKind.ACTION, Or((Occurs("LIFT"), Occurs("PRESS")))),
     )
     relevant = tuple(state.scene.index[name] for name in ("hall", "shed", "red", "lamp"))
-    light = Task("1", "Light", "Make it light.", state, None, (), goals, None, relevant)
+    light = Task("1", "Light", "Make it light.", state, goals, relevant)
     carry = replace(light, id="2", title="Carry", instruction="Carry $5.", goals=goals[1:])
     answers = {"1": "GO(shed), PRESS(lamp)", "2": "LIFT(red), GO(shed)"}
     return Questions(

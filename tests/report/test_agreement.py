@@ -6,7 +6,7 @@ from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.verdict import SubgoalCategory, Verdict
 from eai.metrics.bootstrap import Bootstrap
 from eai.report.agreement import Agreement, agreements
-from eai.report.digest import digest
+from eai.report.run_summary import digest
 from eai.report.runs import Run, RunKey
 from metrics.verdicts import record
 from oracle import Oracle

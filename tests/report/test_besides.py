@@ -11,8 +11,8 @@ from eai.metrics.bootstrap import Bootstrap
 from eai.metrics.paper_tables import OTHER_TABLES, paper_table
 from eai.report.besides import tables_besides
 from eai.report.data_files import tables_csv, tables_json
-from eai.report.digest import Digest, digest
 from eai.report.latex import table_latex
+from eai.report.run_summary import Digest, digest
 from eai.report.runs import Run, RunKey
 from eai.report.table import Table
 from report.samples import action_run, goal_run, operator_run

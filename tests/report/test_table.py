@@ -6,10 +6,10 @@ from eai.abilities.verdict import Confusion, SubgoalCategory, Verdict
 from eai.metrics.bootstrap import Bootstrap
 from eai.metrics.rate import Rate
 from eai.pddl.planning import PlannerOutcome
-from eai.report.digest import digest
-from eai.report.layout import TABLES
+from eai.report.run_summary import digest
 from eai.report.runs import Run, RunKey
 from eai.report.table import Table, make_table
+from eai.report.table_specs import TABLES
 from eai.world.fault import FaultKind
 from metrics.verdicts import SUCCEEDED, failed, record
 

@@ -12,11 +12,11 @@ from pathlib import Path
 import pytest
 
 from eai.abilities.protocol import Ability, Domain
+from eai.benchmarks.published_prompts import official_prompts
 from eai.data.store import Store
 from eai.errors import EaiError
-from eai.prompts.official import official_prompts
-from eai.run.answers import open_answer_book
 from eai.run.evaluation import obtain_answers
+from eai.run.gold_answers import open_answer_book
 from eai.run.job import Endpoint, Job
 from run.server import Reply, serve
 

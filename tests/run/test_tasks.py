@@ -5,8 +5,8 @@ from inspect_ai.model import ChatMessageSystem, ChatMessageUser
 from inspect_ai.util import registry_info
 
 from eai.abilities.protocol import Ability, Domain
+from eai.benchmarks.published_prompts import official_prompts
 from eai.data.store import Store
-from eai.prompts.official import official_prompts
 from eai.run.registry import TASKS
 
 SUITES = [(domain, ability) for domain in Domain for ability in Ability]

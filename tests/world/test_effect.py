@@ -4,8 +4,8 @@ import random
 
 import pytest
 
-from eai.data.virtualhome_tasks import VirtualHomeTasks
-from eai.domains import virtualhome
+from eai.benchmarks.virtualhome import domain as virtualhome
+from eai.benchmarks.virtualhome.tasks import VirtualHomeTasks
 from eai.errors import DomainError
 from eai.logic.formula import Variable
 from eai.world.domain import Domain

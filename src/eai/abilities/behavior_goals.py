@@ -8,13 +8,13 @@ from operator import mul
 from typing import NamedTuple
 
 from eai.abilities.protocol import Protocol
+from eai.abilities.task import Goal, Task
 from eai.abilities.verdict import GoalTallies, Tally
-from eai.data.behavior_tasks import RELATIONS
-from eai.data.task import Goal, Task
-from eai.domains.behavior import predicates as p
+from eai.benchmarks.behavior import predicates as p
+from eai.benchmarks.behavior.tasks import RELATIONS
+from eai.benchmarks.reference.truncated_options import truncated_options
 from eai.logic.formula import And, Atom, Formula, Not, Or
 from eai.logic.traversal import walk
-from eai.logic.truncated_options import truncated_options
 from eai.world.condition import Conditions
 from eai.world.frame import Binding, Frame, Truth
 from eai.world.state import Scene, State

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
+from eai.abilities.task import Goal, Task
 from eai.abilities.verdict import Json
-from eai.data.task import Goal, Task
 from eai.logic.formula import Atom, Formula, Occurs, Or
 from eai.logic.ltl_printer import print_ltl
 from eai.world.domain import Domain

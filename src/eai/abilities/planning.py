@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from eai.data.task import GoalKind, Task
+from eai.abilities.task import GoalKind, Task
 from eai.logic.formula import Formula, Occurs, Or
-from eai.world.search import Planned, Planner, PlanningGoal, PlanningLimits
+from eai.planning.planner import Planned, Planner, PlanningGoal, PlanningLimits
 
 
 def planning_goal(task: Task) -> PlanningGoal:

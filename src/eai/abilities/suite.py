@@ -16,7 +16,7 @@ from eai.data.store import Store
 from eai.errors import InputError
 
 if TYPE_CHECKING:
-    from eai.data.behavior_tasks import BehaviorTask
+    from eai.benchmarks.behavior.tasks import BehaviorTask
 
 
 @dataclass(frozen=True)
@@ -126,7 +126,7 @@ def available_suites() -> tuple[tuple[Domain, Ability], ...]:
 
 def _virtualhome_action_sequencing(protocol: Protocol, answers: Sequence[str], source: Source) -> Opened:
     from eai.abilities.action_sequencing.virtualhome import ActionSequencing, written_with_ids
-    from eai.data.virtualhome_tasks import open_tasks
+    from eai.benchmarks.virtualhome.tasks import open_tasks
 
     tasks = open_tasks(source.store, report=source.report)
     with_ids = written_with_ids(answers) if answers and protocol is Protocol.EAI_1_0_5 else None
@@ -139,7 +139,7 @@ def _virtualhome_action_sequencing(protocol: Protocol, answers: Sequence[str], s
 
 def _virtualhome_goal_interpretation(protocol: Protocol, answers: Sequence[str], source: Source) -> Opened:
     from eai.abilities.goal_interpretation.virtualhome import GoalInterpretation
-    from eai.data.virtualhome_tasks import open_tasks
+    from eai.benchmarks.virtualhome.tasks import open_tasks
 
     tasks = open_tasks(source.store, report=source.report)
     return Opened(tuple(tasks), tasks.sha256, lambda task_id: GoalInterpretation(tasks[task_id], protocol))
@@ -147,7 +147,7 @@ def _virtualhome_goal_interpretation(protocol: Protocol, answers: Sequence[str],
 
 def _virtualhome_subgoal_decomposition(protocol: Protocol, answers: Sequence[str], source: Source) -> Opened:
     from eai.abilities.subgoal_decomposition.virtualhome import SubgoalDecomposition
-    from eai.data.virtualhome_tasks import open_tasks
+    from eai.benchmarks.virtualhome.tasks import open_tasks
 
     tasks = open_tasks(source.store, report=source.report)
     with_goal = tuple(task_id for task_id in tasks if tasks[task_id].temporal_goal is not None)
@@ -173,7 +173,7 @@ def _behavior_subgoal_decomposition(protocol: Protocol, answers: Sequence[str], 
 
 
 def _behavior(source: Source, make: Callable[[BehaviorTask], Scorer]) -> Opened:
-    from eai.data.behavior_tasks import open_tasks
+    from eai.benchmarks.behavior.tasks import open_tasks
 
     tasks = open_tasks(source.store, report=source.report)
     return Opened(tuple(tasks), tasks.sha256, lambda task_id: make(tasks[task_id]))
@@ -181,9 +181,9 @@ def _behavior(source: Source, make: Callable[[BehaviorTask], Scorer]) -> Opened:
 
 def _transition_modeling(domain: Domain) -> Opener:
     def open_tasks(protocol: Protocol, answers: Sequence[str], source: Source) -> Opened:
+        from eai.abilities.transition_modeling import task as transition_modeling
         from eai.abilities.transition_modeling.planners import make_planner
         from eai.abilities.transition_modeling.scorer import TransitionModeling, rules_of
-        from eai.data import transition_modeling
 
         opener = (
             transition_modeling.open_virtualhome

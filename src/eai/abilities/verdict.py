@@ -98,6 +98,87 @@ class Verdict:
     details: Mapping[str, Json] | None = None
 
 
+@dataclass(frozen=True, slots=True)
+class Counted:
+    """What an answer counts as in a summary, where that is not what its verdict says.
+
+    Attributes:
+        success: whether it counts as a success.
+        goals: the satisfied goals that count.
+        errors: how often each kind of error counts; a kind that is not there counts never.
+    """
+
+    success: bool
+    goals: GoalTallies
+    errors: tuple[tuple[FaultKind, int], ...]
+
+
+@dataclass(frozen=True, slots=True)
+class PlanVerdict(Verdict):
+    """What scoring says of a plan.
+
+    Attributes:
+        goals_satisfied: for each goal of the task, in order, whether it is reached.
+        counted: what it counts as in a summary; None for what the verdict says.
+    """
+
+    goals_satisfied: tuple[bool, ...] = ()
+    counted: Counted | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class SubgoalVerdict(PlanVerdict):
+    """What scoring says of a sequence of subgoals.
+
+    Attributes:
+        errors: the kinds of all errors of the reported way to carry them out, in order.
+        offences: what is wrong with names, each kind once.
+        search: why the search for a way ended, or None if there was none.
+        attempts: how many actions it tried.
+    """
+
+    errors: tuple[FaultKind, ...] = ()
+    offences: tuple[str, ...] = ()
+    search: str | None = None
+    attempts: int | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class GoalVerdict(Verdict):
+    """What scoring says of an interpretation of goals.
+
+    Attributes:
+        predicted: how many goals the answer states.
+        ill_formed: how many of them lack a part.
+        hallucinated: for each goal that names what does not exist, the first such name.
+        unknown_predicates: the predicates that there are not.
+        aborts: whether the reference would end its whole run here.
+    """
+
+    predicted: int = 0
+    ill_formed: int = 0
+    hallucinated: tuple[str, ...] = ()
+    unknown_predicates: tuple[str, ...] = ()
+    aborts: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class OperatorVerdict(Verdict):
+    """What scoring says of operators.
+
+    Attributes:
+        task_categories: the task's own categories, the first the more telling one.
+        operators: what comparing each operator with the gold one found out.
+        plan: the steps of the plan that was found.
+        planner_detail: what else the planner says.
+    """
+
+    task_categories: tuple[str, ...] = ()
+    operators: tuple[Json, ...] = ()
+    plan: tuple[str, ...] = ()
+    planner_detail: str = ""
+
+
 def fields_of(verdict: Verdict) -> dict[str, Json]:
     """The JSON fields of a verdict, as DESIGN section 7 names them."""
     fields: dict[str, Json] = {
@@ -113,7 +194,50 @@ def fields_of(verdict: Verdict) -> dict[str, Json]:
         "planner": verdict.planner and verdict.planner.value,
         "repairs": list(verdict.repairs),
     }
-    return {**fields, **(verdict.details or {})}
+    return {**fields, **_own(verdict), **(verdict.details or {})}
+
+
+def _own(verdict: Verdict) -> dict[str, Json]:
+    """The fields that only verdicts of this ability have."""
+    match verdict:
+        case SubgoalVerdict():
+            return {
+                "goals_satisfied": list(verdict.goals_satisfied),
+                "counted": _counted(verdict.counted),
+                "errors": [kind.value for kind in verdict.errors],
+                "offences": list(verdict.offences),
+                "search": verdict.search,
+                "attempts": verdict.attempts,
+            }
+        case PlanVerdict():
+            return {
+                "goals_satisfied": list(verdict.goals_satisfied),
+                "counted": _counted(verdict.counted),
+            }
+        case GoalVerdict():
+            return {
+                "predicted": verdict.predicted,
+                "ill_formed": verdict.ill_formed,
+                "hallucinated": list(verdict.hallucinated),
+                "unknown_predicates": list(verdict.unknown_predicates),
+                "aborts": verdict.aborts,
+            }
+        case OperatorVerdict():
+            return {
+                "task_categories": list(verdict.task_categories),
+                "operators": list(verdict.operators),
+                "plan": list(verdict.plan),
+                "planner_detail": verdict.planner_detail,
+            }
+        case _:
+            return {}
+
+
+def _counted(counted: Counted | None) -> Json:
+    if counted is None:
+        return None
+    errors: dict[str, Json] = {kind.value: times for kind, times in counted.errors}
+    return {"success": counted.success, "goals": _goals(counted.goals), "errors": errors}
 
 
 def _error(error: ErrorReport) -> Json:

@@ -11,8 +11,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from eai.abilities.transition_modeling.judgement import Rules
+from eai.abilities.transition_modeling.task import Category, TransitionTask
 from eai.abilities.verdict import Json
-from eai.data.transition_modeling import Category, TransitionTask
 from eai.metrics.rate import Rate
 from eai.pddl.planning import PlannerOutcome
 

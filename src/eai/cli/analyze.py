@@ -13,11 +13,11 @@ from eai.abilities.record import Record, read_records
 from eai.abilities.suite import PlannerChoice
 from eai.abilities.transition_modeling.planners import make_planner
 from eai.abilities.transition_modeling.scorer import rules_of
+from eai.abilities.transition_modeling.task import open_behavior, open_virtualhome
 from eai.analysis.sensitivity import Sensitivity, summarise, try_operators
 from eai.cli.console import data_progress, output
 from eai.cli.data import DataFolder, store
 from eai.cli.score import RECORDS
-from eai.data.transition_modeling import open_behavior, open_virtualhome
 from eai.errors import InputError
 from eai.report import plot_sensitivity
 

@@ -10,11 +10,12 @@ from typing import Annotated
 import typer
 from rich.table import Table
 
+from eai.benchmarks.packs import fetch_published, published_packs
+from eai.benchmarks.statistics import stats as count
+from eai.benchmarks.validation import validate as check
 from eai.cli.console import data_progress, output
 from eai.data import dataset
-from eai.data.stats import stats as count
 from eai.data.store import Store
-from eai.data.validate import validate as check
 
 app = typer.Typer(help="The data set: fetch it, say where it is, count it, check it.", no_args_is_help=True)
 
@@ -43,7 +44,7 @@ def fetch(
     Example: eai data fetch
     """
     with data_progress() as report:
-        made = dataset.fetch(store(data), place=place, force=force, report=report)
+        made = fetch_published(store(data), place=place, force=force, report=report)
     message = f"made {', '.join(made)}" if made else "everything is there already"
     output().print(f"{message} ({store(data).folder})", soft_wrap=True, highlight=False)
 
@@ -55,7 +56,7 @@ def info(data: DataFolder = None) -> None:
     Example: eai data info
     """
     table = Table("pack", "size", "made from", "sha256", "state")
-    for status in dataset.info(store(data)):
+    for status in dataset.info(store(data), packs=published_packs()):
         table.add_row(
             status.pack,
             f"{status.size / 1e3:,.0f} kB",

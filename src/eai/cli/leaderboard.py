@@ -12,10 +12,10 @@ from rich.text import Text
 from eai.abilities.protocol import Ability
 from eai.cli.console import output
 from eai.metrics.bootstrap import Bootstrap
-from eai.report.digest import digest
-from eai.report.layout import ColumnSpec, domain_title
+from eai.report.run_summary import digest
 from eai.report.runs import read_runs
 from eai.report.table import Cell, Row, Table
+from eai.report.table_specs import ColumnSpec, domain_title
 from eai.report.writer import make_tables
 
 _OVERVIEW = "overview"

@@ -9,7 +9,7 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 from eai.cli.console import errors
-from eai.run.desk import Count, Watch, unwatched
+from eai.run.state import Count, Watch, unwatched
 
 LINES = 10
 """How many lines a run takes where there is no terminal."""

@@ -8,13 +8,13 @@ from typing import Annotated
 import typer
 
 from eai.abilities.protocol import Ability, Domain
+from eai.benchmarks.published_prompts import official_files
 from eai.cli.console import data_progress, output
 from eai.cli.data import DataFolder, store
 from eai.errors import InputError
 from eai.prompts.library import Library
-from eai.prompts.official import official_files
 from eai.prompts.prompt import PromptSet, prompt_file, system_file
-from eai.run.answers import gold_examples
+from eai.run.gold_answers import gold_examples
 
 
 def prompts(

@@ -9,18 +9,20 @@ from typing import Annotated
 import typer
 
 from eai.abilities.protocol import Ability, Domain
+from eai.abilities.transition_modeling import task as transition_modeling
+from eai.benchmarks.packs import published_packs
+from eai.benchmarks.published_prompts import official_prompts
 from eai.cli.console import errors, output
 from eai.cli.data import DataFolder, store
-from eai.data import dataset, transition_modeling
+from eai.data import dataset
 from eai.data.store import Store
 from eai.errors import DataError, EaiError, InputError
 from eai.metrics.bootstrap import Bootstrap
-from eai.prompts.official import official_prompts
-from eai.report.digest import Digest, digest
 from eai.report.document import Plot
 from eai.report.explorer import explorer_html
 from eai.report.explorer_data import Background, ExplorerData
 from eai.report.plots import draw_plots
+from eai.report.run_summary import Digest, digest
 from eai.report.runs import read_runs
 from eai.report.writer import make_tables, write_tables
 
@@ -74,7 +76,7 @@ def _draw(digests: Sequence[Digest], folder: Path) -> list[Plot]:
 
 def background(source: Store) -> Background:
     """What the user's data set says of the tasks; nothing is fetched for it."""
-    if any(status.problem for status in dataset.info(source)):
+    if any(status.problem for status in dataset.info(source, packs=published_packs())):
         return Background()
     gold = {
         Domain.VIRTUALHOME.value: transition_modeling.open_virtualhome(source),

@@ -22,7 +22,7 @@ from eai.errors import EaiError, InputError
 from eai.metrics.summary import TABLE_COLUMNS
 from eai.prompts.library import Library
 from eai.prompts.prompt import Prompt, PromptSet
-from eai.run.answers import gold_examples
+from eai.run.gold_answers import gold_examples
 from eai.run.job import Decoding, Endpoint, Job, Pace
 from eai.run.journal import JOURNAL
 

@@ -15,13 +15,13 @@ from eai.abilities.responses import SUFFIX, Response, ResponseFile
 from eai.abilities.suite import Source, open_suite
 from eai.abilities.verdict import Json, Verdict
 from eai.cli.score import write_results
-from eai.envs.batch import score_batch
 from eai.errors import InputError
 from eai.metrics.rate import Rate
 from eai.metrics.summary import summarise
 from eai.prompts.prompt import Prompt
-from eai.run.consensus import majority
 from eai.run.journal import Answer, Place, Usage
+from eai.scoring.batch import score_batch
+from eai.scoring.majority import majority
 
 
 @dataclass(frozen=True, slots=True)

@@ -16,10 +16,10 @@ from eai.abilities.suite import PlannerChoice, Source, open_suite
 from eai.abilities.verdict import Json
 from eai.cli.console import data_progress, output, print_rates
 from eai.cli.data import DataFolder, store
-from eai.envs.batch import score_batch
 from eai.errors import InputError
 from eai.metrics.rate import Rate
 from eai.metrics.summary import TABLE_COLUMNS, summarise
+from eai.scoring.batch import score_batch
 
 SUMMARY = "summary.json"
 RECORDS = "records.jsonl"

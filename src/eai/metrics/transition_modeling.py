@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Collection
 
+from eai.abilities.transition_modeling.task import Category
 from eai.abilities.verdict import Confusion, Verdict
-from eai.data.transition_modeling import Category
 from eai.metrics.rate import NOTHING, Rate, add, confusion_rates, share
 from eai.pddl.planning import PlannerOutcome
 

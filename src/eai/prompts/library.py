@@ -8,10 +8,10 @@ from pathlib import Path
 
 from eai.abilities.protocol import Ability, Domain
 from eai.abilities.responses import task_id_of
+from eai.benchmarks.published_prompts import official_prompts
 from eai.data.progress import Report, silent
 from eai.data.store import Store
 from eai.errors import InputError
-from eai.prompts.official import official_prompts
 from eai.prompts.own import Examples, own_prompts
 from eai.prompts.prompt import Prompt, PromptSet, read_prompt_file, read_system_file
 from eai.prompts.template import template_names

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping, Sequence
 
-from eai.data.transition_modeling import TransitionTask
+from eai.abilities.transition_modeling.task import TransitionTask
 from eai.pddl.writer import write_domain
 from eai.prompts.prompt import Prompt
 from eai.prompts.template import Templates

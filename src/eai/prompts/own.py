@@ -8,13 +8,16 @@ from pathlib import Path
 from typing import TypeAlias
 
 from eai.abilities.protocol import Ability, Domain
-from eai.data import behavior_tasks, transition_modeling, virtualhome_tasks
-from eai.data.behavior_tasks import BehaviorTask
+from eai.abilities.task import Task
+from eai.abilities.transition_modeling import task as transition_modeling
+from eai.benchmarks.behavior import domain as behavior
+from eai.benchmarks.behavior import tasks as behavior_tasks
+from eai.benchmarks.behavior.predicates import GOAL_RELATIONS, GOAL_STATES
+from eai.benchmarks.behavior.tasks import BehaviorTask
+from eai.benchmarks.virtualhome import domain as virtualhome
+from eai.benchmarks.virtualhome import tasks as virtualhome_tasks
 from eai.data.progress import Report, silent
 from eai.data.store import Store
-from eai.data.task import Task
-from eai.domains import behavior, virtualhome
-from eai.domains.behavior.predicates import GOAL_RELATIONS, GOAL_STATES
 from eai.prompts.operators import operator_prompts
 from eai.prompts.prompt import Prompt
 from eai.prompts.template import Templates

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from itertools import permutations
 from typing import TypeAlias
 
-from eai.data.task import Task
+from eai.abilities.task import Task
 from eai.logic.formula import Formula, Occurs, Or, Variable
 from eai.logic.ltl_printer import print_ltl
 from eai.logic.renaming import rename_objects

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from eai.abilities.protocol import Protocol
 from eai.metrics.paper_tables import FULL_TABLES, PaperTable, paper_models, paper_table
-from eai.report.digest import Digest
+from eai.report.run_summary import Digest
 
 DIGIT = 0.056
 """A difference that the printed digit hides; the paper rounds to two digits and then to one."""

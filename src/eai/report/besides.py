@@ -9,9 +9,9 @@ from collections.abc import Iterator, Sequence
 
 from eai.abilities.protocol import Protocol
 from eai.metrics.paper_tables import OTHER_TABLES, PaperTable, paper_table
-from eai.report.digest import Digest
-from eai.report.layout import COLUMNS_BESIDES, ColumnSpec
+from eai.report.run_summary import Digest
 from eai.report.table import Cells, Notes, Row, Table, cell_of, cells_of_run, paper_rows, with_best_marked
+from eai.report.table_specs import COLUMNS_BESIDES, ColumnSpec
 
 PROTOCOL = Protocol.EAI_1_0_5
 """The protocol whose numbers are the same quantities as the paper's."""

@@ -8,8 +8,8 @@ import json
 from collections.abc import Sequence
 
 from eai.abilities.verdict import Json
-from eai.report.layout import ColumnSpec
 from eai.report.table import Cell, Row, Table
+from eai.report.table_specs import ColumnSpec
 
 CSV_COLUMNS = (
     "table",

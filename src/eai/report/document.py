@@ -9,10 +9,10 @@ from eai.abilities.protocol import Ability, Protocol
 from eai.metrics.breakdown import Outcome
 from eai.metrics.summary import MAIN_COLUMNS
 from eai.report.agreement import DIGIT, Agreement
-from eai.report.digest import Digest
-from eai.report.layout import ABILITY_TITLES, domain_title, label_of
 from eai.report.markdown import escaped, grid, table_markdown
+from eai.report.run_summary import Digest
 from eai.report.table import Table
+from eai.report.table_specs import ABILITY_TITLES, domain_title, label_of
 
 _INTRODUCTION = """\
 All numbers are in percent. Under each run stand its 95 % intervals: percentile bootstrap over tasks, seeded.

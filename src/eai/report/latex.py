@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from itertools import groupby
 
-from eai.report.layout import domain_title
 from eai.report.table import Cell, Row, Table
+from eai.report.table_specs import domain_title
 
 PREAMBLE = r"""\documentclass{article}
 \usepackage[T1]{fontenc}

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from eai.metrics.breakdown import Flow, Outcome
 from eai.metrics.rate import Rate
-from eai.report.digest import Digest
 from eai.report.palette import INK, OUTCOME_COLORS
 from eai.report.plot_text import clipped
+from eai.report.run_summary import Digest
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 
 from eai.metrics.breakdown import Outcome
 from eai.metrics.rate import Rate
-from eai.report.digest import Digest
-from eai.report.layout import ABILITY_TITLES, label_of
 from eai.report.palette import OUTCOME_COLORS
 from eai.report.plot_text import clipped
+from eai.report.run_summary import Digest
+from eai.report.table_specs import ABILITY_TITLES, label_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -7,9 +7,9 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from eai.metrics.summary import MAIN_COLUMNS
-from eai.report.digest import Digest
 from eai.report.palette import ACCENT, MUTED, RULE
 from eai.report.plot_text import clipped
+from eai.report.run_summary import Digest
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from eai.analysis.sensitivity import Sensitivity
-from eai.report.layout import label_of
 from eai.report.plot_files import styled, write
+from eai.report.table_specs import label_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

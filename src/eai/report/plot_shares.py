@@ -6,9 +6,9 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from eai.metrics.rate import Rate
-from eai.report.digest import Digest
 from eai.report.palette import INK, LINES, RULE
 from eai.report.plot_text import clipped
+from eai.report.run_summary import Digest
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

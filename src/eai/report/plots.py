@@ -11,10 +11,10 @@ from eai.abilities.protocol import Ability
 from eai.abilities.responses import file_name
 from eai.metrics.breakdown import PLANS
 from eai.report import plot_flow, plot_outcomes, plot_radar, plot_shares
-from eai.report.digest import Digest
 from eai.report.document import Plot
-from eai.report.layout import ABILITY_TITLES, domain_title
 from eai.report.plot_files import styled, write
+from eai.report.run_summary import Digest
+from eai.report.table_specs import ABILITY_TITLES, domain_title
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

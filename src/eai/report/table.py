@@ -10,8 +10,8 @@ from eai.metrics.average import AVERAGE, average_performance
 from eai.metrics.bootstrap import Bootstrap, Interval, Replicates
 from eai.metrics.paper_tables import Column, PaperTable, paper_table
 from eai.metrics.rate import Rate
-from eai.report.digest import Digest
-from eai.report.layout import ColumnSpec, TableSpec
+from eai.report.run_summary import Digest
+from eai.report.table_specs import ColumnSpec, TableSpec
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,10 +11,10 @@ from eai.report import latex
 from eai.report.agreement import agreements
 from eai.report.besides import tables_besides
 from eai.report.data_files import tables_csv, tables_json
-from eai.report.digest import Digest
 from eai.report.document import Plot, report_markdown
-from eai.report.layout import TABLES
+from eai.report.run_summary import Digest
 from eai.report.table import Table, make_table
+from eai.report.table_specs import TABLES
 
 
 def make_tables(digests: Sequence[Digest], bootstrap: Bootstrap, *, with_paper: bool) -> list[Table]:

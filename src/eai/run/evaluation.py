@@ -14,11 +14,11 @@ from rich.text import Text
 
 from eai.abilities.protocol import Protocol
 from eai.errors import EaiError, InputError
-from eai.run.asking import ask
-from eai.run.desk import Desk, Watch, unwatched
 from eai.run.job import Endpoint, Job
 from eai.run.journal import Answer, Journal, Place
 from eai.run.prices import read_prices, set_price
+from eai.run.solver import ask
+from eai.run.state import Desk, Watch, unwatched
 from eai.run.tasks import build_task
 
 

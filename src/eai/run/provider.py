@@ -23,7 +23,7 @@ from inspect_ai.tool import ToolChoice, ToolInfo
 from eai.abilities.protocol import Ability, Domain
 from eai.abilities.responses import find_response_files, read_responses
 from eai.errors import InputError
-from eai.run.answers import AnswerBook, noisy_answer, open_answer_book, open_planned_book
+from eai.run.gold_answers import AnswerBook, noisy_answer, open_answer_book, open_planned_book
 
 PROVIDER = "eai"
 MODELS = ("oracle", "planner", "noisy", "replay")

@@ -11,9 +11,9 @@ from pathlib import Path, PurePosixPath
 
 from eai.abilities.protocol import Ability, Domain
 from eai.abilities.responses import SCENE_PREFIX, SUFFIX, find_response_files, read_responses, task_id_of
+from eai.benchmarks.published_prompts import official_files
 from eai.data.store import Store
 from eai.errors import InputError
-from eai.prompts.official import official_files
 
 MAX_SIZE = 200_000_000
 """The most bytes that a file of a submission may hold."""

@@ -18,8 +18,8 @@ from eai.abilities.verdict import Verdict, fields_of
 from eai.metrics.summary import MAIN_COLUMNS, contribution
 from eai.prompts.library import Library
 from eai.prompts.prompt import Prompt, PromptSet
-from eai.run.answers import gold_examples
-from eai.run.asking import ask_as_published
+from eai.run.gold_answers import gold_examples
+from eai.run.solver import ask_as_published
 
 
 def build_task(

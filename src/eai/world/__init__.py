@@ -1,1 +1,1 @@
-"""The typed core: objects, predicates, states, operators, domains; execution, diagnosis and search."""
+"""The typed core: objects, predicates, states, operators, domains; execution and diagnosis."""

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from domains.virtualhome import flat
-from eai.data.task import Goal, GoalKind, Task
-from eai.domains.virtualhome.predicates import VOCABULARY
+from benchmarks.virtualhome import flat
+from eai.abilities.task import Goal, GoalKind, Task
+from eai.benchmarks.virtualhome.predicates import VOCABULARY
 from eai.logic.formula import Atom, Constant, Occurs, Or
 from eai.world.state import Scene, WorldObject
 

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from domains.behavior.kitchen import make_task
+from benchmarks.behavior.kitchen import make_task
 from eai.abilities.action_sequencing.behavior import ActionSequencing
 from eai.abilities.protocol import Protocol
 from eai.abilities.verdict import Verdict, fields_of

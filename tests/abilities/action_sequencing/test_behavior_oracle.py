@@ -10,7 +10,7 @@ from eai.abilities.action_sequencing.behavior import ActionSequencing
 from eai.abilities.action_sequencing.behavior_writer import join_steps, write_steps
 from eai.abilities.protocol import Protocol
 from eai.abilities.verdict import Verdict
-from eai.data.behavior_tasks import BehaviorTasks
+from eai.benchmarks.behavior.tasks import BehaviorTasks
 from oracle import MODELS, Oracle
 
 SETS = (*MODELS, "gt", "perturb")

@@ -2,8 +2,8 @@ from __future__ import annotations
 
 import pytest
 
-from eai.abilities.action_sequencing.behavior_reference import read_plan
 from eai.abilities.action_sequencing.plan import Unreadable
+from eai.benchmarks.reference.behavior_plans import read_plan
 
 OPEN = ("OPEN", ("jar_0",))
 

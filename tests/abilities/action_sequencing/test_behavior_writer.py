@@ -1,6 +1,6 @@
 from __future__ import annotations
 
-from domains.behavior.kitchen import actions, make_task
+from benchmarks.behavior.kitchen import actions, make_task
 from eai.abilities.action_sequencing.behavior import ActionSequencing, Rejected
 from eai.abilities.action_sequencing.behavior_writer import join_steps, write_steps
 from eai.abilities.action_sequencing.plan import Unreadable

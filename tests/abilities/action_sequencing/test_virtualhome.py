@@ -14,8 +14,8 @@ from eai.abilities.action_sequencing.virtualhome import (
     written_with_ids,
 )
 from eai.abilities.protocol import Protocol
+from eai.abilities.task import Task
 from eai.abilities.verdict import Verdict
-from eai.data.task import Task
 
 STRICT, REFERENCE = Protocol.STRICT, Protocol.EAI_1_0_5
 BOTH = pytest.mark.parametrize("protocol", list(Protocol), ids=lambda protocol: protocol.value)

@@ -13,8 +13,8 @@ import pytest
 from eai.abilities.protocol import Ability, Domain, Protocol
 from eai.abilities.suite import Source, open_suite
 from eai.abilities.verdict import Verdict
+from eai.benchmarks.reference.virtualhome_quirks import QUIRKS
 from eai.data.store import Store
-from eai.domains.virtualhome.quirks import QUIRKS
 from eai.metrics.rate import Rate
 from eai.metrics.summary import summarise
 from oracle import MODELS, Oracle, read_shared

@@ -5,8 +5,8 @@ import time
 import pytest
 
 from eai.abilities.action_sequencing.plan import TOO_LONG, Unreadable, WrittenPlan
-from eai.abilities.action_sequencing.virtualhome_reference import read_plan
 from eai.abilities.json_text import MAX_LENGTH
+from eai.benchmarks.reference.virtualhome_plans import read_plan
 
 Steps = list[tuple[str, tuple[object, ...]]]
 

@@ -14,8 +14,8 @@ from eai.abilities.action_sequencing.virtualhome import ActionSequencing
 from eai.abilities.protocol import Ability, Domain, Protocol
 from eai.abilities.suite import Source, Suite, open_suite
 from eai.abilities.verdict import fields_of
+from eai.benchmarks.virtualhome import domain as virtualhome
 from eai.data.store import Store
-from eai.domains import virtualhome
 from oracle import Oracle
 
 BOTH = pytest.mark.parametrize("protocol", list(Protocol), ids=lambda protocol: protocol.value)

@@ -4,10 +4,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from domains.virtualhome import flat
-from eai.abilities.action_sequencing import virtualhome_answer, virtualhome_reference
+from benchmarks.virtualhome import flat
+from eai.abilities.action_sequencing import virtualhome_answer
 from eai.abilities.action_sequencing.plan import WrittenPlan
 from eai.abilities.action_sequencing.virtualhome_writer import join_steps, write_steps
+from eai.benchmarks.reference import virtualhome_plans as virtualhome_reference
 from eai.world.execution import Action
 
 SCENE = flat.scene()

@@ -7,11 +7,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from domains.behavior.kitchen import make_task
+from benchmarks.behavior.kitchen import make_task
 from eai.abilities.goal_interpretation.behavior import GoalInterpretation
 from eai.abilities.protocol import Protocol
 from eai.abilities.verdict import Confusion, Verdict
-from eai.data.behavior_tasks import BehaviorTasks
+from eai.benchmarks.behavior.tasks import BehaviorTasks
 from oracle import MODELS, Oracle
 
 TASK = make_task()

@@ -11,7 +11,7 @@ from eai.abilities.goal_interpretation.virtualhome import GoalInterpretation
 from eai.abilities.goal_interpretation.virtualhome_writer import join_goals, write_goals
 from eai.abilities.protocol import Protocol
 from eai.abilities.verdict import Verdict, fields_of
-from eai.data.virtualhome_tasks import VirtualHomeTasks
+from eai.benchmarks.virtualhome.tasks import VirtualHomeTasks
 from eai.world.fault import FaultKind
 
 TASK = make_task(

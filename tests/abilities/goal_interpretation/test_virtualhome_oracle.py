@@ -10,7 +10,7 @@ import pytest
 from eai.abilities.goal_interpretation.virtualhome import GoalInterpretation
 from eai.abilities.protocol import Protocol
 from eai.abilities.verdict import Verdict
-from eai.data.virtualhome_tasks import VirtualHomeTasks
+from eai.benchmarks.virtualhome.tasks import VirtualHomeTasks
 from oracle import MODELS, Oracle
 
 SETS = (*MODELS, "gold", "perturbed")

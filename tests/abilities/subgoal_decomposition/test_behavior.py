@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from domains.behavior.kitchen import make_task
+from benchmarks.behavior.kitchen import make_task
 from eai.abilities.protocol import Protocol
 from eai.abilities.subgoal_decomposition.behavior import SubgoalDecomposition
 from eai.abilities.verdict import Verdict

@@ -12,7 +12,7 @@ import pytest
 
 from eai.abilities.protocol import Protocol
 from eai.abilities.subgoal_decomposition.behavior import SubgoalDecomposition
-from eai.data.behavior_tasks import BehaviorTasks
+from eai.benchmarks.behavior.tasks import BehaviorTasks
 from oracle import MODELS, SUBGOAL_CATEGORIES, Oracle
 
 SETS = (*MODELS, "gt", "perturb0", "perturb1", "perturb2")

@@ -6,9 +6,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from domains.virtualhome import flat
+from benchmarks.virtualhome import flat
 from eai.abilities.subgoal_decomposition.progress import GoalProgress, StateTest
-from eai.domains import virtualhome
+from eai.benchmarks.virtualhome import domain as virtualhome
 from eai.errors import InputError
 from eai.logic import semantics
 from eai.logic.ltl import parse

@@ -7,11 +7,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from domains.virtualhome import flat
+from benchmarks.virtualhome import flat
 from eai.abilities.subgoal_decomposition.program import Do, End, Halt, Instruction, Require, Split
 from eai.abilities.subgoal_decomposition.progress import GoalProgress
 from eai.abilities.subgoal_decomposition.search import Limits, Outcome, SearchEnd, search
-from eai.domains import virtualhome
+from eai.benchmarks.virtualhome import domain as virtualhome
 from eai.logic.formula import FALSE
 from eai.logic.ltl import parse
 from eai.world.execution import Action, execute

@@ -13,7 +13,7 @@ import pytest
 from eai.abilities.protocol import Protocol
 from eai.abilities.subgoal_decomposition.virtualhome import SubgoalDecomposition
 from eai.abilities.verdict import Verdict
-from eai.data.virtualhome_tasks import VirtualHomeTasks
+from eai.benchmarks.virtualhome.tasks import VirtualHomeTasks
 from oracle import MODELS, SUBGOAL_CATEGORIES, Oracle
 
 SETS = (*MODELS, "gold", "perturbed", "perturbed2")

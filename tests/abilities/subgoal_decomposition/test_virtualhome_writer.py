@@ -5,7 +5,7 @@ import json
 import pytest
 
 from abilities.action_sequencing.household import make_task
-from domains.virtualhome import flat
+from benchmarks.virtualhome import flat
 from eai.abilities.planning import find_plan
 from eai.abilities.protocol import Protocol
 from eai.abilities.subgoal_decomposition.virtualhome import SubgoalDecomposition
@@ -14,8 +14,8 @@ from eai.abilities.subgoal_decomposition.virtualhome_writer import (
     subgoal_planner,
     write_subgoals,
 )
-from eai.data.virtualhome_tasks import VirtualHomeTasks
-from eai.world.search import PlanningEnd
+from eai.benchmarks.virtualhome.tasks import VirtualHomeTasks
+from eai.planning.planner import PlanningEnd
 
 WITHOUT_A_PLAN = {
     *("149_1", "158_1", "173_1", "180_1", "180_2", "241_2", "259_1", "26_1"),  # the character sits

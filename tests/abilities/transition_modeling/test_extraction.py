@@ -5,7 +5,7 @@ import json
 import pytest
 
 from eai.abilities.transition_modeling.extraction import extract
-from eai.abilities.transition_modeling.reference_extraction import extract_as_reference
+from eai.benchmarks.reference.operator_extraction import extract_as_reference
 from eai.pddl.model import Action
 from eai.pddl.offence import Finding, Offence
 

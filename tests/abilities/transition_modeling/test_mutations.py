@@ -13,8 +13,8 @@ import pytest
 
 from eai.abilities.protocol import Protocol
 from eai.abilities.transition_modeling.scorer import TransitionModeling, rules_of
+from eai.abilities.transition_modeling.task import Category, PddlDomain, TransitionTask
 from eai.abilities.verdict import Verdict
-from eai.data.transition_modeling import Category, PddlDomain, TransitionTask
 from eai.pddl.operator_text import OperatorText
 from eai.pddl.planner import BuiltInPlanner
 from eai.pddl.reader import read_domain

@@ -12,9 +12,9 @@ from eai.abilities.protocol import Domain, Protocol
 from eai.abilities.suite import PlannerChoice
 from eai.abilities.transition_modeling.planners import make_planner
 from eai.abilities.transition_modeling.scorer import TransitionModeling, rules_of
+from eai.abilities.transition_modeling.task import TransitionTasks, open_behavior, open_virtualhome
 from eai.abilities.verdict import Confusion, Verdict
 from eai.data.store import Store
-from eai.data.transition_modeling import TransitionTasks, open_behavior, open_virtualhome
 from eai.errors import DataError
 from eai.pddl.planning import Planner, PlannerOutcome
 from oracle import MODELS, Oracle

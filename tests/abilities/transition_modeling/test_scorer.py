@@ -8,8 +8,8 @@ from eai.abilities.protocol import Domain, Protocol
 from eai.abilities.suite import PlannerChoice
 from eai.abilities.transition_modeling.planners import make_planner
 from eai.abilities.transition_modeling.scorer import TransitionModeling, rules_of
+from eai.abilities.transition_modeling.task import Category, PddlDomain, TransitionTask
 from eai.abilities.verdict import Confusion, Verdict
-from eai.data.transition_modeling import Category, PddlDomain, TransitionTask
 from eai.pddl.operator_text import OperatorText
 from eai.pddl.planner import BuiltInPlanner
 from eai.pddl.planning import PlannerOutcome, PlannerResult, PlanningTask

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from functools import partial
 
-from eai.abilities.action_sequencing import behavior_answer, behavior_reference
+from eai.abilities.action_sequencing import behavior_answer
 from eai.abilities.action_sequencing.plan import (
     Rejected,
     Unreadable,
@@ -18,8 +18,9 @@ from eai.abilities.explanation import Explanation, goal_reports, repairs_told, s
 from eai.abilities.protocol import Protocol
 from eai.abilities.scorer import Assessment, Scorer
 from eai.abilities.verdict import ErrorReport, Verdict
-from eai.data.behavior_tasks import BehaviorTask
-from eai.domains import behavior
+from eai.benchmarks.behavior import domain as behavior
+from eai.benchmarks.behavior.tasks import BehaviorTask
+from eai.benchmarks.reference import behavior_plans as behavior_reference
 from eai.world.domain import Domain
 from eai.world.execution import Action, Trajectory, describe, execute
 from eai.world.fault import FaultKind

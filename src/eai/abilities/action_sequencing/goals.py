@@ -7,8 +7,8 @@ from functools import partial
 from itertools import islice
 
 from eai.abilities.protocol import Protocol
+from eai.abilities.task import Goal, GoalKind, Task
 from eai.abilities.verdict import GoalTallies, Json, Tally
-from eai.data.task import Goal, GoalKind, Task
 from eai.logic.formula import Occurs, Or
 from eai.world.condition import Conditions
 from eai.world.frame import Frame

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 
-from eai.abilities.action_sequencing import virtualhome_answer, virtualhome_reference
+from eai.abilities.action_sequencing import virtualhome_answer
 from eai.abilities.action_sequencing.goals import TaskGoals
 from eai.abilities.action_sequencing.plan import (
     Rejected,
@@ -18,9 +18,10 @@ from eai.abilities.action_sequencing.plan import (
 from eai.abilities.explanation import Explanation, goal_reports, repairs_told, step_reports
 from eai.abilities.protocol import Protocol
 from eai.abilities.scorer import Assessment, Scorer
+from eai.abilities.task import Task
 from eai.abilities.verdict import ErrorReport, Verdict
-from eai.data.task import Task
-from eai.domains import virtualhome
+from eai.benchmarks.reference import virtualhome_plans as virtualhome_reference
+from eai.benchmarks.virtualhome import domain as virtualhome
 from eai.world.domain import Domain
 from eai.world.execution import Action, Trajectory, describe, execute
 from eai.world.fault import FaultKind

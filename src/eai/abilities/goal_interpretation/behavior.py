@@ -17,13 +17,14 @@ from collections.abc import Collection, Iterable, Sequence
 from functools import partial
 
 from eai.abilities.explanation import Explanation, GoalReport, repairs_told
-from eai.abilities.goal_interpretation import behavior_answer, behavior_reference
+from eai.abilities.goal_interpretation import behavior_answer
 from eai.abilities.goal_interpretation.behavior_conditions import Seen, Unreadable, Value, Written, see
 from eai.abilities.protocol import Protocol
 from eai.abilities.scorer import Assessment, Scorer
+from eai.abilities.task import GoalKind
 from eai.abilities.verdict import Confusion, ErrorReport, Json, Verdict
-from eai.data.behavior_tasks import BehaviorTask
-from eai.data.task import GoalKind
+from eai.benchmarks.behavior.tasks import BehaviorTask
+from eai.benchmarks.reference import behavior_goals as behavior_reference
 from eai.world.fault import FaultKind
 
 Option = tuple[Value, ...]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TypeAlias
 
-from eai.data.task import GoalKind
+from eai.abilities.task import GoalKind
 
 STATES = frozenset({"cooked", "dusty", "frozen", "open", "sliced", "soaked", "stained", "toggled_on"})
 RELATIONS = frozenset({"inside", "nextto", "onfloor", "ontop", "touching", "under"})

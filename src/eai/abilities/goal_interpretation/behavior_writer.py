@@ -6,7 +6,7 @@ import json
 from collections.abc import Iterable
 
 from eai.abilities.goal_interpretation.behavior_conditions import STATES
-from eai.data.behavior_tasks import BehaviorTask
+from eai.benchmarks.behavior.tasks import BehaviorTask
 
 _SECTIONS = ("node goals", "edge goals")
 

@@ -19,13 +19,14 @@ from __future__ import annotations
 from functools import partial
 
 from eai.abilities.explanation import Explanation, goal_reports, repairs_told
-from eai.abilities.goal_interpretation import virtualhome_answer, virtualhome_reference
+from eai.abilities.goal_interpretation import virtualhome_answer
 from eai.abilities.goal_interpretation.virtualhome_matching import ByLargestId, Matching, UpToRenaming
 from eai.abilities.goal_interpretation.written import SECTIONS, Unreadable, WrittenGoals
 from eai.abilities.protocol import Protocol
 from eai.abilities.scorer import Assessment, Scorer
+from eai.abilities.task import GoalKind, Task
 from eai.abilities.verdict import Confusion, ErrorReport, Json, Verdict
-from eai.data.task import GoalKind, Task
+from eai.benchmarks.reference import virtualhome_goals as virtualhome_reference
 from eai.world.fault import FaultKind
 
 

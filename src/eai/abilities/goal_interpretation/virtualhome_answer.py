@@ -15,7 +15,7 @@ from eai.abilities.goal_interpretation.written import (
     written_goals,
 )
 from eai.abilities.json_text import Pairs, find_json
-from eai.data.task import GoalKind
+from eai.abilities.task import GoalKind
 
 _NOTHING = Pairs(())
 

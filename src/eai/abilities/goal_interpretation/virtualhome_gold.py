@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from eai.abilities.goal_interpretation.written import RelationGoal, StateGoal
-from eai.data.task import GoalKind, Task
-from eai.data.virtualhome_tasks import PREDICATE_OF_RELATION
+from eai.abilities.task import GoalKind, Task
+from eai.benchmarks.virtualhome.tasks import PREDICATE_OF_RELATION
 from eai.logic.formula import Atom, Formula, Occurs, Or
 
 RELATION_OF_PREDICATE = {predicate: name for name, predicate in PREDICATE_OF_RELATION.items()}

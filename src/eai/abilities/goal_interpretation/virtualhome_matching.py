@@ -14,11 +14,11 @@ from eai.abilities.goal_interpretation.counting import (
 )
 from eai.abilities.goal_interpretation.virtualhome_gold import RELATION_OF_PREDICATE, by_class, gold_goals
 from eai.abilities.goal_interpretation.written import RelationGoal, StateGoal, WrittenGoals
+from eai.abilities.task import GoalKind, Task
 from eai.abilities.verdict import Confusion
-from eai.data.task import GoalKind, Task
-from eai.domains import virtualhome
-from eai.domains.virtualhome.places import object_id
-from eai.domains.virtualhome.predicates import VOCABULARY
+from eai.benchmarks.virtualhome import domain as virtualhome
+from eai.benchmarks.virtualhome.places import object_id
+from eai.benchmarks.virtualhome.predicates import VOCABULARY
 
 STATES = frozenset(p.name for p in VOCABULARY.predicates if p.arity == 1 and p.visible and not p.static)
 """The states of objects that an answer may speak of."""

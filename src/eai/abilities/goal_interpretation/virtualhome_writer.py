@@ -7,7 +7,7 @@ from collections.abc import Iterable
 
 from eai.abilities.goal_interpretation.virtualhome_gold import by_class, gold_goals
 from eai.abilities.goal_interpretation.written import SECTIONS
-from eai.data.task import GoalKind, Task
+from eai.abilities.task import GoalKind, Task
 
 
 def write_goals(task: Task) -> tuple[str, ...]:

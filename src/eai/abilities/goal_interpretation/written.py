@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from eai.data.task import GoalKind
+from eai.abilities.task import GoalKind
 
 SECTIONS = {
     GoalKind.STATE: "node goals",

@@ -22,7 +22,7 @@ from functools import partial
 
 from eai.abilities.behavior_goals import BehaviorGoals
 from eai.abilities.protocol import Protocol
-from eai.abilities.subgoal_decomposition import behavior_answer, behavior_reference, reference
+from eai.abilities.subgoal_decomposition import behavior_answer
 from eai.abilities.subgoal_decomposition.behavior_program import reference_program, strict_program
 from eai.abilities.subgoal_decomposition.behavior_translation import Translation
 from eai.abilities.subgoal_decomposition.behavior_vocabulary import published_names, signature
@@ -34,12 +34,14 @@ from eai.abilities.subgoal_decomposition.compiled import (
     parse_at_once,
     unparseable,
 )
-from eai.abilities.subgoal_decomposition.lots import Lots
 from eai.abilities.subgoal_decomposition.scorer import Reached, SubgoalScorer
 from eai.abilities.subgoal_decomposition.search import Limits
 from eai.abilities.verdict import ErrorReport, Json, SubgoalCategory
-from eai.data.behavior_tasks import BehaviorTask
-from eai.domains import behavior
+from eai.benchmarks.behavior import domain as behavior
+from eai.benchmarks.behavior.tasks import BehaviorTask
+from eai.benchmarks.reference import behavior_subgoals as behavior_reference
+from eai.benchmarks.reference import subgoals as reference
+from eai.benchmarks.reference.lots import Lots
 from eai.world.execution import Action
 from eai.world.fault import FaultKind
 from eai.world.state import State

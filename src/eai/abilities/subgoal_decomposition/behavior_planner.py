@@ -10,10 +10,10 @@ from collections.abc import Iterable
 
 from eai.abilities.subgoal_decomposition.behavior_translation import held
 from eai.abilities.subgoal_decomposition.behavior_writer import HANDS
-from eai.data.task import Task
-from eai.domains import behavior
+from eai.abilities.task import Task
+from eai.benchmarks.behavior import domain as behavior
+from eai.planning.planner import Planner
 from eai.world.execution import Action
-from eai.world.search import Planner
 from eai.world.state import State
 
 _UNWRITTEN = (

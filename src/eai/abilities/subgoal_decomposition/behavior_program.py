@@ -17,7 +17,7 @@ from eai.abilities.subgoal_decomposition.behavior_translation import (
 from eai.abilities.subgoal_decomposition.behavior_vocabulary import UNOBSERVED, object_names
 from eai.abilities.subgoal_decomposition.program import Do, End, Instruction, Program, Require, Split
 from eai.abilities.subgoal_decomposition.progress import StateTest
-from eai.domains.behavior import predicates as p
+from eai.benchmarks.behavior import predicates as p
 from eai.errors import InputError
 from eai.logic.formula import And, Atom, Constant, Formula, Implies, Not, Occurs, Or, Then
 from eai.logic.ltl_printer import print_ltl

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from eai.domains.behavior import predicates as p
+from eai.benchmarks.behavior import predicates as p
 from eai.logic.formula import Atom, Formula, Not, Occurs
 from eai.world.execution import Action
 from eai.world.state import Scene, State

@@ -6,8 +6,8 @@ import json
 from collections.abc import Iterable, Iterator
 
 from eai.abilities.subgoal_decomposition.behavior_vocabulary import object_names
-from eai.data.task import Task
-from eai.domains import behavior
+from eai.abilities.task import Task
+from eai.benchmarks.behavior import domain as behavior
 from eai.world.execution import Action, attempt
 from eai.world.state import State
 

@@ -21,8 +21,8 @@ from eai.abilities.subgoal_decomposition.search import (
     search,
     uncategorised,
 )
+from eai.abilities.task import Task
 from eai.abilities.verdict import GoalTallies, Json, Verdict
-from eai.data.task import Task
 from eai.logic.ltl_printer import print_ltl
 from eai.world.domain import Domain
 from eai.world.execution import Fault

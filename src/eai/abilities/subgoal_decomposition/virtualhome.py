@@ -24,7 +24,7 @@ from eai.abilities.action_sequencing.virtualhome import NO_GOALS, domain_of
 from eai.abilities.explanation import Explanation
 from eai.abilities.protocol import Protocol
 from eai.abilities.scorer import Assessment
-from eai.abilities.subgoal_decomposition import answer, reference, virtualhome_reference
+from eai.abilities.subgoal_decomposition import answer
 from eai.abilities.subgoal_decomposition.branch import Branch
 from eai.abilities.subgoal_decomposition.compiled import (
     Compiled,
@@ -33,14 +33,16 @@ from eai.abilities.subgoal_decomposition.compiled import (
     parse_at_once,
     unparseable,
 )
-from eai.abilities.subgoal_decomposition.lots import Lots
 from eai.abilities.subgoal_decomposition.progress import GoalProgress, StateTest
 from eai.abilities.subgoal_decomposition.scorer import Reached, SubgoalScorer
 from eai.abilities.subgoal_decomposition.search import Goal, Limits
 from eai.abilities.subgoal_decomposition.virtualhome_program import reference_program, strict_program
 from eai.abilities.subgoal_decomposition.virtualhome_signature import signature, without_arguments
+from eai.abilities.task import GoalKind, Task
 from eai.abilities.verdict import Json, Verdict
-from eai.data.task import GoalKind, Task
+from eai.benchmarks.reference import subgoals as reference
+from eai.benchmarks.reference import virtualhome_subgoals as virtualhome_reference
+from eai.benchmarks.reference.lots import Lots
 from eai.logic.formula import And
 from eai.logic.ltl import Dialect, parse
 from eai.logic.signature import Signature

@@ -27,7 +27,7 @@ from eai.abilities.subgoal_decomposition.program import (
 from eai.abilities.subgoal_decomposition.progress import StateTest
 from eai.abilities.subgoal_decomposition.rewriting import substitute
 from eai.abilities.subgoal_decomposition.virtualhome_translation import Translation
-from eai.data.task import Task
+from eai.abilities.task import Task
 from eai.errors import InputError
 from eai.logic.formula import (
     FALSE,

@@ -5,8 +5,8 @@ from __future__ import annotations
 from functools import cache
 
 from eai.abilities.protocol import Protocol
-from eai.domains import virtualhome
-from eai.domains.virtualhome.predicates import VOCABULARY
+from eai.benchmarks.virtualhome import domain as virtualhome
+from eai.benchmarks.virtualhome.predicates import VOCABULARY
 from eai.logic.signature import Signature
 from eai.world.state import Scene
 

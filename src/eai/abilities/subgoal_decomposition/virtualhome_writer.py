@@ -14,12 +14,12 @@ from eai.abilities.protocol import Protocol
 from eai.abilities.subgoal_decomposition.program import Plan
 from eai.abilities.subgoal_decomposition.virtualhome_signature import allowed_actions
 from eai.abilities.subgoal_decomposition.virtualhome_translation import BROUGHT_ABOUT_BY, Translation
-from eai.data.task import Task
-from eai.domains import virtualhome
+from eai.abilities.task import Task
+from eai.benchmarks.virtualhome import domain as virtualhome
 from eai.logic.formula import Atom, Constant, Formula, Occurs
 from eai.logic.ltl_printer import print_ltl
+from eai.planning.planner import Planner
 from eai.world.execution import Action
-from eai.world.search import Planner
 from eai.world.state import Fact, Scene, State
 
 STATES = {action: state for state, (action, *_) in BROUGHT_ABOUT_BY.items() if state != "CLEAN"}

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import Protocol
 
 from eai.abilities.transition_modeling.report import OperatorReport
-from eai.data.transition_modeling import TransitionTask
+from eai.abilities.transition_modeling.task import TransitionTask
 from eai.pddl.planning import Planner, PlannerOutcome, PlannerResult, PlanningTask
 
 NOT_RUN = PlannerResult(PlannerOutcome.NOT_RUN)

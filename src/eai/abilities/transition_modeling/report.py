@@ -6,8 +6,8 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from enum import Enum
 
+from eai.abilities.transition_modeling.task import Category
 from eai.abilities.verdict import Confusion, Json
-from eai.data.transition_modeling import Category
 from eai.pddl.matching import NO_MATCH, SideMatch
 from eai.pddl.offence import Finding
 

@@ -9,11 +9,11 @@ from eai.abilities.explanation import Explanation, StepReport
 from eai.abilities.protocol import Protocol
 from eai.abilities.scorer import Assessment, Scorer
 from eai.abilities.transition_modeling.judgement import Judgement, Rules
-from eai.abilities.transition_modeling.reference_rules import ReferenceRules
 from eai.abilities.transition_modeling.report import OperatorReport, OperatorStatus, count_by_category
 from eai.abilities.transition_modeling.strict_rules import StrictRules
+from eai.abilities.transition_modeling.task import TransitionTask
 from eai.abilities.verdict import Counts, ErrorReport, Json, Verdict
-from eai.data.transition_modeling import TransitionTask
+from eai.benchmarks.reference.operator_rules import ReferenceRules
 from eai.pddl.matching import missing_operator
 from eai.pddl.planning import Planner, PlannerOutcome
 from eai.world.fault import FaultKind

@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 from eai.abilities.transition_modeling.extraction import WrittenOperator, extract
 from eai.abilities.transition_modeling.judgement import Judgement, PlanMemory
 from eai.abilities.transition_modeling.report import OperatorReport, OperatorStatus
-from eai.data.transition_modeling import TransitionTask
+from eai.abilities.transition_modeling.task import TransitionTask
 from eai.pddl.check import Vocabulary, check_action
 from eai.pddl.matching import OperatorMatch, match_operators, missing_operator
 from eai.pddl.model import Action

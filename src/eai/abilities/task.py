@@ -1,0 +1,66 @@
+"""A task: an initial state, a goal, and what the data set says besides, ready to be scored."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+from eai.logic.formula import Formula
+from eai.world.execution import Action
+from eai.world.state import Scene, State
+
+
+class GoalKind(str, Enum):
+    """The paper's three kinds of goal."""
+
+    STATE = "state"
+    RELATION = "relation"
+    ACTION = "action"
+
+
+@dataclass(frozen=True, slots=True)
+class Goal:
+    """One part of a task's goal: a formula on the final state, or on the actions taken.
+
+    An action goal is a disjunction of `Occurs` without arguments, in the order of the data set's
+    alternatives.
+    """
+
+    kind: GoalKind
+    formula: Formula
+
+
+@dataclass(frozen=True, slots=True)
+class Task:
+    """One task of a domain.
+
+    Attributes:
+        id: the data set's id.
+        title: the name that tasks of a kind share.
+        instruction: the task in natural language.
+        initial: the state in which a plan starts.
+        goals: without duplicates, in the order of the data set.
+        relevant: the objects that the task is about, by index, in the order of the data set.
+        script: the data set's own plan; empty if it has none.
+        temporal_goal: the goal as a text in temporal logic, or None if the task has none.
+        annotated_final: the state that the data set's own annotation ends in, or None if it has none.
+    """
+
+    id: str
+    title: str
+    instruction: str
+    initial: State
+    goals: tuple[Goal, ...]
+    relevant: tuple[int, ...]
+    script: tuple[Action, ...] = ()
+    temporal_goal: str | None = None
+    annotated_final: State | None = None
+
+    @property
+    def scene(self) -> Scene:
+        """The objects of the task."""
+        return self.initial.scene
+
+    def goals_of(self, kind: GoalKind) -> tuple[Goal, ...]:
+        """The goals of one kind, in order."""
+        return tuple(goal for goal in self.goals if goal.kind is kind)

@@ -1,0 +1,1 @@
+"""Benchmarks: what each one declares, and the wing of the reference package."""

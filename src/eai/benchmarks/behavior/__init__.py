@@ -1,0 +1,1 @@
+"""BEHAVIOR: household chores with two hands, sliced food, dust, stains and heat."""

@@ -1,0 +1,186 @@
+"""The BEHAVIOR tasks as plain records, read from the store: one text line a task, decoded when asked for.
+
+Records hold what published files say and nothing else. What no file says is in `evidence`; scenes
+and goals are made from both in `behavior_tasks`.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import starmap
+from typing import Any, TypeAlias
+
+from eai.data.store import PackFile
+from eai.logic.bddl import Problem, parse_problem
+
+PACK = "behavior"
+"""Name of the pack with what scoring needs."""
+
+TASKS_MEMBER = "tasks.jsonl"
+"""One line a task, in data set order."""
+
+OPTIONS_MEMBER = "goal_options.jsonl"
+"""One line a task, in data set order: what goal interpretation compares answers with."""
+
+FLOOR = "room_floor"
+"""The model category of the floor of a room."""
+
+STATE_OF_ABILITY: Mapping[str, str] = {
+    "cookable": "cooked",
+    "burnable": "burnt",
+    "dustyable": "dusty",
+    "freezable": "frozen",
+    "openable": "open",
+    "sliceable": "sliced",
+    "soakable": "soaked",
+    "stainable": "stained",
+    "toggleable": "toggled_on",
+}
+"""Which ability of the taxonomy lets an object be in which state."""
+
+Condition: TypeAlias = tuple[str | tuple[str, ...], ...]
+"""``(predicate, instance, ...)``, or ``("not", (predicate, instance, ...))``."""
+
+GroundOption: TypeAlias = tuple[Condition, ...]
+"""One way to meet a goal: all of these conditions."""
+
+
+@dataclass(frozen=True, slots=True)
+class BehaviorObject:
+    """An object of a task.
+
+    Attributes:
+        name: as actions name it, such as ``rag_51``.
+        instance: as BDDL names it, such as ``rag.n.01_1``.
+        category: the synset that the problem declares it with.
+        model: its category among the simulator's models, such as ``rag``; `FLOOR` for floors.
+        synset: the synset that the taxonomy gives that category; its abilities are the object's.
+        abilities: sorted.
+    """
+
+    name: str
+    instance: str
+    category: str
+    model: str
+    synset: str
+    abilities: tuple[str, ...]
+
+    @property
+    def is_floor(self) -> bool:
+        """Whether it is the floor of a room."""
+        return self.model == FLOOR
+
+    @property
+    def states(self) -> tuple[str, ...]:
+        """The predicates of the states that it can be in."""
+        return tuple(state for ability, state in STATE_OF_ABILITY.items() if ability in self.abilities)
+
+    @property
+    def parts(self) -> tuple[str, ...]:
+        """The names of what it falls into when it is sliced."""
+        return tuple(f"{self.name}_part_{i}" for i in range(2)) if "sliceable" in self.abilities else ()
+
+
+@dataclass(frozen=True, slots=True)
+class WrittenAction:
+    """A step of a human plan, as the data set has it (one is misspelt)."""
+
+    action: str
+    objects: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class BehaviorRecord:
+    """One task as the published files have it.
+
+    Attributes:
+        id: the data set's id: activity, definition, scene, instance and date of a recorded demonstration.
+        activity: the activity, such as ``bottling_fruit``.
+        definition: number of the activity's problem file.
+        scene: the simulator's scene.
+        instruction: the activity in one English sentence.
+        goal_sentences: its goals in English.
+        objects: in the order of the problem file, without the agent.
+        problem: the problem file; it names objects by instance.
+        plan: a human's plan.
+    """
+
+    id: str
+    activity: str
+    definition: int
+    scene: str
+    instruction: str
+    goal_sentences: tuple[str, ...]
+    objects: tuple[BehaviorObject, ...]
+    problem: Problem
+    plan: tuple[WrittenAction, ...]
+
+
+class Behavior(Mapping[str, BehaviorRecord]):
+    """Task id -> record, in data set order; a record is decoded once, on first use.
+
+    Attributes:
+        sha256: digest of the data, to be recorded with every result made from it.
+    """
+
+    def __init__(self, pack: PackFile) -> None:
+        self.sha256 = pack.manifest.sha256
+        self._pack = pack
+        self._lines = _by_id(pack.read(TASKS_MEMBER))
+        self._decoded: dict[str, BehaviorRecord] = {}
+        self._options: dict[str, bytes] = {}
+
+    def __getitem__(self, task_id: str) -> BehaviorRecord:
+        record = self._decoded.get(task_id)
+        if record is None:
+            record = _record(task_id, json.loads(self._lines[task_id]))
+            self._decoded[task_id] = record
+        return record
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._lines)
+
+    def __len__(self) -> int:
+        return len(self._lines)
+
+    def goal_options(self, task_id: str) -> tuple[tuple[GroundOption, ...], ...]:
+        """Goal interpretation's goals, each as all its ground options in the published order.
+
+        They are those of an earlier wording of three problems than `BehaviorRecord.problem` (spec: (a)).
+        """
+        if not self._options:
+            self._options = _by_id(self._pack.read(OPTIONS_MEMBER))
+        goals = json.loads(self._options[task_id])
+        return tuple(tuple(tuple(map(_condition, option)) for option in options) for options in goals)
+
+
+def _by_id(content: bytes) -> dict[str, bytes]:
+    """The lines of a member: each is an id, a tab and JSON."""
+    pairs = (line.split(b"\t", 1) for line in content.splitlines())
+    return {task_id.decode(): text for task_id, text in pairs}
+
+
+def _record(task_id: str, values: Mapping[str, Any]) -> BehaviorRecord:
+    return BehaviorRecord(
+        id=task_id,
+        activity=values["activity"],
+        definition=values["definition"],
+        scene=values["scene"],
+        instruction=values["instruction"],
+        goal_sentences=tuple(values["goal_sentences"]),
+        objects=tuple(starmap(_object, values["objects"])),
+        problem=parse_problem(values["problem"]),
+        plan=tuple(WrittenAction(action, tuple(objects)) for action, objects in values["plan"]),
+    )
+
+
+def _object(
+    name: str, instance: str, category: str, model: str, synset: str, abilities: Sequence[str]
+) -> BehaviorObject:
+    return BehaviorObject(name, instance, category, model, synset, tuple(abilities))
+
+
+def _condition(values: Sequence[Any]) -> Condition:
+    return tuple(tuple(value) if isinstance(value, list) else value for value in values)

@@ -1,0 +1,104 @@
+"""The rules of eai-eval 1.0.5 (protocol ``eai-1.0.5``).
+
+Besides the quirks of `operator_extraction` and `operator_matching`: operators that are asked for
+and not written are neither counted nor missed by the planner, which gets the gold ones in their place and
+all other operators of the domain besides (``complete_pddl_domain``); hallucinated operators take part in
+planning; predicates without a category are not counted; the planner is the one of 2024
+(`eai.pddl.normalise`). Where the reference would raise a KeyError and lose the run (a matched predicate
+without a category), the predicate is ignored.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from eai.abilities.transition_modeling.judgement import NOT_RUN, Judgement, PlanMemory
+from eai.abilities.transition_modeling.report import OperatorReport, OperatorStatus
+from eai.abilities.transition_modeling.task import TransitionTask
+from eai.benchmarks.reference.operator_extraction import extract_as_reference
+from eai.benchmarks.reference.operator_matching import compare_as_reference
+from eai.pddl.matching import SideMatch
+from eai.pddl.model import Action
+from eai.pddl.normalise import Dropped, normalise, read_operator
+from eai.pddl.offence import Finding
+from eai.pddl.operator_text import OperatorText
+from eai.pddl.planning import Planner, PlannerResult, PlanningTask, refusal
+
+
+@dataclass(frozen=True, slots=True)
+class ReferenceRules:
+    """The rules with what they remember about one domain: equal texts are compared and read once."""
+
+    plans: PlanMemory
+    reports: dict[OperatorText, OperatorReport] = field(default_factory=dict)
+    read: dict[OperatorText, Action | Dropped | Finding] = field(default_factory=dict)
+    count_others: bool = False
+
+    @classmethod
+    def with_planner(cls, planner: Planner | None) -> ReferenceRules:
+        """Fresh rules."""
+        return cls(PlanMemory(planner))
+
+    def judge(self, task: TransitionTask, text: str) -> Judgement | None:
+        """The judgement on an answer; None is the reference's format error."""
+        written = extract_as_reference(text)
+        if written is None:
+            return None
+        return Judgement(
+            operators=tuple(self._report(task, operator) for operator in written),
+            planning=self._plan(task, written),
+        )
+
+    def plan_one_at_a_time(self, task: TransitionTask, text: str) -> dict[str, PlannerResult]:
+        """What comes of each operator that is asked for and written, among all gold operators."""
+        written = extract_as_reference(text) or ()
+        return {
+            operator.name: self._plan(task, (operator,))
+            for operator in written
+            if operator.name in task.operators
+        }
+
+    def _report(self, task: TransitionTask, operator: OperatorText) -> OperatorReport:
+        if operator.name not in task.operators:
+            return OperatorReport(operator.name, OperatorStatus.HALLUCINATED)
+        report = self.reports.get(operator)
+        if report is None:
+            gold = task.domain.operators[operator.name]
+            report = self.reports[operator] = OperatorReport(
+                operator.name,
+                OperatorStatus.COMPARED,
+                _compare(operator.precondition, gold.precondition),
+                _compare(operator.effect, gold.effect),
+            )
+        return report
+
+    def _plan(self, task: TransitionTask, written: tuple[OperatorText, ...]) -> PlannerResult:
+        if self.plans.planner is None:
+            return NOT_RUN
+        names = {operator.name for operator in written}
+        gold = (operator for name, operator in task.domain.operators.items() if name not in names)
+        operators = tuple(sorted((*written, *gold), key=lambda operator: operator.name))
+        return self.plans.solve((task.problem_text, operators), lambda: self._planning(task, operators))
+
+    def _planning(
+        self, task: TransitionTask, operators: tuple[OperatorText, ...]
+    ) -> PlanningTask | PlannerResult:
+        actions = []
+        for operator in operators:
+            reading = self._read(operator, task)
+            if isinstance(reading, Finding):
+                return refusal(reading)
+            if isinstance(reading, Action):
+                actions.append(reading)
+        return normalise(task.domain.header, actions, task.problem)
+
+    def _read(self, operator: OperatorText, task: TransitionTask) -> Action | Dropped | Finding:
+        reading = self.read.get(operator)
+        if reading is None:
+            reading = self.read[operator] = read_operator(operator, task.domain.header)
+        return reading
+
+
+def _compare(predicted: str, gold: str) -> SideMatch:
+    sets = compare_as_reference(predicted, gold)
+    return SideMatch(*(tuple(sorted(names)) for names in (sets.matched, sets.additional, sets.missing)))

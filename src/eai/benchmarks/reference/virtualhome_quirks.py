@@ -1,0 +1,155 @@
+"""Where the simulator of eai-eval 1.0.5 deviates from what it is meant to do, defect by defect.
+
+Each quirk replaces checks or effects of the declaration; together they turn the domain of protocol `strict`
+into that of `eai-1.0.5`. The engine knows nothing of them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+
+from eai.benchmarks.virtualhome import operators as o
+from eai.benchmarks.virtualhome import predicates as p
+from eai.benchmarks.virtualhome.predicates import R, X, Y
+from eai.logic.formula import FALSE, Exists, Formula
+from eai.world.domain import Domain
+from eai.world.effect import Let
+from eai.world.fault import FaultKind
+from eai.world.frame import AGENT
+from eai.world.operator import Check, Operator, affordance
+
+
+@dataclass(frozen=True, slots=True)
+class Quirk:
+    """A named defect of the reference's simulator.
+
+    Attributes:
+        name: what reports call it.
+        source: where the reference has it.
+        meaning: what it does, in one sentence.
+        apply: puts it into a domain.
+    """
+
+    name: str
+    source: str
+    meaning: str
+    apply: Callable[[Domain], Domain]
+
+
+SOUGHT: Mapping[Formula, tuple[Formula, ...]] = {
+    p.near(X): (p.next_to(AGENT, X),),
+    p.near(Y): (p.next_to(AGENT, Y),),
+    p.faced(X): (p.facing(AGENT, X),),
+    p.hand_free(): (~Exists(Y, p.held(Y)),),
+    p.upright(): (~p.sitting(AGENT), ~p.lying(AGENT)),
+    ~p.shut_in(X): (p.open_(X),),
+    p.lying(AGENT) | p.sitting(AGENT): (p.lying(AGENT),),
+    ~p.seat_full(X): (FALSE,),
+    ~p.bed_full(X): (FALSE,),
+}
+"""What the reference looks for in the past when a condition fails, where it is not the condition."""
+
+
+def _change_checks(change: Callable[[Operator, Check], Check]) -> Callable[[Domain], Domain]:
+    """A change of the domain that is a change of each single check."""
+
+    def apply(domain: Domain) -> Domain:
+        return domain.with_operators(
+            *(replace(op, checks=tuple(change(op, check) for check in op.checks)) for op in domain.operators)
+        )
+
+    return apply
+
+
+def _seek_what_the_reference_seeks(operator: Operator, check: Check) -> Check:
+    (wanted,) = (check.condition,) if check.sought is None else check.sought
+    sought = SOUGHT.get(wanted)
+    if sought is None and operator.name == "CUT" and check.fault is FaultKind.MISSING_STEP:
+        sought = (FALSE,)  # the knife that is not in the hand
+    return check if sought is None else replace(check, sought=sought)
+
+
+def _unplugged_is_additional(operator: Operator, check: Check) -> Check:
+    unplugged = operator.name == "SWITCHON" and check.condition == ~p.plugged_out(X)
+    return replace(check, fault=FaultKind.ADDITIONAL_STEP) if unplugged else check
+
+
+def _closed_is_affordance(operator: Operator, check: Check) -> Check:
+    closed = operator.name == "PUTIN" and check.condition == (~p.can_open(Y) | p.open_(Y))
+    return replace(check, fault=FaultKind.AFFORDANCE) if closed else check
+
+
+def _no_room_is_undefined(operator: Operator, check: Check) -> Check:
+    return replace(check, fault=FaultKind.UNCATEGORISED) if check.reason == o.SOMEWHERE.reason else check
+
+
+def _held_objects_stay_behind(domain: Domain) -> Domain:
+    old_room = p.room_of(AGENT, R)
+    return domain.with_operators(o.walk("WALK", old_room), o.walk("RUN", old_room), o.find(old_room))
+
+
+def _put_back_does_nothing_instead_of_failing(domain: Domain) -> Domain:
+    possible_at = {
+        p.taken_from_inside: p.held(X) & p.near(Y) & (~p.can_open(Y) | p.open_(Y)),
+        p.taken_from_top_of: p.held(X) & p.near(Y),
+        p.taken_from_next_to: p.held(X) & p.near(Y),
+    }
+    has_record = replace(affordance(p.taken(X), "{x} was not grabbed"), fault=FaultKind.UNCATEGORISED)
+    effects = tuple(
+        Let(Y, memory(X, Y) & possible_at[memory], o.put(relation)) for memory, _, relation in o.ORIGINS
+    )
+    return domain.with_operators(Operator("PUTOBJBACK", (X,), (has_record,), effects))
+
+
+def _some_looks_are_not_implemented(domain: Domain) -> Domain:
+    undefined = Check(FALSE, FaultKind.UNCATEGORISED, "the reference cannot execute this action")
+    return domain.with_operators(
+        *(Operator(name, (X,), (undefined,), ()) for name in ("LOOKAT_SHORT", "LOOKAT_LONG"))
+    )
+
+
+QUIRKS: tuple[Quirk, ...] = (
+    Quirk(
+        "held_objects_stay_behind",
+        "execution.py WalkExecutor",
+        "what the character holds is put into the room that it comes from",
+        _held_objects_stay_behind,
+    ),
+    Quirk(
+        "sought_is_not_the_condition",
+        "execution.py update_missing_precond",
+        "the order test looks for direct edges, or OPEN of the object instead of its container, or nothing",
+        _change_checks(_seek_what_the_reference_seeks),
+    ),
+    Quirk(
+        "unplugged_is_additional",
+        "execution.py SwitchExecutor",
+        "switching on an unplugged device is an additional step, not a missing one",
+        _change_checks(_unplugged_is_additional),
+    ),
+    Quirk(
+        "closed_container_is_affordance",
+        "execution.py _check_puttable",
+        "putting something into a closed container is an affordance error, not a missing step",
+        _change_checks(_closed_is_affordance),
+    ),
+    Quirk(
+        "put_back_never_fails",
+        "execution.py PutBackExecutor",
+        "PUTOBJBACK succeeds without doing anything where it is not possible",
+        _put_back_does_nothing_instead_of_failing,
+    ),
+    Quirk(
+        "looks_not_implemented",
+        "execution.py UnknownExecutor",
+        "LOOKAT_SHORT and LOOKAT_LONG abort the run",
+        _some_looks_are_not_implemented,
+    ),
+    Quirk(
+        "no_room_aborts",
+        "execution.py WalkExecutor",
+        "walking to an object that is in no room aborts the run",
+        _change_checks(_no_room_is_undefined),
+    ),
+)

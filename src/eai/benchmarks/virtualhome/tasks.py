@@ -1,0 +1,215 @@
+"""VirtualHome tasks as states and goals, built from the records of the store when they are asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from functools import cache
+
+from eai.abilities.task import Goal, GoalKind, Task
+from eai.benchmarks.packs import open_virtualhome
+from eai.benchmarks.reference.slot_order import union_order
+from eai.benchmarks.virtualhome.pack import VirtualHome
+from eai.benchmarks.virtualhome.predicates import VOCABULARY
+from eai.benchmarks.virtualhome.records import (
+    CHARACTER_ID,
+    BaseScene,
+    Edge,
+    GraphDelta,
+    ObjectRecord,
+    TaskRecord,
+)
+from eai.data.progress import Report, silent
+from eai.data.store import Store
+from eai.errors import DataError
+from eai.logic.formula import Atom, Constant, Occurs, Or
+from eai.world.execution import Action
+from eai.world.relation import Matrix, Relation
+from eai.world.state import Scene, State, WorldObject
+
+PREDICATE_OF_RELATION = {
+    "ON": "ONTOP",
+    "INSIDE": "INSIDE",
+    "CLOSE": "NEXT_TO",
+    "FACING": "FACING",
+    "BETWEEN": "BETWEEN",
+    "HOLDS_RH": "HOLDS_RH",
+    "HOLDS_LH": "HOLDS_LH",
+}
+"""How the vocabulary names the relations of scene graphs."""
+
+ROOMS = "Rooms"
+"""The category of nodes that are rooms."""
+
+
+class _Lines:
+    """The rows and columns of all relations, and the masks of all unary predicates, while being built.
+
+    ``relations`` are those that were made of them and have not changed since: states share them.
+    """
+
+    __slots__ = ("columns", "described", "index", "objects", "relations", "rows", "unary")
+
+    def __init__(self, scene: BaseScene) -> None:
+        self.objects: list[WorldObject] = []
+        self.index: dict[int, int] = {}
+        self.unary = [0] * len(VOCABULARY.unary_slots)
+        self.described: list[frozenset[int]] = []
+        self.rows: list[list[int]] = [[] for _ in VOCABULARY.binary_slots]
+        self.columns: list[list[int]] = [[] for _ in VOCABULARY.binary_slots]
+        self.relations: list[Relation | None] = [None] * len(VOCABULARY.binary_slots)
+        for record in scene.objects:
+            self.append(record)
+        for edge in scene.edges:
+            self.link(edge, present=True)
+
+    def copy(self) -> _Lines:
+        """An independent copy."""
+        twin = object.__new__(_Lines)
+        twin.objects, twin.index, twin.unary = list(self.objects), dict(self.index), list(self.unary)
+        twin.described = list(self.described)
+        twin.rows = [list(rows) for rows in self.rows]
+        twin.columns = [list(columns) for columns in self.columns]
+        twin.relations = list(self.relations)
+        return twin
+
+    def append(self, record: ObjectRecord) -> None:
+        """Add an object behind all others."""
+        self.index[record.id] = len(self.objects)
+        self.objects.append(_world_object(record))
+        self.described.append(frozenset())
+        for lines in (*self.rows, *self.columns):
+            lines.append(0)
+        self.relations = [None] * len(self.rows)
+        self._describe(record)
+
+    def apply(self, delta: GraphDelta) -> None:
+        """Make one graph into another.
+
+        Raises:
+            DataError: the delta removes objects, which no graph of the data set does.
+        """
+        if delta.removed_ids:
+            raise DataError(f"objects {delta.removed_ids} vanish; run `eai data fetch --force`")
+        for record in delta.changed_objects:
+            index = self.index[record.id]
+            if self.objects[index].category != record.class_name:
+                self.objects[index] = _world_object(record)
+            self._describe(record)
+        for record in delta.added_objects:
+            self.append(record)
+        for edge in delta.removed_edges:
+            self.link(edge, present=False)
+        for edge in delta.added_edges:
+            self.link(edge, present=True)
+
+    def link(self, edge: Edge, *, present: bool) -> None:
+        """Add or remove one pair of a relation."""
+        slot = VOCABULARY.binary_slots[PREDICATE_OF_RELATION[edge.relation]]
+        source, target = self.index[edge.source], self.index[edge.target]
+        self.relations[slot] = None
+        if present:
+            self.rows[slot][source] |= 1 << target
+            self.columns[slot][target] |= 1 << source
+        else:
+            self.rows[slot][source] &= ~(1 << target)
+            self.columns[slot][target] &= ~(1 << source)
+
+    def _describe(self, record: ObjectRecord) -> None:
+        """Set every unary predicate of an object to what its record says."""
+        index = self.index[record.id]
+        before = self.described[index]
+        now = _unary_slots(record.properties, record.states, record.category == ROOMS)
+        self.described[index] = now
+        for slot in before ^ now:
+            self.unary[slot] ^= 1 << index
+
+    def state(self, scene: Scene) -> State:
+        """The state over a scene of these objects."""
+        return State(scene, tuple(self.unary), tuple(map(self._relation, range(len(self.relations)))))
+
+    def _relation(self, slot: int) -> Relation:
+        relation = self.relations[slot]
+        if relation is None:
+            relation = self.relations[slot] = Relation(Matrix(self.rows[slot], self.columns[slot]))
+        return relation
+
+
+class VirtualHomeTasks(Mapping[str, Task]):
+    """Task id -> task, in the order of the data set; each is built once, on first use.
+
+    Attributes:
+        sha256: digest of the data that the tasks are made from.
+    """
+
+    def __init__(self, records: VirtualHome) -> None:
+        self.sha256 = records.sha256
+        self._records = records
+        self._base = _Lines(records.base)
+        self._built: dict[str, Task] = {}
+
+    def __getitem__(self, task_id: str) -> Task:
+        task = self._built.get(task_id)
+        if task is None:
+            task = self._build(self._records[task_id])
+            self._built[task_id] = task
+        return task
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._records)
+
+    def __len__(self) -> int:
+        return len(self._records)
+
+    def _build(self, record: TaskRecord) -> Task:
+        lines = self._base.copy()
+        lines.apply(record.initial)
+        scene = Scene(VOCABULARY, lines.objects, agent=lines.index[CHARACTER_ID])
+        initial = lines.state(scene)
+        lines.apply(record.final)
+        index = lines.index
+        return Task(
+            id=record.id,
+            title=record.title,
+            instruction=record.description,
+            initial=initial,
+            annotated_final=lines.state(scene),
+            script=tuple(Action(s.action, tuple(index[o.id] for o in s.objects)) for s in record.script),
+            goals=tuple(dict.fromkeys(_goals(record, scene, index))),
+            temporal_goal=record.tl_goal,
+            relevant=tuple(
+                index[i] for i in union_order(record.relevant_from_nodes, record.relevant_from_edges)
+            ),
+        )
+
+
+def open_tasks(store: Store | None = None, *, report: Report = silent) -> VirtualHomeTasks:
+    """The VirtualHome tasks, fetched first when they are not there.
+
+    Raises:
+        DataError: they cannot be obtained, or the store is damaged.
+    """
+    return VirtualHomeTasks(open_virtualhome(store, report=report))
+
+
+@cache
+def _unary_slots(properties: tuple[str, ...], states: tuple[str, ...], is_room: bool) -> frozenset[int]:
+    """The slots of the unary predicates that hold of an object with these labels."""
+    names = (*properties, *states, "ROOM") if is_room else (*properties, *states)
+    return frozenset(VOCABULARY.unary_slots[name] for name in names)
+
+
+def _world_object(record: ObjectRecord) -> WorldObject:
+    return WorldObject(f"{record.class_name}.{record.id}", record.class_name)
+
+
+def _goals(record: TaskRecord, scene: Scene, index: Mapping[int, int]) -> Iterable[Goal]:
+    def constant(object_id: int) -> Constant:
+        return Constant(scene.objects[index[object_id]].name)
+
+    for node in record.node_goals:
+        yield Goal(GoalKind.STATE, Atom(node.state, (constant(node.id),)))
+    for edge in record.edge_goals:
+        predicate = PREDICATE_OF_RELATION[edge.relation]
+        yield Goal(GoalKind.RELATION, Atom(predicate, (constant(edge.from_id), constant(edge.to_id))))
+    for action in record.action_goals:
+        yield Goal(GoalKind.ACTION, Or(tuple(Occurs(word) for word in action.alternatives)))

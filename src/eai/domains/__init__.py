@@ -1,1 +1,0 @@
-"""Declared domains: VirtualHome, BEHAVIOR, and the conformance suite for any other."""

@@ -1,1 +1,0 @@
-"""The scorer as an environment, a reward function, and a batch job."""

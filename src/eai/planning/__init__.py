@@ -1,0 +1,1 @@
+"""The planner on a declared domain: agenda, best-first search, heuristic, achievers, preferred operators."""

@@ -1,0 +1,228 @@
+"""Which operators make an atom true or false: the written changes of a domain, compiled, by predicate."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import NamedTuple
+
+from eai.logic.formula import TRUE, Atom, Constant, Formula, Not, Variable
+from eai.logic.traversal import walk
+from eai.planning.effect_schema import WrittenChange, taking, written_changes
+from eai.world.condition import Conditions
+from eai.world.domain import Domain
+from eai.world.effect import ANYTHING
+from eai.world.frame import AGENT, UNBOUND, Binding, Extension, Frame, Truth
+from eai.world.operator import Operator
+from eai.world.reading import free_variables
+from eai.world.relation import bits
+from eai.world.state import State
+from eai.world.vocabulary import Defined, Vocabulary
+
+
+class Condition(NamedTuple):
+    """A formula over the variables of a change, and the function that reads it."""
+
+    formula: Formula
+    holds: Truth
+
+
+class _Step(NamedTuple):
+    """A variable to give values to: its slot, whether they must be usable, and what they must meet.
+
+    What stored predicates say is read for all values at once, other conditions for one after the other.
+    """
+
+    slot: int
+    is_parameter: bool
+    masks: tuple[Extension, ...]
+    tests: tuple[Truth, ...]
+
+
+class _Join(NamedTuple):
+    """How to find the values of the variables that an atom leaves open."""
+
+    first: tuple[Truth, ...]
+    steps: tuple[_Step, ...]
+
+
+class Achiever:
+    """A change of an operator, compiled.
+
+    Attributes:
+        change: the change.
+        conditions: what must be brought about for it where it does not hold, in order.
+        open_variables: how many of its variables the atom does not determine.
+    """
+
+    __slots__ = (
+        "_compiler",
+        "_filters",
+        "_frame",
+        "_joins",
+        "_vocabulary",
+        "change",
+        "conditions",
+        "open_variables",
+    )
+
+    def __init__(self, change: WrittenChange, vocabulary: Vocabulary) -> None:
+        self.change = change
+        self._vocabulary = vocabulary
+        self._frame = Frame([Variable(name) for name in change.variables])
+        self._compiler = Conditions(vocabulary, self._frame)
+        self._joins: dict[tuple[str, ...], _Join] = {}
+        named = {term.name for term in change.atom.arguments if isinstance(term, Variable)}
+        self.open_variables = len(set(change.variables) - named)
+        own = [c for c in change.given if free_variables(c) <= named]
+        others = [c for c in change.given if c not in own]
+        needed = [c for c in (*own, *change.checks) if c != TRUE]
+        fixed = [c for c in needed if _is_fixed(c, vocabulary)]
+        self._filters = (*fixed, *others)
+        self.conditions = tuple(Condition(c, self._compiler.truth(c)) for c in needed if c not in fixed)
+
+    def match(self, arguments: tuple[int, ...], agent: int | None) -> dict[str, int] | None:
+        """The variables' objects that make this a change of the atom with these arguments, or None."""
+        found: dict[str, int] = {}
+        for term, index in zip(self.change.atom.arguments, arguments, strict=True):
+            if term == ANYTHING:
+                continue
+            if isinstance(term, Constant):
+                if term != AGENT or index != agent:
+                    return None
+            elif found.setdefault(term.name, index) != index:
+                return None
+        return found
+
+    def bindings(self, state: State, scope: Mapping[str, int], usable: int) -> Iterator[Binding]:
+        """The ways to complete a match, for which what no action changes is as it must be.
+
+        Args:
+            state: the state.
+            scope: the match.
+            usable: the mask of the objects that actions may be about.
+
+        Yields:
+            One binding of `change.variables`, the same list each time.
+        """
+        names = self.change.variables
+        join = self._join(tuple([name for name in names if name not in scope]))
+        binding = self._frame.bind(state.scene, [scope.get(name, UNBOUND) for name in names])
+        for holds in join.first:
+            if not holds(state, binding):
+                return
+        yield from _complete(state, binding, join.steps, usable)
+
+    def failing(self, state: State, binding: Binding, most: float) -> list[Formula] | None:
+        """The conditions that do not hold, or None if there are ``most`` of them or more."""
+        found: list[Formula] = []
+        for condition, holds in self.conditions:
+            if not holds(state, binding):
+                found.append(condition)
+                if len(found) >= most:
+                    return None
+        return found
+
+    def scope(self, binding: Binding) -> dict[str, int]:
+        """The variables' objects in a binding."""
+        return dict(zip(self.change.variables, binding[1:], strict=False))
+
+    def arguments(self, binding: Binding) -> tuple[int, ...]:
+        """The operator's arguments in a binding."""
+        return tuple(binding[1 : 1 + self.change.operator.arity])
+
+    def _join(self, unbound: tuple[str, ...]) -> _Join:
+        join = self._joins.get(unbound)
+        if join is None:
+            join = self._joins[unbound] = self._make_join(unbound)
+        return join
+
+    def _make_join(self, unbound: tuple[str, ...]) -> _Join:
+        scope = self._frame.scope
+        pending = list(self._filters)
+        bound = set(self.change.variables) - set(unbound)
+        first = [c for c in pending if free_variables(c) <= bound]
+        pending = [c for c in pending if c not in first]
+        steps: list[_Step] = []
+        for name in unbound:
+            bound.add(name)
+            ready = [c for c in pending if free_variables(c) <= bound]
+            pending = [c for c in pending if c not in ready]
+            stored = [c for c in ready if _is_stored(c, self._vocabulary)]
+            step = _Step(
+                scope[name],
+                scope[name] <= self.change.operator.arity,
+                tuple(self._compiler.extension(c, scope[name], scope) for c in stored),
+                tuple(self._compiler.truth(c) for c in ready if c not in stored),
+            )
+            steps.append(step)
+        return _Join(tuple(self._compiler.truth(c) for c in first), tuple(steps))
+
+
+def _complete(state: State, binding: Binding, steps: Sequence[_Step], usable: int) -> Iterator[Binding]:
+    if not steps:
+        yield binding
+        return
+    slot, is_parameter, masks, tests = steps[0]
+    mask = usable if is_parameter else state.scene.everything
+    for matching in masks:
+        mask &= matching(state, binding)
+    for index in bits(mask):
+        binding[slot] = index
+        if all(test(state, binding) for test in tests):
+            yield from _complete(state, binding, steps[1:], usable)
+    binding[slot] = UNBOUND
+
+
+class Achievers:
+    """All written changes of a domain."""
+
+    def __init__(self, domain: Domain) -> None:
+        self._by_change: dict[tuple[str, bool], list[Achiever]] = {}
+        self._writers: dict[str, dict[str, Operator]] = {}
+        self._taking = {o.name: Achiever(taking(o), domain.vocabulary) for o in domain.operators}
+        for operator in domain.operators:
+            for change in written_changes(operator):
+                achiever = Achiever(change, domain.vocabulary)
+                self._by_change.setdefault((change.atom.predicate, change.adds), []).append(achiever)
+                self._writers.setdefault(change.atom.predicate, {})[operator.name] = operator
+        for changes in self._by_change.values():
+            changes.sort(key=lambda each: (each.open_variables, len(each.conditions)))
+
+    def of(self, predicate: str, *, adding: bool) -> Sequence[Achiever]:
+        """The changes that make atoms of a predicate true, or false: the straight ones first.
+
+        Those are the ones that are about nothing but the objects of the atom, and need least.
+        """
+        return self._by_change.get((predicate, adding), ())
+
+    def taking(self, names: Iterable[str]) -> list[Achiever]:
+        """The operators of these names, if there are any, as they are taken for their own sake."""
+        return [self._taking[name] for name in names if name in self._taking]
+
+    def writers(self, predicates: Iterable[str]) -> list[Operator]:
+        """The operators that change any of these predicates, in a fixed order."""
+        found = {name: op for p in predicates for name, op in self._writers.get(p, {}).items()}
+        return list(found.values())
+
+
+def _is_stored(formula: Formula, vocabulary: Vocabulary) -> bool:
+    """Whether a formula says something of one stored predicate, or denies it."""
+    atom = formula.operand if isinstance(formula, Not) else formula
+    return isinstance(atom, Atom) and vocabulary.stored(atom.predicate) is not None
+
+
+def _is_fixed(formula: Formula, vocabulary: Vocabulary) -> bool:
+    """Whether no action can change the truth of a formula."""
+    return all(
+        _is_fixed_predicate(part.predicate, vocabulary) for part in walk(formula) if isinstance(part, Atom)
+    )
+
+
+def _is_fixed_predicate(name: str, vocabulary: Vocabulary) -> bool:
+    stored = vocabulary.stored(name)
+    if stored is not None:
+        return stored.static
+    derived = vocabulary.derived_by_name[name]
+    if isinstance(derived, Defined):
+        return derived.values is None and _is_fixed(derived.definition, vocabulary)
+    return False

@@ -1,0 +1,298 @@
+"""How far a state is from a condition, estimated backwards from what the operators declare.
+
+A condition that does not hold is brought about by an operator that adds (or deletes) an atom of it; what that
+operator checks must be brought about first, and so on, until everything needed holds. Costs are added up as
+if nothing ever got in the way of anything else, like the additive heuristic of Bonet and Geffner (2001), but
+from the goal backwards, so that only what the goal is about is looked at.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple, TypeAlias
+
+from eai.logic.formula import Atom, Exists, ForAll
+from eai.planning.achievers import Achiever, Achievers
+from eai.planning.selection import exactly, in_pairs
+from eai.planning.wanted import AllOf, AnyOf, Exact, GroundAtom, Pairs, Parts, Unfolding, Wanted
+from eai.world.domain import Domain
+from eai.world.execution import Action
+from eai.world.reading import Readings, Scope
+from eai.world.state import State
+from eai.world.vocabulary import Defined
+
+INFINITE = float("inf")
+"""The cost of what no action brings about."""
+
+OPAQUE_COST = 2.0
+"""The cost of a derived predicate that is a function, of which only what it reads is known."""
+
+_HORIZONS = (2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 12.0, INFINITE)
+"""How far to look, one after the other: what is cheap is found before anything dear is looked at."""
+
+_LEAST = 1.0
+"""No condition that does not hold costs less."""
+
+
+class _Instance(NamedTuple):
+    """A formula, by identity, with the objects of its free variables, and whether it shall hold."""
+
+    formula: int
+    values: tuple[int, ...]
+    truth: bool
+
+
+_Key: TypeAlias = GroundAtom | _Instance
+
+
+class Way(NamedTuple):
+    """The cheapest action found for something, its cost, and what must be brought about before it."""
+
+    cost: float
+    action: Action | None
+    before: tuple[Wanted, ...]
+
+
+_NO_WAY = Way(INFINITE, None, ())
+
+
+class Regression:
+    """What estimates need to know of a domain; made once."""
+
+    def __init__(self, domain: Domain) -> None:
+        self.domain = domain
+        self.achievers = Achievers(domain)
+        self.readings = Readings(domain.vocabulary)
+        self.derived = domain.vocabulary.derived_by_name
+        self.static = frozenset(p.name for p in domain.vocabulary.predicates if p.static)
+
+
+class Distances:
+    """Estimates from one state.
+
+    Args:
+        regression: the domain.
+        state: the state.
+        objects: what actions may be about.
+        kept: closed conditions; an action that undoes one of them costs one more.
+
+    Attributes:
+        state: the state.
+        objects: what actions may be about.
+    """
+
+    def __init__(
+        self, regression: Regression, state: State, objects: Sequence[int], kept: Sequence[Wanted] = ()
+    ) -> None:
+        self.state = state
+        self.objects = objects
+        self._domain = regression
+        self._unfolding = Unfolding(regression.readings, state, objects)
+        self.holds = self._unfolding.holds
+        self.atom = self._unfolding.atom
+        self._kept = [condition for condition in kept if self.holds(condition)]
+        self._usable = sum(1 << index for index in set(objects))
+        self._ways: dict[GroundAtom, tuple[Way, float]] = {}
+        self._costs: dict[_Key, tuple[float, float]] = {}
+        self._undone: dict[Action, int] = {}
+        self._open: set[_Key] = set()
+
+    def to(self, wanted: Wanted) -> float:
+        """The estimated number of actions until a condition holds; infinite if none brings it about."""
+        if self.holds(wanted):
+            return 0.0
+        costs = (self._cost(wanted, most) for most in _HORIZONS)
+        return next((cost for cost in costs if cost < INFINITE), INFINITE)
+
+    def to_action(self, names: Sequence[str]) -> Way:
+        """The cheapest way to take one of these actions, with any of the objects."""
+        for most in _HORIZONS:
+            best = Way(most, None, ())
+            for achiever in self._domain.achievers.taking(names):
+                best = self._cheapest(achiever, {}, best)
+            if best.action is not None:
+                return best
+        return _NO_WAY
+
+    def chosen(self, wanted: Wanted) -> tuple[Wanted, ...]:
+        """The conditions on single atoms that a condition comes down to by the cheapest choices."""
+        needed = None if isinstance(wanted.formula, Atom) else self.needed(wanted)
+        return (wanted,) if needed is None else tuple([c for part in needed for c in self.chosen(part)])
+
+    def needed(self, wanted: Wanted) -> Sequence[Wanted] | None:
+        """The conditions that one is made up of, all of them needed, by the cheapest choices.
+
+        None for atoms of stored predicates and functions, and where no choice is known to bring it about.
+        """
+        if isinstance(wanted.formula, Atom):
+            definition = self._definition(self.atom(wanted.formula, wanted))
+            return None if definition is None else (definition,)
+        parts = self._unfolding.parts(wanted)
+        return None if parts is None else self._choice(parts)
+
+    def alternatives(self, wanted: Wanted) -> Sequence[Wanted]:
+        """Where one of several conditions is enough, those that cost least; otherwise none."""
+        parts = None if isinstance(wanted.formula, Atom) else self._unfolding.parts(wanted)
+        costs = [(each, self.to(each)) for each in parts.conditions] if isinstance(parts, AnyOf) else []
+        least = min((cost for _, cost in costs), default=INFINITE)
+        return [each for each, cost in costs if cost == least < INFINITE]
+
+    def way(self, atom: GroundAtom, most: float = INFINITE) -> Way:
+        """The cheapest way to make an atom of a stored predicate true or false that costs less than ``most``.
+
+        What is needed to bring itself about is no way.
+        """
+        known, tried = self._ways.get(atom, (_NO_WAY, 0.0))
+        if known.cost < most:
+            return known
+        if known.action is not None or tried >= most or atom in self._open:
+            return _NO_WAY
+        if atom.predicate in self._domain.static:
+            return _NO_WAY
+        self._open.add(atom)
+        best = Way(most, None, ())
+        for achiever in self._domain.achievers.of(atom.predicate, adding=atom.truth):
+            scope = achiever.match(atom.arguments, self.state.scene.agent)
+            if scope is not None:
+                best = self._cheapest(achiever, scope, best)
+            if best.cost <= _LEAST:
+                break
+        self._open.discard(atom)
+        found = _NO_WAY if best.action is None else best
+        self._ways[atom] = (found, most)
+        return found
+
+    # The cost of conditions.
+
+    def _cost(self, wanted: Wanted, most: float) -> float:
+        """The cost of a condition that does not hold, or infinity if it is not less than ``most``.
+
+        What is needed to bring itself about has no cost that is less.
+        """
+        if most <= _LEAST:
+            return INFINITE
+        match wanted.formula:
+            case Atom(predicate) as atom:
+                key: _Key = self.atom(atom, wanted)
+                if predicate not in self._domain.derived:
+                    return self.way(self.atom(atom, wanted), most).cost
+            case Exists() | ForAll() as formula:
+                names = self._domain.readings.names(formula)
+                values = tuple([wanted.scope[name] for name in names])
+                key = _Instance(id(formula), values, wanted.truth)
+            case _:
+                return self._cost_of_parts(wanted, most)
+        known, tried = self._costs.get(key, (INFINITE, 0.0))
+        if known < most:
+            return known
+        if known < INFINITE or tried >= most or key in self._open:
+            return INFINITE
+        self._open.add(key)
+        cost = self._cost_of_parts(wanted, most)
+        self._open.discard(key)
+        self._costs[key] = (cost, most)
+        return cost
+
+    def _cost_of_parts(self, wanted: Wanted, most: float) -> float:
+        if isinstance(wanted.formula, Atom):
+            definition = self._definition(self.atom(wanted.formula, wanted))
+            if definition is not None:
+                return self._cost(definition, most)
+            return OPAQUE_COST if most > OPAQUE_COST else INFINITE
+        parts = self._unfolding.parts(wanted)
+        if isinstance(parts, AnyOf):
+            return self._least(parts.conditions, most)
+        needed = None if parts is None else self._choice(parts)
+        if needed is None:
+            return INFINITE
+        return self._sum([each for each in needed if not self.holds(each)], most)
+
+    def _least(self, conditions: Sequence[Wanted], most: float) -> float:
+        """The cost of the cheapest of conditions none of which holds."""
+        best = INFINITE
+        for condition in conditions:
+            best = min(best, self._cost(condition, min(best, most)))
+            if best <= _LEAST:
+                break
+        return best
+
+    def _sum(self, failing: Sequence[Wanted], most: float) -> float:
+        """The costs of conditions that do not hold together, or infinity if not less than ``most``."""
+        others = len(failing) * _LEAST
+        if others >= most:
+            return INFINITE
+        total = 0.0
+        for condition in failing:
+            others -= _LEAST
+            total += self._cost(condition, most - total - others)
+            if total >= most:
+                return INFINITE
+        return total
+
+    # Choices.
+
+    def _choice(self, parts: Parts) -> Sequence[Wanted] | None:
+        """The conditions that parts come down to, all of which are needed, or None if there is no way."""
+        match parts:
+            case AllOf(conditions):
+                return conditions
+            case AnyOf(conditions):
+                cheapest = self._cheapest_of(conditions)
+                return None if cheapest is None else (cheapest,)
+            case Exact(number, conditions):
+                return exactly(number, conditions, self.to)
+            case Pairs(number, cells):
+                return in_pairs(number, cells, self.to)
+
+    def _cheapest_of(self, conditions: Sequence[Wanted]) -> Wanted | None:
+        for condition in conditions:
+            if self.holds(condition):
+                return condition
+        for most in _HORIZONS:
+            best, cheapest = most, None
+            for condition in conditions:
+                cost = self._cost(condition, best)
+                if cost < best:
+                    best, cheapest = cost, condition
+            if cheapest is not None:
+                return cheapest
+        return None
+
+    # Atoms.
+
+    def _definition(self, atom: GroundAtom) -> Wanted | None:
+        """What defines a derived predicate, about the objects of the atom; None if it is not defined."""
+        derived = self._domain.derived.get(atom.predicate)
+        if not isinstance(derived, Defined):
+            return None
+        scope = {p.name: index for p, index in zip(derived.parameters, atom.arguments, strict=True)}
+        return Wanted(derived.definition, scope, atom.truth)
+
+    def _cheapest(self, achiever: Achiever, scope: Scope, best: Way) -> Way:
+        """The best way by one change of an operator, or ``best`` if that is as good."""
+        for binding in achiever.bindings(self.state, scope, self._usable):
+            failing = achiever.failing(self.state, binding, best.cost - _LEAST)
+            if failing is None:
+                continue
+            full = achiever.scope(binding) if failing else scope
+            before = tuple([Wanted(condition, full, True) for condition in failing])
+            action = Action(achiever.change.operator.name, achiever.arguments(binding))
+            cost = _LEAST + (self._sum(before, best.cost - _LEAST) if before else self._harm(action))
+            if cost < best.cost:
+                best = Way(cost, action, before)
+            if best.cost <= _LEAST:
+                break
+        return best
+
+    def _harm(self, action: Action) -> int:
+        """How many of the conditions to keep are undone by an action that is possible at once."""
+        if not self._kept:
+            return 0
+        undone = self._undone.get(action)
+        if undone is None:
+            compiled = self._domain.domain.compiled[action.operator]
+            after = compiled.apply(self.state, compiled.bind(self.state, action.arguments))
+            holds = self._domain.readings.holds
+            undone = sum(holds(formula, scope, after) != truth for formula, scope, truth in self._kept)
+            self._undone[action] = undone
+        return undone

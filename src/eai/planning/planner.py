@@ -1,0 +1,176 @@
+"""Planning by search on a declared domain: a plan that takes some actions in order and makes conditions hold.
+
+The goals are reached one after the other (`agenda`), each by greedy best-first search (`best_first`) that is
+guided by an estimate computed backwards from the goal (`regression`). Where no goal can be reached without
+giving up another one, all are searched for together. All actions of a plan are possible without any fault.
+Effort is bounded by a number of states, never by time: equal input gives equal output.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import Enum
+
+from eai.logic.formula import Formula
+from eai.planning.additive_heuristic import INFINITE, Distances, Regression
+from eai.planning.agenda import Agenda
+from eai.planning.best_first import BestFirst, Effort, Target
+from eai.planning.successor_generator import CarryOut, Moves, Node
+from eai.planning.wanted import Wanted, conjuncts
+from eai.world.domain import Domain
+from eai.world.execution import Action
+from eai.world.state import State
+
+
+@dataclass(frozen=True, slots=True)
+class PlanningGoal:
+    """What a plan is for.
+
+    Attributes:
+        conditions: closed state formulas that shall hold at the end.
+        actions: operators to be taken, one after the other, with whatever objects; each entry lists
+            alternatives.
+    """
+
+    conditions: tuple[Formula, ...]
+    actions: tuple[tuple[str, ...], ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class PlanningLimits:
+    """How much a search may do.
+
+    Attributes:
+        states: states that may be reached and estimated.
+    """
+
+    states: int = 2_000
+
+
+class PlanningEnd(str, Enum):
+    """How a search ended."""
+
+    SOLVED = "solved"
+    UNREACHABLE = "unreachable"
+    """No state that can be reached by actions on the given objects is a goal."""
+    STATES = "states"
+    """The limit was reached."""
+
+
+@dataclass(frozen=True, slots=True)
+class Planned:
+    """What a search found.
+
+    Attributes:
+        end: how it ended.
+        plan: the plan, if it was solved.
+        states: how many states were estimated.
+        blocked: if it was not, the conditions and actions that looked out of reach from the initial state.
+    """
+
+    end: PlanningEnd
+    plan: tuple[Action, ...] = ()
+    states: int = 0
+    blocked: tuple[Formula | tuple[str, ...], ...] = ()
+
+
+_FIRST_EFFORT = Effort(50, complete=False)
+"""What is spent on reaching one goal, at first."""
+
+_MORE = 4
+"""How many times as much is spent after all have failed."""
+
+
+def alone(action: Action, state: State) -> tuple[Action, ...]:
+    """An action is carried out by itself."""
+    return (action,)
+
+
+class Planner:
+    """Searches for plans in one domain.
+
+    Args:
+        domain: the domain.
+        carry_out: what is done when an action is chosen in a state: a fixed sequence around it, say, where
+            plans are not made of single actions. An empty sequence means that it cannot be chosen. A step of
+            `Planned.plan` is an action that was chosen.
+    """
+
+    def __init__(self, domain: Domain, carry_out: CarryOut = alone) -> None:
+        self._domain = domain
+        self._carry_out = carry_out
+        self._regression = Regression(domain)
+
+    def plan(
+        self,
+        initial: State,
+        goal: PlanningGoal,
+        objects: Sequence[int],
+        limits: PlanningLimits | None = None,
+    ) -> Planned:
+        """Look for a plan.
+
+        Args:
+            initial: the state to start from.
+            goal: what to achieve.
+            objects: what actions may be about, by index.
+            limits: how much to do.
+        """
+        moves = Moves(self._domain, self._carry_out, objects, goal.actions)
+        return _Search(self._regression, moves, goal, limits or PlanningLimits()).run(Node(initial))
+
+
+class _Search:
+    """The state of one search."""
+
+    def __init__(
+        self, regression: Regression, moves: Moves, goal: PlanningGoal, limits: PlanningLimits
+    ) -> None:
+        self._regression = regression
+        self._moves = moves
+        self._goal = goal
+        self._search = BestFirst(regression, moves, limits.states)
+        self._limits = limits
+
+    def run(self, start: Node) -> Planned:
+        """Search until there is a plan, nothing is left, or the limits are reached."""
+        wanted = [Wanted(condition, {}, True) for condition in self._goal.conditions]
+        goals = tuple([goal for each in wanted for goal in conjuncts(each, start.state.scene)])
+        agenda = Agenda(self._regression, self._moves, self._search, goals)
+        everything = Target(goals, len(self._goal.actions))
+        node, effort = start, _FIRST_EFFORT
+        while not self._is_reached(node):
+            further = agenda.advance(node, effort)
+            if self._search.states <= 0:
+                return self._failed(PlanningEnd.STATES, start)
+            if further is not None:
+                node, effort = further, _FIRST_EFFORT
+            elif agenda.learn():
+                node, effort = start, _FIRST_EFFORT
+            else:
+                effort = Effort(_MORE * effort.states, complete=True)
+                found = self._search.search(start, everything, effort)
+                if found.exhausted:
+                    return self._failed(PlanningEnd.UNREACHABLE, start)
+                node = found.node or node
+        end = self._moves.without_detours(start, node, self._is_reached)
+        return Planned(PlanningEnd.SOLVED, tuple(end.plan()), self._spent)
+
+    @property
+    def _spent(self) -> int:
+        return self._limits.states - self._search.states
+
+    def _is_reached(self, node: Node) -> bool:
+        holds = self._regression.readings.holds
+        conditions = self._goal.conditions
+        return node.taken == len(self._goal.actions) and all(holds(c, {}, node.state) for c in conditions)
+
+    def _failed(self, end: PlanningEnd, start: Node) -> Planned:
+        return Planned(end, (), self._spent, self._blocked(start))
+
+    def _blocked(self, start: Node) -> tuple[Formula | tuple[str, ...], ...]:
+        distances = Distances(self._regression, start.state, self._moves.objects)
+        conditions = (c for c in self._goal.conditions if distances.to(Wanted(c, {}, True)) == INFINITE)
+        actions = (names for names in self._goal.actions if distances.to_action(names).cost == INFINITE)
+        return (*conditions, *actions)

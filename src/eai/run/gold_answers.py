@@ -1,0 +1,254 @@
+"""What the built-in models answer: gold answers, and gold answers spoilt at random."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import random
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, replace
+from functools import cache
+from typing import TypeAlias
+
+from eai.abilities.action_sequencing import behavior_writer as behavior_plans
+from eai.abilities.action_sequencing import virtualhome_writer as virtualhome_plans
+from eai.abilities.goal_interpretation import behavior_writer as behavior_goals
+from eai.abilities.goal_interpretation import virtualhome_writer as virtualhome_goals
+from eai.abilities.planning import find_plan
+from eai.abilities.protocol import Ability, Domain
+from eai.abilities.subgoal_decomposition import behavior_planner
+from eai.abilities.subgoal_decomposition import behavior_writer as behavior_subgoals
+from eai.abilities.subgoal_decomposition import virtualhome_writer as virtualhome_subgoals
+from eai.abilities.transition_modeling.task import TransitionTasks, open_behavior, open_virtualhome
+from eai.benchmarks.behavior import domain as behavior
+from eai.benchmarks.behavior import tasks as behavior_tasks
+from eai.benchmarks.virtualhome import domain as virtualhome
+from eai.benchmarks.virtualhome import tasks as virtualhome_tasks
+from eai.data.store import Store
+from eai.errors import InputError
+from eai.planning.planner import Planner
+
+
+@dataclass(frozen=True, slots=True)
+class WrittenAnswer:
+    """An answer as its parts (steps, goals, subgoals, operators) and the function that joins them."""
+
+    parts: tuple[str, ...]
+    join: Callable[[Iterable[str]], str]
+
+    @property
+    def text(self) -> str:
+        """The whole answer."""
+        return self.join(self.parts)
+
+
+@dataclass(frozen=True, slots=True)
+class AnswerBook:
+    """The gold answers of a suite: the ids of its tasks in order, and the answer to each."""
+
+    task_ids: tuple[str, ...]
+    gold: Callable[[str], WrittenAnswer]
+
+
+def open_answer_book(domain: Domain, ability: Ability, store: Store | None = None) -> AnswerBook:
+    """The gold answers of a domain and an ability.
+
+    Raises:
+        InputError: there are none.
+        DataError: the data cannot be had.
+    """
+    opener = _BOOKS.get((domain, ability))
+    if opener is None:
+        raise InputError(f"{domain.value} has no {ability.value} yet")
+    return opener(store)
+
+
+def open_planned_book(domain: Domain, ability: Ability, store: Store | None = None) -> AnswerBook:
+    """Answers made of plans that the built-in search finds on the declared domain, instead of gold ones.
+
+    An answer is empty where the search finds no plan.
+
+    Raises:
+        InputError: a plan is no answer to this ability, or the domain has no writer for it.
+        DataError: the data cannot be had.
+    """
+    opener = _PLANNED_BOOKS.get((domain, ability))
+    if opener is None:
+        raise InputError(f"eai/planner has no answer to {domain.value} {ability.value}")
+    return opener(store)
+
+
+def gold_examples(store: Store | None = None) -> Callable[[Domain, Ability], Callable[[str], str]]:
+    """For a domain and an ability the gold answer to a task, as the examples in prompts need it."""
+
+    def examples(domain: Domain, ability: Ability) -> Callable[[str], str]:
+        book = open_answer_book(domain, ability, store)
+        return lambda task_id: book.gold(task_id).text
+
+    return examples
+
+
+def noisy_answer(book: AnswerBook, task_id: str, *, rate: float, seed: str) -> WrittenAnswer:
+    """A gold answer in which each part is spoilt with probability ``rate``: a pure function of the arguments.
+
+    A spoilt part is dropped, repeated, swapped with the next, or replaced by a part of another task's answer.
+    """
+    answer = book.gold(task_id)
+    rng = random.Random(hashlib.sha256(f"{seed} {task_id}".encode()).digest())  # noqa: S311 - noise, not secrets
+    parts: list[str] = []
+    pending = list(answer.parts)
+    while pending:
+        part = pending.pop(0)
+        if rng.random() >= rate:
+            parts.append(part)
+            continue
+        match rng.choice(("drop", "repeat", "swap", "replace")):
+            case "repeat":
+                parts += [part, part]
+            case "swap" if pending:
+                parts += [pending.pop(0), part]
+            case "swap" | "replace":
+                foreign = book.gold(rng.choice(book.task_ids)).parts
+                parts.append(rng.choice(foreign) if foreign else part)
+            case _:
+                pass
+    return replace(answer, parts=tuple(parts))
+
+
+def _virtualhome_plans(store: Store | None) -> AnswerBook:
+    tasks = virtualhome_tasks.open_tasks(store)
+
+    def gold(task_id: str) -> WrittenAnswer:
+        task = tasks[task_id]
+        steps = virtualhome_plans.write_steps(task.script, task.scene)
+        return WrittenAnswer(steps, virtualhome_plans.join_steps)
+
+    return AnswerBook(tuple(tasks), gold)
+
+
+def _virtualhome_goals(store: Store | None) -> AnswerBook:
+    tasks = virtualhome_tasks.open_tasks(store)
+    return AnswerBook(
+        tuple(tasks),
+        lambda task_id: WrittenAnswer(
+            virtualhome_goals.write_goals(tasks[task_id]), virtualhome_goals.join_goals
+        ),
+    )
+
+
+def _virtualhome_subgoals(store: Store | None) -> AnswerBook:
+    """The data set has no subgoals of its own: those of a plan that the built-in search finds, if it does."""
+    tasks = virtualhome_tasks.open_tasks(store)
+    planner = virtualhome_subgoals.subgoal_planner()
+
+    @cache
+    def gold(task_id: str) -> WrittenAnswer:
+        task = tasks[task_id]
+        subgoals = virtualhome_subgoals.write_subgoals(task, find_plan(task, planner).plan)
+        return WrittenAnswer(subgoals, virtualhome_subgoals.join_subgoals)
+
+    return AnswerBook(
+        tuple(task_id for task_id, task in tasks.items() if task.temporal_goal is not None), gold
+    )
+
+
+def _behavior_goals(store: Store | None) -> AnswerBook:
+    tasks = behavior_tasks.open_tasks(store)
+    return AnswerBook(
+        tuple(tasks),
+        lambda task_id: WrittenAnswer(behavior_goals.write_goals(tasks[task_id]), behavior_goals.join_goals),
+    )
+
+
+def _behavior_subgoals(store: Store | None) -> AnswerBook:
+    """The data set has no subgoals of its own: what its plans bring about."""
+    tasks = behavior_tasks.open_tasks(store)
+
+    def gold(task_id: str) -> WrittenAnswer:
+        task = tasks[task_id]
+        subgoals = behavior_subgoals.write_subgoals(task, task.script)
+        return WrittenAnswer(subgoals, behavior_subgoals.join_subgoals)
+
+    return AnswerBook(tuple(tasks), gold)
+
+
+def _behavior_plans(store: Store | None) -> AnswerBook:
+    tasks = behavior_tasks.open_tasks(store)
+
+    def gold(task_id: str) -> WrittenAnswer:
+        task = tasks[task_id]
+        return WrittenAnswer(behavior_plans.write_steps(task.script, task.scene), behavior_plans.join_steps)
+
+    return AnswerBook(tuple(tasks), gold)
+
+
+def _operators(open_transition_tasks: Callable[[Store | None], TransitionTasks]) -> Opener:
+    def open_book(store: Store | None) -> AnswerBook:
+        tasks = open_transition_tasks(store)
+
+        def gold(task_id: str) -> WrittenAnswer:
+            task = tasks[task_id]
+            parts = tuple(task.domain.operators[name].pddl for name in task.operators)
+            return WrittenAnswer(parts, lambda operators: json.dumps({"output": "\n".join(operators)}))
+
+        return AnswerBook(tuple(tasks), gold)
+
+    return open_book
+
+
+def _planned_virtualhome_plans(store: Store | None) -> AnswerBook:
+    tasks = virtualhome_tasks.open_tasks(store)
+    planner = Planner(virtualhome.as_meant())
+
+    def planned(task_id: str) -> WrittenAnswer:
+        task = tasks[task_id]
+        steps = virtualhome_plans.write_steps(find_plan(task, planner).plan, task.scene)
+        return WrittenAnswer(steps, virtualhome_plans.join_steps)
+
+    return AnswerBook(tuple(tasks), planned)
+
+
+def _planned_behavior_plans(store: Store | None) -> AnswerBook:
+    tasks = behavior_tasks.open_tasks(store)
+    planner = Planner(behavior.as_meant())
+
+    def planned(task_id: str) -> WrittenAnswer:
+        task = tasks[task_id]
+        return WrittenAnswer(
+            behavior_plans.write_steps(find_plan(task, planner).plan, task.scene), behavior_plans.join_steps
+        )
+
+    return AnswerBook(tuple(tasks), planned)
+
+
+def _planned_behavior_subgoals(store: Store | None) -> AnswerBook:
+    tasks = behavior_tasks.open_tasks(store)
+    planner = behavior_planner.subgoal_planner()
+
+    def planned(task_id: str) -> WrittenAnswer:
+        task = tasks[task_id]
+        steps = behavior_planner.carried_out(task, find_plan(task, planner).plan)
+        return WrittenAnswer(behavior_subgoals.write_subgoals(task, steps), behavior_subgoals.join_subgoals)
+
+    return AnswerBook(tuple(tasks), planned)
+
+
+Opener: TypeAlias = Callable[[Store | None], AnswerBook]
+
+_BOOKS: Mapping[tuple[Domain, Ability], Opener] = {
+    (Domain.VIRTUALHOME, Ability.GOAL_INTERPRETATION): _virtualhome_goals,
+    (Domain.VIRTUALHOME, Ability.SUBGOAL_DECOMPOSITION): _virtualhome_subgoals,
+    (Domain.VIRTUALHOME, Ability.ACTION_SEQUENCING): _virtualhome_plans,
+    (Domain.VIRTUALHOME, Ability.TRANSITION_MODELING): _operators(open_virtualhome),
+    (Domain.BEHAVIOR, Ability.GOAL_INTERPRETATION): _behavior_goals,
+    (Domain.BEHAVIOR, Ability.SUBGOAL_DECOMPOSITION): _behavior_subgoals,
+    (Domain.BEHAVIOR, Ability.ACTION_SEQUENCING): _behavior_plans,
+    (Domain.BEHAVIOR, Ability.TRANSITION_MODELING): _operators(open_behavior),
+}
+
+_PLANNED_BOOKS: Mapping[tuple[Domain, Ability], Opener] = {
+    (Domain.VIRTUALHOME, Ability.SUBGOAL_DECOMPOSITION): _virtualhome_subgoals,
+    (Domain.VIRTUALHOME, Ability.ACTION_SEQUENCING): _planned_virtualhome_plans,
+    (Domain.BEHAVIOR, Ability.SUBGOAL_DECOMPOSITION): _planned_behavior_subgoals,
+    (Domain.BEHAVIOR, Ability.ACTION_SEQUENCING): _planned_behavior_plans,
+}

@@ -1,0 +1,152 @@
+"""Asking a model: one request a task, or two where the first was spoilt by how it was made."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cache, partial
+
+from inspect_ai.model import ChatMessage, ContentReasoning, GenerateConfig, ModelOutput, get_model
+from inspect_ai.solver import Generate, Solver, TaskState, solver
+from tenacity import RetryError
+
+from eai.prompts.prompt import Prompt
+from eai.run.job import Job
+from eai.run.journal import Answer, Usage
+from eai.run.reasoning import Parts, complete, part
+from eai.run.response_schema import response_schema
+from eai.run.state import Desk
+
+_REFUSED_PARAMETERS = (400, 422)
+"""The HTTP statuses with which servers answer to parameters that they do not take."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Reply:
+    """What came back from a model."""
+
+    output: ModelOutput
+    parts: Parts
+    usage: Usage
+
+
+@solver(name="eai_ask")
+def ask(desk: Desk) -> Solver:
+    """Asks what is not answered yet; answers go to the desk, and their text without reasoning to the log."""
+    job = desk.job
+    restrictions = cache(partial(_restrictions, job))
+
+    async def solve(state: TaskState, generate: Generate) -> TaskState:
+        task_id = str(state.sample_id)
+        known = desk.answers.get((task_id, state.epoch))
+        if known is not None:
+            state.output = ModelOutput.from_content(str(state.model), known.text)
+            return state
+        prompt = job.prompts[task_id]
+        # The built-in models answer each epoch differently; for others the metadata stays at home.
+        state.messages[-1].metadata = {**(state.messages[-1].metadata or {}), "epoch": state.epoch}
+        try:
+            reply = await _obtain(state.messages, restrictions(prompt.stop))
+        except Exception as error:
+            desk.give_up(task_id, state.epoch, reason(error))
+            raise
+        desk.take(_answer(state, desk.requests[task_id], prompt, reply))
+        return _replied(state, reply)
+
+    return solve
+
+
+@solver(name="eai_ask_as_published")
+def ask_as_published() -> Solver:
+    """Asks with the stop sequences of the sample's metadata; for runs without a desk."""
+
+    async def solve(state: TaskState, generate: Generate) -> TaskState:
+        stop = state.metadata.get("stop")
+        restrictions = GenerateConfig(stop_seqs=stop) if stop else None
+        return _replied(state, await _obtain(state.messages, restrictions))
+
+    return solve
+
+
+def _replied(state: TaskState, reply: _Reply) -> TaskState:
+    """The state after a reply: the message as it came, the answer without reasoning."""
+    state.messages.append(reply.output.message)
+    state.output = reply.output
+    state.output.completion = reply.parts.answer
+    return state
+
+
+def reason(error: BaseException) -> str:
+    """Why a request failed, in one line; of a request that was repeated in vain, why its last attempt did."""
+    if isinstance(error, RetryError) and error.__cause__ is not None:
+        error = error.__cause__
+    lines = str(error).strip().splitlines()
+    return f"{type(error).__name__}: {lines[0].strip()}" if lines else type(error).__name__
+
+
+def _answer(state: TaskState, request_sha256: str, prompt: Prompt, reply: _Reply) -> Answer:
+    return Answer(
+        task_id=str(state.sample_id),
+        epoch=state.epoch,
+        request_sha256=request_sha256,
+        prompt_sha256=prompt.sha256,
+        text=reply.parts.answer,
+        reasoning=reply.parts.reasoning,
+        stop_reason=reply.output.stop_reason,
+        repairs=reply.parts.repairs,
+        usage=reply.usage,
+    )
+
+
+def _restrictions(job: Job, stop: tuple[str, ...]) -> GenerateConfig | None:
+    """What a request asks for that not every model can stand: stop sequences and a form of the answer."""
+    schema = response_schema(job.domain, job.ability) if job.decoding.structured else None
+    stop = stop if job.decoding.stop else ()
+    if not stop and schema is None:
+        return None
+    return GenerateConfig(stop_seqs=list(stop) or None, response_schema=schema)
+
+
+async def _obtain(messages: list[ChatMessage], restrictions: GenerateConfig | None) -> _Reply:
+    """Ask once; and once more without restrictions where they were refused, or left nothing of the answer.
+
+    A stop sequence may stand in the middle of reasoning, and some servers return nothing for a form that
+    they do not know.
+    """
+    if restrictions is None:
+        return await _request(messages, GenerateConfig())
+    try:
+        reply = await _request(messages, restrictions)
+    except Exception as error:
+        if getattr(error, "status_code", None) in _REFUSED_PARAMETERS:
+            return await _request(messages, GenerateConfig())
+        raise
+    if not reply.parts.answer.strip() and reply.output.stop_reason == "stop":
+        again = await _request(messages, GenerateConfig())
+        return _Reply(again.output, again.parts, reply.usage + again.usage)
+    return reply
+
+
+async def _request(messages: list[ChatMessage], restrictions: GenerateConfig) -> _Reply:
+    output = await get_model().generate(messages, config=restrictions)
+    if output.empty:
+        raise RuntimeError(output.error or "the provider returned no choice")
+    return _Reply(output, _parts(output, restrictions.stop_seqs or ()), _usage(output))
+
+
+def _parts(output: ModelOutput, stop: Sequence[str]) -> Parts:
+    parts = part(output.completion)
+    if output.stop_reason == "stop":
+        parts = complete(parts, stop)
+    content = output.message.content
+    blocks = [] if isinstance(content, str) else [c for c in content if isinstance(c, ContentReasoning)]
+    thoughts = [block.summary or "" if block.redacted else block.reasoning for block in blocks]
+    return parts._replace(reasoning="\n\n".join(text for text in (*thoughts, parts.reasoning) if text))
+
+
+def _usage(output: ModelOutput) -> Usage:
+    usage = output.usage
+    if usage is None:
+        return Usage()
+    cached = (usage.input_tokens_cache_read or 0) + (usage.input_tokens_cache_write or 0)
+    return Usage(usage.input_tokens + cached, usage.output_tokens, usage.reasoning_tokens, usage.total_cost)

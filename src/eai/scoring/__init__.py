@@ -1,0 +1,1 @@
+"""Many answers scored: records and summaries, in one process or several."""

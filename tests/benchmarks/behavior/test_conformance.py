@@ -1,0 +1,33 @@
+from __future__ import annotations
+
+import pytest
+
+from benchmarks.behavior.kitchen import make_task
+from eai.benchmarks.behavior import domain as behavior
+from eai.benchmarks.behavior.tasks import BehaviorTasks
+from eai.world.check import check
+from eai.world.domain import Domain
+
+BOTH = pytest.mark.parametrize(
+    "domain",
+    [behavior.as_meant(), behavior.as_in_reference(), behavior.as_in_reference_subgoals()],
+    ids=["strict", "eai-1.0.5", "eai-1.0.5 subgoals"],
+)
+
+
+@BOTH
+def test_it_conforms(domain: Domain) -> None:
+    assert check(domain, [make_task().initial], steps=1_000) == ()
+
+
+@BOTH
+def test_it_conforms_on_the_data_sets_scenes(behavior_tasks: BehaviorTasks, domain: Domain) -> None:
+    assert check(domain, [task.initial for task in behavior_tasks.values()], steps=20) == ()
+
+
+def test_there_are_the_papers_actions() -> None:
+    assert len(behavior.as_meant().operators) == 30
+    assert {o.name for o in behavior.as_in_reference().operators} == {
+        *(o.name for o in behavior.as_meant().operators),
+        "BURN",
+    }

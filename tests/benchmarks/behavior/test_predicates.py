@@ -1,0 +1,85 @@
+"""What is computed must be what the formulas say, and supports must be followed to their end."""
+
+from __future__ import annotations
+
+import random
+
+import pytest
+
+from benchmarks.behavior.kitchen import actions, make_task
+from eai.benchmarks.behavior import domain as behavior
+from eai.benchmarks.behavior.predicates import VOCABULARY
+from eai.logic.formula import Atom, Constant
+from eai.world.execution import Action, attempt, execute
+from eai.world.relation import bits
+from eai.world.state import State
+from eai.world.vocabulary import Defined
+
+DOMAIN = behavior.as_meant()
+FASTER = [each for each in VOCABULARY.derived if isinstance(each, Defined) and each.values is not None]
+IN_CARTON = (
+    "RIGHT_GRASP plate_2",
+    "RIGHT_PLACE_ONTOP plate_1",
+    "RIGHT_GRASP plate_1",
+    "RIGHT_PLACE_INSIDE carton_1",
+)
+
+
+def walk(seed: int, steps: int = 60) -> list[State]:
+    """States on a random walk."""
+    choice = random.Random(seed)
+    state = make_task().initial
+    states = [state]
+    for _ in range(steps):
+        operator = choice.choice(DOMAIN.operators)
+        arguments = tuple(choice.randrange(len(state.scene.objects)) for _ in operator.parameters)
+        outcome = attempt(DOMAIN, states, Action(operator.name, arguments))
+        if isinstance(outcome, State):
+            states.append(outcome)
+    return states
+
+
+@pytest.mark.parametrize("predicate", FASTER, ids=lambda predicate: predicate.name)
+def test_what_is_computed_is_what_the_formula_says(predicate: Defined) -> None:
+    cut = actions(make_task().initial, "OPEN fridge_1", "RIGHT_GRASP carving_knife_1", "SLICE peach_1")
+    assert predicate.values is not None
+    for state in (*walk(1)[::8], *execute(DOMAIN, make_task().initial, cut).states):
+        names = [thing.name for thing in state.scene.objects]
+        for x in range(len(names)):
+            computed = predicate.values(state, (x,))
+            for y in range(len(names)):
+                arguments = dict(zip((p.name for p in predicate.parameters), (x, y), strict=True))
+                assert DOMAIN.holds(predicate.definition, state, arguments) is bool(computed >> y & 1)
+
+
+def test_there_are_such_predicates() -> None:
+    assert {each.name for each in FASTER} >= {"inside", "ontop", "onfloor", "under", "nextto", "within"}
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_nothing_rests_on_more_than_one_thing_or_on_itself(seed: int) -> None:
+    for state in walk(seed):
+        for x in range(len(state.scene.objects)):
+            supports = list(bits(state.relation("lies_in").row(x))) + list(
+                bits(state.relation("lies_on").row(x))
+            )
+            assert len(supports) <= 1
+            assert not DOMAIN.holds(Atom("carried_by", (_name(state, x), _name(state, x))), state)
+
+
+def _name(state: State, index: int) -> Constant:
+    return Constant(state.scene.objects[index].name)
+
+
+def test_carriers_are_followed_to_their_end() -> None:
+    initial = make_task().initial
+    state = execute(DOMAIN, initial, actions(initial, *IN_CARTON)).final
+    plate, other, carton = (Constant(name) for name in ("plate_1", "plate_2", "carton_1"))
+    assert DOMAIN.holds(Atom("carried_by", (other, plate)), state)
+    assert DOMAIN.holds(Atom("carried_by", (other, carton)), state)
+    assert DOMAIN.holds(Atom("inside", (other, carton)), state)
+    assert not DOMAIN.holds(Atom("directly_inside", (other, carton)), state)
+    assert DOMAIN.holds(Atom("floor_below", (other, Constant("room_floor_garage_0"))), state)
+    assert not DOMAIN.holds(Atom("shut_in", (other,)), state)
+    closed = execute(DOMAIN, state, actions(initial, "CLOSE carton_1")).final
+    assert DOMAIN.holds(Atom("shut_in", (other,)), closed)

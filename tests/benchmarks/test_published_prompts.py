@@ -1,0 +1,64 @@
+from __future__ import annotations
+
+import hashlib
+import json
+
+import pytest
+
+from eai.abilities.protocol import Ability, Domain
+from eai.abilities.responses import SCENE_PREFIX
+from eai.abilities.suite import PlannerChoice, Source, available_suites, open_suite
+from eai.benchmarks.packs import PROMPTS, open_published
+from eai.benchmarks.published_prompts import official_files, official_prompts
+from eai.data.store import Store
+
+GOAL_INTERPRETATION = (Domain.VIRTUALHOME, Ability.GOAL_INTERPRETATION)
+COUNTS = {
+    (Domain.VIRTUALHOME, Ability.GOAL_INTERPRETATION): 342,
+    (Domain.VIRTUALHOME, Ability.SUBGOAL_DECOMPOSITION): 338,
+    (Domain.VIRTUALHOME, Ability.ACTION_SEQUENCING): 342,
+    (Domain.VIRTUALHOME, Ability.TRANSITION_MODELING): 296,
+    **{(Domain.BEHAVIOR, ability): 100 for ability in Ability},
+}
+SYSTEM = {
+    (Domain.VIRTUALHOME, Ability.SUBGOAL_DECOMPOSITION),
+    (Domain.BEHAVIOR, Ability.GOAL_INTERPRETATION),
+    (Domain.BEHAVIOR, Ability.SUBGOAL_DECOMPOSITION),
+}
+
+
+@pytest.mark.parametrize(("suite", "count"), COUNTS.items())
+def test_every_task_has_a_prompt(data_store: Store, suite: tuple[Domain, Ability], count: int) -> None:
+    prompts = official_prompts(*suite, data_store)
+    assert len(prompts) == count
+    assert not any(task_id.startswith(SCENE_PREFIX) for task_id in prompts)
+    assert len({prompt.sha256 for prompt in prompts.values()}) > count // 2
+    assert all((p.system is not None) == (suite in SYSTEM) for p in prompts.values())
+    assert all(p.stop == (("}",) if suite in SYSTEM else ()) for p in prompts.values())
+
+
+@pytest.mark.parametrize("suite", COUNTS.keys() - {GOAL_INTERPRETATION})
+def test_shipped_prompts_are_given_byte_for_byte(data_store: Store, suite: tuple[Domain, Ability]) -> None:
+    domain, ability = suite
+    pack = open_published(PROMPTS, data_store)
+    files = official_files(domain, ability, data_store)
+    assert files.prompts == pack.read(f"{domain.value}/{ability.value}.json")
+    if suite in SYSTEM:
+        assert files.system == pack.read(f"{domain.value}/{ability.value}_system.json")
+    texts = [row["llm_prompt"] for row in json.loads(files.prompts)]
+    assert [prompt.user for prompt in official_prompts(domain, ability, data_store).values()] == texts
+
+
+@pytest.mark.parametrize("suite", available_suites())
+def test_prompts_name_the_tasks_that_are_scored(data_store: Store, suite: tuple[Domain, Ability]) -> None:
+    task_ids = open_suite(*suite, source=Source(data_store, planner=PlannerChoice.NONE)).task_ids
+    assert sorted(official_prompts(*suite, data_store)) == sorted(task_ids)
+
+
+def test_rendered_goal_interpretation_is_as_it_was_compared(data_store: Store) -> None:
+    """The digest is of prompts compared with the reference's own output, line for line and all 342 tasks.
+
+    They differed in nothing but the order of what the reference prints from sets.
+    """
+    digest = hashlib.sha256(official_files(*GOAL_INTERPRETATION, data_store).prompts).hexdigest()
+    assert digest == "fbe2362d1979919f45e9b603db85814f7885a989a2643b6ba57a9b31b6cf4a1f"

@@ -1,0 +1,49 @@
+from __future__ import annotations
+
+from eai.logic.formula import FALSE, TRUE, Equals, Exists, Or, Variable
+from eai.planning.effect_schema import taking, written_changes
+from eai.world.effect import Add, Delete, Let, When
+from eai.world.operator import Operator, missing
+from eai.world.vocabulary import Predicate
+
+X, H, Y = Variable("x"), Variable("h"), Variable("y")
+held, inside, larger, open_ = (
+    Predicate("held", 1),
+    Predicate("inside", 2),
+    Predicate("larger", 2),
+    Predicate("open", 1),
+)
+EMPTY = ~Exists(H, held(H))
+PLACE = Operator(
+    "PLACE",
+    (X,),
+    (
+        missing(~EMPTY, "nothing is held"),
+        missing(~Exists(H, held(H) & larger(H, X)), "it is too big"),
+        missing(EMPTY | open_(X), "{x} is closed"),
+        missing(~held(X), "{x} is held itself"),
+    ),
+    (Let(H, held(H), (Delete(held(H)), When(open_(X), (Add(inside(H, X)),), (Delete(open_(X)),)))),),
+)
+
+
+def test_checks_on_what_is_held_are_about_what_is_going_to_be_held() -> None:
+    (let_go, put, _) = written_changes(PLACE)
+    assert (let_go.atom, let_go.adds, let_go.given) == (held(H), False, (held(H),))
+    assert (put.atom, put.adds, put.given) == (inside(H, X), True, (held(H), open_(X)))
+    assert put.variables == ("x", "h")
+    assert put.checks == (
+        TRUE,  # something is held
+        ~larger(H, X),
+        Or((FALSE, open_(X))),
+        ~(held(X) | Equals(X, H)),
+    )
+
+
+def test_otherwise_means_that_the_condition_does_not_hold() -> None:
+    *_, shut = written_changes(PLACE)
+    assert (shut.atom, shut.adds, shut.given) == (open_(X), False, (held(H), ~open_(X)))
+
+
+def test_an_operator_can_be_taken_for_its_own_sake() -> None:
+    assert taking(PLACE).checks == tuple(check.condition for check in PLACE.checks)

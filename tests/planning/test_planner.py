@@ -1,0 +1,157 @@
+from __future__ import annotations
+
+from collections import deque
+
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from eai.logic.formula import Atom, Constant, Exists, Formula, Not, Or
+from eai.planning.additive_heuristic import Regression
+from eai.planning.planner import Planned, Planner, PlanningEnd, PlanningGoal, PlanningLimits
+from eai.planning.successor_generator import possible_actions
+from eai.world.execution import Action, attempt, execute
+from eai.world.state import State
+from world import toy
+from world.toy import X, at, holding
+
+START = toy.initial()
+SCENE = START.scene
+EVERYTHING = tuple(range(len(SCENE.objects)))
+PLANNER = Planner(toy.DOMAIN)
+REGRESSION = Regression(toy.DOMAIN)
+
+
+def named(predicate: str, *names: str) -> Atom:
+    return Atom(predicate, tuple(Constant(name) for name in names))
+
+
+LAMP_LIT = named("lit", "lamp")
+RED_IN_SHED = named("at", "red", "shed")
+
+
+def plan(goal: PlanningGoal, limits: PlanningLimits | None = None) -> Planned:
+    return PLANNER.plan(START, goal, EVERYTHING, limits)
+
+
+def told(found: Planned) -> list[str]:
+    return [" ".join([a.operator, *(SCENE.objects[i].name for i in a.arguments)]) for a in found.plan]
+
+
+def test_a_plan_makes_all_conditions_hold_at_the_end() -> None:
+    found = plan(PlanningGoal((RED_IN_SHED, LAMP_LIT, Not(named("holding", "red")))))
+    assert found.end is PlanningEnd.SOLVED
+    trajectory = execute(toy.DOMAIN, START, found.plan)
+    assert trajectory.failure is None
+    assert trajectory.additional_steps == 0
+    assert all(toy.DOMAIN.holds(c, trajectory.final) for c in (RED_IN_SHED, LAMP_LIT))
+    assert told(found) == ["LIFT red", "GO shed", "DROP red", "PRESS lamp"]
+
+
+def test_actions_are_taken_in_order() -> None:
+    found = plan(PlanningGoal((named("at", "robot", "hall"),), (("PRESS",), ("LIFT", "DROP"))))
+    steps = told(found)
+    assert found.end is PlanningEnd.SOLVED
+    assert [step.split()[0] for step in steps if not step.startswith("GO")] == ["PRESS", "LIFT"]
+
+
+def test_nothing_is_to_be_done_where_the_goal_holds() -> None:
+    assert plan(PlanningGoal((named("at", "red", "hall"),))) == Planned(PlanningEnd.SOLVED)
+
+
+def test_what_no_action_brings_about_is_told() -> None:
+    lamp_in_hall = named("at", "lamp", "hall")
+    found = plan(PlanningGoal((lamp_in_hall, LAMP_LIT), (("FLY",),)))
+    assert found.end is PlanningEnd.UNREACHABLE
+    assert found.blocked == (lamp_in_hall, ("FLY",))
+    assert found.plan == ()
+
+
+def test_actions_are_only_about_the_objects_that_are_given() -> None:
+    objects = [SCENE.index[name] for name in ("robot", "hall", "red")]
+    found = PLANNER.plan(START, PlanningGoal((LAMP_LIT,)), objects)
+    assert found.end is PlanningEnd.UNREACHABLE
+
+
+def test_the_limit_ends_a_search() -> None:
+    goal = PlanningGoal((RED_IN_SHED, LAMP_LIT))
+    found = plan(goal, PlanningLimits(states=2))
+    assert (found.end, found.states) == (PlanningEnd.STATES, 2)
+
+
+def test_what_is_done_for_an_action_can_be_more_than_the_action() -> None:
+    def there_and_back(action: Action, state: State) -> tuple[Action, ...]:
+        if action.operator != "GO":
+            return ()
+        hall = Action("GO", (SCENE.index["hall"],))
+        return (action, hall) if action != hall else ()
+
+    planner = Planner(toy.DOMAIN, there_and_back)
+    found = planner.plan(START, PlanningGoal((), (("GO",),)), EVERYTHING)
+    assert told(found) == ["GO shed"]
+    assert planner.plan(START, PlanningGoal((LAMP_LIT,)), EVERYTHING).end is PlanningEnd.UNREACHABLE
+
+
+CONDITIONS = st.sampled_from(
+    [
+        LAMP_LIT,
+        RED_IN_SHED,
+        named("at", "blue", "hall"),
+        named("at", "robot", "hall"),
+        named("holding", "blue"),
+        Not(named("holding", "red")),
+        Exists(X, holding(X)),
+        Not(Exists(X, at(X, Constant("hall")))),
+        named("beside", "lamp"),
+        Or((named("holding", "red"), LAMP_LIT)),
+        named("lit", "red"),
+    ]
+)
+
+
+def reachable(goal: PlanningGoal) -> bool:
+    """Whether breadth-first search over all actions reaches the goal."""
+    queue, seen = deque([(START, 0)]), {(START, 0)}
+    while queue:
+        state, taken = queue.popleft()
+        if taken == len(goal.actions) and all(toy.DOMAIN.holds(c, state) for c in goal.conditions):
+            return True
+        for operator in toy.DOMAIN.operators:
+            for action in possible_actions(toy.DOMAIN, operator, state, EVERYTHING):
+                compiled = toy.DOMAIN.compiled[action.operator]
+                wanted = goal.actions[taken] if taken < len(goal.actions) else ()
+                after = compiled.apply(state, compiled.bind(state, action.arguments))
+                node = (after, taken + (action.operator in wanted))
+                if node not in seen:
+                    seen.add(node)
+                    queue.append(node)
+    return False
+
+
+def reaches(steps: list[Action], goal: PlanningGoal) -> bool:
+    """Whether a plan, without the steps that are impossible, reaches the goal."""
+    state, taken = START, 0
+    for step in steps:
+        after = attempt(toy.DOMAIN, [state], step)
+        if isinstance(after, State):
+            state = after
+            taken += taken < len(goal.actions) and step.operator in goal.actions[taken]
+    return taken == len(goal.actions) and all(toy.DOMAIN.holds(c, state) for c in goal.conditions)
+
+
+@settings(deadline=None)
+@given(
+    st.lists(CONDITIONS, max_size=3),
+    st.lists(st.sampled_from([("PRESS",), ("LIFT",), ("DROP", "GO")]), max_size=2),
+)
+def test_a_plan_is_found_exactly_where_there_is_one(
+    conditions: list[Formula], actions: list[tuple[str, ...]]
+) -> None:
+    goal = PlanningGoal(tuple(conditions), tuple(actions))
+    found = plan(goal)
+    assert (found.end is PlanningEnd.SOLVED) == reachable(goal)
+    if found.end is PlanningEnd.SOLVED:
+        trajectory = execute(toy.DOMAIN, START, found.plan)
+        assert trajectory.failure is None
+        assert all(toy.DOMAIN.holds(c, trajectory.final) for c in conditions)
+        for i in range(len(found.plan)):
+            assert not reaches([*found.plan[:i], *found.plan[i + 1 :]], goal)
