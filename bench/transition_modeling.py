@@ -20,8 +20,8 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from statistics import median
 
-from eai.abilities.protocol import Domain, Protocol
-from eai.abilities.suite import PlannerChoice
+from eai.abilities.protocol import Protocol
+from eai.abilities.transition_modeling.planner_choice import PlannerChoice
 from eai.abilities.transition_modeling.planners import make_planner
 from eai.abilities.transition_modeling.scorer import TransitionModeling, rules_of
 from eai.abilities.transition_modeling.task import TransitionTask, open_virtualhome
@@ -149,7 +149,7 @@ def main() -> int:
     header = (package_folder(python) / "resources" / "virtualhome" / "virtualhome_pd.pddl").read_text()
     print(f"gold operators, {REFERENCE}")
     logic = report("logic", len(tasks), ours(tasks, None), reference_logic(tasks, python), LOGIC_RATIO)
-    planner = make_planner(PlannerChoice.FULL, Domain.VIRTUALHOME)
+    planner = make_planner(PlannerChoice.FULL, 100)
     theirs = reference_planner(some, header)
     planned = report("logic and planner", len(some), ours(some, planner), theirs, PLANNER_RATIO)
     return 0 if logic and planned else 1

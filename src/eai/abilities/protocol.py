@@ -1,4 +1,4 @@
-"""The protocols: what the numbers mean."""
+"""What a suite is of: the ability that is asked for, and the protocol, which says what the numbers mean."""
 
 from __future__ import annotations
 
@@ -14,13 +14,6 @@ class Protocol(str, Enum):
 
     STRICT = "strict"
     EAI_1_0_5 = "eai-1.0.5"
-
-
-class Domain(str, Enum):
-    """The domains that come with the package."""
-
-    VIRTUALHOME = "virtualhome"
-    BEHAVIOR = "behavior"
 
 
 class Ability(str, Enum):

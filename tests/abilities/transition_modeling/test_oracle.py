@@ -8,8 +8,8 @@ from typing import Any
 
 import pytest
 
-from eai.abilities.protocol import Domain, Protocol
-from eai.abilities.suite import PlannerChoice
+from eai.abilities.protocol import Protocol
+from eai.abilities.transition_modeling.planner_choice import PlannerChoice
 from eai.abilities.transition_modeling.planners import make_planner
 from eai.abilities.transition_modeling.scorer import TransitionModeling, rules_of
 from eai.abilities.transition_modeling.task import TransitionTasks, open_behavior, open_virtualhome
@@ -32,7 +32,7 @@ def behavior(data_store: Store) -> TransitionTasks:
 
 def planner() -> Planner:
     try:
-        found = make_planner(PlannerChoice.FULL, Domain.VIRTUALHOME)
+        found = make_planner(PlannerChoice.FULL, 100)
     except DataError as error:
         pytest.skip(str(error))
     assert found is not None
@@ -111,11 +111,11 @@ def test_strict_refuses_undefined_names_as_the_current_translator(
 
 
 @pytest.mark.parametrize("protocol", list(Protocol))
-@pytest.mark.parametrize("domain", list(Domain))
+@pytest.mark.parametrize("domain", ["virtualhome", "behavior"])
 def test_gold_answers_are_right_in_every_respect(
-    virtualhome: TransitionTasks, behavior: TransitionTasks, domain: Domain, protocol: Protocol
+    virtualhome: TransitionTasks, behavior: TransitionTasks, domain: str, protocol: Protocol
 ) -> None:
-    tasks = virtualhome if domain is Domain.VIRTUALHOME else behavior
+    tasks = virtualhome if domain == "virtualhome" else behavior
     rules = rules_of(protocol, planner())
     for task in tasks.values():
         verdict = TransitionModeling(task, protocol, rules).score(task.gold_answer())

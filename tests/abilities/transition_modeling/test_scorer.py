@@ -4,8 +4,8 @@ import json
 
 import pytest
 
-from eai.abilities.protocol import Domain, Protocol
-from eai.abilities.suite import PlannerChoice
+from eai.abilities.protocol import Protocol
+from eai.abilities.transition_modeling.planner_choice import PlannerChoice
 from eai.abilities.transition_modeling.planners import make_planner
 from eai.abilities.transition_modeling.scorer import TransitionModeling, rules_of
 from eai.abilities.transition_modeling.task import Category, PddlDomain, TransitionTask
@@ -151,5 +151,5 @@ def test_an_explanation_names_what_is_wrong_and_shows_the_plan() -> None:
 
 
 def test_planners_by_choice() -> None:
-    assert make_planner(PlannerChoice.NONE, Domain.BEHAVIOR) is None
-    assert make_planner(PlannerChoice.BUILT_IN, Domain.BEHAVIOR) == BuiltInPlanner()
+    assert make_planner(PlannerChoice.NONE, 200) is None
+    assert make_planner(PlannerChoice.BUILT_IN, 200) == BuiltInPlanner()
