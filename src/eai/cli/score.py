@@ -12,13 +12,14 @@ import typer
 from eai.abilities.protocol import Ability, Domain, Protocol
 from eai.abilities.record import Record, write_records
 from eai.abilities.responses import Response, ResponseFile, find_response_files, model_name, read_responses
-from eai.abilities.suite import PlannerChoice, Source, open_suite
+from eai.abilities.suite import Source, open_suite
 from eai.abilities.verdict import Json
 from eai.cli.console import data_progress, output, print_rates
 from eai.cli.data import DataFolder, store
 from eai.errors import InputError
 from eai.metrics.rate import Rate
 from eai.metrics.summary import TABLE_COLUMNS, summarise
+from eai.pddl.planning import PlannerChoice
 from eai.scoring.batch import score_batch
 
 SUMMARY = "summary.json"
