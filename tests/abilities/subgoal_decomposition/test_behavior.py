@@ -67,6 +67,11 @@ def told(verdict: Verdict) -> str:
         (["stained(fridge.1)"], "runtime missing_step 0", "goal_unreachable"),
         (["dusty(plate.1)", "isInKitchen(rag.1)"], "goal_unreachable", "goal_unreachable"),
         (["inHandOfRobot(rag.1)"], "runtime missing_step 0", "goal_unreachable"),
+        # In a conjunction it must hold when the rest of it is done, wherever it stands; not so in a sequence.
+        (["inHandOfRobot(rag.1) and holds_rh(rag.1)"], "goal_unreachable", "goal_unreachable"),
+        (["inHandOfRobot(rag.1) then holds_rh(rag.1)"], "runtime missing_step 0", "goal_unreachable"),
+        (["not (holds_rh(plate.1) or not inHandOfRobot(rag.1) or not holds_rh(rag.1))"],
+         "goal_unreachable", "goal_unreachable"),
         (["close(fridge.1)"], "goal_unreachable", "goal_unreachable"),
         (["left_grasp(rag.1)", "inHandOfRobot(rag.1)"], "goal_unreachable", "goal_unreachable"),
         # Alternatives: the first one is taken there, with the text that follows.
