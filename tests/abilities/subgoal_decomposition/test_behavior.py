@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from typing import Any
 
 import pytest
@@ -10,7 +11,9 @@ from hypothesis import strategies as st
 from benchmarks.behavior.kitchen import make_task
 from eai.abilities.protocol import Protocol
 from eai.abilities.subgoal_decomposition.behavior import SubgoalDecomposition
-from eai.abilities.verdict import Verdict
+from eai.abilities.task import Goal, GoalKind
+from eai.abilities.verdict import Tally, Verdict
+from eai.logic.formula import Atom, Constant
 
 TASK = make_task()
 STRICT, REFERENCE = (
@@ -135,6 +138,16 @@ def test_errors_and_goals_are_told() -> None:
     assert details["goals_satisfied"] == [True, True]
     rejected: Any = STRICT.score("?").details
     assert rejected == {"goals_satisfied": [False, False], "errors": []}
+
+
+def test_an_answer_that_is_not_carried_out_meets_no_goal() -> None:
+    dusty = Goal(GoalKind.STATE, Atom("dusty", (Constant("plate_1"),)))
+    task = replace(TASK, goals=(dusty,))
+    for protocol, state in ((Protocol.STRICT, Tally(0, 1)), (Protocol.EAI_1_0_5, Tally(1, 1))):
+        for text in ("?", answer("flies(rag.1)")):
+            goals = SubgoalDecomposition(task, protocol).score(text).goals
+            assert goals is not None
+            assert goals.state == state, "the reference tests the initial state"
 
 
 def test_explanations_tell_subgoals_and_what_failed() -> None:
