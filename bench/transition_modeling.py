@@ -26,7 +26,7 @@ from eai.abilities.transition_modeling.planners import make_planner
 from eai.abilities.transition_modeling.scorer import TransitionModeling, rules_of
 from eai.abilities.transition_modeling.task import TransitionTask, open_virtualhome
 from eai.pddl.fast_downward import FastDownward, Limits
-from eai.pddl.planning import Planner
+from eai.pddl.planning import PddlPlanner
 from reference import CACHE, REFERENCE, environment, package_folder
 
 LOGIC_RATIO = 50.0
@@ -71,7 +71,7 @@ def _used() -> float:
     return time.process_time() + children.ru_utime + children.ru_stime
 
 
-def ours(tasks: Sequence[TransitionTask], planner: Planner | None) -> float:
+def ours(tasks: Sequence[TransitionTask], planner: PddlPlanner | None) -> float:
     """Scoring the gold answers under eai-1.0.5: the median of several runs, nothing remembered between
     them."""
     costs = []

@@ -13,7 +13,7 @@ import pytest
 
 from eai.abilities.protocol import Protocol
 from eai.abilities.transition_modeling.scorer import TransitionModeling, rules_of
-from eai.abilities.transition_modeling.task import Category, PddlDomain, TransitionTask
+from eai.abilities.transition_modeling.task import Category, OperatorLibrary, TransitionTask
 from eai.abilities.verdict import Verdict
 from eai.pddl.operator_text import OperatorText
 from eai.pddl.planner import BuiltInPlanner
@@ -40,7 +40,7 @@ CATEGORIES = {
 
 @pytest.fixture(scope="module")
 def task() -> TransitionTask:
-    domain = PddlDomain(read_domain(HEADER), {"open": OPEN, "light": LIGHT}, CATEGORIES)
+    domain = OperatorLibrary(read_domain(HEADER), {"open": OPEN, "light": LIGHT}, CATEGORIES)
     return TransitionTask("t", domain, ("open", "light"), (Category.OBJECT_STATES,), PROBLEM)
 
 

@@ -16,7 +16,7 @@ from eai.abilities.transition_modeling.task import TransitionTasks, open_behavio
 from eai.abilities.verdict import Confusion, Verdict
 from eai.data.store import Store
 from eai.errors import DataError
-from eai.pddl.planning import Planner, PlannerOutcome
+from eai.pddl.planning import PddlPlanner, PlannerOutcome
 from oracle import MODELS, Oracle
 
 
@@ -30,7 +30,7 @@ def behavior(data_store: Store) -> TransitionTasks:
     return open_behavior(data_store)
 
 
-def planner() -> Planner:
+def planner() -> PddlPlanner:
     try:
         found = make_planner(PlannerChoice.FULL, Domain.VIRTUALHOME)
     except DataError as error:

@@ -8,7 +8,7 @@ from eai.abilities.protocol import Domain, Protocol
 from eai.abilities.suite import PlannerChoice
 from eai.abilities.transition_modeling.planners import make_planner
 from eai.abilities.transition_modeling.scorer import TransitionModeling, rules_of
-from eai.abilities.transition_modeling.task import Category, PddlDomain, TransitionTask
+from eai.abilities.transition_modeling.task import Category, OperatorLibrary, TransitionTask
 from eai.abilities.verdict import Confusion, Verdict
 from eai.pddl.operator_text import OperatorText
 from eai.pddl.planner import BuiltInPlanner
@@ -19,7 +19,7 @@ from eai.world.fault import FaultKind
 OPEN = OperatorText("open", "(?o)", "(and (shut ?o) (near ?o))", "(not (shut ?o))")
 LIGHT = OperatorText("light", "(?o)", "(near ?o)", "(lit ?o)")
 STAMP = OperatorText("stamp", "(?o)", "()", "(lit ?o)")
-DOMAIN = PddlDomain(
+DOMAIN = OperatorLibrary(
     read_domain("(define (domain d) (:predicates (shut ?o) (near ?o) (lit ?o) (used ?o)))"),
     {"open": OPEN, "light": LIGHT, "stamp": STAMP},
     {

@@ -8,7 +8,7 @@ from typing import Protocol
 
 from eai.abilities.transition_modeling.report import OperatorReport
 from eai.abilities.transition_modeling.task import TransitionTask
-from eai.pddl.planning import Planner, PlannerOutcome, PlannerResult, PlanningTask
+from eai.pddl.planning import PddlPlanner, PlannerOutcome, PlannerResult, PlanningTask
 
 NOT_RUN = PlannerResult(PlannerOutcome.NOT_RUN)
 """The result where no planner is asked."""
@@ -31,7 +31,7 @@ class PlanMemory:
     content of domain and problem.
     """
 
-    planner: Planner | None
+    planner: PddlPlanner | None
     results: dict[Hashable, PlannerResult] = field(default_factory=dict)
 
     def solve(self, key: Hashable, make: Callable[[], PlanningTask | PlannerResult]) -> PlannerResult:

@@ -6,7 +6,7 @@ from eai.abilities.protocol import Domain
 from eai.abilities.suite import PlannerChoice
 from eai.pddl.fast_downward import FastDownward, Limits
 from eai.pddl.planner import BuiltInPlanner, TieredPlanner
-from eai.pddl.planning import Planner
+from eai.pddl.planning import PddlPlanner
 from eai.pddl.search import Effort
 
 CPU_SECONDS = {Domain.VIRTUALHOME: 100, Domain.BEHAVIOR: 200}
@@ -16,7 +16,7 @@ FIRST_EFFORT = Effort(full=300)
 """What the built-in search may do before Fast Downward is asked, which is then the quicker of the two."""
 
 
-def make_planner(choice: PlannerChoice, domain: Domain) -> Planner | None:
+def make_planner(choice: PlannerChoice, domain: Domain) -> PddlPlanner | None:
     """The planner for a domain, or None if none is to be asked.
 
     Raises:

@@ -9,7 +9,7 @@ from enum import Enum
 from eai.abilities.transition_modeling.task import Category
 from eai.abilities.verdict import Confusion, Json
 from eai.pddl.matching import NO_MATCH, SideMatch
-from eai.pddl.offence import Finding
+from eai.pddl.offence import PddlFinding
 
 OTHER = "other"
 """The category of predicates that the domain does not have."""
@@ -41,7 +41,7 @@ class OperatorReport:
     status: OperatorStatus
     precondition: SideMatch = NO_MATCH
     effect: SideMatch = NO_MATCH
-    findings: tuple[Finding, ...] = ()
+    findings: tuple[PddlFinding, ...] = ()
 
     def to_json(self) -> Json:
         """The report as it stands in a record."""

@@ -15,14 +15,14 @@ from eai.abilities.transition_modeling.task import TransitionTask
 from eai.abilities.verdict import Counts, ErrorReport, Json, Verdict
 from eai.benchmarks.reference.operator_rules import ReferenceRules
 from eai.pddl.matching import missing_operator
-from eai.pddl.planning import Planner, PlannerOutcome
+from eai.pddl.planning import PddlPlanner, PlannerOutcome
 from eai.world.fault import FaultKind
 
 FORMAT_ERROR = "the reference leaves out answers that it cannot search for operators"
 UNREADABLE = 'expected JSON with a text under "output", or operators (:action ...)'
 
 
-def rules_of(protocol: Protocol, planner: Planner | None) -> Rules:
+def rules_of(protocol: Protocol, planner: PddlPlanner | None) -> Rules:
     """The rules of a protocol, to be shared by all tasks of a domain: they remember what they have seen."""
     if protocol is Protocol.EAI_1_0_5:
         return ReferenceRules.with_planner(planner)

@@ -12,7 +12,7 @@ from eai.benchmarks.packs import BEHAVIOR_PDDL, RESOURCES, open_published
 from eai.benchmarks.published_files import PROBLEMS_MEMBER
 from eai.data.progress import Report, silent
 from eai.data.store import PackFile, Store
-from eai.pddl.model import Action, Domain, Problem
+from eai.pddl.model import PddlAction, PddlDomain, PddlProblem
 from eai.pddl.operator_text import OperatorText
 from eai.pddl.reader import read_action, read_domain, read_problem
 
@@ -30,7 +30,7 @@ class Category(str, Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class PddlDomain:
+class OperatorLibrary:
     """What the tasks of one domain share.
 
     Attributes:
@@ -39,7 +39,7 @@ class PddlDomain:
         categories: predicate -> category.
     """
 
-    header: Domain
+    header: PddlDomain
     operators: Mapping[str, OperatorText]
     categories: Mapping[str, Category]
 
@@ -58,7 +58,7 @@ class TransitionTask:
     def __init__(
         self,
         task_id: str,
-        domain: PddlDomain,
+        domain: OperatorLibrary,
         operators: Sequence[str],
         categories: Sequence[Category],
         problem_text: str,
@@ -70,12 +70,12 @@ class TransitionTask:
         self.problem_text = problem_text
 
     @cached_property
-    def problem(self) -> Problem:
+    def problem(self) -> PddlProblem:
         """The planning problem."""
         return read_problem(self.problem_text)
 
     @cached_property
-    def gold(self) -> Mapping[str, Action]:
+    def gold(self) -> Mapping[str, PddlAction]:
         """The operators that are asked for, as the data set has them."""
         return {name: read_action(self.domain.operators[name].pddl) for name in self.operators}
 
@@ -95,7 +95,7 @@ class TransitionTasks(Mapping[str, TransitionTask]):
 
     def __init__(self, pack: PackFile, header_member: str) -> None:
         self.sha256 = pack.manifest.sha256
-        self.domain = PddlDomain(
+        self.domain = OperatorLibrary(
             header=read_domain(pack.read(header_member).decode() + ")"),
             operators={
                 name: OperatorText(

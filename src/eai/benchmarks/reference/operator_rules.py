@@ -18,11 +18,11 @@ from eai.abilities.transition_modeling.task import TransitionTask
 from eai.benchmarks.reference.operator_extraction import extract_as_reference
 from eai.benchmarks.reference.operator_matching import compare_as_reference
 from eai.pddl.matching import SideMatch
-from eai.pddl.model import Action
+from eai.pddl.model import PddlAction
 from eai.pddl.normalise import Dropped, normalise, read_operator
-from eai.pddl.offence import Finding
+from eai.pddl.offence import PddlFinding
 from eai.pddl.operator_text import OperatorText
-from eai.pddl.planning import Planner, PlannerResult, PlanningTask, refusal
+from eai.pddl.planning import PddlPlanner, PlannerResult, PlanningTask, refusal
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,11 +31,11 @@ class ReferenceRules:
 
     plans: PlanMemory
     reports: dict[OperatorText, OperatorReport] = field(default_factory=dict)
-    read: dict[OperatorText, Action | Dropped | Finding] = field(default_factory=dict)
+    read: dict[OperatorText, PddlAction | Dropped | PddlFinding] = field(default_factory=dict)
     count_others: bool = False
 
     @classmethod
-    def with_planner(cls, planner: Planner | None) -> ReferenceRules:
+    def with_planner(cls, planner: PddlPlanner | None) -> ReferenceRules:
         """Fresh rules."""
         return cls(PlanMemory(planner))
 
@@ -86,13 +86,13 @@ class ReferenceRules:
         actions = []
         for operator in operators:
             reading = self._read(operator, task)
-            if isinstance(reading, Finding):
+            if isinstance(reading, PddlFinding):
                 return refusal(reading)
-            if isinstance(reading, Action):
+            if isinstance(reading, PddlAction):
                 actions.append(reading)
         return normalise(task.domain.header, actions, task.problem)
 
-    def _read(self, operator: OperatorText, task: TransitionTask) -> Action | Dropped | Finding:
+    def _read(self, operator: OperatorText, task: TransitionTask) -> PddlAction | Dropped | PddlFinding:
         reading = self.read.get(operator)
         if reading is None:
             reading = self.read[operator] = read_operator(operator, task.domain.header)
