@@ -22,10 +22,10 @@ from pathlib import Path
 from typing import Any
 
 from eai.abilities.protocol import Ability, Protocol
-from eai.abilities.transition_modeling.planner_choice import PlannerChoice
 from eai.abilities.verdict import fields_of
 from eai.benchmarks.source import Source
 from eai.benchmarks.suite import open_suite
+from eai.pddl.planning import PlannerChoice
 
 ORACLE = Path(__file__).resolve().parents[2] / "shared" / "oracle"
 DIGESTS = Path(__file__).with_name("digests.json")

@@ -27,13 +27,13 @@ from inspect_ai.solver import generate
 
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.responses import Response, ResponseFile
-from eai.abilities.transition_modeling.planner_choice import PlannerChoice
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.gold_answers import open_answer_book
 from eai.benchmarks.prompt_library import Library
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.source import Source
 from eai.benchmarks.suite import Suite, open_suite
+from eai.pddl.planning import PlannerChoice
 from eai.prompts.prompt import Prompt, PromptSet
 from eai.run.evaluation import obtain_answers
 from eai.run.job import Endpoint, Job

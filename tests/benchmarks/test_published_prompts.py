@@ -7,11 +7,11 @@ import pytest
 
 from eai.abilities.protocol import Ability
 from eai.abilities.responses import SCENE_PREFIX
-from eai.abilities.transition_modeling.planner_choice import PlannerChoice
 from eai.benchmarks.packs import PROMPTS, open_published
 from eai.benchmarks.source import Source
 from eai.benchmarks.suite import available_suites, open_suite
 from eai.data.store import Store
+from eai.pddl.planning import PlannerChoice
 from suites import official_files, official_prompts
 
 GOAL_INTERPRETATION = ("virtualhome", Ability.GOAL_INTERPRETATION)

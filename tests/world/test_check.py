@@ -54,7 +54,7 @@ def with_operator(operator: Operator) -> Domain:
         ),
     ],
 )
-def test_what_does_not_conform_is_found(domain: str, problem: str) -> None:
+def test_what_does_not_conform_is_found(domain: Domain, problem: str) -> None:
     assert any(problem in str(finding) for finding in check(domain, [toy.initial()]))
 
 

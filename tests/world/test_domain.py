@@ -96,7 +96,7 @@ def test_checks_of_tries_are_put_in_the_papers_order_too() -> None:
     assert [check.reason for check in ordered.checks] == ["dry", "clean", "no soap"]
 
 
-def wrong_order_of(domain: str, *sought: Formula) -> tuple[FaultKind, int | None]:
+def wrong_order_of(domain: Domain, *sought: Formula) -> tuple[FaultKind, int | None]:
     """What becomes of washing with soap that was there once, and then of what."""
     check = missing(SOAP() & WET(), "no water or no soap", sought or None)
     wash = Operator("WASH", (), (check,), ())

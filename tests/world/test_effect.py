@@ -8,6 +8,7 @@ from eai.benchmarks.virtualhome import domain as virtualhome
 from eai.benchmarks.virtualhome.tasks import VirtualHomeTasks
 from eai.errors import DomainError
 from eai.logic.formula import Variable
+from eai.world.domain import Domain
 from eai.world.effect import ANYTHING, Add, Delete, Effects
 from eai.world.execution import Action, Fault, attempt
 from eai.world.frame import AGENT, Frame
@@ -16,7 +17,9 @@ from eai.world.vocabulary import Predicate, Vocabulary
 from world import plain_sets, toy
 
 
-def random_walk(domain: str, initial: State, nameable: range | tuple[int, ...], seed: int, steps: int) -> int:
+def random_walk(
+    domain: Domain, initial: State, nameable: range | tuple[int, ...], seed: int, steps: int
+) -> int:
     """Execute random actions in the engine and on plain sets, and compare all facts after each."""
     rng = random.Random(seed)
     state = initial
@@ -50,7 +53,7 @@ def test_the_engine_equals_plain_sets_in_the_toy_domain(seed: int) -> None:
 )
 @pytest.mark.parametrize("task_id", ["27_2", "1003_2", "417_1"])
 def test_the_engine_equals_plain_sets_in_virtualhome(
-    virtualhome_tasks: VirtualHomeTasks, domain: str, task_id: str
+    virtualhome_tasks: VirtualHomeTasks, domain: Domain, task_id: str
 ) -> None:
     task = virtualhome_tasks[task_id]
     assert random_walk(domain, task.initial, task.relevant, seed=1, steps=60) > 10

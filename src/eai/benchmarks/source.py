@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import TypeAlias, TypeVar
 
 from eai.abilities.task import Task
-from eai.abilities.transition_modeling.planner_choice import PlannerChoice
 from eai.data.progress import Report, silent
 from eai.data.store import Store
+from eai.pddl.planning import PlannerChoice
 
 T = TypeVar("T")
 T_co = TypeVar("T_co", covariant=True)

@@ -194,13 +194,12 @@ def _behavior_subgoal_decomposition(
 
 def _transition_modeling(benchmark: Benchmark, protocol: Protocol, form: Form, source: Source) -> Opened:
     from eai.abilities.transition_modeling.planners import make_planner
-    from eai.abilities.transition_modeling.scorer import TransitionModeling, rules_of
+    from eai.abilities.transition_modeling.scorer import TransitionModeling
+    from eai.benchmarks.gold_operators import rules_of
 
     tasks = benchmark.operators(source)
     rules = rules_of(protocol, make_planner(source.planner, benchmark.planner_seconds))
-    return Opened(
-        tuple(tasks), tasks.sha256, lambda task_id: TransitionModeling(tasks[task_id], protocol, rules)
-    )
+    return Opened(tuple(tasks), tasks.sha256, lambda task_id: TransitionModeling(tasks[task_id], rules))
 
 
 _OPENERS: Mapping[tuple[str, Ability], Opener] = {

@@ -10,16 +10,16 @@ import typer
 
 from eai.abilities.protocol import Ability
 from eai.abilities.record import Record, read_records
-from eai.abilities.transition_modeling.planner_choice import PlannerChoice
 from eai.abilities.transition_modeling.planners import make_planner
-from eai.abilities.transition_modeling.scorer import rules_of
 from eai.analysis.sensitivity import Sensitivity, summarise, try_operators
 from eai.benchmarks.benchmark import Benchmark
+from eai.benchmarks.gold_operators import rules_of
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.source import Source
 from eai.cli.console import data_progress, output
 from eai.cli.data import DataFolder, store
 from eai.errors import InputError
+from eai.pddl.planning import PlannerChoice
 from eai.report import plot_sensitivity
 from eai.scoring.results import RECORDS
 

@@ -12,7 +12,6 @@ import typer
 
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.responses import file_name
-from eai.abilities.transition_modeling.planner_choice import PlannerChoice
 from eai.abilities.verdict import Json
 from eai.benchmarks.prompt_library import Library
 from eai.benchmarks.registry import registered
@@ -23,6 +22,7 @@ from eai.cli.data import DataFolder, store
 from eai.cli.progress import run_progress
 from eai.errors import EaiError, InputError
 from eai.metrics.summary import TABLE_COLUMNS
+from eai.pddl.planning import PlannerChoice
 from eai.prompts.prompt import Prompt, PromptSet
 from eai.run.job import Decoding, Endpoint, Job, Pace
 from eai.run.journal import JOURNAL

@@ -9,7 +9,6 @@ import typer
 
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.responses import Response, ResponseFile, find_response_files, model_name, read_responses
-from eai.abilities.transition_modeling.planner_choice import PlannerChoice
 from eai.benchmarks.source import Source
 from eai.benchmarks.suite import open_suite
 from eai.cli.console import DOMAIN_HELP, data_progress, output, print_rates
@@ -17,6 +16,7 @@ from eai.cli.data import DataFolder, store
 from eai.errors import InputError
 from eai.metrics.rate import Rate
 from eai.metrics.summary import TABLE_COLUMNS, summarise
+from eai.pddl.planning import PlannerChoice
 from eai.scoring.batch import score_batch
 from eai.scoring.results import write_results
 

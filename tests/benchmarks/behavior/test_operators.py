@@ -17,7 +17,7 @@ PEACH = ("OPEN fridge_1", "RIGHT_GRASP peach_1")
 CUT = ("OPEN fridge_1", "RIGHT_GRASP carving_knife_1", "SLICE peach_1")
 
 
-def run(domain: str, *steps: str) -> Trajectory:
+def run(domain: Domain, *steps: str) -> Trajectory:
     initial = make_task().initial
     return execute(domain, initial, actions(initial, *steps))
 
@@ -132,7 +132,7 @@ def test_grasping_ends_all_labels_of_the_object(domain: Domain) -> None:
         ("RIGHT_PLACE_INSIDE carton_1", ["lies_in rag_1 carton_1"]),
     ],
 )  # fmt: skip
-def test_where_placed_objects_are(domain: str, step: str, facts: list[str]) -> None:
+def test_where_placed_objects_are(domain: Domain, step: str, facts: list[str]) -> None:
     trajectory = run(domain, "RIGHT_GRASP rag_1", step)
     assert outcome(trajectory) == "ok"
     assert [fact for fact in facts if not has(trajectory.final, fact)] == []

@@ -26,13 +26,13 @@ A, D, M, W, U = (
 )
 
 
-def fault_of(domain: str, facts: tuple[str, ...], action: str) -> FaultKind | None:
+def fault_of(domain: Domain, facts: tuple[str, ...], action: str) -> FaultKind | None:
     scene = flat.scene()
     outcome = attempt(domain, [flat.state(*facts, over=scene)], flat.action(action, scene))
     return outcome.kind if isinstance(outcome, Fault) else None
 
 
-def after(domain: str, facts: tuple[str, ...], action: str) -> tuple[set[str], set[str]]:
+def after(domain: Domain, facts: tuple[str, ...], action: str) -> tuple[set[str], set[str]]:
     """What an action adds and removes."""
     scene = flat.scene()
     before = flat.state(*facts, over=scene)
@@ -104,7 +104,7 @@ def after(domain: str, facts: tuple[str, ...], action: str) -> tuple[set[str], s
     ],
 )
 def test_the_first_failing_check_decides(
-    domain: str, facts: tuple[str, ...], action: str, kind: FaultKind
+    domain: Domain, facts: tuple[str, ...], action: str, kind: FaultKind
 ) -> None:
     found = fault_of(domain, facts, action)
     assert (M if found is W else found) is kind, "whether it is a wrong order is the history rule's to say"
@@ -153,7 +153,7 @@ def test_the_first_failing_check_decides(
     ],
 )
 def test_what_an_action_changes(
-    domain: str, facts: tuple[str, ...], action: str, added: set[str], removed: set[str]
+    domain: Domain, facts: tuple[str, ...], action: str, added: set[str], removed: set[str]
 ) -> None:
     assert after(domain, facts, action) == (added, removed)
 

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from eai.abilities.transition_modeling.planner_choice import PlannerChoice
 from eai.pddl.fast_downward import FastDownward, Limits
 from eai.pddl.planner import BuiltInPlanner, TieredPlanner
-from eai.pddl.planning import Planner
+from eai.pddl.planning import PddlPlanner, PlannerChoice
 from eai.pddl.search import Effort
 
 FIRST_EFFORT = Effort(full=300)
 """What the built-in search may do before Fast Downward is asked, which is then the quicker of the two."""
 
 
-def make_planner(choice: PlannerChoice, cpu_seconds: int) -> Planner | None:
+def make_planner(choice: PlannerChoice, cpu_seconds: int) -> PddlPlanner | None:
     """The planner that may take so long for one task, or None if none is to be asked.
 
     Raises:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from eai.abilities.transition_modeling.task import TransitionTask, open_behavior
+from eai.abilities.transition_modeling.task import TransitionTask
 from eai.benchmarks.behavior.domain import as_meant
 from eai.benchmarks.behavior.tasks import BehaviorTask
 from eai.benchmarks.behavior.tasks import open_tasks as open_behavior_tasks
 from eai.benchmarks.behavior.wording import wording
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.formats import formats_of
+from eai.benchmarks.gold_operators import open_behavior
 from eai.benchmarks.published_prompts import OfficialPrompts
 from eai.benchmarks.source import Source, TaskSet, once_per_store
 

@@ -6,10 +6,11 @@ from collections.abc import Mapping
 
 from eai.abilities.protocol import Ability
 from eai.abilities.task import Task
-from eai.abilities.transition_modeling.task import TransitionTask, open_virtualhome
+from eai.abilities.transition_modeling.task import TransitionTask
 from eai.abilities.verdict import Json
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.formats import formats_of
+from eai.benchmarks.gold_operators import open_virtualhome
 from eai.benchmarks.published_prompts import OfficialPrompts
 from eai.benchmarks.source import Source, TaskSet, once_per_store
 from eai.benchmarks.virtualhome.domain import as_meant
