@@ -54,7 +54,7 @@ class Suite:
 
     def over(self, answers: Sequence[str]) -> Suite:
         """The suite as it scores these answers together: the form of all may decide how each is read."""
-        form = self._form_of(answers)
+        form = self._form_of(answers) if answers else None
         return self if form is None or self.reopen is None else self.reopen(form=form)
 
     def scorer(self, task_id: str) -> Scorer:
