@@ -31,7 +31,7 @@ RIGHT = {
 
 WRONG = {
     "action_sequencing": PRESS[:1] + PRESS[3:],
-    "goal_interpretation": {"node goals": [["lit", "lamp_1"], ["open", "box"]]},
+    "goal_interpretation": {"node goals": [["lit", "lamp_1"], ["is_open", "box"]]},
     "subgoal_decomposition": {"output": ["lit(lamp_1)"]},
 }
 
