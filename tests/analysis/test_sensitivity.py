@@ -6,9 +6,9 @@ from pathlib import Path
 import pytest
 
 from eai.abilities.protocol import Protocol
-from eai.abilities.transition_modeling.scorer import rules_of
-from eai.abilities.transition_modeling.task import Category, PddlDomain, TransitionTask
+from eai.abilities.transition_modeling.task import Category, OperatorLibrary, TransitionTask
 from eai.analysis.sensitivity import OVERALL, OperatorOutcome, summarise, try_operators
+from eai.benchmarks.gold_operators import rules_of
 from eai.metrics.rate import Rate
 from eai.pddl.operator_text import OperatorText
 from eai.pddl.planner import BuiltInPlanner
@@ -19,7 +19,7 @@ from eai.report import plot_sensitivity
 OPEN = OperatorText("open", "(?o)", "(shut ?o)", "(wide ?o)")
 LIGHT = OperatorText("light", "(?o)", "(wide ?o)", "(lit ?o)")
 BROKEN = OperatorText("open", "(?o)", "(lit ?o)", "(wide ?o)")
-DOMAIN = PddlDomain(
+DOMAIN = OperatorLibrary(
     read_domain("(define (domain d) (:predicates (shut ?o) (wide ?o) (lit ?o)))"),
     {"open": OPEN, "light": LIGHT},
     dict.fromkeys(("shut", "wide", "lit"), Category.OBJECT_STATES),

@@ -19,17 +19,17 @@ from eai.logic.formula import (
     Variable,
 )
 from eai.pddl.model import (
-    Action,
-    Add,
+    AddEffect,
     Both,
-    Delete,
-    Domain,
+    DeleteEffect,
     Each,
-    Effect,
-    Predicate,
-    Problem,
+    PddlAction,
+    PddlDomain,
+    PddlEffect,
+    PddlPredicate,
+    PddlProblem,
     TypedName,
-    When,
+    WhenEffect,
 )
 
 PREDICATES = {"p": 1, "q": 2, "r": 0}
@@ -70,8 +70,8 @@ def formulas(scope: tuple[str, ...], depth: int = 3) -> st.SearchStrategy[Formul
     )
 
 
-def effects(scope: tuple[str, ...], depth: int = 2) -> st.SearchStrategy[Effect]:
-    leaf: st.SearchStrategy[Effect] = atoms(scope).map(Add) | atoms(scope).map(Delete)
+def effects(scope: tuple[str, ...], depth: int = 2) -> st.SearchStrategy[PddlEffect]:
+    leaf: st.SearchStrategy[PddlEffect] = atoms(scope).map(AddEffect) | atoms(scope).map(DeleteEffect)
     if not depth:
         return leaf
     part = effects(scope, depth - 1)
@@ -81,25 +81,25 @@ def effects(scope: tuple[str, ...], depth: int = 2) -> st.SearchStrategy[Effect]
         leaf,
         st.lists(part, max_size=3).map(tuple).map(Both),
         st.builds(Each, variable, effects((*scope, name), depth - 1)),
-        st.builds(When, formulas(scope, 1), part),
+        st.builds(WhenEffect, formulas(scope, 1), part),
     )
 
 
-def actions(name: str) -> st.SearchStrategy[Action]:
+def actions(name: str) -> st.SearchStrategy[PddlAction]:
     scope = ("x", "y")
     parameters = st.tuples(*(CATEGORIES.map(lambda c, n=n: Variable(n, c)) for n in scope))
-    return st.builds(Action, st.just(name), parameters, formulas(scope, 2), effects(scope))
+    return st.builds(PddlAction, st.just(name), parameters, formulas(scope, 2), effects(scope))
 
 
 DOMAINS = st.lists(st.sampled_from(["act", "move", "use"]), unique=True, max_size=3).flatmap(
     lambda names: st.tuples(*map(actions, names)).map(
-        lambda found: Domain(
+        lambda found: PddlDomain(
             name="made-up",
             requirements=(":adl",),
             types=TYPES,
             constants=OBJECTS,
             predicates=tuple(
-                Predicate(name, tuple(Variable(f"x{i}") for i in range(arity)))
+                PddlPredicate(name, tuple(Variable(f"x{i}") for i in range(arity)))
                 for name, arity in PREDICATES.items()
             ),
             actions=found,
@@ -107,7 +107,7 @@ DOMAINS = st.lists(st.sampled_from(["act", "move", "use"]), unique=True, max_siz
     )
 )
 PROBLEMS = st.builds(
-    Problem,
+    PddlProblem,
     name=st.just("made-up-problem"),
     domain=st.just("made-up"),
     objects=st.just(()),

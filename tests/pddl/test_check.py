@@ -2,8 +2,8 @@ from __future__ import annotations
 
 import pytest
 
-from eai.pddl.check import Vocabulary, check_action, check_domain, check_problem
-from eai.pddl.offence import Finding, Offence
+from eai.pddl.check import Declarations, check_action, check_domain, check_problem
+from eai.pddl.offence import Offence, PddlFinding
 from eai.pddl.reader import read_action, read_domain, read_problem
 
 DOMAIN = read_domain(
@@ -17,7 +17,7 @@ def offences(
     precondition: str, effect: str = "(lit hall)", parameters: str = "(?p - person ?r - room)"
 ) -> set[str]:
     text = f"(:action a :parameters {parameters} :precondition {precondition} :effect {effect})"
-    findings = check_action(read_action(text), Vocabulary.of(DOMAIN))
+    findings = check_action(read_action(text), Declarations.of(DOMAIN))
     return {f"{finding.offence.value} {finding.name}" for finding in findings}
 
 
@@ -65,15 +65,15 @@ def test_objects_of_a_problem_may_be_admitted() -> None:
         "(define (problem q) (:domain d) (:objects cellar - room) (:init) (:goal (lit cellar)))"
     )
     action = read_action("(:action a :parameters () :effect (lit cellar))")
-    assert check_action(action, Vocabulary.of(DOMAIN)) != ()
-    assert check_action(action, Vocabulary.of(DOMAIN, problem.objects)) == ()
+    assert check_action(action, Declarations.of(DOMAIN)) != ()
+    assert check_action(action, Declarations.of(DOMAIN, problem.objects)) == ()
 
 
 def test_a_finding_stands_there_once_and_says_where() -> None:
     action = read_action("(:action go :precondition (and (dark) (dark)) :effect (dark))")
-    assert check_action(action, Vocabulary.of(DOMAIN)) == (
-        Finding(Offence.UNKNOWN_PREDICATE, "dark", "precondition of go"),
-        Finding(Offence.UNKNOWN_PREDICATE, "dark", "effect of go"),
+    assert check_action(action, Declarations.of(DOMAIN)) == (
+        PddlFinding(Offence.UNKNOWN_PREDICATE, "dark", "precondition of go"),
+        PddlFinding(Offence.UNKNOWN_PREDICATE, "dark", "effect of go"),
     )
 
 

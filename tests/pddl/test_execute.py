@@ -3,7 +3,7 @@ from __future__ import annotations
 import pytest
 
 from eai.logic.formula import Atom, Constant, Eventually, Variable
-from eai.pddl.execute import Executor, PlanFlaw, Step
+from eai.pddl.execute import Executor, PlanFlaw, PlanStep
 from eai.pddl.reader import read_domain, read_formula, read_problem
 
 DOMAIN = read_domain(
@@ -21,8 +21,8 @@ PROBLEM = read_problem(
 EXECUTOR = Executor(DOMAIN, PROBLEM)
 
 
-def plan(*lines: str) -> list[Step]:
-    return [Step(name, tuple(arguments)) for name, *arguments in (line.split() for line in lines)]
+def plan(*lines: str) -> list[PlanStep]:
+    return [PlanStep(name, tuple(arguments)) for name, *arguments in (line.split() for line in lines)]
 
 
 def fact(predicate: str, *names: str) -> Atom:
@@ -50,16 +50,16 @@ def test_plans(steps: tuple[str, ...], flaw: PlanFlaw | None) -> None:
 
 
 def test_conditions_of_an_effect_are_read_before_it() -> None:
-    lit = EXECUTOR.successor(EXECUTOR.initial, Step("light", ("hall",)))
+    lit = EXECUTOR.successor(EXECUTOR.initial, PlanStep("light", ("hall",)))
     assert lit == {fact("at", "hall"), fact("lit", "hall")}
-    held = EXECUTOR.successor(EXECUTOR.initial, Step("swap", ()))
+    held = EXECUTOR.successor(EXECUTOR.initial, PlanStep("swap", ()))
     assert isinstance(held, frozenset)
     assert fact("held", "k") in held
-    assert EXECUTOR.successor(held, Step("swap", ())) == EXECUTOR.initial
+    assert EXECUTOR.successor(held, PlanStep("swap", ())) == EXECUTOR.initial
 
 
 def test_what_is_deleted_and_added_is_true() -> None:
-    state = EXECUTOR.successor(EXECUTOR.initial, Step("both", ()))
+    state = EXECUTOR.successor(EXECUTOR.initial, PlanStep("both", ()))
     assert isinstance(state, frozenset)
     assert fact("held", "k") in state
 

@@ -15,14 +15,15 @@ from pathlib import Path
 
 import pytest
 
-from eai.abilities.transition_modeling.task import TransitionTask, open_behavior, open_virtualhome
+from eai.abilities.transition_modeling.task import TransitionTask
+from eai.benchmarks.gold_operators import open_behavior, open_virtualhome
 from eai.data.store import Store
 from eai.errors import DataError
 from eai.logic.formula import Atom
 from eai.pddl import fast_downward
-from eai.pddl.execute import Step
+from eai.pddl.execute import PlanStep
 from eai.pddl.fast_downward import FastDownward, Limits
-from eai.pddl.model import Action
+from eai.pddl.model import PddlAction
 from eai.pddl.normalise import normalise, read_operator
 from eai.pddl.planner import BuiltInPlanner, TieredPlanner
 from eai.pddl.planning import PlannerOutcome, PlanningTask
@@ -79,7 +80,7 @@ def counter(bits: int) -> PlanningTask:
 
 def test_a_plan_is_found_executed_and_nothing_is_left_behind(planner: FastDownward, scratch: Path) -> None:
     result = planner.solve(made_up("(:action do :parameters (?x) :precondition (ready) :effect (done))"))
-    assert (result.outcome, result.plan) == (PlannerOutcome.SOLVED, (Step("do", ("k",)),))
+    assert (result.outcome, result.plan) == (PlannerOutcome.SOLVED, (PlanStep("do", ("k",)),))
     assert planner.version in result.detail
     assert list(scratch.iterdir()) == []
 
@@ -194,7 +195,9 @@ def wait_until(condition: Callable[[], object], seconds: float = 20) -> bool:
 def full_task(task: TransitionTask) -> PlanningTask:
     header = task.domain.header
     readings = [read_operator(text, header) for text in task.domain.operators.values()]
-    return normalise(header, [reading for reading in readings if isinstance(reading, Action)], task.problem)
+    return normalise(
+        header, [reading for reading in readings if isinstance(reading, PddlAction)], task.problem
+    )
 
 
 def test_both_planners_agree_on_a_sample_and_the_second_decides_the_rest(

@@ -2,16 +2,16 @@ from __future__ import annotations
 
 import pytest
 
-from eai.abilities.transition_modeling.task import open_behavior, open_virtualhome
+from eai.benchmarks.gold_operators import open_behavior, open_virtualhome
 from eai.data.store import Store
 from eai.pddl.matching import OperatorMatch, SideMatch, match_operators, missing_operator
-from eai.pddl.model import Action
+from eai.pddl.model import PddlAction
 from eai.pddl.reader import read_action
 
 PARAMETERS = "(?c - character ?a - object ?b - object)"
 
 
-def operator(precondition: str, effect: str = "()", parameters: str = PARAMETERS) -> Action:
+def operator(precondition: str, effect: str = "()", parameters: str = PARAMETERS) -> PddlAction:
     return read_action(f"(:action o :parameters {parameters} :precondition {precondition} :effect {effect})")
 
 

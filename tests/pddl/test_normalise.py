@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from eai.pddl.model import Action, Domain
+from eai.pddl.model import PddlAction, PddlDomain
 from eai.pddl.normalise import Dropped, normalise, read_operator
-from eai.pddl.offence import Finding, Offence
+from eai.pddl.offence import Offence, PddlFinding
 from eai.pddl.operator_text import OperatorText
 from eai.pddl.planning import PlanningTask
 from eai.pddl.reader import read_domain, read_problem
@@ -24,17 +24,19 @@ def read(precondition: str, effect: str, parameters: str = "(?x - thing)", name:
     return read_operator(OperatorText(name, parameters, precondition, effect), HEADER)
 
 
-def action(precondition: str, effect: str, parameters: str = "(?x - thing)", name: str = "act") -> Action:
+def action(precondition: str, effect: str, parameters: str = "(?x - thing)", name: str = "act") -> PddlAction:
     found = read(precondition, effect, parameters, name)
-    assert isinstance(found, Action), found
+    assert isinstance(found, PddlAction), found
     return found
 
 
-def task(*actions: Action, init: str = "", goal: str = "(goal)", header: Domain = HEADER) -> PlanningTask:
+def task(
+    *actions: PddlAction, init: str = "", goal: str = "(goal)", header: PddlDomain = HEADER
+) -> PlanningTask:
     return normalise(header, actions, read_problem(PROBLEM.format(init=init, goal=goal)))
 
 
-def solvable(*actions: Action, init: str = "", goal: str = "(goal)") -> bool:
+def solvable(*actions: PddlAction, init: str = "", goal: str = "(goal)") -> bool:
     made = task(*actions, init=init, goal=goal)
     verdict = search(made.domain, made.problem, Effort()).verdict
     assert verdict is not SearchVerdict.UNDECIDED
@@ -68,13 +70,13 @@ def solvable(*actions: Action, init: str = "", goal: str = "(goal)") -> bool:
 )
 def test_what_every_planner_refuses(precondition: str, effect: str, offence: Offence) -> None:
     found = read(precondition, effect)
-    assert isinstance(found, Finding), found
+    assert isinstance(found, PddlFinding), found
     assert found.offence is offence
 
 
 def test_a_parameter_needs_a_question_mark() -> None:
     found = read("(ready)", "(goal)", "(x - thing)")
-    assert isinstance(found, Finding)
+    assert isinstance(found, PddlFinding)
 
 
 @pytest.mark.parametrize(
@@ -90,8 +92,8 @@ def test_what_is_left_out_without_a_word(precondition: str, effect: str, paramet
 
 
 def test_an_operator_that_is_left_out_can_still_be_refused() -> None:
-    assert isinstance(read("(dark)", "()"), Finding)
-    assert isinstance(read("(dark)", "(goal)", "(?x - (either room thing))"), Finding)
+    assert isinstance(read("(dark)", "()"), PddlFinding)
+    assert isinstance(read("(dark)", "(goal)", "(?x - (either room thing))"), PddlFinding)
 
 
 @pytest.mark.parametrize("text", ["()", "(and)"])

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from eai.benchmarks.packs import BEHAVIOR_PDDL, RESOURCES
 from eai.data.store import Store
 from eai.logic.formula import TRUE, And, Atom, Constant, Exists, ForAll, Not, Variable
-from eai.pddl.model import NO_EFFECT, Add, Delete, Domain, Problem, TypedName, When
+from eai.pddl.model import NO_EFFECT, AddEffect, DeleteEffect, PddlDomain, PddlProblem, TypedName, WhenEffect
 from eai.pddl.offence import Offence, PddlError
 from eai.pddl.reader import read_action, read_domain, read_effect, read_formula, read_problem
 from eai.pddl.writer import write_action, write_domain, write_problem
@@ -15,12 +15,12 @@ from pddl.random_pddl import DOMAINS, PROBLEMS
 
 @settings(max_examples=30, deadline=None)
 @given(DOMAINS)
-def test_a_written_domain_is_read_back(domain: Domain) -> None:
+def test_a_written_domain_is_read_back(domain: PddlDomain) -> None:
     assert read_domain(write_domain(domain)) == domain
 
 
 @given(PROBLEMS)
-def test_a_written_problem_is_read_back(problem: Problem) -> None:
+def test_a_written_problem_is_read_back(problem: PddlProblem) -> None:
     assert read_problem(write_problem(problem)) == problem
 
 
@@ -59,8 +59,8 @@ def test_an_operator_as_a_value() -> None:
     assert action.parameters == (Variable("c", "character"), Variable("o"))
     near = Atom("near", (Variable("c"), Constant("kitchen")))
     assert action.precondition == And((Not(Atom("open", (Variable("o"),))), near))
-    closed = When(Atom("lit", (Variable("o"),)), Delete(Atom("closed", (Variable("o"),))))
-    assert action.effect.parts == (Add(Atom("open", (Variable("o"),))), closed)  # type: ignore[union-attr]
+    closed = WhenEffect(Atom("lit", (Variable("o"),)), DeleteEffect(Atom("closed", (Variable("o"),))))
+    assert action.effect.parts == (AddEffect(Atom("open", (Variable("o"),))), closed)  # type: ignore[union-attr]
 
 
 def test_absent_and_empty_parts_mean_nothing_is_asked_or_done() -> None:

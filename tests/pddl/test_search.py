@@ -7,10 +7,11 @@ from itertools import product
 import pytest
 from hypothesis import HealthCheck, given, settings
 
-from eai.abilities.transition_modeling.task import TransitionTask, open_behavior, open_virtualhome
+from eai.abilities.transition_modeling.task import TransitionTask
+from eai.benchmarks.gold_operators import open_behavior, open_virtualhome
 from eai.data.store import Store
-from eai.pddl.execute import Executor, Step
-from eai.pddl.model import Action, Domain, Problem, objects_by_type, type_of
+from eai.pddl.execute import Executor, PlanStep
+from eai.pddl.model import PddlAction, PddlDomain, PddlProblem, objects_by_type, type_of
 from eai.pddl.normalise import normalise, read_operator
 from eai.pddl.reader import read_domain, read_problem
 from eai.pddl.search import Effort, SearchVerdict, search
@@ -19,14 +20,14 @@ from pddl.random_pddl import DOMAINS, PROBLEMS
 EVERYTHING = Effort(central=50, full=100_000)
 
 
-def steps(domain: Domain, problem: Problem) -> Iterator[Step]:
+def steps(domain: PddlDomain, problem: PddlProblem) -> Iterator[PlanStep]:
     members = objects_by_type(domain, problem)
     for action in domain.actions:
         for names in product(*(members.get(type_of(parameter), ()) for parameter in action.parameters)):
-            yield Step(action.name, names)
+            yield PlanStep(action.name, names)
 
 
-def is_solvable(domain: Domain, problem: Problem) -> bool:
+def is_solvable(domain: PddlDomain, problem: PddlProblem) -> bool:
     """Breadth-first search over explicit states: slow, and too simple to be wrong."""
     executor = Executor(domain, problem)
     everything = list(steps(domain, problem))
@@ -45,7 +46,7 @@ def is_solvable(domain: Domain, problem: Problem) -> bool:
 
 @settings(max_examples=60, deadline=None, suppress_health_check=list(HealthCheck))
 @given(DOMAINS, PROBLEMS)
-def test_agrees_with_breadth_first_search(domain: Domain, problem: Problem) -> None:
+def test_agrees_with_breadth_first_search(domain: PddlDomain, problem: PddlProblem) -> None:
     result = search(domain, problem, EVERYTHING)
     assert result.verdict is (
         SearchVerdict.SOLVED if is_solvable(domain, problem) else SearchVerdict.UNSOLVABLE
@@ -99,7 +100,7 @@ def test_equal_input_gives_an_equal_plan(data_store: Store) -> None:
     task = gold_tasks(data_store)[0]
     header = task.domain.header
     readings = [read_operator(text, header) for text in task.domain.operators.values()]
-    made = normalise(header, [r for r in readings if isinstance(r, Action)], task.problem)
+    made = normalise(header, [r for r in readings if isinstance(r, PddlAction)], task.problem)
     assert search(made.domain, made.problem, Effort()) == search(made.domain, made.problem, Effort())
 
 

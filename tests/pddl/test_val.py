@@ -9,10 +9,11 @@ from pathlib import Path
 
 import pytest
 
-from eai.abilities.transition_modeling.task import TransitionTask, open_behavior, open_virtualhome
+from eai.abilities.transition_modeling.task import TransitionTask
+from eai.benchmarks.gold_operators import open_behavior, open_virtualhome
 from eai.data.store import Store
 from eai.pddl.check import check_problem
-from eai.pddl.execute import Step
+from eai.pddl.execute import PlanStep
 from eai.pddl.normalise import normalise
 from eai.pddl.planning import PlanningTask
 from eai.pddl.search import Effort, SearchVerdict, search
@@ -27,7 +28,7 @@ def validator() -> Path:
     return Path(spec.submodule_search_locations[0]) / "bin" / "Validate"
 
 
-def verdict(validator: Path, folder: Path, task: PlanningTask, plan: tuple[Step, ...]) -> str:
+def verdict(validator: Path, folder: Path, task: PlanningTask, plan: tuple[PlanStep, ...]) -> str:
     texts = {
         "domain.pddl": write_domain(task.domain),
         "problem.pddl": write_problem(task.problem),

@@ -11,6 +11,8 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import NamedTuple, TypeAlias
 
+from eai.abilities.transition_modeling.report import OperatorReport
+from eai.pddl.matching import SideMatch
 from eai.pddl.planning import PlannerOutcome
 from eai.world.fault import FaultKind
 
@@ -174,7 +176,7 @@ class OperatorVerdict(Verdict):
     """
 
     task_categories: tuple[str, ...] = ()
-    operators: tuple[Json, ...] = ()
+    operators: tuple[OperatorReport, ...] = ()
     plan: tuple[str, ...] = ()
     planner_detail: str = ""
 
@@ -225,7 +227,7 @@ def _own(verdict: Verdict) -> dict[str, Json]:
         case OperatorVerdict():
             return {
                 "task_categories": list(verdict.task_categories),
-                "operators": list(verdict.operators),
+                "operators": [_operator(report) for report in verdict.operators],
                 "plan": list(verdict.plan),
                 "planner_detail": verdict.planner_detail,
             }
@@ -252,3 +254,24 @@ def _counts(value: Confusion | Mapping[str, Confusion]) -> Json:
     if isinstance(value, Confusion):
         return list(value)
     return {key: list(confusion) for key, confusion in value.items()}
+
+
+def _operator(report: OperatorReport) -> Json:
+    return {
+        "name": report.name,
+        "status": report.status.value,
+        "precondition": _side(report.precondition),
+        "effect": _side(report.effect),
+        "offences": [
+            {"offence": finding.offence.value, "name": finding.name, "place": finding.place}
+            for finding in report.findings
+        ],
+    }
+
+
+def _side(side: SideMatch) -> Json:
+    return {
+        "matched": list(side.matched),
+        "additional": list(side.additional),
+        "missing": list(side.missing),
+    }

@@ -18,7 +18,7 @@ from collections.abc import Mapping, Sequence
 from eai.abilities.transition_modeling.task import Category, TransitionTask
 from eai.logic.formula import Atom, Formula
 from eai.logic.traversal import walk
-from eai.pddl.model import Action, effect_atoms, effect_conditions
+from eai.pddl.model import PddlAction, effect_atoms, effect_conditions
 
 PER_TASK = 2
 """How many categories a task has."""
@@ -50,7 +50,7 @@ def _predicates(task: TransitionTask) -> list[str]:
     return [word for name, action in task.gold.items() if name.isidentifier() for word in _words(action)]
 
 
-def _words(action: Action) -> list[str]:
+def _words(action: PddlAction) -> list[str]:
     """The predicates of an operator, each once, by name."""
     conditions: list[Formula] = [action.precondition, *effect_conditions(action.effect)]
     atoms = [part for condition in conditions for part in walk(condition) if isinstance(part, Atom)]

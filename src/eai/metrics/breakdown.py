@@ -12,7 +12,7 @@ from typing import NamedTuple, TypeVar
 from eai.abilities.explanation import Explanation
 from eai.abilities.protocol import Ability
 from eai.abilities.record import Record
-from eai.abilities.verdict import Confusion, Verdict
+from eai.abilities.verdict import Confusion, Verdict, fields_of
 from eai.metrics.explained import explanation_of
 from eai.metrics.rate import Rate, add
 from eai.pddl.planning import PlannerOutcome
@@ -165,8 +165,8 @@ def _break_down_operators(
 
 
 def operators_of(verdict: Verdict) -> list[Mapping[str, object]]:
-    """The reports on written operators in a verdict's details, if it has any."""
-    found = (verdict.details or {}).get("operators")
+    """The reports on written operators, if a verdict has any."""
+    found = fields_of(verdict).get("operators")
     return [item for item in found if isinstance(item, Mapping)] if isinstance(found, list) else []
 
 

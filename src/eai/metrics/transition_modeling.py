@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection
 
 from eai.abilities.transition_modeling.task import Category
-from eai.abilities.verdict import Confusion, Verdict
+from eai.abilities.verdict import Confusion, Verdict, fields_of
 from eai.metrics.rate import NOTHING, Rate, add, confusion_rates, share
 from eai.pddl.planning import PlannerOutcome
 
@@ -25,7 +25,7 @@ def contribution(verdict: Verdict) -> dict[str, Rate]:
     """What one answer contributes to each rate.
 
     Counts are of preconditions and effects together. A task's planner outcome counts in each of the task's
-    categories (``task_categories`` in the details) and once overall; one that no planner ran on counts in
+    categories and once overall; one that no planner ran on counts in
     neither.
     """
     counts = _by_category(verdict)
@@ -52,5 +52,5 @@ def _by_category(verdict: Verdict) -> dict[str, Confusion]:
 
 
 def _categories(verdict: Verdict) -> Collection[str]:
-    found = (verdict.details or {}).get("task_categories")
+    found = fields_of(verdict).get("task_categories")
     return [str(name) for name in found] if isinstance(found, list | tuple) else ()

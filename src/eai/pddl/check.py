@@ -26,28 +26,28 @@ from eai.logic.formula import (
 )
 from eai.pddl.model import (
     OBJECT,
-    Action,
-    Add,
+    AddEffect,
     Both,
-    Delete,
-    Domain,
+    DeleteEffect,
     Each,
-    Effect,
-    Predicate,
-    Problem,
+    PddlAction,
+    PddlDomain,
+    PddlEffect,
+    PddlPredicate,
+    PddlProblem,
     TypedName,
-    When,
+    WhenEffect,
     supertypes,
     type_of,
 )
-from eai.pddl.offence import Finding, Offence
+from eai.pddl.offence import Offence, PddlFinding
 
-Scope = Mapping[str, str]
+TypeScope = Mapping[str, str]
 """The variables bound at a place, each with its type."""
 
 
 @dataclass(frozen=True, slots=True)
-class Vocabulary:
+class Declarations:
     """The names that may be used.
 
     Attributes:
@@ -57,11 +57,11 @@ class Vocabulary:
     """
 
     types: tuple[TypedName, ...]
-    predicates: Mapping[str, Predicate]
+    predicates: Mapping[str, PddlPredicate]
     constants: Mapping[str, str]
 
     @classmethod
-    def of(cls, domain: Domain, objects: Iterable[TypedName] = ()) -> Vocabulary:
+    def of(cls, domain: PddlDomain, objects: Iterable[TypedName] = ()) -> Declarations:
         """The vocabulary of a domain; ``objects`` are those of a problem, if they may be named."""
         return cls(
             types=domain.types,
@@ -74,9 +74,9 @@ class Vocabulary:
         return name == OBJECT or any(declared.name == name for declared in self.types)
 
 
-def check_domain(domain: Domain) -> tuple[Finding, ...]:
+def check_domain(domain: PddlDomain) -> tuple[PddlFinding, ...]:
     """All offences of a domain: in its declarations, then operator by operator."""
-    vocabulary = Vocabulary.of(domain)
+    vocabulary = Declarations.of(domain)
     findings = [
         *_duplicates((predicate.name for predicate in domain.predicates), "predicates"),
         *_duplicates((action.name for action in domain.actions), "operators"),
@@ -88,7 +88,7 @@ def check_domain(domain: Domain) -> tuple[Finding, ...]:
     return tuple(findings)
 
 
-def check_action(action: Action, vocabulary: Vocabulary) -> tuple[Finding, ...]:
+def check_action(action: PddlAction, vocabulary: Declarations) -> tuple[PddlFinding, ...]:
     """All offences of an operator, in the order of its text, each once."""
     place = f"parameters of {action.name}"
     scope = {parameter.name: type_of(parameter) for parameter in action.parameters}
@@ -101,13 +101,13 @@ def check_action(action: Action, vocabulary: Vocabulary) -> tuple[Finding, ...]:
     return tuple(dict.fromkeys(findings))
 
 
-def check_problem(problem: Problem, domain: Domain) -> tuple[Finding, ...]:
+def check_problem(problem: PddlProblem, domain: PddlDomain) -> tuple[PddlFinding, ...]:
     """All offences of a problem against its domain, each once."""
-    vocabulary = Vocabulary.of(domain, problem.objects)
+    vocabulary = Declarations.of(domain, problem.objects)
     findings = [
         *_duplicates((item.name for item in problem.objects), "objects"),
         *(
-            Finding(Offence.UNKNOWN_TYPE, item.type, "objects")
+            PddlFinding(Offence.UNKNOWN_TYPE, item.type, "objects")
             for item in problem.objects
             if not vocabulary.has_type(item.type)
         ),
@@ -122,10 +122,10 @@ def check_problem(problem: Problem, domain: Domain) -> tuple[Finding, ...]:
 class _Checker:
     """Walks one formula or effect; ``place`` says in words which."""
 
-    vocabulary: Vocabulary
+    vocabulary: Declarations
     place: str
 
-    def formula(self, formula: Formula, scope: Scope) -> Iterator[Finding]:
+    def formula(self, formula: Formula, scope: TypeScope) -> Iterator[PddlFinding]:
         match formula:
             case Atom():
                 yield from self.atom(formula, scope)
@@ -144,11 +144,11 @@ class _Checker:
                 yield from _unknown_types((variable,), self.vocabulary, self.place)
                 yield from self.formula(body, {**scope, variable.name: type_of(variable)})
             case _:
-                yield Finding(Offence.UNSUPPORTED, type(formula).__name__, self.place)
+                yield PddlFinding(Offence.UNSUPPORTED, type(formula).__name__, self.place)
 
-    def effect(self, effect: Effect, scope: Scope) -> Iterator[Finding]:
+    def effect(self, effect: PddlEffect, scope: TypeScope) -> Iterator[PddlFinding]:
         match effect:
-            case Add(atom) | Delete(atom):
+            case AddEffect(atom) | DeleteEffect(atom):
                 yield from self.atom(atom, scope)
             case Both(parts):
                 for part in parts:
@@ -156,45 +156,47 @@ class _Checker:
             case Each(variable, part):
                 yield from _unknown_types((variable,), self.vocabulary, self.place)
                 yield from self.effect(part, {**scope, variable.name: type_of(variable)})
-            case When(condition, part):
+            case WhenEffect(condition, part):
                 yield from self.formula(condition, scope)
                 yield from self.effect(part, scope)
 
-    def atom(self, atom: Atom, scope: Scope) -> Iterator[Finding]:
+    def atom(self, atom: Atom, scope: TypeScope) -> Iterator[PddlFinding]:
         declared = self.vocabulary.predicates.get(atom.predicate)
         if declared is None:
-            yield Finding(Offence.UNKNOWN_PREDICATE, atom.predicate, self.place)
+            yield PddlFinding(Offence.UNKNOWN_PREDICATE, atom.predicate, self.place)
         elif len(declared.parameters) != len(atom.arguments):
-            yield Finding(Offence.WRONG_ARITY, atom.predicate, self.place)
+            yield PddlFinding(Offence.WRONG_ARITY, atom.predicate, self.place)
         else:
             for parameter, argument in zip(declared.parameters, atom.arguments, strict=True):
                 yield from self._fit(parameter, argument, scope)
         for argument in atom.arguments:
             yield from self.term(argument, scope)
 
-    def term(self, term: Term, scope: Scope) -> Iterator[Finding]:
+    def term(self, term: Term, scope: TypeScope) -> Iterator[PddlFinding]:
         match term:
             case Variable(name) if name not in scope:
-                yield Finding(Offence.UNBOUND_VARIABLE, name, self.place)
+                yield PddlFinding(Offence.UNBOUND_VARIABLE, name, self.place)
             case Constant(name) if name not in self.vocabulary.constants:
-                yield Finding(Offence.UNDECLARED_CONSTANT, name, self.place)
+                yield PddlFinding(Offence.UNDECLARED_CONSTANT, name, self.place)
 
-    def _fit(self, parameter: Variable, argument: Term, scope: Scope) -> Iterator[Finding]:
+    def _fit(self, parameter: Variable, argument: Term, scope: TypeScope) -> Iterator[PddlFinding]:
         known = scope if isinstance(argument, Variable) else self.vocabulary.constants
         actual = known.get(argument.name)
         if actual is None or not self.vocabulary.has_type(actual):
             return
         if type_of(parameter) not in supertypes(self.vocabulary.types, actual):
-            yield Finding(Offence.WRONG_ARGUMENT_TYPE, argument.name, self.place)
+            yield PddlFinding(Offence.WRONG_ARGUMENT_TYPE, argument.name, self.place)
 
 
-def _unknown_types(variables: Iterable[Variable], vocabulary: Vocabulary, place: str) -> Iterator[Finding]:
+def _unknown_types(
+    variables: Iterable[Variable], vocabulary: Declarations, place: str
+) -> Iterator[PddlFinding]:
     for variable in variables:
         if not vocabulary.has_type(type_of(variable)):
-            yield Finding(Offence.UNKNOWN_TYPE, type_of(variable), place)
+            yield PddlFinding(Offence.UNKNOWN_TYPE, type_of(variable), place)
 
 
-def _duplicates(names: Iterable[str], place: str) -> Iterator[Finding]:
+def _duplicates(names: Iterable[str], place: str) -> Iterator[PddlFinding]:
     for name, count in Counter(names).items():
         if count > 1:
-            yield Finding(Offence.DUPLICATE, name, place)
+            yield PddlFinding(Offence.DUPLICATE, name, place)

@@ -27,7 +27,7 @@ from eai.logic.formula import (
     Term,
     Variable,
 )
-from eai.pddl.model import Add, Both, Delete, Each, Effect, When, type_of
+from eai.pddl.model import AddEffect, Both, DeleteEffect, Each, PddlEffect, WhenEffect, type_of
 
 EQUALITY = "="
 """The name of the predicate of equations."""
@@ -121,18 +121,18 @@ def condition_clause(formula: Formula) -> Clause:
             raise ValueError(f"{type(formula).__name__} has no PDDL form")
 
 
-def effect_clause(effect: Effect) -> Clause:
+def effect_clause(effect: PddlEffect) -> Clause:
     """The tree of an effect."""
     match effect:
-        case Add(atom):
+        case AddEffect(atom):
             return Literal(atom.predicate, atom.arguments, positive=True)
-        case Delete(atom):
+        case DeleteEffect(atom):
             return Literal(atom.predicate, atom.arguments, positive=False)
         case Both(parts):
             return _joined(Connective.ALL, map(effect_clause, parts))
         case Each(variable, part):
             return _bound(Scope.FORALL, variable, effect_clause(part))
-        case When(condition, part):
+        case WhenEffect(condition, part):
             return Guarded(condition_clause(condition), effect_clause(part))
         case _:
             assert_never(effect)

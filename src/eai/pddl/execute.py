@@ -24,25 +24,25 @@ from eai.logic.formula import (
     Variable,
 )
 from eai.pddl.model import (
-    Action,
-    Add,
+    AddEffect,
     Both,
-    Delete,
-    Domain,
+    DeleteEffect,
     Each,
-    Effect,
-    Problem,
-    When,
+    PddlAction,
+    PddlDomain,
+    PddlEffect,
+    PddlProblem,
+    WhenEffect,
     objects_by_type,
     type_of,
 )
 
-State = frozenset[Atom]
-Binding = Mapping[str, Constant]
+PddlState = frozenset[Atom]
+Valuation = Mapping[str, Constant]
 
 
 @dataclass(frozen=True, slots=True)
-class Step:
+class PlanStep:
     """One step of a plan: an operator and its objects."""
 
     action: str
@@ -66,17 +66,17 @@ class PlanFlaw:
 class Executor:
     """Executes plans of one domain and problem."""
 
-    def __init__(self, domain: Domain, problem: Problem) -> None:
+    def __init__(self, domain: PddlDomain, problem: PddlProblem) -> None:
         self._actions = {action.name: action for action in domain.actions}
         self._objects = objects_by_type(domain, problem)
         self._problem = problem
 
     @property
-    def initial(self) -> State:
+    def initial(self) -> PddlState:
         """The state at the start."""
         return frozenset(self._problem.initial)
 
-    def flaw(self, plan: Sequence[Step]) -> PlanFlaw | None:
+    def flaw(self, plan: Sequence[PlanStep]) -> PlanFlaw | None:
         """What is wrong with a plan, or None if it can be executed and ends in a state with the goal."""
         state = self.initial
         for index, step in enumerate(plan):
@@ -86,7 +86,7 @@ class Executor:
             state = result
         return None if self.holds(self._problem.goal, state, {}) else PlanFlaw(len(plan), "goal not reached")
 
-    def successor(self, state: State, step: Step) -> State | str:
+    def successor(self, state: PddlState, step: PlanStep) -> PddlState | str:
         """The state after a step, or in words why it cannot be taken."""
         action = self._actions.get(step.action)
         if action is None:
@@ -98,7 +98,7 @@ class Executor:
                 return f"{name} is no {type_of(parameter)}"
         return self._apply(action, state, step)
 
-    def holds(self, formula: Formula, state: State, binding: Binding) -> bool:
+    def holds(self, formula: Formula, state: PddlState, binding: Valuation) -> bool:
         """Whether a condition holds in a state.
 
         Raises:
@@ -124,45 +124,47 @@ class Executor:
             case _:
                 raise ValueError(f"{type(formula).__name__} has no meaning in a single state")
 
-    def _apply(self, action: Action, state: State, step: Step) -> State | str:
+    def _apply(self, action: PddlAction, state: PddlState, step: PlanStep) -> PddlState | str:
         objects = map(Constant, step.arguments)
         binding = {parameter.name: item for parameter, item in zip(action.parameters, objects, strict=True)}
         if not self.holds(action.precondition, state, binding):
             return f"the precondition of ({step}) does not hold"
         changes = list(self._changes(action.effect, state, binding))
-        deleted = {change.atom for change in changes if isinstance(change, Delete)}
-        added = {change.atom for change in changes if isinstance(change, Add)}
+        deleted = {change.atom for change in changes if isinstance(change, DeleteEffect)}
+        added = {change.atom for change in changes if isinstance(change, AddEffect)}
         return (state - deleted) | added
 
-    def _changes(self, effect: Effect, state: State, binding: Binding) -> Iterator[Add | Delete]:
+    def _changes(
+        self, effect: PddlEffect, state: PddlState, binding: Valuation
+    ) -> Iterator[AddEffect | DeleteEffect]:
         """The ground additions and deletions of an effect; all conditions are read in the state before."""
         match effect:
-            case Add(atom):
-                yield Add(_ground(atom, binding))
-            case Delete(atom):
-                yield Delete(_ground(atom, binding))
+            case AddEffect(atom):
+                yield AddEffect(_ground(atom, binding))
+            case DeleteEffect(atom):
+                yield DeleteEffect(_ground(atom, binding))
             case Both(parts):
                 for part in parts:
                     yield from self._changes(part, state, binding)
             case Each(variable, part):
                 for inner in self._extensions(variable, binding):
                     yield from self._changes(part, state, inner)
-            case When(condition, part):
+            case WhenEffect(condition, part):
                 if self.holds(condition, state, binding):
                     yield from self._changes(part, state, binding)
 
     def _members(self, variable: Variable) -> tuple[str, ...]:
         return self._objects.get(type_of(variable), ())
 
-    def _extensions(self, variable: Variable, binding: Binding) -> Iterator[Binding]:
+    def _extensions(self, variable: Variable, binding: Valuation) -> Iterator[Valuation]:
         return ({**binding, variable.name: Constant(name)} for name in self._members(variable))
 
 
-def _ground(atom: Atom, binding: Binding) -> Atom:
+def _ground(atom: Atom, binding: Valuation) -> Atom:
     return Atom(atom.predicate, tuple(_object(term, binding) for term in atom.arguments))
 
 
-def _object(term: Term, binding: Binding) -> Constant:
+def _object(term: Term, binding: Valuation) -> Constant:
     if isinstance(term, Constant):
         return term
     bound = binding.get(term.name)

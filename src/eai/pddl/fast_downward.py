@@ -20,7 +20,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from eai.errors import DataError
-from eai.pddl.execute import Step
+from eai.pddl.execute import PlanStep
 from eai.pddl.planner import checked_plan
 from eai.pddl.planning import PlannerOutcome, PlannerResult, PlanningTask
 from eai.pddl.writer import write_domain, write_problem
@@ -178,8 +178,8 @@ def _mentions(path: Path, predicate: str) -> bool:
     return f"Atom {predicate}(" in path.read_text()
 
 
-def _read_plan(path: Path) -> list[Step]:
+def _read_plan(path: Path) -> list[PlanStep]:
     """The steps of a plan file: one parenthesised line each, comments behind a semicolon."""
     lines = (line.split(";")[0].strip() for line in path.read_text().splitlines())
     words = [line.strip("()").split() for line in lines if line]
-    return [Step(name, tuple(arguments)) for name, *arguments in words]
+    return [PlanStep(name, tuple(arguments)) for name, *arguments in words]

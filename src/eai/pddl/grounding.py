@@ -23,24 +23,24 @@ from eai.logic.formula import (
     Term,
     Variable,
 )
-from eai.pddl.execute import Step
+from eai.pddl.execute import PlanStep
 from eai.pddl.model import (
-    Action,
-    Add,
+    AddEffect,
     Both,
-    Delete,
-    Domain,
+    DeleteEffect,
     Each,
-    Effect,
-    Problem,
-    When,
+    PddlAction,
+    PddlDomain,
+    PddlEffect,
+    PddlProblem,
+    WhenEffect,
     effect_atoms,
     objects_by_type,
     type_of,
 )
 
 
-class Condition(NamedTuple):
+class GroundCondition(NamedTuple):
     """A ground condition: atoms that must be true, atoms that must be false, and one of each of the choices.
 
     ``true`` and ``false`` are bit masks.
@@ -48,7 +48,7 @@ class Condition(NamedTuple):
 
     true: int
     false: int
-    choices: tuple[tuple[Condition, ...], ...]
+    choices: tuple[tuple[GroundCondition, ...], ...]
 
     def holds(self, state: int) -> bool:
         """Whether the condition holds in a state."""
@@ -57,10 +57,10 @@ class Condition(NamedTuple):
         return not self.choices or all(any(part.holds(state) for part in choice) for choice in self.choices)
 
 
-class Change(NamedTuple):
+class GroundChange(NamedTuple):
     """A ground conditional effect; ``add`` and ``delete`` are bit masks."""
 
-    condition: Condition
+    condition: GroundCondition
     add: int
     delete: int
 
@@ -69,9 +69,9 @@ class Change(NamedTuple):
 class GroundAction:
     """An operator with its objects."""
 
-    step: Step
-    precondition: Condition
-    changes: tuple[Change, ...]
+    step: PlanStep
+    precondition: GroundCondition
+    changes: tuple[GroundChange, ...]
 
     def successor(self, state: int) -> int:
         """The state after the action; what is both deleted and added is true."""
@@ -83,7 +83,7 @@ class GroundAction:
         return (state & ~delete) | add
 
 
-ALWAYS = Condition(0, 0, ())
+ALWAYS = GroundCondition(0, 0, ())
 
 _Key = tuple[str, ...]
 _Binding = Mapping[str, str]
@@ -92,7 +92,7 @@ _Binding = Mapping[str, str]
 class Grounder:
     """Grounds one domain and problem; atoms are numbered in the order in which they are met."""
 
-    def __init__(self, domain: Domain, problem: Problem) -> None:
+    def __init__(self, domain: PddlDomain, problem: PddlProblem) -> None:
         self._domain = domain
         self._problem = problem
         self._objects = objects_by_type(domain, problem)
@@ -110,7 +110,7 @@ class Grounder:
         """How many atoms have been met so far."""
         return len(self._numbers)
 
-    def goal(self) -> Condition | None:
+    def goal(self) -> GroundCondition | None:
         """The goal, or None if it is false in every state."""
         return self._condition(self._problem.goal, {}, negated=False)
 
@@ -136,7 +136,7 @@ class Grounder:
                 named.update(members)
         return frozenset(named)
 
-    def _bindings(self, action: Action, allowed: frozenset[str] | None) -> Iterator[dict[str, str]]:
+    def _bindings(self, action: PddlAction, allowed: frozenset[str] | None) -> Iterator[dict[str, str]]:
         """The bindings that satisfy the unchanging atoms of the precondition's top level."""
         tests = _tests_by_variable(action, self._unchanging(action.precondition))
         stack: list[dict[str, str]] = [{}]
@@ -158,7 +158,7 @@ class Grounder:
     def _passes(self, tests: Sequence[Atom], binding: _Binding) -> bool:
         return all(_key(atom, binding) in self._facts for atom in tests)
 
-    def _action(self, action: Action, binding: _Binding) -> GroundAction | None:
+    def _action(self, action: PddlAction, binding: _Binding) -> GroundAction | None:
         precondition = self._condition(action.precondition, binding, negated=False)
         if precondition is None:
             return None
@@ -170,29 +170,33 @@ class Grounder:
                 delete |= change.delete
             else:
                 conditional.append(change)
-        changes = [Change(ALWAYS, add, delete)] if add or delete else []
+        changes = [GroundChange(ALWAYS, add, delete)] if add or delete else []
         changes += conditional
         arguments = tuple(binding[parameter.name] for parameter in action.parameters)
-        return GroundAction(Step(action.name, arguments), precondition, tuple(changes)) if changes else None
+        return (
+            GroundAction(PlanStep(action.name, arguments), precondition, tuple(changes)) if changes else None
+        )
 
-    def _changes(self, effect: Effect, binding: _Binding, condition: Condition) -> Iterator[Change]:
+    def _changes(
+        self, effect: PddlEffect, binding: _Binding, condition: GroundCondition
+    ) -> Iterator[GroundChange]:
         match effect:
-            case Add(atom):
-                yield Change(condition, self._bit(atom, binding), 0)
-            case Delete(atom):
-                yield Change(condition, 0, self._bit(atom, binding))
+            case AddEffect(atom):
+                yield GroundChange(condition, self._bit(atom, binding), 0)
+            case DeleteEffect(atom):
+                yield GroundChange(condition, 0, self._bit(atom, binding))
             case Both(parts):
                 for part in parts:
                     yield from self._changes(part, binding, condition)
             case Each(variable, part):
                 for inner in self._extensions(variable, binding):
                     yield from self._changes(part, inner, condition)
-            case When(premise, part):
+            case WhenEffect(premise, part):
                 combined = _all_of((condition, self._condition(premise, binding, negated=False)))
                 if combined is not None:
                     yield from self._changes(part, binding, combined)
 
-    def _condition(self, formula: Formula, binding: _Binding, *, negated: bool) -> Condition | None:
+    def _condition(self, formula: Formula, binding: _Binding, *, negated: bool) -> GroundCondition | None:
         """The ground condition, or None if it is false in every state."""
         match formula:
             case Atom():
@@ -213,11 +217,11 @@ class Grounder:
             case _:
                 raise ValueError(f"{type(formula).__name__} has no PDDL form")
 
-    def _literal(self, atom: Atom, binding: _Binding, *, negated: bool) -> Condition | None:
+    def _literal(self, atom: Atom, binding: _Binding, *, negated: bool) -> GroundCondition | None:
         if atom.predicate not in self._changing:
             return ALWAYS if (_key(atom, binding) in self._facts) != negated else None
         bit = self._bit(atom, binding)
-        return Condition(0, bit, ()) if negated else Condition(bit, 0, ())
+        return GroundCondition(0, bit, ()) if negated else GroundCondition(bit, 0, ())
 
     def _bit(self, atom: Atom, binding: _Binding) -> int:
         key = _key(atom, binding)
@@ -227,20 +231,20 @@ class Grounder:
         return ({**binding, variable.name: name} for name in self._objects.get(type_of(variable), ()))
 
 
-def _all_of(parts: Iterable[Condition | None]) -> Condition | None:
+def _all_of(parts: Iterable[GroundCondition | None]) -> GroundCondition | None:
     true = false = 0
-    choices: list[tuple[Condition, ...]] = []
+    choices: list[tuple[GroundCondition, ...]] = []
     for part in parts:
         if part is None:
             return None
         true |= part.true
         false |= part.false
         choices += part.choices
-    return None if true & false else Condition(true, false, tuple(choices))
+    return None if true & false else GroundCondition(true, false, tuple(choices))
 
 
-def _one_of(parts: Iterable[Condition | None]) -> Condition | None:
-    options: list[Condition] = []
+def _one_of(parts: Iterable[GroundCondition | None]) -> GroundCondition | None:
+    options: list[GroundCondition] = []
     for part in parts:
         if part == ALWAYS:
             return ALWAYS
@@ -248,10 +252,10 @@ def _one_of(parts: Iterable[Condition | None]) -> Condition | None:
             options.append(part)
     if len(options) < 2:
         return options[0] if options else None
-    return Condition(0, 0, (tuple(options),))
+    return GroundCondition(0, 0, (tuple(options),))
 
 
-def _tests_by_variable(action: Action, atoms: Sequence[Atom]) -> dict[str, list[Atom]]:
+def _tests_by_variable(action: PddlAction, atoms: Sequence[Atom]) -> dict[str, list[Atom]]:
     """For each parameter the atoms whose variables are all bound once it is, in order of the parameters."""
     tests: dict[str, list[Atom]] = {parameter.name: [] for parameter in action.parameters}
     order = list(tests)

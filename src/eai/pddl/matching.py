@@ -26,7 +26,7 @@ from eai.pddl.clauses import (
     effect_clause,
     literals,
 )
-from eai.pddl.model import Action, type_of
+from eai.pddl.model import PddlAction, type_of
 
 MAX_PERMUTED = 5
 """Up to how many parameters all pairings are tried; above, only that by position."""
@@ -59,7 +59,7 @@ class OperatorMatch:
     effect: SideMatch
 
 
-def match_operators(predicted: Action, gold: Action) -> OperatorMatch:
+def match_operators(predicted: PddlAction, gold: PddlAction) -> OperatorMatch:
     """Compare an operator of an answer with the gold operator of the same name."""
     sides = [
         (condition_clause(predicted.precondition), condition_clause(gold.precondition)),
@@ -81,7 +81,7 @@ def match_operators(predicted: Action, gold: Action) -> OperatorMatch:
     return OperatorMatch(precondition, effect)
 
 
-def missing_operator(gold: Action) -> OperatorMatch:
+def missing_operator(gold: PddlAction) -> OperatorMatch:
     """The comparison with an operator that the answer does not have, or that cannot be read."""
     return OperatorMatch(
         SideMatch(missing=_names(literals(condition_clause(gold.precondition)))),
@@ -107,7 +107,7 @@ def _names(found: Iterator[Literal]) -> tuple[str, ...]:
     return tuple(sorted(literal.predicate for literal in found))
 
 
-def _renamings(predicted: Action, gold: Action) -> Iterator[Renaming]:
+def _renamings(predicted: PddlAction, gold: PddlAction) -> Iterator[Renaming]:
     """The pairings of parameters that agree with most types, that by position first."""
     ours, theirs = predicted.parameters, gold.parameters
     size = max(len(ours), len(theirs))

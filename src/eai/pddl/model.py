@@ -18,14 +18,14 @@ OBJECT = "object"
 
 
 @dataclass(frozen=True, slots=True)
-class Add:
+class AddEffect:
     """The atom becomes true."""
 
     atom: Atom
 
 
 @dataclass(frozen=True, slots=True)
-class Delete:
+class DeleteEffect:
     """The atom becomes false, unless another part of the same effect makes it true."""
 
     atom: Atom
@@ -35,7 +35,7 @@ class Delete:
 class Both:
     """All parts take place together; none is "no effect"."""
 
-    parts: tuple[Effect, ...]
+    parts: tuple[PddlEffect, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,18 +43,18 @@ class Each:
     """The part takes place for every object of the variable's type."""
 
     variable: Variable
-    part: Effect
+    part: PddlEffect
 
 
 @dataclass(frozen=True, slots=True)
-class When:
+class WhenEffect:
     """The part takes place if the condition held before."""
 
     condition: Formula
-    part: Effect
+    part: PddlEffect
 
 
-Effect: TypeAlias = Add | Delete | Both | Each | When
+PddlEffect: TypeAlias = AddEffect | DeleteEffect | Both | Each | WhenEffect
 
 NO_EFFECT = Both(())
 
@@ -68,7 +68,7 @@ class TypedName:
 
 
 @dataclass(frozen=True, slots=True)
-class Predicate:
+class PddlPredicate:
     """A declared predicate with its typed parameters."""
 
     name: str
@@ -76,29 +76,29 @@ class Predicate:
 
 
 @dataclass(frozen=True, slots=True)
-class Action:
+class PddlAction:
     """An operator."""
 
     name: str
     parameters: tuple[Variable, ...]
     precondition: Formula
-    effect: Effect
+    effect: PddlEffect
 
 
 @dataclass(frozen=True, slots=True)
-class Domain:
+class PddlDomain:
     """A planning domain. Declarations keep the order of the text."""
 
     name: str
     requirements: tuple[str, ...]
     types: tuple[TypedName, ...]
     constants: tuple[TypedName, ...]
-    predicates: tuple[Predicate, ...]
-    actions: tuple[Action, ...]
+    predicates: tuple[PddlPredicate, ...]
+    actions: tuple[PddlAction, ...]
 
 
 @dataclass(frozen=True, slots=True)
-class Problem:
+class PddlProblem:
     """A planning problem. What ``initial`` does not list is false; ``denied`` are the atoms that say so."""
 
     name: str
@@ -125,7 +125,7 @@ def supertypes(types: tuple[TypedName, ...], name: str) -> Iterator[str]:
     yield OBJECT
 
 
-def objects_by_type(domain: Domain, problem: Problem) -> dict[str, tuple[str, ...]]:
+def objects_by_type(domain: PddlDomain, problem: PddlProblem) -> dict[str, tuple[str, ...]]:
     """For every declared type its objects, constants first, in order of declaration."""
     members: dict[str, list[str]] = {name: [] for name in (OBJECT, *(item.name for item in domain.types))}
     for item in (*domain.constants, *problem.objects):
@@ -134,19 +134,19 @@ def objects_by_type(domain: Domain, problem: Problem) -> dict[str, tuple[str, ..
     return {name: tuple(dict.fromkeys(items)) for name, items in members.items()}
 
 
-def effect_atoms(effect: Effect) -> Iterator[Atom]:
+def effect_atoms(effect: PddlEffect) -> Iterator[Atom]:
     """The atoms that an effect adds or deletes, left to right."""
     match effect:
-        case Add(atom) | Delete(atom):
+        case AddEffect(atom) | DeleteEffect(atom):
             yield atom
         case Both(parts):
             for part in parts:
                 yield from effect_atoms(part)
-        case Each(part=part) | When(part=part):
+        case Each(part=part) | WhenEffect(part=part):
             yield from effect_atoms(part)
 
 
-def effect_conditions(effect: Effect) -> Iterator[Formula]:
+def effect_conditions(effect: PddlEffect) -> Iterator[Formula]:
     """The conditions of an effect's conditional parts, left to right."""
     match effect:
         case Both(parts):
@@ -154,7 +154,7 @@ def effect_conditions(effect: Effect) -> Iterator[Formula]:
                 yield from effect_conditions(part)
         case Each(part=part):
             yield from effect_conditions(part)
-        case When(condition, part):
+        case WhenEffect(condition, part):
             yield condition
             yield from effect_conditions(part)
 
@@ -181,17 +181,17 @@ def map_literals(formula: Formula, change: Callable[[Atom | Equals], Formula]) -
 
 
 def map_effect(
-    effect: Effect, condition: Callable[[Formula], Formula], atom: Callable[[Atom], Atom]
-) -> Effect:
+    effect: PddlEffect, condition: Callable[[Formula], Formula], atom: Callable[[Atom], Atom]
+) -> PddlEffect:
     """The effect with its conditions and its added and deleted atoms replaced."""
     match effect:
-        case Add(target):
-            return Add(atom(target))
-        case Delete(target):
-            return Delete(atom(target))
+        case AddEffect(target):
+            return AddEffect(atom(target))
+        case DeleteEffect(target):
+            return DeleteEffect(atom(target))
         case Both(parts):
             return Both(tuple(map_effect(part, condition, atom) for part in parts))
         case Each(variable, part):
             return Each(variable, map_effect(part, condition, atom))
-        case When(premise, part):
-            return When(condition(premise), map_effect(part, condition, atom))
+        case WhenEffect(premise, part):
+            return WhenEffect(condition(premise), map_effect(part, condition, atom))

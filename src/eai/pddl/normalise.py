@@ -4,10 +4,10 @@ The published planner success rates come from a translator that accepted undefin
 rewrites a domain made of answers so that any standard planner gives the same verdict, or refuses what every
 version refuses:
 
-* objects of the problem may be named by operators: they become constants of the domain; * variables that
-nothing binds get the meaning of `scope`; * names that are declared nowhere: each literal with one gets a
-predicate of its own, so that adding it makes the
-  same literal true and nothing else; a comparison with one is false;
+* objects of the problem may be named by operators: they become constants of the domain;
+* variables that nothing binds get the meaning of `scope`;
+* names that are declared nowhere: each literal with one gets a predicate of its own, so that adding it makes
+  the same literal true and nothing else; a comparison with one is false;
 * a type used as a predicate is false; a parameter of several types (``either``) removes its operator;
 * operators without effect are left out, equal names are made different.
 
@@ -20,19 +20,19 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 
 from eai.logic.formula import FALSE, Atom, Constant, Equals, Formula, Term, Variable
-from eai.pddl.check import Vocabulary, check_action
+from eai.pddl.check import Declarations, check_action
 from eai.pddl.model import (
     OBJECT,
-    Action,
-    Domain,
-    Effect,
-    Predicate,
-    Problem,
+    PddlAction,
+    PddlDomain,
+    PddlEffect,
+    PddlPredicate,
+    PddlProblem,
     effect_atoms,
     map_effect,
     map_literals,
 )
-from eai.pddl.offence import Finding, Offence, PddlError
+from eai.pddl.offence import Offence, PddlError, PddlFinding
 from eai.pddl.operator_text import OperatorText
 from eai.pddl.planning import PlanningTask
 from eai.pddl.reader import PddlReader
@@ -49,7 +49,7 @@ class Dropped:
     reason: str
 
 
-def read_operator(source: OperatorText, header: Domain) -> Action | Dropped | Finding:
+def read_operator(source: OperatorText, header: PddlDomain) -> PddlAction | Dropped | PddlFinding:
     """An operator with all its variables bound, or the offence for which the planner refuses its domain.
 
     Depends on nothing but its arguments, so that results may be kept.
@@ -57,10 +57,10 @@ def read_operator(source: OperatorText, header: Domain) -> Action | Dropped | Fi
     try:
         return _read(source, header)
     except PddlError as error:
-        return Finding(error.offence, error.expected, f"operator {source.name}")
+        return PddlFinding(error.offence, error.expected, f"operator {source.name}")
 
 
-def normalise(header: Domain, actions: Iterable[Action], problem: Problem) -> PlanningTask:
+def normalise(header: PddlDomain, actions: Iterable[PddlAction], problem: PddlProblem) -> PlanningTask:
     """The rewritten domain and problem; fatal is the addition of an atom with an unbound variable.
 
     Args:
@@ -76,7 +76,7 @@ def normalise(header: Domain, actions: Iterable[Action], problem: Problem) -> Pl
     domain = replace(
         header,
         constants=objects,
-        predicates=(*header.predicates, Predicate(UNBOUND_ADDED.predicate, ()), *names.predicates),
+        predicates=(*header.predicates, PddlPredicate(UNBOUND_ADDED.predicate, ()), *names.predicates),
         actions=renamed,
     )
     unbound_added = any(UNBOUND_ADDED in effect_atoms(action.effect) for action in renamed)
@@ -87,20 +87,20 @@ def normalise(header: Domain, actions: Iterable[Action], problem: Problem) -> Pl
     )
 
 
-def _read(source: OperatorText, header: Domain) -> Action | Dropped | Finding:
+def _read(source: OperatorText, header: PddlDomain) -> PddlAction | Dropped | PddlFinding:
     place = f"operator {source.name}"
     texts = (source.parameters, source.precondition, source.effect)
     if not all(text.isascii() for text in (source.name, *texts)):
-        return Finding(Offence.MALFORMED, "non-ASCII text", place)
+        return PddlFinding(Offence.MALFORMED, "non-ASCII text", place)
     groups = [read_group(text) for text in texts]
     if any(text[group.end :].strip() for text, group in zip(texts, groups, strict=True)):
-        return Finding(Offence.UNBALANCED, ")", place)
+        return PddlFinding(Offence.UNBALANCED, ")", place)
     precondition = _without_types(PddlReader(texts[1]).condition(_marked(groups[1])), header)
     effect = PddlReader(texts[2]).whole_effect(_marked(groups[2]))
     effect = map_effect(effect, lambda condition: _without_types(condition, header), _same)
     parameters = _parameters(texts[0], groups[0])
-    action = Action(source.name.lower(), parameters or (), precondition, effect)
-    for finding in check_action(action, Vocabulary.of(header)):
+    action = PddlAction(source.name.lower(), parameters or (), precondition, effect)
+    for finding in check_action(action, Declarations.of(header)):
         if finding.offence in _REFUSED:
             return finding
     if parameters is None:
@@ -143,7 +143,7 @@ def _bound_words(names: tuple[SExpr, ...]) -> list[str]:
     ]
 
 
-def _without_types(condition: Formula, header: Domain) -> Formula:
+def _without_types(condition: Formula, header: PddlDomain) -> Formula:
     """The condition with every type that is used as a predicate made false."""
     types = {OBJECT, *(item.name for item in header.types)} - {item.name for item in header.predicates}
 
@@ -158,9 +158,9 @@ def _same(atom: Atom) -> Atom:
     return atom
 
 
-def _with_distinct_names(actions: Iterable[Action]) -> list[Action]:
+def _with_distinct_names(actions: Iterable[PddlAction]) -> list[PddlAction]:
     """The operators, a name that was there before with a number behind it."""
-    found: dict[str, Action] = {}
+    found: dict[str, PddlAction] = {}
     for action in actions:
         name, number = action.name, 1
         while name in found:
@@ -175,14 +175,14 @@ class _UnknownNames:
     """Moves constants that no one declared from the arguments into the predicate."""
 
     known: frozenset[str]
-    made: dict[str, Predicate] = field(default_factory=dict)
+    made: dict[str, PddlPredicate] = field(default_factory=dict)
 
     @property
-    def predicates(self) -> tuple[Predicate, ...]:
+    def predicates(self) -> tuple[PddlPredicate, ...]:
         """The predicates that were made on the way."""
         return tuple(self.made.values())
 
-    def action(self, action: Action) -> Action:
+    def action(self, action: PddlAction) -> PddlAction:
         precondition = map_literals(action.precondition, self.literal)
         return replace(action, precondition=precondition, effect=self._effect(action.effect))
 
@@ -198,10 +198,10 @@ class _UnknownNames:
         name = "--".join([atom.predicate, *(f"{place}-{term.name}" for place, term in unknown)])
         arguments = tuple(term for term in atom.arguments if not self._is_unknown(term))
         parameters = tuple(Variable(f"x{place}") for place in range(len(arguments)))
-        self.made[name] = Predicate(name, parameters)
+        self.made[name] = PddlPredicate(name, parameters)
         return Atom(name, arguments)
 
-    def _effect(self, effect: Effect) -> Effect:
+    def _effect(self, effect: PddlEffect) -> PddlEffect:
         return map_effect(effect, lambda condition: map_literals(condition, self.literal), self.atom)
 
     def _is_unknown(self, term: Term) -> bool:

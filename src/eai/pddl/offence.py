@@ -38,7 +38,7 @@ class Offence(str, Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class Finding:
+class PddlFinding:
     """One offence.
 
     Attributes:

@@ -9,8 +9,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from eai.pddl.execute import Executor, Step
-from eai.pddl.planning import Planner, PlannerOutcome, PlannerResult, PlanningTask
+from eai.pddl.execute import Executor, PlanStep
+from eai.pddl.planning import PddlPlanner, PlannerOutcome, PlannerResult, PlanningTask
 from eai.pddl.search import Effort, SearchVerdict, search
 
 
@@ -38,8 +38,8 @@ class BuiltInPlanner:
 class TieredPlanner:
     """Asks a cheap planner first and an authority about what the first cannot decide."""
 
-    first: Planner
-    authority: Planner
+    first: PddlPlanner
+    authority: PddlPlanner
 
     def solve(self, task: PlanningTask) -> PlannerResult:
         """Look for a plan."""
@@ -48,7 +48,7 @@ class TieredPlanner:
         return result if decided else self.authority.solve(task)
 
 
-def checked_plan(task: PlanningTask, plan: Sequence[Step], source: str) -> PlannerResult:
+def checked_plan(task: PlanningTask, plan: Sequence[PlanStep], source: str) -> PlannerResult:
     """The result of a planner that claims to have found a plan, after executing it."""
     flaw = Executor(task.domain, task.problem).flaw(plan)
     if flaw is None:

@@ -7,9 +7,9 @@ from enum import Enum
 from typing import Protocol
 
 from eai.logic.formula import Atom
-from eai.pddl.execute import Step
-from eai.pddl.model import Domain, Problem
-from eai.pddl.offence import Finding
+from eai.pddl.execute import PlanStep
+from eai.pddl.model import PddlDomain, PddlProblem
+from eai.pddl.offence import PddlFinding
 
 
 class PlannerOutcome(str, Enum):
@@ -28,12 +28,22 @@ class PlannerOutcome(str, Enum):
     NOT_RUN = "not_run"
 
 
+class PlannerChoice(str, Enum):
+    """Which planner judges operators."""
+
+    FULL = "full"
+    """The built-in search, and Fast Downward for what it cannot decide."""
+    BUILT_IN = "built_in"
+    FAST_DOWNWARD = "fast_downward"
+    NONE = "none"
+
+
 @dataclass(frozen=True, slots=True)
 class PlannerResult:
     """The outcome, the plan if there is one, and in words what the outcome rests on."""
 
     outcome: PlannerOutcome
-    plan: tuple[Step, ...] = ()
+    plan: tuple[PlanStep, ...] = ()
     detail: str = ""
 
 
@@ -45,18 +55,18 @@ class PlanningTask:
     of atoms with unbound variables (`scope`).
     """
 
-    domain: Domain
-    problem: Problem
+    domain: PddlDomain
+    problem: PddlProblem
     fatal: Atom | None = None
 
 
-def refusal(finding: Finding) -> PlannerResult:
+def refusal(finding: PddlFinding) -> PlannerResult:
     """The result of a task that no planner needs to see, for the offence that makes it unacceptable."""
     detail = f"{finding.place}: {finding.offence.value}: {finding.name}"
     return PlannerResult(PlannerOutcome.INPUT_ERROR, detail=detail)
 
 
-class Planner(Protocol):
+class PddlPlanner(Protocol):
     """Anything that solves planning tasks; the same task always has the same result, resources permitting."""
 
     def solve(self, task: PlanningTask) -> PlannerResult:

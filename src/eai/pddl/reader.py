@@ -29,17 +29,17 @@ from eai.logic.formula import (
 from eai.pddl.model import (
     NO_EFFECT,
     OBJECT,
-    Action,
-    Add,
+    AddEffect,
     Both,
-    Delete,
-    Domain,
+    DeleteEffect,
     Each,
-    Effect,
-    Predicate,
-    Problem,
+    PddlAction,
+    PddlDomain,
+    PddlEffect,
+    PddlPredicate,
+    PddlProblem,
     TypedName,
-    When,
+    WhenEffect,
 )
 from eai.pddl.offence import Offence
 from eai.pddl.sexpr import Group, SExpr, Symbol, error_at, read_group
@@ -47,17 +47,17 @@ from eai.pddl.sexpr import Group, SExpr, Symbol, error_at, read_group
 _CONNECTIVES = frozenset({"and", "or", "not", "imply", "forall", "exists", "when", "="})
 
 
-def read_domain(text: str) -> Domain:
+def read_domain(text: str) -> PddlDomain:
     """The domain that a text defines."""
     return PddlReader(text).domain(read_group(text))
 
 
-def read_problem(text: str) -> Problem:
+def read_problem(text: str) -> PddlProblem:
     """The problem that a text defines."""
     return PddlReader(text).problem(read_group(text))
 
 
-def read_action(text: str) -> Action:
+def read_action(text: str) -> PddlAction:
     """The operator ``(:action ...)`` with which a text begins."""
     return PddlReader(text).action(read_group(text))
 
@@ -67,7 +67,7 @@ def read_formula(text: str) -> Formula:
     return PddlReader(text).formula(read_group(text))
 
 
-def read_effect(text: str) -> Effect:
+def read_effect(text: str) -> PddlEffect:
     """The effect with which a text begins."""
     return PddlReader(text).effect(read_group(text))
 
@@ -85,11 +85,11 @@ class PddlReader:
     def __init__(self, text: str) -> None:
         self._text = text
 
-    def domain(self, group: Group) -> Domain:
+    def domain(self, group: Group) -> PddlDomain:
         """The value of ``(define (domain ...) ...)``."""
         name, sections = self._definition(group, "domain")
         actions = [self.action(section) for section in sections if _head(section) == ":action"]
-        return Domain(
+        return PddlDomain(
             name=name,
             requirements=tuple(self._word(item).text for item in _body(sections, ":requirements")),
             types=self._typed_names(_body(sections, ":types")),
@@ -98,12 +98,12 @@ class PddlReader:
             actions=tuple(actions),
         )
 
-    def problem(self, group: Group) -> Problem:
+    def problem(self, group: Group) -> PddlProblem:
         """The value of ``(define (problem ...) ...)``."""
         name, sections = self._definition(group, "problem")
         facts = [self._literal(item) for item in _body(sections, ":init")]
         goals = [self.formula(item) for item in _body(sections, ":goal")]
-        return Problem(
+        return PddlProblem(
             name=name,
             domain=" ".join(self._word(item).text for item in _body(sections, ":domain")),
             objects=self._typed_names(_body(sections, ":objects")),
@@ -114,7 +114,7 @@ class PddlReader:
             goal=goals[0] if len(goals) == 1 else And(tuple(goals)),
         )
 
-    def action(self, group: Group) -> Action:
+    def action(self, group: Group) -> PddlAction:
         """The value of ``(:action name :parameters (...) :precondition ... :effect ...)``."""
         if _head(group) != ":action" or len(group.items) < 2:
             raise error_at(self._text, group.offset, Offence.MALFORMED, "(:action NAME ...)")
@@ -128,7 +128,7 @@ class PddlReader:
                 Offence.MALFORMED,
                 "pairs of a keyword and a list",
             )
-        return Action(
+        return PddlAction(
             name=self._word(group.items[1]).text,
             parameters=self.variables(parts.get(":parameters", _EMPTY)),
             precondition=self.condition(parts.get(":precondition", _EMPTY)),
@@ -139,7 +139,7 @@ class PddlReader:
         """A whole condition: as `formula`, and ``()`` is true."""
         return TRUE if isinstance(expression, Group) and not expression.items else self.formula(expression)
 
-    def whole_effect(self, expression: SExpr) -> Effect:
+    def whole_effect(self, expression: SExpr) -> PddlEffect:
         """A whole effect: as `effect`, and ``()`` is none."""
         return (
             NO_EFFECT if isinstance(expression, Group) and not expression.items else self.effect(expression)
@@ -175,7 +175,7 @@ class PddlReader:
             case _:
                 return self._atom(group)
 
-    def effect(self, expression: SExpr) -> Effect:
+    def effect(self, expression: SExpr) -> PddlEffect:
         """The value of an effect."""
         group, head = self._compound(expression)
         match head:
@@ -183,7 +183,7 @@ class PddlReader:
                 return Both(tuple(map(self.effect, group.items[1:])))
             case "when":
                 condition, part = self._parts(group, 2)
-                return When(self.condition(condition), self.effect(part))
+                return WhenEffect(self.condition(condition), self.effect(part))
             case "forall":
                 names, body = self._parts(group, 2)
                 result = self.effect(body)
@@ -193,7 +193,7 @@ class PddlReader:
             case "not":
                 negated, inner = self._compound(self._parts(group, 1)[0])
                 if inner not in _CONNECTIVES:
-                    return Delete(self._atom(negated))
+                    return DeleteEffect(self._atom(negated))
                 raise error_at(
                     self._text, negated.offset, Offence.CONDITION_IN_EFFECT, "an atom in (not ...)"
                 )
@@ -202,7 +202,7 @@ class PddlReader:
                     self._text, group.offset, Offence.CONDITION_IN_EFFECT, f"an effect, not ({head} ...)"
                 )
             case _:
-                return Add(self._atom(group))
+                return AddEffect(self._atom(group))
 
     def variables(self, expression: SExpr) -> tuple[Variable, ...]:
         """The value of a typed list of variables."""
@@ -229,9 +229,9 @@ class PddlReader:
             case _:
                 raise error_at(self._text, group.offset, Offence.MALFORMED, f"(define ({kind} NAME) ...)")
 
-    def _predicate(self, expression: SExpr) -> Predicate:
+    def _predicate(self, expression: SExpr) -> PddlPredicate:
         group, head = self._compound(expression)
-        return Predicate(head, self.variables(Group(group.items[1:], group.offset, group.end)))
+        return PddlPredicate(head, self.variables(Group(group.items[1:], group.offset, group.end)))
 
     def _literal(self, expression: SExpr) -> Formula:
         found = self.formula(expression)

@@ -12,15 +12,15 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from eai.pddl.execute import Step
-from eai.pddl.grounding import ALWAYS, Condition, GroundAction
+from eai.pddl.execute import PlanStep
+from eai.pddl.grounding import ALWAYS, GroundAction, GroundCondition
 
 
 class _Rule(NamedTuple):
     """One conditional effect of one action, with all that it needs."""
 
     action: GroundAction
-    condition: Condition
+    condition: GroundCondition
     add: int
     delete: int
 
@@ -44,7 +44,7 @@ class Estimate:
     """A relaxed plan: how many actions it has, and its actions that can be taken at once."""
 
     length: int
-    helpful: frozenset[Step]
+    helpful: frozenset[PlanStep]
 
 
 class Relaxation:
@@ -56,7 +56,7 @@ class Relaxation:
         atoms: how many atoms there are.
     """
 
-    def __init__(self, actions: Sequence[GroundAction], goal: Condition, atoms: int) -> None:
+    def __init__(self, actions: Sequence[GroundAction], goal: GroundCondition, atoms: int) -> None:
         self._goal = goal
         self._actions = actions
         self._atoms = atoms
@@ -92,7 +92,7 @@ class Relaxation:
         return lost & state
 
 
-def _prices(actions: Sequence[GroundAction], goal: Condition) -> dict[int, int]:
+def _prices(actions: Sequence[GroundAction], goal: GroundCondition) -> dict[int, int]:
     """For each atom of the goal (as a bit) the goal's atoms that every action adding it makes false."""
     prices: dict[int, int] = {}
     for action in actions:
@@ -114,8 +114,10 @@ def _bits(mask: int) -> Iterator[int]:
         mask ^= bit
 
 
-def _both(first: Condition, second: Condition) -> Condition:
-    return Condition(first.true | second.true, first.false | second.false, first.choices + second.choices)
+def _both(first: GroundCondition, second: GroundCondition) -> GroundCondition:
+    return GroundCondition(
+        first.true | second.true, first.false | second.false, first.choices + second.choices
+    )
 
 
 def _marking(rule: _Rule, again: int, atoms: int) -> _Rule:
@@ -125,7 +127,7 @@ def _marking(rule: _Rule, again: int, atoms: int) -> _Rule:
 
 
 def _explore(
-    rules: Sequence[_Rule], start: _Layer, until: Condition | None
+    rules: Sequence[_Rule], start: _Layer, until: GroundCondition | None
 ) -> tuple[list[_Layer], list[list[_Rule]]]:
     """Relaxed states one step apart, and the rules that lead from each to the next.
 
@@ -158,7 +160,7 @@ def _explore(
     return layers, fired
 
 
-def _may_hold(condition: Condition, true: int, false: int) -> bool:
+def _may_hold(condition: GroundCondition, true: int, false: int) -> bool:
     if condition.true & ~true or condition.false & ~false:
         return False
     if not condition.choices:
@@ -166,10 +168,10 @@ def _may_hold(condition: Condition, true: int, false: int) -> bool:
     return all(any(_may_hold(part, true, false) for part in choice) for choice in condition.choices)
 
 
-def _extract(goal: Condition, layers: Sequence[_Layer], fired: Sequence[Sequence[_Rule]]) -> Estimate:
+def _extract(goal: GroundCondition, layers: Sequence[_Layer], fired: Sequence[Sequence[_Rule]]) -> Estimate:
     """Walk back from the goal, crediting every atom to the first rule that reaches it."""
-    chosen: set[Step] = set()
-    helpful: set[Step] = set()
+    chosen: set[PlanStep] = set()
+    helpful: set[PlanStep] = set()
     true, false = _needs(goal, layers[-1])
     for depth in range(len(fired) - 1, -1, -1):
         before = layers[depth]
@@ -192,7 +194,7 @@ def _extract(goal: Condition, layers: Sequence[_Layer], fired: Sequence[Sequence
     return Estimate(len(chosen), frozenset(helpful))
 
 
-def _needs(condition: Condition, layer: _Layer) -> _Need:
+def _needs(condition: GroundCondition, layer: _Layer) -> _Need:
     """The atoms that a condition asks for, with the first possible option of every choice."""
     true, false = condition.true, condition.false
     for choice in condition.choices:

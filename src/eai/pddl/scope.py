@@ -4,12 +4,10 @@ The planner behind the published numbers (Fast Downward before mid-2024) neither
 treated them by any rule written down; this module states the rule as one rewriting
 (`bind_loose_variables`), after which a current planner gives the same answers. Two steps:
 
-1. An ``exists`` of the precondition that lies under nothing but ``and`` and ``exists`` binds its name in
-the whole
-   operator, as if it were a parameter; one in the condition of a ``when`` binds it in that ``when``.
-2. Whatever is still unbound makes a condition's literal false, makes a deletion vanish, and turns an
-addition into
-   an addition of `UNBOUND_ADDED`: if that atom can be reached, the planner crashed.
+1. An ``exists`` of the precondition that lies under nothing but ``and`` and ``exists`` binds its name in the
+   whole operator, as if it were a parameter; one in the condition of a ``when`` binds it in that ``when``.
+2. Whatever is still unbound makes a condition's literal false, makes a deletion vanish, and turns an addition
+   into an addition of `UNBOUND_ADDED`: if that atom can be reached, the planner crashed.
 """
 
 from __future__ import annotations
@@ -31,8 +29,17 @@ from eai.logic.formula import (
     Term,
     Variable,
 )
-from eai.pddl.model import Action, Add, Both, Delete, Each, Effect, When, effect_atoms
-from eai.pddl.offence import Finding, Offence
+from eai.pddl.model import (
+    AddEffect,
+    Both,
+    DeleteEffect,
+    Each,
+    PddlAction,
+    PddlEffect,
+    WhenEffect,
+    effect_atoms,
+)
+from eai.pddl.offence import Offence, PddlFinding
 
 UNBOUND_ADDED = Atom("eai--unbound-added")
 """The atom that stands for adding an atom with an unbound variable."""
@@ -40,7 +47,7 @@ UNBOUND_ADDED = Atom("eai--unbound-added")
 Names = frozenset[str]
 
 
-def bind_loose_variables(action: Action) -> Action | Finding:
+def bind_loose_variables(action: PddlAction) -> PddlAction | PddlFinding:
     """The operator with every variable bound, or the offence for which the reference's planner refused it.
 
     Refused is an unbound variable inside a ``forall`` of a condition (an ``exists`` under ``not`` is one).
@@ -53,14 +60,14 @@ def bind_loose_variables(action: Action) -> Action | Finding:
     precondition = leak.open(negation_normal(action.precondition))
     scope = parameters | {variable.name for variable in leak.found}
     binder = _Binder()
-    bound = Action(
+    bound = PddlAction(
         name=action.name,
         parameters=(*action.parameters, *leak.found),
         precondition=binder.condition(precondition, scope),
         effect=binder.effect(action.effect, scope),
     )
     if binder.refused:
-        return Finding(Offence.UNBOUND_VARIABLE, binder.refused[0], f"condition of {action.name}")
+        return PddlFinding(Offence.UNBOUND_VARIABLE, binder.refused[0], f"condition of {action.name}")
     return bound
 
 
@@ -126,24 +133,24 @@ class _Binder:
             case _:
                 return formula
 
-    def effect(self, effect: Effect, scope: Names) -> Effect:
+    def effect(self, effect: PddlEffect, scope: Names) -> PddlEffect:
         match effect:
-            case Add(atom):
-                return effect if _is_bound(atom.arguments, scope) else Add(UNBOUND_ADDED)
-            case Delete(atom):
+            case AddEffect(atom):
+                return effect if _is_bound(atom.arguments, scope) else AddEffect(UNBOUND_ADDED)
+            case DeleteEffect(atom):
                 return effect if _is_bound(atom.arguments, scope) else Both(())
             case Both(parts):
                 return Both(tuple(self.effect(part, scope) for part in parts))
             case Each(variable, part):
                 return Each(variable, self.effect(part, scope | {variable.name}))
-            case When():
+            case WhenEffect():
                 return self._when(effect, scope)
 
-    def _when(self, effect: When, scope: Names) -> Effect:
+    def _when(self, effect: WhenEffect, scope: Names) -> PddlEffect:
         leak = _Leak(taken=set(scope))
         condition = leak.open(negation_normal(effect.condition))
         inner = scope | {variable.name for variable in leak.found}
-        result: Effect = When(self.condition(condition, inner), self.effect(effect.part, inner))
+        result: PddlEffect = WhenEffect(self.condition(condition, inner), self.effect(effect.part, inner))
         for variable in reversed(leak.found):
             result = Each(variable, result)
         return result
@@ -166,17 +173,17 @@ def _loose_terms(arguments: tuple[Term, ...], scope: Names) -> Iterator[str]:
     return (term.name for term in arguments if isinstance(term, Variable) and term.name not in scope)
 
 
-def _has_loose(condition: Formula, effect: Effect, scope: Names) -> bool:
+def _has_loose(condition: Formula, effect: PddlEffect, scope: Names) -> bool:
     return next(_loose(condition, scope), None) is not None or _has_loose_effect(effect, scope)
 
 
-def _has_loose_effect(effect: Effect, scope: Names) -> bool:
+def _has_loose_effect(effect: PddlEffect, scope: Names) -> bool:
     match effect:
         case Both(parts):
             return any(_has_loose_effect(part, scope) for part in parts)
         case Each(variable, part):
             return _has_loose_effect(part, scope | {variable.name})
-        case When(condition, part):
+        case WhenEffect(condition, part):
             return _has_loose(condition, part, scope)
         case _:
             return any(not _is_bound(atom.arguments, scope) for atom in effect_atoms(effect))

@@ -14,9 +14,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 
-from eai.pddl.execute import Step
-from eai.pddl.grounding import Condition, GroundAction, Grounder
-from eai.pddl.model import Domain, Problem
+from eai.pddl.execute import PlanStep
+from eai.pddl.grounding import GroundAction, GroundCondition, Grounder
+from eai.pddl.model import PddlDomain, PddlProblem
 from eai.pddl.relaxation import Estimate, Relaxation
 
 _BOOST = 1000
@@ -37,7 +37,7 @@ class SearchResult:
     """The verdict, the plan if there is one, and the number of states that were evaluated."""
 
     verdict: SearchVerdict
-    plan: tuple[Step, ...] = ()
+    plan: tuple[PlanStep, ...] = ()
     evaluated: int = 0
 
 
@@ -52,7 +52,7 @@ class Effort:
     full: int = 2_000
 
 
-def search(domain: Domain, problem: Problem, effort: Effort) -> SearchResult:
+def search(domain: PddlDomain, problem: PddlProblem, effort: Effort) -> SearchResult:
     """Look for a plan.
 
     `SearchVerdict.UNSOLVABLE` is a proof: either the goal is out of reach even if nothing is ever lost, or
@@ -78,8 +78,8 @@ class _Node:
     action: GroundAction | None
     parent: _Node | None
 
-    def plan(self) -> tuple[Step, ...]:
-        steps: list[Step] = []
+    def plan(self) -> tuple[PlanStep, ...]:
+        steps: list[PlanStep] = []
         node: _Node | None = self
         while node is not None and node.action is not None:
             steps.append(node.action.step)
@@ -125,7 +125,7 @@ class _Frontier:
 class _Search:
     """One search over one set of ground actions."""
 
-    def __init__(self, actions: Sequence[GroundAction], goal: Condition, atoms: int) -> None:
+    def __init__(self, actions: Sequence[GroundAction], goal: GroundCondition, atoms: int) -> None:
         self._relaxation = Relaxation(actions, goal, atoms)
         self._goal = goal
 

@@ -21,10 +21,22 @@ from eai.logic.formula import (
     Term,
     Variable,
 )
-from eai.pddl.model import Action, Add, Both, Delete, Domain, Each, Effect, Problem, TypedName, When, type_of
+from eai.pddl.model import (
+    AddEffect,
+    Both,
+    DeleteEffect,
+    Each,
+    PddlAction,
+    PddlDomain,
+    PddlEffect,
+    PddlProblem,
+    TypedName,
+    WhenEffect,
+    type_of,
+)
 
 
-def write_domain(domain: Domain) -> str:
+def write_domain(domain: PddlDomain) -> str:
     """The domain as text, one declaration a line."""
     sections = [
         f"(:requirements {' '.join(domain.requirements)})" if domain.requirements else "",
@@ -36,7 +48,7 @@ def write_domain(domain: Domain) -> str:
     return _definition(f"(domain {domain.name})", sections)
 
 
-def write_problem(problem: Problem) -> str:
+def write_problem(problem: PddlProblem) -> str:
     """The problem as text, one fact a line."""
     denied = (f"(not {write_atom(atom)})" for atom in problem.denied)
     sections = [
@@ -48,7 +60,7 @@ def write_problem(problem: Problem) -> str:
     return _definition(f"(problem {problem.name})", sections)
 
 
-def write_action(action: Action) -> str:
+def write_action(action: PddlAction) -> str:
     """The operator as text."""
     return "\n  ".join(
         (
@@ -60,18 +72,18 @@ def write_action(action: Action) -> str:
     )
 
 
-def write_effect(effect: Effect) -> str:
+def write_effect(effect: PddlEffect) -> str:
     """The effect as text on one line."""
     match effect:
-        case Add(atom):
+        case AddEffect(atom):
             return write_atom(atom)
-        case Delete(atom):
+        case DeleteEffect(atom):
             return f"(not {write_atom(atom)})"
         case Both(parts):
             return _list(["and", *map(write_effect, parts)])
         case Each(variable, part):
             return f"(forall {_list(_declared((variable,)))} {write_effect(part)})"
-        case When(condition, part):
+        case WhenEffect(condition, part):
             return f"(when {write_formula(condition)} {write_effect(part)})"
 
 

@@ -71,12 +71,15 @@ def test_goals_are_told_one_by_one_and_by_kind() -> None:
     assert fields["goals"] == {"state": [0, 1], "relation": [1, 1], "action": [0, 0]}
 
 
-def test_an_answer_that_cannot_be_run_leaves_the_initial_state() -> None:
-    for scorer in (STRICT, REFERENCE):
-        verdict = scorer.score("nothing to do")
-        assert told(verdict) == "parsing"
+@pytest.mark.parametrize("text", ["nothing to do", answer("FLY fridge_1"), answer("OPEN rag_1, rag_10")])
+def test_an_answer_that_never_ran_meets_no_goal_and_in_the_reference_those_that_hold_at_the_start(
+    text: str,
+) -> None:
+    task = make_task("(and (inside peach.n.01_1 fridge.n.01_1) (open fridge.n.01_1))")
+    for protocol, satisfied in ((Protocol.STRICT, [False, False]), (Protocol.EAI_1_0_5, [True, False])):
+        verdict = ActionSequencing(task, protocol).score(text)
         assert verdict.executable is False
-        assert fields_of(verdict)["goals_satisfied"] == [False, False]
+        assert fields_of(verdict)["goals_satisfied"] == satisfied
 
 
 def test_additional_steps_are_skipped_and_counted() -> None:

@@ -6,8 +6,8 @@ import pytest
 
 from eai.abilities.transition_modeling.extraction import extract
 from eai.benchmarks.reference.operator_extraction import extract_as_reference
-from eai.pddl.model import Action
-from eai.pddl.offence import Finding, Offence
+from eai.pddl.model import PddlAction
+from eai.pddl.offence import Offence, PddlFinding
 
 OPEN = "(:action open :parameters (?o) :precondition (shut ?o) :effect (not (shut ?o)))"
 SHUT = "(:action close :parameters (?o) :precondition () :effect (shut ?o))"
@@ -42,7 +42,7 @@ def test_operators_are_found_and_repairs_are_named(answer: str, repairs: tuple[s
     found = extract(answer)
     assert found is not None
     assert [operator.name for operator in found.operators] == ["open", "close"]
-    assert all(isinstance(operator.reading, Action) for operator in found.operators)
+    assert all(isinstance(operator.reading, PddlAction) for operator in found.operators)
     assert found.repairs == repairs
 
 
@@ -64,7 +64,7 @@ def test_a_broken_operator_does_not_take_the_others_with_it() -> None:
     readings = {operator.name: operator.reading for operator in found.operators}
     assert list(readings) == ["open", "lift", "close"]
     lift = readings["lift"]
-    assert isinstance(lift, Finding)
+    assert isinstance(lift, PddlFinding)
     assert lift.offence is Offence.UNBALANCED
 
 
@@ -72,7 +72,7 @@ def test_of_two_operators_of_one_name_the_last_counts() -> None:
     found = extract(wrapped(f"{OPEN} (:action OPEN :effect (shut k))"))
     assert found is not None
     (operator,) = found.operators
-    assert isinstance(operator.reading, Action)
+    assert isinstance(operator.reading, PddlAction)
     assert operator.reading.parameters == ()
 
 

@@ -37,7 +37,7 @@ class ActionSequencing(Scorer):
     """The scorer of one task under one protocol.
 
     A verdict's details hold ``goals_satisfied``: for each goal of the task, in order, whether it holds at the
-    end. An answer that cannot be run leaves the initial state.
+    end. An answer that cannot be run meets no goal; in the reference it leaves the initial state.
     """
 
     def __init__(self, task: BehaviorTask, protocol: Protocol) -> None:
@@ -125,15 +125,22 @@ class ActionSequencing(Scorer):
             step = len(trajectory.steps) - 1
             detail = describe(failure, self.domain, trajectory.steps[-1].action, self.task.scene)
             error = ErrorReport(failure.kind, step, detail)
-        return self._verdict(_left_by(trajectory), error, trajectory.additional_steps, repairs)
+        satisfied = self._goals.satisfied(_left_by(trajectory))
+        return self._verdict(satisfied, error, trajectory.additional_steps, repairs)
 
     def _rejection(self, error: ErrorReport, repairs: tuple[str, ...]) -> Verdict:
-        return self._verdict(self._initial, error, 0, repairs)
+        satisfied: Sequence[bool] = (False,) * len(self.task.goals)
+        if self.protocol is Protocol.EAI_1_0_5:
+            satisfied = self._goals.satisfied(self._initial)
+        return self._verdict(satisfied, error, 0, repairs)
 
     def _verdict(
-        self, final: State, error: ErrorReport | None, additional_steps: int, repairs: tuple[str, ...]
+        self,
+        satisfied: Sequence[bool],
+        error: ErrorReport | None,
+        additional_steps: int,
+        repairs: tuple[str, ...],
     ) -> Verdict:
-        satisfied: Sequence[bool] = self._goals.satisfied(final)
         return Verdict(
             executable=error is None,
             success=all(satisfied) and (error is None or self.protocol is Protocol.EAI_1_0_5),

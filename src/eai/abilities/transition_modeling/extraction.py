@@ -19,8 +19,8 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 from eai.abilities.json_text import Pairs, find_json
-from eai.pddl.model import Action
-from eai.pddl.offence import Finding, Offence, PddlError
+from eai.pddl.model import PddlAction
+from eai.pddl.offence import Offence, PddlError, PddlFinding
 from eai.pddl.reader import PddlReader
 from eai.pddl.sexpr import read_group
 
@@ -36,7 +36,7 @@ class WrittenOperator:
     """An operator of an answer: its value, or the offence for which it cannot be read."""
 
     name: str
-    reading: Action | Finding
+    reading: PddlAction | PddlFinding
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,7 +94,7 @@ def _read(segment: str) -> tuple[WrittenOperator, tuple[str, ...]]:
         closed = _closed(segment) if error.offence is Offence.UNBALANCED else None
         if closed is not None:
             return closed
-        return WrittenOperator(name, Finding(error.offence, error.expected, f"operator {name}")), ()
+        return WrittenOperator(name, PddlFinding(error.offence, error.expected, f"operator {name}")), ()
 
 
 def _closed(segment: str) -> tuple[WrittenOperator, tuple[str, ...]] | None:

@@ -6,27 +6,13 @@ from collections.abc import Iterator
 from functools import partial
 
 from eai.abilities.explanation import Explanation, StepReport
-from eai.abilities.protocol import Protocol
 from eai.abilities.scorer import Assessment, Scorer
+from eai.abilities.transition_modeling.counting import count_by_category
 from eai.abilities.transition_modeling.judgement import Judgement, Rules
-from eai.abilities.transition_modeling.report import OperatorReport, OperatorStatus, count_by_category
-from eai.abilities.transition_modeling.strict_rules import StrictRules
+from eai.abilities.transition_modeling.report import OperatorReport
 from eai.abilities.transition_modeling.task import TransitionTask
-from eai.abilities.verdict import Counts, ErrorReport, Json, Verdict
-from eai.benchmarks.reference.operator_rules import ReferenceRules
-from eai.pddl.matching import missing_operator
-from eai.pddl.planning import Planner, PlannerOutcome
-from eai.world.fault import FaultKind
-
-FORMAT_ERROR = "the reference leaves out answers that it cannot search for operators"
-UNREADABLE = 'expected JSON with a text under "output", or operators (:action ...)'
-
-
-def rules_of(protocol: Protocol, planner: Planner | None) -> Rules:
-    """The rules of a protocol, to be shared by all tasks of a domain: they remember what they have seen."""
-    if protocol is Protocol.EAI_1_0_5:
-        return ReferenceRules.with_planner(planner)
-    return StrictRules.with_planner(planner)
+from eai.abilities.verdict import Counts, OperatorVerdict
+from eai.pddl.planning import PlannerOutcome
 
 
 class TransitionModeling(Scorer):
@@ -34,57 +20,38 @@ class TransitionModeling(Scorer):
 
     Args:
         task: the task.
-        protocol: the protocol that the rules are of.
-        rules: from `rules_of`.
+        rules: how answers are read, compared and planned with; shared by the tasks of a benchmark.
     """
 
-    def __init__(self, task: TransitionTask, protocol: Protocol, rules: Rules) -> None:
+    def __init__(self, task: TransitionTask, rules: Rules) -> None:
         self.task = task
-        self.protocol = protocol
         self._rules = rules
-        self._categories: dict[str, Json] = {
-            "task_categories": [category.value for category in task.categories]
-        }
 
     def assess(self, text: str) -> Assessment:
         """The verdict on an answer, and its words; the steps are those of the plan that was found."""
         judgement = self._rules.judge(self.task, text)
-        if judgement is None:
-            return Assessment(self._unreadable(), partial(Explanation, (UNREADABLE,)))
         return Assessment(self._verdict(judgement), partial(_explained, judgement))
 
-    def _verdict(self, judgement: Judgement) -> Verdict:
-        return Verdict(
-            success=_success(judgement.planning.outcome),
+    def _verdict(self, judgement: Judgement) -> OperatorVerdict:
+        categories = tuple(category.value for category in self.task.categories)
+        if judgement.excluded is not None:
+            return OperatorVerdict(
+                excluded=judgement.excluded, error=judgement.error, task_categories=categories
+            )
+        outcome = judgement.planning.outcome
+        return OperatorVerdict(
+            success=None if outcome is PlannerOutcome.NOT_RUN else outcome is PlannerOutcome.SOLVED,
+            error=judgement.error,
             counts=self._counts(judgement.operators),
-            planner=judgement.planning.outcome,
-            repairs=judgement.repairs,
-            details={
-                **self._categories,
-                "operators": [report.to_json() for report in judgement.operators],
-                "plan": [str(step) for step in judgement.planning.plan],
-                "planner_detail": judgement.planning.detail,
-            },
-        )
-
-    def _unreadable(self) -> Verdict:
-        error = ErrorReport(FaultKind.PARSING, None, UNREADABLE)
-        if self.protocol is Protocol.EAI_1_0_5:
-            return Verdict(excluded=FORMAT_ERROR, error=error, details=self._categories)
-        missing = [
-            OperatorReport(name, OperatorStatus.MISSING, match.precondition, match.effect)
-            for name, match in ((name, missing_operator(gold)) for name, gold in self.task.gold.items())
-        ]
-        outcome = PlannerOutcome.NOT_RUN if self._rules.plans.planner is None else PlannerOutcome.INPUT_ERROR
-        return Verdict(
-            success=_success(outcome),
-            error=error,
-            counts=self._counts(missing),
             planner=outcome,
-            details={**self._categories, "operators": [report.to_json() for report in missing]},
+            repairs=judgement.repairs,
+            task_categories=categories,
+            operators=judgement.operators,
+            plan=tuple(str(step) for step in judgement.planning.plan),
+            planner_detail=judgement.planning.detail,
         )
 
-    def _counts(self, reports: tuple[OperatorReport, ...] | list[OperatorReport]) -> Counts:
+    def _counts(self, reports: tuple[OperatorReport, ...]) -> Counts:
         others, categories = self._rules.count_others, self.task.domain.categories
         return {
             "precondition": count_by_category(
@@ -94,11 +61,9 @@ class TransitionModeling(Scorer):
         }
 
 
-def _success(outcome: PlannerOutcome) -> bool | None:
-    return None if outcome is PlannerOutcome.NOT_RUN else outcome is PlannerOutcome.SOLVED
-
-
 def _explained(judgement: Judgement) -> Explanation:
+    if judgement.error is not None:
+        return Explanation((judgement.error.detail,))
     steps = tuple(StepReport(str(step), "planned") for step in judgement.planning.plan)
     return Explanation(notes=tuple(_notes(judgement)), steps=steps)
 

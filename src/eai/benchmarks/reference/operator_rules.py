@@ -12,17 +12,19 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from eai.abilities.transition_modeling.judgement import NOT_RUN, Judgement, PlanMemory
+from eai.abilities.transition_modeling.judgement import NOT_RUN, UNREADABLE, Judgement, PlanMemory
 from eai.abilities.transition_modeling.report import OperatorReport, OperatorStatus
 from eai.abilities.transition_modeling.task import TransitionTask
 from eai.benchmarks.reference.operator_extraction import extract_as_reference
 from eai.benchmarks.reference.operator_matching import compare_as_reference
 from eai.pddl.matching import SideMatch
-from eai.pddl.model import Action
+from eai.pddl.model import PddlAction
 from eai.pddl.normalise import Dropped, normalise, read_operator
-from eai.pddl.offence import Finding
+from eai.pddl.offence import PddlFinding
 from eai.pddl.operator_text import OperatorText
-from eai.pddl.planning import Planner, PlannerResult, PlanningTask, refusal
+from eai.pddl.planning import PddlPlanner, PlannerResult, PlanningTask, refusal
+
+FORMAT_ERROR = "the reference leaves out answers that it cannot search for operators"
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,19 +33,19 @@ class ReferenceRules:
 
     plans: PlanMemory
     reports: dict[OperatorText, OperatorReport] = field(default_factory=dict)
-    read: dict[OperatorText, Action | Dropped | Finding] = field(default_factory=dict)
+    read: dict[OperatorText, PddlAction | Dropped | PddlFinding] = field(default_factory=dict)
     count_others: bool = False
 
     @classmethod
-    def with_planner(cls, planner: Planner | None) -> ReferenceRules:
+    def with_planner(cls, planner: PddlPlanner | None) -> ReferenceRules:
         """Fresh rules."""
         return cls(PlanMemory(planner))
 
-    def judge(self, task: TransitionTask, text: str) -> Judgement | None:
-        """The judgement on an answer; None is the reference's format error."""
+    def judge(self, task: TransitionTask, text: str) -> Judgement:
+        """The judgement on an answer; the reference leaves out those with its format error."""
         written = extract_as_reference(text)
         if written is None:
-            return None
+            return Judgement((), NOT_RUN, error=UNREADABLE, excluded=FORMAT_ERROR)
         return Judgement(
             operators=tuple(self._report(task, operator) for operator in written),
             planning=self._plan(task, written),
@@ -86,13 +88,13 @@ class ReferenceRules:
         actions = []
         for operator in operators:
             reading = self._read(operator, task)
-            if isinstance(reading, Finding):
+            if isinstance(reading, PddlFinding):
                 return refusal(reading)
-            if isinstance(reading, Action):
+            if isinstance(reading, PddlAction):
                 actions.append(reading)
         return normalise(task.domain.header, actions, task.problem)
 
-    def _read(self, operator: OperatorText, task: TransitionTask) -> Action | Dropped | Finding:
+    def _read(self, operator: OperatorText, task: TransitionTask) -> PddlAction | Dropped | PddlFinding:
         reading = self.read.get(operator)
         if reading is None:
             reading = self.read[operator] = read_operator(operator, task.domain.header)

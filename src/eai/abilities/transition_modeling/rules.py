@@ -1,4 +1,4 @@
-"""The rules of the paper (protocol ``strict``).
+"""The rules of the paper.
 
 Every operator that is asked for counts: one that is missing or cannot be read misses all its predicates.
 The planner gets the operators that are asked for, as the answer has them, and nothing else: what the answer
@@ -12,36 +12,40 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from eai.abilities.transition_modeling.extraction import WrittenOperator, extract
-from eai.abilities.transition_modeling.judgement import Judgement, PlanMemory
+from eai.abilities.transition_modeling.judgement import NOT_RUN, UNREADABLE, Judgement, PlanMemory
 from eai.abilities.transition_modeling.report import OperatorReport, OperatorStatus
 from eai.abilities.transition_modeling.task import TransitionTask
-from eai.pddl.check import Vocabulary, check_action
+from eai.pddl.check import Declarations, check_action
 from eai.pddl.matching import OperatorMatch, match_operators, missing_operator
-from eai.pddl.model import Action
+from eai.pddl.model import PddlAction
 from eai.pddl.normalise import normalise
-from eai.pddl.offence import Finding
-from eai.pddl.planning import Planner, PlannerResult, PlanningTask, refusal
+from eai.pddl.offence import PddlFinding
+from eai.pddl.planning import PddlPlanner, PlannerOutcome, PlannerResult, PlanningTask, refusal
+
+_NO_OPERATORS = PlannerResult(PlannerOutcome.INPUT_ERROR, detail="the answer holds no operator")
 
 
 @dataclass(frozen=True, slots=True)
-class StrictRules:
+class PaperRules:
     """The rules with what they remember about one domain: equal operators are compared and checked once."""
 
     plans: PlanMemory
-    matched: dict[tuple[Action, str], OperatorMatch] = field(default_factory=dict)
-    checked: dict[Action, tuple[Finding, ...]] = field(default_factory=dict)
+    matched: dict[tuple[PddlAction, str], OperatorMatch] = field(default_factory=dict)
+    checked: dict[PddlAction, tuple[PddlFinding, ...]] = field(default_factory=dict)
     count_others: bool = True
 
     @classmethod
-    def with_planner(cls, planner: Planner | None) -> StrictRules:
+    def with_planner(cls, planner: PddlPlanner | None) -> PaperRules:
         """Fresh rules."""
         return cls(PlanMemory(planner))
 
-    def judge(self, task: TransitionTask, text: str) -> Judgement | None:
-        """The judgement on an answer; None if there is no operator in it to be read."""
+    def judge(self, task: TransitionTask, text: str) -> Judgement:
+        """The judgement on an answer; one without any operator misses all that are asked for."""
         written = extract(text)
         if written is None:
-            return None
+            missing = tuple(self._report(task, name, None) for name in task.operators)
+            planning = NOT_RUN if self.plans.planner is None else _NO_OPERATORS
+            return Judgement(missing, planning, error=UNREADABLE)
         by_name = {operator.name: operator for operator in written.operators}
         asked = tuple(self._report(task, name, by_name.get(name)) for name in task.operators)
         others = tuple(
@@ -65,10 +69,10 @@ class StrictRules:
         replaced = written.reading if written is not None else None
         actions = [replaced if other == name else gold for other, gold in task.gold.items()]
         findings = () if written is None else self._findings(task, written)
-        return self._solve(task, tuple(each for each in actions if isinstance(each, Action)), findings)
+        return self._solve(task, tuple(each for each in actions if isinstance(each, PddlAction)), findings)
 
     def _report(self, task: TransitionTask, name: str, written: WrittenOperator | None) -> OperatorReport:
-        if written is None or isinstance(written.reading, Finding):
+        if written is None or isinstance(written.reading, PddlFinding):
             match = missing_operator(task.gold[name])
             status = OperatorStatus.MISSING if written is None else OperatorStatus.UNREADABLE
         else:
@@ -77,18 +81,18 @@ class StrictRules:
         findings = () if written is None else self._findings(task, written)
         return OperatorReport(name, status, match.precondition, match.effect, findings)
 
-    def _match(self, task: TransitionTask, name: str, action: Action) -> OperatorMatch:
+    def _match(self, task: TransitionTask, name: str, action: PddlAction) -> OperatorMatch:
         match = self.matched.get((action, name))
         if match is None:
             match = self.matched[action, name] = match_operators(action, task.gold[name])
         return match
 
-    def _findings(self, task: TransitionTask, written: WrittenOperator) -> tuple[Finding, ...]:
-        if isinstance(written.reading, Finding):
+    def _findings(self, task: TransitionTask, written: WrittenOperator) -> tuple[PddlFinding, ...]:
+        if isinstance(written.reading, PddlFinding):
             return (written.reading,)
         findings = self.checked.get(written.reading)
         if findings is None:
-            findings = check_action(written.reading, Vocabulary.of(task.domain.header))
+            findings = check_action(written.reading, Declarations.of(task.domain.header))
             self.checked[written.reading] = findings
         return findings
 
@@ -99,11 +103,11 @@ class StrictRules:
         reports: tuple[OperatorReport, ...],
     ) -> PlannerResult:
         readings = (written[name].reading for name in task.operators if name in written)
-        actions = tuple(reading for reading in readings if isinstance(reading, Action))
+        actions = tuple(reading for reading in readings if isinstance(reading, PddlAction))
         return self._solve(task, actions, tuple(finding for report in reports for finding in report.findings))
 
     def _solve(
-        self, task: TransitionTask, actions: tuple[Action, ...], findings: tuple[Finding, ...]
+        self, task: TransitionTask, actions: tuple[PddlAction, ...], findings: tuple[PddlFinding, ...]
     ) -> PlannerResult:
         refusals = tuple(finding for finding in findings if finding.offence.stops_planner)
         key = (task.problem_text, actions, refusals)
@@ -111,7 +115,7 @@ class StrictRules:
 
 
 def _planning(
-    task: TransitionTask, actions: tuple[Action, ...], refusals: tuple[Finding, ...]
+    task: TransitionTask, actions: tuple[PddlAction, ...], refusals: tuple[PddlFinding, ...]
 ) -> PlanningTask | PlannerResult:
     """The planning task, or what is wrong with the answer's operators.
 
