@@ -10,14 +10,14 @@ from rich.console import Console
 from rich.text import Text
 
 from eai.abilities.explanation import Explanation, StepReport
-from eai.abilities.protocol import Domain
 from eai.abilities.record import Record, read_records
-from eai.abilities.suite import Source, open_suite
 from eai.abilities.verdict import Verdict
+from eai.benchmarks.source import Source
+from eai.benchmarks.suite import open_suite
 from eai.cli.console import data_progress, output
 from eai.cli.data import DataFolder, store
-from eai.cli.score import RECORDS
 from eai.errors import InputError
+from eai.scoring.results import RECORDS
 from eai.world.fault import FaultKind
 
 
@@ -35,12 +35,8 @@ def explain(
         answers = [r.response for r in read_records(_records_file(records)) if r.model == record.model]
         with data_progress() as report:
             suite = open_suite(
-                _domain(record, records),
-                record.ability,
-                record.protocol,
-                answers=answers,
-                source=Source(store(data), report),
-            )
+                record.domain, record.ability, record.protocol, source=Source(store(data), report)
+            ).over(answers)
         explanation = suite.scorer(record.task_id).explain(record.response)
         print_explanation(output(), record, explanation)
 
@@ -94,13 +90,6 @@ def _find(path: Path, task: str) -> list[Record]:
     if not found:
         raise InputError(f"{_records_file(path)}: no record of task {task}")
     return found
-
-
-def _domain(record: Record, path: Path) -> Domain:
-    try:
-        return Domain(record.domain)
-    except ValueError as error:
-        raise InputError(f"{_records_file(path)}: there is no domain {record.domain!r}") from error
 
 
 def _records_file(path: Path) -> Path:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from eai.abilities.protocol import Domain, Protocol
+from eai.abilities.protocol import Protocol
 from eai.abilities.verdict import Tally, Verdict
 from eai.metrics.goals import GOAL_COLUMNS, goal_rates, tallies_of
 from eai.metrics.rate import Rate, share
@@ -52,7 +52,7 @@ def contribution(verdict: Verdict, domain: str, protocol: Protocol) -> dict[str,
     }
     for fault in _ENDING_FAULTS:
         rates[fault.value] = share(kind is fault)
-    counts_steps = protocol is Protocol.EAI_1_0_5 and domain == Domain.VIRTUALHOME.value
+    counts_steps = protocol is Protocol.EAI_1_0_5 and domain == "virtualhome"
     rates["additional_step"] = share(additional if counts_steps else bool(additional))
     return {**rates, **goal_rates(_tallies(verdict))}
 

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
-from eai.abilities.protocol import Ability, Domain, Protocol
+from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.record import Record, read_records
+from eai.benchmarks.registry import registered
 from eai.errors import InputError
 
 RECORDS = "records.jsonl"
@@ -25,8 +26,8 @@ class RunKey(NamedTuple):
 
     @property
     def order(self) -> tuple[int, int, str, int, str]:
-        """What runs are sorted by; domains of third parties come last."""
-        known = [domain.value for domain in Domain]
+        """What runs are sorted by; unknown domains come last."""
+        known = registered()
         place = known.index(self.domain) if self.domain in known else len(known)
         protocols, abilities = list(Protocol), list(Ability)
         return (

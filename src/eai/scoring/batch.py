@@ -9,7 +9,7 @@ from functools import partial
 
 from eai.abilities.record import Record
 from eai.abilities.responses import Response, ResponseFile
-from eai.abilities.suite import Suite
+from eai.benchmarks.suite import Suite
 
 
 def score_batch(
@@ -54,7 +54,7 @@ def _record(suite: Suite, model: str, response: Response, *, explanations: bool)
         verdict = replace(verdict, details={**(verdict.details or {}), "explanation": explanation})
     return Record(
         suite.protocol,
-        suite.domain.value,
+        suite.domain,
         suite.ability,
         model,
         response.task_id,
