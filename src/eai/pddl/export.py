@@ -13,6 +13,7 @@ from itertools import product
 
 from eai.errors import DomainError
 from eai.logic.formula import And, Atom, Constant, Formula, Not, Or, Term, Variable
+from eai.logic.renaming import rename_objects
 from eai.pddl.evaluation import PddlState
 from eai.pddl.execute import PlanStep
 from eai.pddl.glossary import Conditions, Glossary, hidden_predicates, without
@@ -157,10 +158,7 @@ def export_problems(
     header = _header(glossary, domain.name, hidden, sources[0].initial.scene)
     actions = tuple([_with_history(action, glossary, operators) for action in written])
     exported = replace(header, actions=actions)
-    unsupported = tuple(
-        f"{name} is computed by a function and has no formula: it keeps its value of the initial state"
-        for name in glossary.frozen
-    )
+    unsupported = tuple(_unsupported(glossary))
     return tuple(
         [
             Exported(
@@ -175,6 +173,14 @@ def export_problems(
             for names, source, goal in zip(things, sources, goals, strict=True)
         ]
     )
+
+
+def _unsupported(glossary: Glossary) -> Iterator[str]:
+    for name in glossary.frozen:
+        yield f"{name}: it is computed by a function and has no formula, so it keeps its initial value"
+    for derived in map(glossary.vocabulary.derived_by_name.get, glossary.derived):
+        if isinstance(derived, Lookup) and derived.open_in_meaning:
+            yield f"{derived.name}: its formula leaves open {derived.open_in_meaning}"
 
 
 def _key(scene: Scene, index: int) -> str:
@@ -194,8 +200,11 @@ def _things(glossary: Glossary, scene: Scene) -> PddlNames:
 
 
 def _goal(glossary: Glossary, names: PddlNames, source: ProblemSource, hidden: frozenset[str]) -> Formula:
-    about = Conditions(glossary, things=names, scene=source.initial.scene)
-    return conjunction([about.convert(without(goal, hidden), {}) for goal in source.goals])
+    scene = source.initial.scene
+    about = Conditions(glossary, things=names, scene=scene)
+    agent = {} if scene.agent is None else {scene.objects[scene.agent].name: AGENT.name}
+    goals = [rename_objects(goal, agent) for goal in source.goals]
+    return conjunction([about.convert(without(goal, hidden), {}) for goal in goals])
 
 
 class _Operators:
@@ -274,7 +283,7 @@ def _header(glossary: Glossary, name: str, hidden: frozenset[str], scene: Scene)
 
 def _type_of(glossary: Glossary, category: str) -> str:
     """The type of the objects of a category, if anything ranges over them alone."""
-    return OBJECT if category not in glossary.types else glossary.types[category]
+    return glossary.types[category] if category in glossary.types else OBJECT  # noqa: SIM401 - no mapping
 
 
 def _constants(glossary: Glossary, scene: Scene) -> Iterator[TypedName]:

@@ -85,7 +85,8 @@ class Lookup:
 
     ``values(state, arguments)`` is the mask of all objects that make the predicate true as last argument.
     ``meaning``, where there is one, says the same as a formula, for syntaxes that have no functions;
-    ``single`` says that the mask never has more than one object.
+    ``single`` says that the mask never has more than one object; ``open_in_meaning``, what the formula leaves
+    open, in words.
     """
 
     name: str
@@ -94,6 +95,7 @@ class Lookup:
     reads: tuple[str, ...]
     meaning: Defined | None = None
     single: bool = False
+    open_in_meaning: str = ""
 
     def __call__(self, *terms: Term) -> Atom:
         """The atom of this predicate with these terms."""
