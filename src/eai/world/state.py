@@ -56,9 +56,10 @@ class Scene:
         if name is None:
             return self.everything
         if self._categories is None:
-            self._categories = {}
+            masks: dict[str, int] = {}
             for i, thing in enumerate(self.objects):
-                self._categories[thing.category] = self._categories.get(thing.category, 0) | 1 << i
+                masks[thing.category] = masks.get(thing.category, 0) | 1 << i
+            self._categories = masks  # only when it is complete: other threads look, too
         return self._categories.get(name, 0)
 
     def names(self, mask: int) -> tuple[str, ...]:
