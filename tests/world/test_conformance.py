@@ -5,7 +5,7 @@ import pytest
 from eai.benchmarks.virtualhome import domain as virtualhome
 from eai.benchmarks.virtualhome.tasks import VirtualHomeTasks
 from eai.logic.formula import Atom, Variable
-from eai.world.check import check
+from eai.world.conformance import check
 from eai.world.domain import Domain
 from eai.world.effect import Add
 from eai.world.fault import FaultKind
