@@ -26,9 +26,10 @@ def main(ability: str, paths: list[Path]) -> None:
         for row in json.loads(path.read_text(encoding="utf-8"))
     ]
     from eai.abilities.action_sequencing.virtualhome import domain_of
-    from eai.abilities.goal_interpretation.virtualhome import GoalInterpretation
     from eai.abilities.protocol import Ability, Protocol
     from eai.abilities.subgoal_decomposition.virtualhome import SubgoalDecomposition
+    from eai.benchmarks.reference.virtualhome_goals import ByLargestId
+    from eai.benchmarks.virtualhome.domain import as_meant
     from eai.benchmarks.virtualhome.tasks import open_tasks
     from eai.errors import ParseError
     from eai.logic.ltl import Dialect, parse
@@ -36,8 +37,10 @@ def main(ability: str, paths: list[Path]) -> None:
     tasks = dict(open_tasks())
     goals = Ability(ability) is Ability.GOAL_INTERPRETATION
     make = cache(
-        lambda task_id: (GoalInterpretation if goals else SubgoalDecomposition)(
-            tasks[task_id], Protocol.EAI_1_0_5
+        lambda task_id: (
+            ByLargestId(tasks[task_id], as_meant())
+            if goals
+            else SubgoalDecomposition(tasks[task_id], Protocol.EAI_1_0_5)
         )
     )
     with suppress(ParseError):
