@@ -25,11 +25,10 @@ def main(ability: str, paths: list[Path]) -> None:
         for path in paths
         for row in json.loads(path.read_text(encoding="utf-8"))
     ]
-    from eai.abilities.action_sequencing.virtualhome import domain_of
     from eai.abilities.protocol import Ability, Protocol
     from eai.abilities.subgoal_decomposition.virtualhome import SubgoalDecomposition
     from eai.benchmarks.reference.virtualhome_goals import ByLargestId
-    from eai.benchmarks.virtualhome.domain import as_meant
+    from eai.benchmarks.virtualhome import domain as virtualhome
     from eai.benchmarks.virtualhome.tasks import open_tasks
     from eai.errors import ParseError
     from eai.logic.ltl import Dialect, parse
@@ -38,14 +37,14 @@ def main(ability: str, paths: list[Path]) -> None:
     goals = Ability(ability) is Ability.GOAL_INTERPRETATION
     make = cache(
         lambda task_id: (
-            ByLargestId(tasks[task_id], as_meant())
+            ByLargestId(tasks[task_id], virtualhome.as_meant())
             if goals
             else SubgoalDecomposition(tasks[task_id], Protocol.EAI_1_0_5)
         )
     )
     with suppress(ParseError):
         parse("?", dialect=Dialect.RELEASE)  # makes the parser, and what it finds errors with
-    _ = domain_of(Protocol.EAI_1_0_5).compiled
+    _ = virtualhome.as_in_reference().compiled
     gc.collect()
     loaded = time.process_time()
     for task_id, text in rows:

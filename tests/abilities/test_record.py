@@ -11,9 +11,11 @@ from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.record import SCHEMA, Record, read_records, sha256_of, write_records
 from eai.abilities.verdict import (
     Confusion,
+    Counted,
     ErrorReport,
     GoalTallies,
     PlannerOutcome,
+    PlanVerdict,
     SubgoalCategory,
     Tally,
     Verdict,
@@ -39,6 +41,17 @@ VERDICTS = [
     Verdict(
         counts={"precondition": {"object_states": Confusion(1, 0, 2)}, "effect": {}},
         planner=PlannerOutcome.UNSOLVABLE,
+    ),
+    PlanVerdict(excluded="the task has no goals"),
+    PlanVerdict(executable=True, success=True, goals_satisfied=(True, False)),
+    PlanVerdict(
+        executable=False,
+        success=False,
+        counted=Counted(
+            True,
+            GoalTallies(Tally(1, 2), Tally(0.5, 1), Tally(0, 0)),
+            ((FaultKind.PARSING, 2), (FaultKind.ADDITIONAL_STEP, 3)),
+        ),
     ),
 ]
 

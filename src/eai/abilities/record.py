@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Literal
 
@@ -14,10 +14,12 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.verdict import (
     Confusion,
+    Counted,
     Counts,
     ErrorReport,
     GoalTallies,
     Json,
+    PlanVerdict,
     SubgoalCategory,
     Tally,
     Verdict,
@@ -110,8 +112,14 @@ class _Goals(BaseModel):
     action: tuple[int | float, int | float]
 
 
+class _Counted(BaseModel):
+    success: bool
+    goals: _Goals
+    errors: dict[FaultKind, int]
+
+
 class _Line(BaseModel):
-    """The wire form of a record."""
+    """The wire form of a record; what ``goals_satisfied`` and ``counted`` say is a plan's."""
 
     model_config = ConfigDict(extra="allow")
 
@@ -134,6 +142,8 @@ class _Line(BaseModel):
     planner: PlannerOutcome | None
     repairs: list[str]
     response: str | None = None
+    goals_satisfied: tuple[bool, ...] | None = None
+    counted: _Counted | None = None
 
 
 def _parse(place: str, line: str) -> Record:
@@ -167,19 +177,37 @@ def _parse(place: str, line: str) -> Record:
 
 
 def _verdict(wire: _Line) -> Verdict:
-    return Verdict(
+    verdict = Verdict(
         excluded=wire.excluded_reason,
         executable=wire.executable,
         success=wire.success,
         error=None if wire.error is None else ErrorReport(**wire.error.model_dump()),
         additional_steps=wire.additional_steps,
         category=wire.category,
-        goals=None if wire.goals is None else GoalTallies(**{kind: Tally(*t) for kind, t in wire.goals}),
+        goals=None if wire.goals is None else _tallies(wire.goals),
         counts=None if wire.counts is None else _counts(wire.counts),
         planner=wire.planner,
         repairs=tuple(wire.repairs),
         details=wire.model_extra or None,
     )
+    if wire.goals_satisfied is None:
+        return verdict
+    if wire.ability is Ability.ACTION_SEQUENCING:
+        return _plan_verdict(verdict, wire)
+    return replace(verdict, details={**(verdict.details or {}), "goals_satisfied": wire.goals_satisfied})
+
+
+def _plan_verdict(verdict: Verdict, wire: _Line) -> PlanVerdict:
+    counted = None
+    if wire.counted is not None:
+        errors = tuple(wire.counted.errors.items())
+        counted = Counted(wire.counted.success, _tallies(wire.counted.goals), errors)
+    told = {field.name: getattr(verdict, field.name) for field in fields(verdict)}
+    return PlanVerdict(**told, goals_satisfied=wire.goals_satisfied or (), counted=counted)
+
+
+def _tallies(goals: _Goals) -> GoalTallies:
+    return GoalTallies(**{kind: Tally(*tally) for kind, tally in goals})
 
 
 def _counts(
