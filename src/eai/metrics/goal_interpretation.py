@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from eai.abilities.verdict import Confusion, Verdict
+from eai.abilities.verdict import Confusion, Verdict, fields_of
 from eai.metrics.goals import KINDS
 from eai.metrics.rate import Rate, add, confusion_rates, share
 from eai.world.fault import FaultKind
@@ -30,7 +30,7 @@ def contribution(verdict: Verdict) -> dict[str, Rate]:
     rates: dict[str, Rate] = {}
     for name, confusion in {**counts, OVERALL: whole}.items():
         rates |= confusion_rates(name, confusion)
-    details = verdict.details or {}
+    details = fields_of(verdict)
     predicted = _number(details.get("predicted"))
     unreadable = verdict.error is not None and verdict.error.kind is FaultKind.PARSING
     return {
