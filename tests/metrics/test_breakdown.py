@@ -3,13 +3,13 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
+from eai.metrics.explained import explanation_of
 
 from eai.abilities.explanation import Explanation, GoalReport, StepReport
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import Confusion, Verdict
 from eai.errors import InputError
 from eai.metrics.breakdown import Flow, Outcome, break_down, outcome
-from eai.metrics.explained import explanation_of
 from eai.metrics.rate import Rate
 from eai.pddl.planning import PlannerOutcome
 from eai.world.fault import FaultKind

@@ -6,7 +6,7 @@ from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.verdict import SubgoalCategory, Verdict
 from eai.metrics.bootstrap import Bootstrap
 from eai.report.agreement import Agreement, agreements
-from eai.report.run_summary import digest
+from eai.report.run_summary import summary_of
 from eai.report.runs import Run, RunKey
 from metrics.verdicts import record
 from oracle import Oracle
@@ -21,7 +21,7 @@ def run_of(verdicts: list[Verdict], model: str, protocol: Protocol) -> Run:
 
 
 def compared(verdicts: list[Verdict], model: str, protocol: Protocol) -> list[Agreement]:
-    return agreements([digest(run_of(verdicts, model, protocol), Bootstrap(repetitions=2))])
+    return agreements([summary_of(run_of(verdicts, model, protocol), Bootstrap(repetitions=2))])
 
 
 def test_only_the_paper_s_models_under_its_protocol_are_compared() -> None:

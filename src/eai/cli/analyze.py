@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from eai.abilities.protocol import Ability, Domain
-from eai.abilities.record import Record, read_records
+from eai.abilities.record import Record
 from eai.abilities.suite import PlannerChoice
 from eai.abilities.transition_modeling.planners import make_planner
 from eai.abilities.transition_modeling.scorer import rules_of
@@ -20,6 +20,7 @@ from eai.cli.data import DataFolder, store
 from eai.cli.score import RECORDS
 from eai.errors import InputError
 from eai.report import plot_sensitivity
+from eai.scoring.records import read_records
 
 app = typer.Typer(no_args_is_help=True, help="Analyses of records.")
 

@@ -10,45 +10,43 @@ from rich.console import Console
 from rich.text import Text
 
 from eai.abilities.explanation import Explanation, StepReport
-from eai.abilities.protocol import Domain
-from eai.abilities.record import Record, read_records
-from eai.abilities.suite import Source, open_suite
+from eai.abilities.record import Record
 from eai.abilities.verdict import Verdict
-from eai.cli.console import data_progress, output
-from eai.cli.data import DataFolder, store
+from eai.cli.console import output
 from eai.cli.score import RECORDS
 from eai.errors import InputError
+from eai.scoring.records import read_records
 from eai.world.fault import FaultKind
+
+NOT_EXPLAINED = (
+    "the record has no explanation; answers are explained where they are scored with --explanations"
+)
 
 
 def explain(
     records: Annotated[Path, typer.Argument(help="A records.jsonl, or the folder it is in.")],
     task: Annotated[str, typer.Argument(help="The id of the task, say 27_2.")],
-    data: DataFolder = None,
 ) -> None:
     """Show what became of one answer: each step, what it changed, the failing check and why.
 
     Example: eai explain scores 27_2
     """
-    found = _find(records, task)
-    for record in found:
-        answers = [r.response for r in read_records(_records_file(records)) if r.model == record.model]
-        with data_progress() as report:
-            suite = open_suite(
-                _domain(record, records),
-                record.ability,
-                record.protocol,
-                answers=answers,
-                source=Source(store(data), report),
-            )
-        explanation = suite.scorer(record.task_id).explain(record.response)
-        print_explanation(output(), record, explanation)
+    for record in _find(records, task):
+        print_record(output(), record)
 
 
-def print_explanation(console: Console, record: Record, explanation: Explanation) -> None:
-    """Print one explanation."""
+def print_record(console: Console, record: Record) -> None:
+    """Print what a record says of its answer, step by step where it holds an explanation."""
     console.print(Text(f"{record.domain} {record.ability.value} {record.task_id}", style="bold"))
     console.print(f"model {record.model}, protocol {record.protocol.value}", highlight=False)
+    if record.explanation is None:
+        console.print(NOT_EXPLAINED, style="yellow", highlight=False, soft_wrap=True)
+    else:
+        _print_explanation(console, record.explanation)
+    console.print(_verdict_text(record.verdict))
+
+
+def _print_explanation(console: Console, explanation: Explanation) -> None:
     for note in explanation.notes:
         console.print(Text(note, style="yellow"))
     width = max((len(step.action) for step in explanation.steps), default=0)
@@ -59,7 +57,6 @@ def print_explanation(console: Console, record: Record, explanation: Explanation
     for goal in explanation.goals:
         mark, style = ("✓", "green") if goal.satisfied else ("✗", "red")
         console.print(Text(f"  {mark} {goal.kind:8} {goal.goal}", style=style))
-    console.print(_verdict_text(record.verdict))
 
 
 def _print_step(console: Console, number: int, step: StepReport, width: int) -> None:
@@ -94,13 +91,6 @@ def _find(path: Path, task: str) -> list[Record]:
     if not found:
         raise InputError(f"{_records_file(path)}: no record of task {task}")
     return found
-
-
-def _domain(record: Record, path: Path) -> Domain:
-    try:
-        return Domain(record.domain)
-    except ValueError as error:
-        raise InputError(f"{_records_file(path)}: there is no domain {record.domain!r}") from error
 
 
 def _records_file(path: Path) -> Path:

@@ -22,7 +22,7 @@ from eai.report.document import Plot
 from eai.report.explorer import explorer_html
 from eai.report.explorer_data import Background, ExplorerData
 from eai.report.plots import draw_plots
-from eai.report.run_summary import Digest, digest
+from eai.report.run_summary import RunSummary, summary_of
 from eai.report.runs import read_runs
 from eai.report.writer import make_tables, write_tables
 
@@ -48,27 +48,27 @@ def report(
     """
     bootstrap = Bootstrap()
     explorer = ExplorerData(background(store(data)) if prompts else Background())
-    digests = []
+    runs = []
     for run in read_runs(records):
-        digests.append(digest(run, bootstrap))
+        runs.append(summary_of(run, bootstrap))
         explorer.add(run)
-    digests.sort(key=lambda item: item.key.order)
-    tables = make_tables(digests, bootstrap, with_paper=paper)
+    runs.sort(key=lambda item: item.key.order)
+    tables = make_tables(runs, bootstrap, with_paper=paper)
     try:
         out.mkdir(parents=True, exist_ok=True)
-        drawn = _draw(digests, out / PLOTS) if plots else []
-        written = write_tables(out, digests, tables, drawn, with_paper=paper)
+        drawn = _draw(runs, out / PLOTS) if plots else []
+        written = write_tables(out, runs, tables, drawn, with_paper=paper)
         (out / EXPLORER).write_text(explorer_html(explorer.to_json()), encoding="utf-8")
     except OSError as error:
         raise InputError(f"{out}: cannot be written ({error.strerror})") from error
-    message = f"{len(digests)} runs, {written} tables, {len(drawn)} plots; open {out / EXPLORER}"
+    message = f"{len(runs)} runs, {written} tables, {len(drawn)} plots; open {out / EXPLORER}"
     output().print(message, soft_wrap=True, highlight=False)
 
 
-def _draw(digests: Sequence[Digest], folder: Path) -> list[Plot]:
+def _draw(runs: Sequence[RunSummary], folder: Path) -> list[Plot]:
     """The plots, or none and a remark where matplotlib is not installed."""
     try:
-        return draw_plots(digests, folder)
+        return draw_plots(runs, folder)
     except EaiError as error:
         errors().print(f"no plots: {error}", markup=False, highlight=False, soft_wrap=True)
         return []

@@ -9,8 +9,9 @@ from typing import Annotated
 
 import typer
 
+from eai.abilities.declarations import DECLARATIONS
 from eai.abilities.protocol import Ability, Domain, Protocol
-from eai.abilities.record import Record, write_records
+from eai.abilities.record import Record
 from eai.abilities.responses import Response, ResponseFile, find_response_files, model_name, read_responses
 from eai.abilities.suite import PlannerChoice, Source, open_suite
 from eai.abilities.verdict import Json
@@ -18,8 +19,9 @@ from eai.cli.console import data_progress, output, print_rates
 from eai.cli.data import DataFolder, store
 from eai.errors import InputError
 from eai.metrics.rate import Rate
-from eai.metrics.summary import TABLE_COLUMNS, summarise
+from eai.metrics.summary import summarise
 from eai.scoring.batch import score_batch
+from eai.scoring.records import write_records
 
 SUMMARY = "summary.json"
 RECORDS = "records.jsonl"
@@ -60,11 +62,11 @@ def score(
             domain, ability, protocol, answers=[r.text for r in answers.responses], source=source
         )
         records = score_batch(suite, answers, workers=workers, explanations=explanations)
-        rates[answers.model] = summarise([r.verdict for r in records], domain.value, ability, protocol)
+        rates[answers.model] = summarise([r.verdict for r in records], ability)
         if out is not None:
             write_results(out / answers.model if len(files) > 1 else out, records, rates[answers.model])
     title = f"{domain.value}, {ability.value}, protocol {protocol.value}"
-    print_rates(title, TABLE_COLUMNS[ability], rates)
+    print_rates(title, DECLARATIONS[ability].terminal, rates)
     if out is not None:
         output().print(f"written to {out}", soft_wrap=True, highlight=False)
 

@@ -7,9 +7,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
-from eai.abilities.protocol import Ability, Domain, Protocol
-from eai.abilities.record import Record, read_records
+from eai.abilities.protocol import Ability, Protocol
+from eai.abilities.record import Record
 from eai.errors import InputError
+from eai.metrics.paper_tables import paper_setting
+from eai.scoring.records import read_records
 
 RECORDS = "records.jsonl"
 """The name of a file of records."""
@@ -25,8 +27,8 @@ class RunKey(NamedTuple):
 
     @property
     def order(self) -> tuple[int, int, str, int, str]:
-        """What runs are sorted by; domains of third parties come last."""
-        known = [domain.value for domain in Domain]
+        """What runs are sorted by; domains that are not the paper's come last."""
+        known = list(paper_setting().domains)
         place = known.index(self.domain) if self.domain in known else len(known)
         protocols, abilities = list(Protocol), list(Ability)
         return (

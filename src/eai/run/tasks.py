@@ -12,10 +12,12 @@ from inspect_ai.scorer import Score, Scorer, Target, mean, scorer, stderr
 from inspect_ai.solver import Solver, TaskState
 from inspect_ai.util import registry_info
 
+from eai.abilities.codec import verdict_to_json
+from eai.abilities.declarations import DECLARATIONS
 from eai.abilities.protocol import Ability, Domain, Protocol
 from eai.abilities.suite import Suite, open_suite
-from eai.abilities.verdict import Verdict, fields_of
-from eai.metrics.summary import MAIN_COLUMNS, contribution
+from eai.abilities.verdict import Verdict
+from eai.metrics.rate import Rate
 from eai.prompts.library import Library
 from eai.prompts.prompt import Prompt, PromptSet
 from eai.run.gold_answers import gold_examples
@@ -85,12 +87,16 @@ def verdict_scorer(domain: str, ability: str, protocol: str) -> Scorer:
         verdict = suite.score(str(state.sample_id), answer)
         if verdict.excluded is not None:
             return Score.unscored(answer=answer, explanation=verdict.excluded)
-        shares = contribution(verdict, domain, suite.ability, suite.protocol)
-        percent = shares[MAIN_COLUMNS[suite.ability][0]].percent
+        declared = DECLARATIONS[suite.ability]
+        share = declared.contributions(verdict)[next(iter(declared.main))]
+        percent = Rate(*share).percent
         if percent is None:
             return Score.unscored(answer=answer, explanation="nothing to be right or wrong about")
         return Score(
-            value=percent / 100, answer=answer, explanation=_explanation(verdict), metadata=fields_of(verdict)
+            value=percent / 100,
+            answer=answer,
+            explanation=_explanation(verdict),
+            metadata=verdict_to_json(verdict),
         )
 
     return score

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import replace
 from functools import partial
 
 from eai.abilities.record import Record
@@ -48,10 +47,6 @@ def _score(suite: Suite, model: str, responses: Iterable[Response], *, explanati
 
 def _record(suite: Suite, model: str, response: Response, *, explanations: bool) -> Record:
     assessment = suite.scorer(response.task_id).assess(response.text)
-    verdict = assessment.verdict
-    if explanations:
-        explanation = assessment.explain().to_json()
-        verdict = replace(verdict, details={**(verdict.details or {}), "explanation": explanation})
     return Record(
         suite.protocol,
         suite.domain.value,
@@ -60,5 +55,6 @@ def _record(suite: Suite, model: str, response: Response, *, explanations: bool)
         response.task_id,
         response.text,
         suite.data_sha256,
-        verdict,
+        assessment.verdict,
+        assessment.explain() if explanations else None,
     )

@@ -8,11 +8,12 @@ from functools import partial
 from eai.abilities.explanation import Explanation, StepReport
 from eai.abilities.protocol import Protocol
 from eai.abilities.scorer import Assessment, Scorer
+from eai.abilities.transition_modeling.counting import count_by_category
 from eai.abilities.transition_modeling.judgement import Judgement, Rules
-from eai.abilities.transition_modeling.report import OperatorReport, OperatorStatus, count_by_category
+from eai.abilities.transition_modeling.report import OperatorReport, OperatorStatus
 from eai.abilities.transition_modeling.strict_rules import StrictRules
 from eai.abilities.transition_modeling.task import TransitionTask
-from eai.abilities.verdict import Counts, ErrorReport, Json, Verdict
+from eai.abilities.verdict import Confusion, ErrorReport, OperatorVerdict
 from eai.benchmarks.reference.operator_rules import ReferenceRules
 from eai.pddl.matching import missing_operator
 from eai.pddl.planning import PddlPlanner, PlannerOutcome
@@ -42,9 +43,7 @@ class TransitionModeling(Scorer):
         self.task = task
         self.protocol = protocol
         self._rules = rules
-        self._categories: dict[str, Json] = {
-            "task_categories": [category.value for category in task.categories]
-        }
+        self._categories = tuple(category.value for category in task.categories)
 
     def assess(self, text: str) -> Assessment:
         """The verdict on an answer, and its words; the steps are those of the plan that was found."""
@@ -53,38 +52,39 @@ class TransitionModeling(Scorer):
             return Assessment(self._unreadable(), partial(Explanation, (UNREADABLE,)))
         return Assessment(self._verdict(judgement), partial(_explained, judgement))
 
-    def _verdict(self, judgement: Judgement) -> Verdict:
-        return Verdict(
+    def _verdict(self, judgement: Judgement) -> OperatorVerdict:
+        return OperatorVerdict(
             success=_success(judgement.planning.outcome),
             counts=self._counts(judgement.operators),
             planner=judgement.planning.outcome,
             repairs=judgement.repairs,
-            details={
-                **self._categories,
-                "operators": [report.to_json() for report in judgement.operators],
-                "plan": [str(step) for step in judgement.planning.plan],
-                "planner_detail": judgement.planning.detail,
-            },
+            task_categories=self._categories,
+            operators=judgement.operators,
+            plan=tuple(str(step) for step in judgement.planning.plan),
+            planner_detail=judgement.planning.detail,
         )
 
-    def _unreadable(self) -> Verdict:
+    def _unreadable(self) -> OperatorVerdict:
         error = ErrorReport(FaultKind.PARSING, None, UNREADABLE)
         if self.protocol is Protocol.EAI_1_0_5:
-            return Verdict(excluded=FORMAT_ERROR, error=error, details=self._categories)
+            return OperatorVerdict(excluded=FORMAT_ERROR, error=error, task_categories=self._categories)
         missing = [
             OperatorReport(name, OperatorStatus.MISSING, match.precondition, match.effect)
             for name, match in ((name, missing_operator(gold)) for name, gold in self.task.gold.items())
         ]
         outcome = PlannerOutcome.NOT_RUN if self._rules.plans.planner is None else PlannerOutcome.INPUT_ERROR
-        return Verdict(
+        return OperatorVerdict(
             success=_success(outcome),
             error=error,
             counts=self._counts(missing),
             planner=outcome,
-            details={**self._categories, "operators": [report.to_json() for report in missing]},
+            task_categories=self._categories,
+            operators=tuple(missing),
         )
 
-    def _counts(self, reports: tuple[OperatorReport, ...] | list[OperatorReport]) -> Counts:
+    def _counts(
+        self, reports: tuple[OperatorReport, ...] | list[OperatorReport]
+    ) -> dict[str, dict[str, Confusion]]:
         others, categories = self._rules.count_others, self.task.domain.categories
         return {
             "precondition": count_by_category(
