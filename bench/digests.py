@@ -22,8 +22,9 @@ from pathlib import Path
 from typing import Any
 
 from eai.abilities.protocol import Ability, Domain, Protocol
-from eai.abilities.suite import PlannerChoice, Source, open_suite
+from eai.abilities.suite import Source, open_suite
 from eai.abilities.verdict import fields_of
+from eai.pddl.planning import PlannerChoice
 
 ORACLE = Path(__file__).resolve().parents[2] / "shared" / "oracle"
 DIGESTS = Path(__file__).with_name("digests.json")

@@ -27,9 +27,10 @@ from inspect_ai.solver import generate
 
 from eai.abilities.protocol import Ability, Domain, Protocol
 from eai.abilities.responses import Response, ResponseFile
-from eai.abilities.suite import PlannerChoice, Source, Suite, open_suite
+from eai.abilities.suite import Source, Suite, open_suite
 from eai.benchmarks.published_prompts import official_prompts
 from eai.cli.running import undisturbed
+from eai.pddl.planning import PlannerChoice
 from eai.prompts.prompt import Prompt
 from eai.run.evaluation import obtain_answers
 from eai.run.gold_answers import open_answer_book

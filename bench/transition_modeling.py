@@ -21,12 +21,12 @@ from pathlib import Path
 from statistics import median
 
 from eai.abilities.protocol import Domain, Protocol
-from eai.abilities.suite import PlannerChoice
 from eai.abilities.transition_modeling.planners import make_planner
-from eai.abilities.transition_modeling.scorer import TransitionModeling, rules_of
-from eai.abilities.transition_modeling.task import TransitionTask, open_virtualhome
+from eai.abilities.transition_modeling.scorer import TransitionModeling
+from eai.abilities.transition_modeling.task import TransitionTask
+from eai.benchmarks.gold_operators import PLANNER_SECONDS, open_virtualhome, rules_of
 from eai.pddl.fast_downward import FastDownward, Limits
-from eai.pddl.planning import PddlPlanner
+from eai.pddl.planning import PddlPlanner, PlannerChoice
 from reference import CACHE, REFERENCE, environment, package_folder
 
 LOGIC_RATIO = 50.0
@@ -77,9 +77,7 @@ def ours(tasks: Sequence[TransitionTask], planner: PddlPlanner | None) -> float:
     costs = []
     for _ in range(REPEATS):
         rules = rules_of(Protocol.EAI_1_0_5, planner)
-        scorers = [
-            (TransitionModeling(task, Protocol.EAI_1_0_5, rules), task.gold_answer()) for task in tasks
-        ]
+        scorers = [(TransitionModeling(task, rules), task.gold_answer()) for task in tasks]
         start = _used()
         for scorer, text in scorers:
             scorer.score(text)
@@ -149,7 +147,7 @@ def main() -> int:
     header = (package_folder(python) / "resources" / "virtualhome" / "virtualhome_pd.pddl").read_text()
     print(f"gold operators, {REFERENCE}")
     logic = report("logic", len(tasks), ours(tasks, None), reference_logic(tasks, python), LOGIC_RATIO)
-    planner = make_planner(PlannerChoice.FULL, Domain.VIRTUALHOME)
+    planner = make_planner(PlannerChoice.FULL, PLANNER_SECONDS[Domain.VIRTUALHOME])
     theirs = reference_planner(some, header)
     planned = report("logic and planner", len(some), ours(some, planner), theirs, PLANNER_RATIO)
     return 0 if logic and planned else 1

@@ -6,9 +6,9 @@ from pathlib import Path
 import pytest
 
 from eai.abilities.protocol import Protocol
-from eai.abilities.transition_modeling.scorer import rules_of
 from eai.abilities.transition_modeling.task import Category, OperatorLibrary, TransitionTask
 from eai.analysis.sensitivity import OVERALL, OperatorOutcome, summarise, try_operators
+from eai.benchmarks.gold_operators import rules_of
 from eai.metrics.rate import Rate
 from eai.pddl.operator_text import OperatorText
 from eai.pddl.planner import BuiltInPlanner

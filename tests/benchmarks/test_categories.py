@@ -2,8 +2,9 @@ from __future__ import annotations
 
 from collections import Counter
 
-from eai.abilities.transition_modeling.task import Category, TransitionTasks, open_behavior, open_virtualhome
+from eai.abilities.transition_modeling.task import Category
 from eai.benchmarks.categories import categorise
+from eai.benchmarks.gold_operators import TransitionTasks, open_behavior, open_virtualhome
 from eai.data.store import Store
 
 

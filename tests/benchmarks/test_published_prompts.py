@@ -7,10 +7,11 @@ import pytest
 
 from eai.abilities.protocol import Ability, Domain
 from eai.abilities.responses import SCENE_PREFIX
-from eai.abilities.suite import PlannerChoice, Source, available_suites, open_suite
+from eai.abilities.suite import Source, available_suites, open_suite
 from eai.benchmarks.packs import PROMPTS, open_published
 from eai.benchmarks.published_prompts import official_files, official_prompts
 from eai.data.store import Store
+from eai.pddl.planning import PlannerChoice
 
 GOAL_INTERPRETATION = (Domain.VIRTUALHOME, Ability.GOAL_INTERPRETATION)
 COUNTS = {

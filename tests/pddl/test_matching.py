@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from eai.abilities.transition_modeling.task import open_behavior, open_virtualhome
+from eai.benchmarks.gold_operators import open_behavior, open_virtualhome
 from eai.data.store import Store
 from eai.pddl.matching import OperatorMatch, SideMatch, match_operators, missing_operator
 from eai.pddl.model import PddlAction

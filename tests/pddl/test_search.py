@@ -7,7 +7,8 @@ from itertools import product
 import pytest
 from hypothesis import HealthCheck, given, settings
 
-from eai.abilities.transition_modeling.task import TransitionTask, open_behavior, open_virtualhome
+from eai.abilities.transition_modeling.task import TransitionTask
+from eai.benchmarks.gold_operators import open_behavior, open_virtualhome
 from eai.data.store import Store
 from eai.pddl.execute import Executor, PlanStep
 from eai.pddl.model import PddlAction, PddlDomain, PddlProblem, objects_by_type, type_of

@@ -9,7 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from eai.abilities.transition_modeling.task import TransitionTask, open_behavior, open_virtualhome
+from eai.abilities.transition_modeling.task import TransitionTask
+from eai.benchmarks.gold_operators import open_behavior, open_virtualhome
 from eai.data.store import Store
 from eai.pddl.check import check_problem
 from eai.pddl.execute import PlanStep

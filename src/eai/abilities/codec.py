@@ -7,8 +7,8 @@ tuples are lists, the goals of a verdict an object by kind. What an ability has 
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping, Sequence
-from dataclasses import fields, is_dataclass
+from collections.abc import Iterable, Mapping
+from dataclasses import is_dataclass
 from enum import Enum
 from functools import cache
 from typing import Any, TypeVar
@@ -60,6 +60,8 @@ def record_to_json(record: Record) -> dict[str, Json]:
 def verdict_to_json(verdict: Verdict) -> dict[str, Json]:
     """A verdict's part of its record."""
     own = _object(verdict)
+    own |= verdict.details or {}
+    own.pop("details", None)
     reason = own.pop("excluded")
     status = "scored" if reason is None else "excluded"
     repairs = own.pop("repairs")
@@ -99,7 +101,7 @@ def record_from_json(values: Mapping[str, Any]) -> Record:
 
 def _object(value: object) -> dict[str, Json]:
     """A dataclass as a JSON object."""
-    return {name: _plain(getattr(value, name)) for name in _names(type(value))}
+    return {name: _plain(getattr(value, name)) for name in _names(value)}
 
 
 def _plain(value: Any) -> Json:
@@ -123,7 +125,7 @@ def _verdict(values: Mapping[str, Any], ability: Ability, made_before: int) -> V
     if status != ("scored" if reason is None else "excluded"):
         raise InputError(f"field status: expected 'excluded' with a reason, or 'scored', not {status!r}")
     repairs = _read(tuple[str, ...], _present(values, "repairs"), "repairs")
-    declared = DECLARATIONS[ability].verdict
+    declared: type[Verdict] = DECLARATIONS[ability].verdict
     own = {name: values[name] for name in _names(declared) if name in values}
     return _read(declared, {**own, "excluded": reason, "repairs": repairs[made_before:]})
 
@@ -149,20 +151,21 @@ def _read(kind: type[T], value: object, *place: str) -> T:
     Raises:
         InputError: it is not one.
     """
+    hashable: Any = kind
     try:
-        return _adapter(kind).validate_python(value)
+        read: T = _adapter(hashable).validate_python(value)
     except ValidationError as error:
         first = error.errors()[0]
         field = ".".join([*place, *map(str, first["loc"])])
         raise InputError(f"field {field}: {first['msg']}") from error
+    return read
 
 
 @cache
-def _adapter(kind: type[T]) -> TypeAdapter[T]:
+def _adapter(kind: Any) -> TypeAdapter[Any]:
     return TypeAdapter(kind)
 
 
-@cache
-def _names(kind: type) -> Sequence[str]:
-    """The fields of a dataclass, in order."""
-    return tuple(field.name for field in fields(kind))
+def _names(declared: Any) -> Iterable[str]:
+    """The names of the fields of a dataclass, in order."""
+    return tuple(declared.__dataclass_fields__)

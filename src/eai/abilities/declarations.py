@@ -16,4 +16,4 @@ DECLARATIONS: Mapping[Ability, AbilityDeclaration[Any]] = {
     declared.ability: declared
     for declared in (GOAL_INTERPRETATION, SUBGOAL_DECOMPOSITION, ACTION_SEQUENCING, TRANSITION_MODELING)
 }
-"""What each ability declares, in the order of `Ability`; a verdict belongs to the declaration of its class."""
+"""What each ability declares, in the order of `Ability`."""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from enum import Enum
 from functools import partial
 from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
@@ -14,6 +13,7 @@ from eai.abilities.verdict import Verdict
 from eai.data.progress import Report, silent
 from eai.data.store import Store
 from eai.errors import InputError
+from eai.pddl.planning import PlannerChoice
 
 if TYPE_CHECKING:
     from eai.benchmarks.behavior.tasks import BehaviorTask
@@ -55,16 +55,6 @@ class Suite:
     def score(self, task_id: str, text: str) -> Verdict:
         """The verdict on an answer to a task."""
         return self.scorer(task_id).score(text)
-
-
-class PlannerChoice(str, Enum):
-    """Which planner judges operators in transition modeling."""
-
-    FULL = "full"
-    """The built-in search, and Fast Downward for what it cannot decide."""
-    BUILT_IN = "built_in"
-    FAST_DOWNWARD = "fast_downward"
-    NONE = "none"
 
 
 @dataclass(frozen=True, slots=True)
@@ -181,20 +171,17 @@ def _behavior(source: Source, make: Callable[[BehaviorTask], Scorer]) -> Opened:
 
 def _transition_modeling(domain: Domain) -> Opener:
     def open_tasks(protocol: Protocol, answers: Sequence[str], source: Source) -> Opened:
-        from eai.abilities.transition_modeling import task as transition_modeling
         from eai.abilities.transition_modeling.planners import make_planner
-        from eai.abilities.transition_modeling.scorer import TransitionModeling, rules_of
+        from eai.abilities.transition_modeling.scorer import TransitionModeling
+        from eai.benchmarks import gold_operators
 
         opener = (
-            transition_modeling.open_virtualhome
-            if domain is Domain.VIRTUALHOME
-            else transition_modeling.open_behavior
+            gold_operators.open_virtualhome if domain is Domain.VIRTUALHOME else gold_operators.open_behavior
         )
         tasks = opener(source.store, report=source.report)
-        rules = rules_of(protocol, make_planner(source.planner, domain))
-        return Opened(
-            tuple(tasks), tasks.sha256, lambda task_id: TransitionModeling(tasks[task_id], protocol, rules)
-        )
+        planner = make_planner(source.planner, gold_operators.PLANNER_SECONDS[domain])
+        rules = gold_operators.rules_of(protocol, planner)
+        return Opened(tuple(tasks), tasks.sha256, lambda task_id: TransitionModeling(tasks[task_id], rules))
 
     return open_tasks
 

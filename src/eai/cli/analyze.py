@@ -10,15 +10,14 @@ import typer
 
 from eai.abilities.protocol import Ability, Domain
 from eai.abilities.record import Record
-from eai.abilities.suite import PlannerChoice
 from eai.abilities.transition_modeling.planners import make_planner
-from eai.abilities.transition_modeling.scorer import rules_of
-from eai.abilities.transition_modeling.task import open_behavior, open_virtualhome
 from eai.analysis.sensitivity import Sensitivity, summarise, try_operators
+from eai.benchmarks.gold_operators import PLANNER_SECONDS, open_behavior, open_virtualhome, rules_of
 from eai.cli.console import data_progress, output
 from eai.cli.data import DataFolder, store
 from eai.cli.score import RECORDS
 from eai.errors import InputError
+from eai.pddl.planning import PlannerChoice
 from eai.report import plot_sensitivity
 from eai.scoring.records import read_records
 
@@ -66,7 +65,7 @@ def _analyze(domain: Domain, records: list[Record], planner: PlannerChoice, data
     opener = open_virtualhome if domain is Domain.VIRTUALHOME else open_behavior
     with data_progress() as report:
         tasks = opener(store(data), report=report)
-    rules = rules_of(records[0].protocol, make_planner(planner, domain))
+    rules = rules_of(records[0].protocol, make_planner(planner, PLANNER_SECONDS[domain]))
     outcomes = [
         outcome
         for record in records

@@ -18,9 +18,7 @@ from eai.errors import InputError
 from eai.scoring.records import read_records
 from eai.world.fault import FaultKind
 
-NOT_EXPLAINED = (
-    "the record has no explanation; answers are explained where they are scored with --explanations"
-)
+NOT_EXPLAINED = "the record has no explanation; score the answer with --explanations to get one"
 
 
 def explain(

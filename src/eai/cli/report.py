@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from eai.abilities.protocol import Ability, Domain
-from eai.abilities.transition_modeling import task as transition_modeling
+from eai.benchmarks import gold_operators
 from eai.benchmarks.packs import published_packs
 from eai.benchmarks.published_prompts import official_prompts
 from eai.cli.console import errors, output
@@ -79,8 +79,8 @@ def background(source: Store) -> Background:
     if any(status.problem for status in dataset.info(source, packs=published_packs())):
         return Background()
     gold = {
-        Domain.VIRTUALHOME.value: transition_modeling.open_virtualhome(source),
-        Domain.BEHAVIOR.value: transition_modeling.open_behavior(source),
+        Domain.VIRTUALHOME.value: gold_operators.open_virtualhome(source),
+        Domain.BEHAVIOR.value: gold_operators.open_behavior(source),
     }
     return Background(
         prompts={

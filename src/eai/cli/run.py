@@ -13,13 +13,14 @@ import typer
 from eai.abilities.declarations import DECLARATIONS
 from eai.abilities.protocol import Ability, Domain, Protocol
 from eai.abilities.responses import file_name
-from eai.abilities.suite import PlannerChoice, Source, Suite, available_suites, open_suite
+from eai.abilities.suite import Source, Suite, available_suites, open_suite
 from eai.abilities.verdict import Json
 from eai.cli.console import counted, data_progress, dollars, errors, output, print_rates
 from eai.cli.data import DataFolder, store
 from eai.cli.progress import run_progress
 from eai.cli.running import Obtained, Scoring, SuiteResult, settle, undisturbed
 from eai.errors import EaiError, InputError
+from eai.pddl.planning import PlannerChoice
 from eai.prompts.library import Library
 from eai.prompts.prompt import Prompt, PromptSet
 from eai.run.gold_answers import gold_examples

@@ -13,13 +13,14 @@ from eai.abilities.declarations import DECLARATIONS
 from eai.abilities.protocol import Ability, Domain, Protocol
 from eai.abilities.record import Record
 from eai.abilities.responses import Response, ResponseFile, find_response_files, model_name, read_responses
-from eai.abilities.suite import PlannerChoice, Source, open_suite
+from eai.abilities.suite import Source, open_suite
 from eai.abilities.verdict import Json
 from eai.cli.console import data_progress, output, print_rates
 from eai.cli.data import DataFolder, store
 from eai.errors import InputError
 from eai.metrics.rate import Rate
 from eai.metrics.summary import summarise
+from eai.pddl.planning import PlannerChoice
 from eai.scoring.batch import score_batch
 from eai.scoring.records import write_records
 

@@ -28,6 +28,16 @@ class PlannerOutcome(str, Enum):
     NOT_RUN = "not_run"
 
 
+class PlannerChoice(str, Enum):
+    """Which planner judges operators."""
+
+    FULL = "full"
+    """The built-in search, and Fast Downward for what it cannot decide."""
+    BUILT_IN = "built_in"
+    FAST_DOWNWARD = "fast_downward"
+    NONE = "none"
+
+
 @dataclass(frozen=True, slots=True)
 class PlannerResult:
     """The outcome, the plan if there is one, and in words what the outcome rests on."""

@@ -9,7 +9,7 @@ from typing import TypeAlias
 
 from eai.abilities.protocol import Ability, Domain
 from eai.abilities.task import Task
-from eai.abilities.transition_modeling import task as transition_modeling
+from eai.benchmarks import gold_operators
 from eai.benchmarks.behavior import domain as behavior
 from eai.benchmarks.behavior import tasks as behavior_tasks
 from eai.benchmarks.behavior.predicates import GOAL_RELATIONS, GOAL_STATES
@@ -78,9 +78,7 @@ def own_prompts(
     templates = Templates(folder)
     is_virtualhome = domain is Domain.VIRTUALHOME
     if ability is Ability.TRANSITION_MODELING:
-        open_operators = (
-            transition_modeling.open_virtualhome if is_virtualhome else transition_modeling.open_behavior
-        )
+        open_operators = gold_operators.open_virtualhome if is_virtualhome else gold_operators.open_behavior
         return operator_prompts(open_operators(store, report=report), templates)
     tasks: Mapping[str, Task] = (
         virtualhome_tasks.open_tasks(store, report=report)

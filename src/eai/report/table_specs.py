@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 from eai.abilities.declaration import AbilityDeclaration, MetricColumn, label_of
 from eai.abilities.declarations import DECLARATIONS
@@ -64,7 +65,7 @@ def domain_title(domain: str) -> str:
     return paper_setting().domains.get(domain, domain)
 
 
-def _column(declared: AbilityDeclaration[object], column: MetricColumn, group: str = "") -> ColumnSpec:
+def _column(declared: AbilityDeclaration[Any], column: MetricColumn, group: str = "") -> ColumnSpec:
     group = group or column.group
     return ColumnSpec(declared.ability, column.metric, group, column.label, column.more_is_better)
 

@@ -19,9 +19,9 @@ from eai.abilities.protocol import Ability, Domain
 from eai.abilities.subgoal_decomposition import behavior_planner
 from eai.abilities.subgoal_decomposition import behavior_writer as behavior_subgoals
 from eai.abilities.subgoal_decomposition import virtualhome_writer as virtualhome_subgoals
-from eai.abilities.transition_modeling.task import TransitionTasks, open_behavior, open_virtualhome
 from eai.benchmarks.behavior import domain as behavior
 from eai.benchmarks.behavior import tasks as behavior_tasks
+from eai.benchmarks.gold_operators import TransitionTasks, open_behavior, open_virtualhome
 from eai.benchmarks.virtualhome import domain as virtualhome
 from eai.benchmarks.virtualhome import tasks as virtualhome_tasks
 from eai.data.store import Store

@@ -6,9 +6,12 @@ from collections.abc import Callable, Iterable
 from concurrent.futures import ProcessPoolExecutor
 from functools import partial
 
+from eai.abilities.codec import record_to_json
 from eai.abilities.record import Record
 from eai.abilities.responses import Response, ResponseFile
 from eai.abilities.suite import Suite
+from eai.abilities.verdict import Verdict
+from eai.benchmarks.reference import schema_1
 
 
 def score_batch(
@@ -47,7 +50,7 @@ def _score(suite: Suite, model: str, responses: Iterable[Response], *, explanati
 
 def _record(suite: Suite, model: str, response: Response, *, explanations: bool) -> Record:
     assessment = suite.scorer(response.task_id).assess(response.text)
-    return Record(
+    record = Record(
         suite.protocol,
         suite.domain.value,
         suite.ability,
@@ -58,3 +61,6 @@ def _record(suite: Suite, model: str, response: Response, *, explanations: bool)
         assessment.verdict,
         assessment.explain() if explanations else None,
     )
+    if type(record.verdict) is Verdict:
+        return schema_1.record_from_json(record_to_json(record))
+    return record

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from typing import Any
 
 import pytest
@@ -10,7 +11,9 @@ from hypothesis import strategies as st
 from benchmarks.behavior.kitchen import make_task
 from eai.abilities.protocol import Protocol
 from eai.abilities.subgoal_decomposition.behavior import SubgoalDecomposition
-from eai.abilities.verdict import Verdict
+from eai.abilities.task import Goal, GoalKind
+from eai.abilities.verdict import Tally, Verdict
+from eai.logic.formula import Atom, Constant
 
 TASK = make_task()
 STRICT, REFERENCE = (
@@ -67,6 +70,11 @@ def told(verdict: Verdict) -> str:
         (["stained(fridge.1)"], "runtime missing_step 0", "goal_unreachable"),
         (["dusty(plate.1)", "isInKitchen(rag.1)"], "goal_unreachable", "goal_unreachable"),
         (["inHandOfRobot(rag.1)"], "runtime missing_step 0", "goal_unreachable"),
+        # In a conjunction it must hold when the rest of it is done, wherever it stands; not so in a sequence.
+        (["inHandOfRobot(rag.1) and holds_rh(rag.1)"], "goal_unreachable", "goal_unreachable"),
+        (["inHandOfRobot(rag.1) then holds_rh(rag.1)"], "runtime missing_step 0", "goal_unreachable"),
+        (["not (holds_rh(plate.1) or not inHandOfRobot(rag.1) or not holds_rh(rag.1))"],
+         "goal_unreachable", "goal_unreachable"),
         (["close(fridge.1)"], "goal_unreachable", "goal_unreachable"),
         (["left_grasp(rag.1)", "inHandOfRobot(rag.1)"], "goal_unreachable", "goal_unreachable"),
         # Alternatives: the first one is taken there, with the text that follows.
@@ -130,6 +138,16 @@ def test_errors_and_goals_are_told() -> None:
     assert details["goals_satisfied"] == [True, True]
     rejected: Any = STRICT.score("?").details
     assert rejected == {"goals_satisfied": [False, False], "errors": []}
+
+
+def test_an_answer_that_is_not_carried_out_meets_no_goal() -> None:
+    dusty = Goal(GoalKind.STATE, Atom("dusty", (Constant("plate_1"),)))
+    task = replace(TASK, goals=(dusty,))
+    for protocol, state in ((Protocol.STRICT, Tally(0, 1)), (Protocol.EAI_1_0_5, Tally(1, 1))):
+        for text in ("?", answer("flies(rag.1)")):
+            goals = SubgoalDecomposition(task, protocol).score(text).goals
+            assert goals is not None
+            assert goals.state == state, "the reference tests the initial state"
 
 
 def test_explanations_tell_subgoals_and_what_failed() -> None:

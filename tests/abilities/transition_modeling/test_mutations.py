@@ -12,9 +12,10 @@ import json
 import pytest
 
 from eai.abilities.protocol import Protocol
-from eai.abilities.transition_modeling.scorer import TransitionModeling, rules_of
+from eai.abilities.transition_modeling.scorer import TransitionModeling
 from eai.abilities.transition_modeling.task import Category, OperatorLibrary, TransitionTask
-from eai.abilities.verdict import Verdict
+from eai.abilities.verdict import OperatorVerdict, Verdict
+from eai.benchmarks.gold_operators import rules_of
 from eai.pddl.operator_text import OperatorText
 from eai.pddl.planner import BuiltInPlanner
 from eai.pddl.reader import read_domain
@@ -45,7 +46,7 @@ def task() -> TransitionTask:
 
 
 def score(task: TransitionTask, text: str, protocol: Protocol) -> Verdict:
-    return TransitionModeling(task, protocol, rules_of(protocol, BuiltInPlanner())).score(text)
+    return TransitionModeling(task, rules_of(protocol, BuiltInPlanner())).score(text)
 
 
 def operator(
@@ -55,9 +56,8 @@ def operator(
 
 
 def offences(verdict: Verdict) -> set[str]:
-    operators = (verdict.details or {}).get("operators", [])
-    assert isinstance(operators, list)
-    return {found["offence"] for each in operators for found in each["offences"]}  # type: ignore[index, call-overload, union-attr]
+    assert isinstance(verdict, OperatorVerdict)
+    return {found.offence.value for each in verdict.operators for found in each.findings}
 
 
 S, U, X = "solved", "unsolvable", "input_error"

@@ -9,14 +9,21 @@ from typing import Any
 import pytest
 
 from eai.abilities.protocol import Domain, Protocol
-from eai.abilities.suite import PlannerChoice
 from eai.abilities.transition_modeling.planners import make_planner
-from eai.abilities.transition_modeling.scorer import TransitionModeling, rules_of
-from eai.abilities.transition_modeling.task import TransitionTasks, open_behavior, open_virtualhome
-from eai.abilities.verdict import Confusion, Verdict
+from eai.abilities.transition_modeling.report import OperatorStatus
+from eai.abilities.transition_modeling.scorer import TransitionModeling
+from eai.abilities.verdict import Confusion, OperatorVerdict, Verdict
+from eai.benchmarks.gold_operators import (
+    PLANNER_SECONDS,
+    TransitionTasks,
+    open_behavior,
+    open_virtualhome,
+    rules_of,
+)
 from eai.data.store import Store
 from eai.errors import DataError
-from eai.pddl.planning import PddlPlanner, PlannerOutcome
+from eai.pddl.matching import SideMatch
+from eai.pddl.planning import PddlPlanner, PlannerChoice, PlannerOutcome
 from oracle import MODELS, Oracle
 
 
@@ -32,7 +39,7 @@ def behavior(data_store: Store) -> TransitionTasks:
 
 def planner() -> PddlPlanner:
     try:
-        found = make_planner(PlannerChoice.FULL, Domain.VIRTUALHOME)
+        found = make_planner(PlannerChoice.FULL, PLANNER_SECONDS[Domain.VIRTUALHOME])
     except DataError as error:
         pytest.skip(str(error))
     assert found is not None
@@ -56,20 +63,20 @@ def assert_equal(row: Mapping[str, Any], verdict: Verdict, known: Collection[str
         return
     for ours, theirs in (("precondition", "precond"), ("effect", "effect")):
         assert counted(verdict, ours) == expected(row, theirs), f"{place} {ours}"
-    operators = (verdict.details or {})["operators"]
-    assert isinstance(operators, list)
+    assert isinstance(verdict, OperatorVerdict), place
+    operators = verdict.operators
     assert len(operators) == row["total_predict_action_num"], place
-    hallucinated = [each for each in operators if each["status"] == "hallucinated"]  # type: ignore[index, call-overload]
+    hallucinated = [each for each in operators if each.status is OperatorStatus.HALLUCINATED]
     assert len(hallucinated) == row["hallucination_num"], place
     for part, key in (("precondition", "precond_action_type"), ("effect", "effect_action_type")):
-        found = {each["name"]: _sizes(each[part], known) for each in operators}  # type: ignore[index, call-overload]
+        found = {each.name: _sizes(getattr(each, part), known) for each in operators}
         reference = {name: values for name, values in row[key].items() if any(values)}
         assert {name: sizes for name, sizes in found.items() if any(sizes)} == reference, f"{place} {part}"
 
 
-def _sizes(side: Any, known: Collection[str]) -> list[int]:
+def _sizes(side: SideMatch, known: Collection[str]) -> list[int]:
     """Matched, additional and missing predicates; the reference does not count those without a category."""
-    return [sum(name in known for name in side[key]) for key in ("matched", "additional", "missing")]
+    return [sum(name in known for name in names) for names in (side.matched, side.additional, side.missing)]
 
 
 @pytest.mark.parametrize("name", [*MODELS, "gold", "perturbed"])
@@ -78,7 +85,7 @@ def test_virtualhome_counters_and_planner(virtualhome: TransitionTasks, oracle: 
     rules = rules_of(Protocol.EAI_1_0_5, planner())
     for row in rows:
         task = virtualhome[row["id"].split("@")[0]]
-        verdict = TransitionModeling(task, Protocol.EAI_1_0_5, rules).score(row["llm_output"])
+        verdict = TransitionModeling(task, rules).score(row["llm_output"])
         assert_equal(row, verdict, task.domain.categories, row["id"])
         if row.get("planner"):
             assert verdict.success is row["planner"]["success"], row["id"]
@@ -90,7 +97,7 @@ def test_behavior_counters(behavior: TransitionTasks, oracle: Oracle, name: str)
     rules = rules_of(Protocol.EAI_1_0_5, None)
     for row in rows:
         task = behavior[row["identifier"].split("@")[0]]
-        verdict = TransitionModeling(task, Protocol.EAI_1_0_5, rules).score(row["response"])
+        verdict = TransitionModeling(task, rules).score(row["response"])
         assert verdict.planner is PlannerOutcome.NOT_RUN
         assert_equal(row["verdict"], verdict, task.domain.categories, row["identifier"])
 
@@ -103,7 +110,7 @@ def test_strict_refuses_undefined_names_as_the_current_translator(
     rules = rules_of(Protocol.STRICT, planner())
     outcomes: Counter[bool] = Counter()
     for row in rows:
-        scorer = TransitionModeling(virtualhome[row["id"]], Protocol.STRICT, rules)
+        scorer = TransitionModeling(virtualhome[row["id"]], rules)
         verdict = scorer.score(row["llm_output"])
         assert verdict.success is row["planner"]["success"], row["id"]
         outcomes[bool(verdict.success)] += 1
@@ -118,7 +125,7 @@ def test_gold_answers_are_right_in_every_respect(
     tasks = virtualhome if domain is Domain.VIRTUALHOME else behavior
     rules = rules_of(protocol, planner())
     for task in tasks.values():
-        verdict = TransitionModeling(task, protocol, rules).score(task.gold_answer())
+        verdict = TransitionModeling(task, rules).score(task.gold_answer())
         assert verdict.planner is PlannerOutcome.SOLVED, task.id
         assert verdict.repairs == ()
         for side in (verdict.counts or {}).values():

@@ -4,15 +4,16 @@ import json
 
 import pytest
 
-from eai.abilities.protocol import Domain, Protocol
-from eai.abilities.suite import PlannerChoice
+from eai.abilities.protocol import Protocol
 from eai.abilities.transition_modeling.planners import make_planner
-from eai.abilities.transition_modeling.scorer import TransitionModeling, rules_of
+from eai.abilities.transition_modeling.report import OperatorStatus
+from eai.abilities.transition_modeling.scorer import TransitionModeling
 from eai.abilities.transition_modeling.task import Category, OperatorLibrary, TransitionTask
-from eai.abilities.verdict import Confusion, Verdict
+from eai.abilities.verdict import Confusion, OperatorVerdict, Verdict
+from eai.benchmarks.gold_operators import rules_of
 from eai.pddl.operator_text import OperatorText
 from eai.pddl.planner import BuiltInPlanner
-from eai.pddl.planning import PlannerOutcome, PlannerResult, PlanningTask
+from eai.pddl.planning import PlannerChoice, PlannerOutcome, PlannerResult, PlanningTask
 from eai.pddl.reader import read_domain
 from eai.world.fault import FaultKind
 
@@ -43,8 +44,10 @@ def answer(*operators: OperatorText) -> str:
     return json.dumps({"output": "\n".join(operator.pddl for operator in operators)})
 
 
-def score(text: str, protocol: Protocol = Protocol.STRICT) -> Verdict:
-    return TransitionModeling(TASK, protocol, rules_of(protocol, BuiltInPlanner())).score(text)
+def score(text: str, protocol: Protocol = Protocol.STRICT) -> OperatorVerdict:
+    verdict = TransitionModeling(TASK, rules_of(protocol, BuiltInPlanner())).score(text)
+    assert isinstance(verdict, OperatorVerdict)
+    return verdict
 
 
 def counts(verdict: Verdict) -> dict[str, dict[str, tuple[int, ...]]]:
@@ -67,9 +70,8 @@ def test_the_gold_answer(protocol: Protocol) -> None:
     assert counts(verdict) == GOLD_COUNTS
     assert verdict.planner is PlannerOutcome.SOLVED
     assert verdict.success is True
-    details = verdict.details or {}
-    assert details["task_categories"] == ["object_states", "spatial_relations"]
-    assert sorted(details["plan"]) == ["light box", "open box"]  # type: ignore[arg-type, type-var]
+    assert verdict.task_categories == ("object_states", "spatial_relations")
+    assert sorted(verdict.plan) == ["light box", "open box"]
 
 
 def test_a_missing_operator_costs_recall_and_the_plan_under_strict_only() -> None:
@@ -89,9 +91,8 @@ def test_what_was_not_asked_for_helps_under_eai_1_0_5_only() -> None:
     assert strict.planner is PlannerOutcome.UNSOLVABLE
     assert reference.planner is PlannerOutcome.SOLVED
     for verdict in (strict, reference):
-        operators = (verdict.details or {})["operators"]
-        assert isinstance(operators, list)
-        assert [each["status"] for each in operators] == ["compared", "compared", "hallucinated"]  # type: ignore[index, call-overload]
+        compared, hallucinated = OperatorStatus.COMPARED, OperatorStatus.HALLUCINATED
+        assert [each.status for each in verdict.operators] == [compared, compared, hallucinated]
 
 
 def test_a_predicate_that_the_domain_lacks_is_counted_under_strict_only() -> None:
@@ -116,7 +117,7 @@ def test_an_unreadable_answer_misses_everything_under_strict_and_is_left_out_und
     "text", [TASK.gold_answer(), "3", answer(OperatorText("open", "()", "(dark)", "()"))]
 )
 def test_without_a_planner_nothing_is_said_of_plans(protocol: Protocol, text: str) -> None:
-    verdict = TransitionModeling(TASK, protocol, rules_of(protocol, None)).score(text)
+    verdict = TransitionModeling(TASK, rules_of(protocol, None)).score(text)
     assert verdict.success is None
     assert verdict.planner in ({PlannerOutcome.NOT_RUN} if verdict.excluded is None else {None})
 
@@ -131,14 +132,14 @@ def test_equal_operators_are_planned_with_once(protocol: Protocol) -> None:
             return PlannerResult(PlannerOutcome.UNSOLVABLE)
 
     planner = Counting()
-    scorer = TransitionModeling(TASK, protocol, rules_of(protocol, planner))
+    scorer = TransitionModeling(TASK, rules_of(protocol, planner))
     verdicts = {scorer.score(text) == scorer.score(text) for text in (answer(OPEN, LIGHT), answer(OPEN))}
     assert verdicts == {True}
     assert planner.calls == (2 if protocol is Protocol.STRICT else 1)
 
 
 def test_an_explanation_names_what_is_wrong_and_shows_the_plan() -> None:
-    scorer = TransitionModeling(TASK, Protocol.STRICT, rules_of(Protocol.STRICT, BuiltInPlanner()))
+    scorer = TransitionModeling(TASK, rules_of(Protocol.STRICT, BuiltInPlanner()))
     notes = scorer.explain(answer(OperatorText("open", "(?o)", "(near ?x)", "(not (shut ?o))"))).notes
     assert "open: the precondition lacks near, shut" in notes
     assert "open: the precondition has additional near" in notes
@@ -151,5 +152,5 @@ def test_an_explanation_names_what_is_wrong_and_shows_the_plan() -> None:
 
 
 def test_planners_by_choice() -> None:
-    assert make_planner(PlannerChoice.NONE, Domain.BEHAVIOR) is None
-    assert make_planner(PlannerChoice.BUILT_IN, Domain.BEHAVIOR) == BuiltInPlanner()
+    assert make_planner(PlannerChoice.NONE, 1) is None
+    assert make_planner(PlannerChoice.BUILT_IN, 1) == BuiltInPlanner()

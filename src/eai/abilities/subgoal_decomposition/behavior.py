@@ -52,7 +52,8 @@ class SubgoalDecomposition(SubgoalScorer):
 
     A verdict's details are, for each goal, whether it holds at the end (``goals_satisfied``), the kinds of
     all errors of the reported branch in order (``errors``), and how the search ended after how many actions
-    (``search``, ``attempts``). An answer that cannot be carried out leaves the initial state.
+    (``search``, ``attempts``). An answer that cannot be carried out meets no goal; in the reference it leaves
+    the initial state.
     """
 
     def __init__(self, task: BehaviorTask, protocol: Protocol, *, limits: Limits | None = None) -> None:
@@ -93,7 +94,12 @@ class SubgoalDecomposition(SubgoalScorer):
         return self._goals.satisfied(branch.states[-1])
 
     def _reached(self, branch: Branch | None) -> Reached:
-        satisfied = self._goals.satisfied(self._initial if branch is None else branch.states[-1])
+        if branch is not None:
+            satisfied = self._goals.satisfied(branch.states[-1])
+        elif self.protocol is Protocol.EAI_1_0_5:
+            satisfied = self._goals.satisfied(self._initial)
+        else:
+            satisfied = (False,) * len(self.task.goals)
         return Reached(self._goals.tallies(satisfied), {"goals_satisfied": list(satisfied)})
 
     def _details(self, rejected: Rejected) -> Mapping[str, Json]:

@@ -1,7 +1,7 @@
 """Subgoals of BEHAVIOR as programs for the search.
 
 In protocol `strict` every alternative of an ``or`` is tried, an action is carried out as it stands, and what
-no action brings about must hold.
+no action brings about must hold, in a conjunction when the actions for its other parts are done.
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ from eai.benchmarks.behavior import predicates as p
 from eai.errors import InputError
 from eai.logic.formula import And, Atom, Constant, Formula, Implies, Not, Occurs, Or, Then
 from eai.logic.ltl_printer import print_ltl
+from eai.logic.traversal import children
 from eai.world.operator import missing
 from eai.world.state import Scene, State
 from eai.world.vocabulary import is_a
@@ -142,7 +143,9 @@ class _Builder:
 def _parts(subgoal: Formula) -> list[Formula]:
     """A subgoal as parts to be carried out one after the other, with negations at states."""
     match subgoal:
-        case And(operands) | Then(operands):
+        case And(operands):
+            return [part for operand in sorted(operands, key=_only_holds) for part in _parts(operand)]
+        case Then(operands):
             return [part for operand in operands for part in _parts(operand)]
         case Implies(premise, conclusion):
             return [Or((Not(premise), conclusion))]
@@ -151,8 +154,19 @@ def _parts(subgoal: Formula) -> list[Formula]:
         case Not(And(operands)):
             return [Or(tuple(Not(operand) for operand in operands))]
         case Not(Or(operands)):
-            return [part for operand in operands for part in _parts(Not(operand))]
+            return _parts(And(tuple(Not(operand) for operand in operands)))
         case Not(Implies(premise, conclusion)):
             return _parts(And((premise, Not(conclusion))))
         case _:
             return [subgoal]
+
+
+def _only_holds(formula: Formula) -> bool:
+    """Whether no action brings about any part of a formula."""
+    match formula:
+        case Occurs():
+            return False
+        case Atom() | Not(Atom()):
+            return not is_brought_about(formula)
+        case _:
+            return all(_only_holds(part) for part in children(formula))

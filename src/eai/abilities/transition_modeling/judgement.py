@@ -1,4 +1,4 @@
-"""What one protocol makes of one answer; the protocols' rules are `reference_rules` and `strict_rules`."""
+"""What rules make of an answer: operators compared, and what a planner can do with them."""
 
 from __future__ import annotations
 
@@ -8,19 +8,37 @@ from typing import Protocol
 
 from eai.abilities.transition_modeling.report import OperatorReport
 from eai.abilities.transition_modeling.task import TransitionTask
+from eai.abilities.verdict import ErrorReport
 from eai.pddl.planning import PddlPlanner, PlannerOutcome, PlannerResult, PlanningTask
+from eai.world.fault import FaultKind
 
 NOT_RUN = PlannerResult(PlannerOutcome.NOT_RUN)
 """The result where no planner is asked."""
 
 
+UNREADABLE = ErrorReport(
+    FaultKind.PARSING, None, 'expected JSON with a text under "output", or operators (:action ...)'
+)
+"""The error of an answer in which no operator is found."""
+
+
 @dataclass(frozen=True, slots=True)
 class Judgement:
-    """The operators of an answer compared with the gold ones, and what a planner can do with them."""
+    """The operators of an answer compared with the gold ones, and what a planner can do with them.
+
+    Attributes:
+        operators: those that are asked for or written.
+        planning: what the planner made of them.
+        repairs: the names of the repairs that reading made.
+        error: why nothing could be read, or None.
+        excluded: why the answer is left out of all statistics, or None.
+    """
 
     operators: tuple[OperatorReport, ...]
     planning: PlannerResult
     repairs: tuple[str, ...] = ()
+    error: ErrorReport | None = None
+    excluded: str | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,7 +65,7 @@ class PlanMemory:
 
 
 class Rules(Protocol):
-    """How a protocol reads, compares and plans."""
+    """How answers are read, compared and planned with."""
 
     @property
     def plans(self) -> PlanMemory:
@@ -63,6 +81,6 @@ class Rules(Protocol):
         """For each operator of an answer what comes of it among gold operators: name -> result."""
         ...
 
-    def judge(self, task: TransitionTask, text: str) -> Judgement | None:
-        """The judgement on an answer, or None if there is nothing to judge."""
+    def judge(self, task: TransitionTask, text: str) -> Judgement:
+        """The judgement on an answer, also on one that cannot be read."""
         ...

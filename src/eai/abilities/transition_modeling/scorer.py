@@ -2,32 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from functools import partial
 
 from eai.abilities.explanation import Explanation, StepReport
-from eai.abilities.protocol import Protocol
 from eai.abilities.scorer import Assessment, Scorer
 from eai.abilities.transition_modeling.counting import count_by_category
 from eai.abilities.transition_modeling.judgement import Judgement, Rules
-from eai.abilities.transition_modeling.report import OperatorReport, OperatorStatus
-from eai.abilities.transition_modeling.strict_rules import StrictRules
+from eai.abilities.transition_modeling.report import OperatorReport
 from eai.abilities.transition_modeling.task import TransitionTask
-from eai.abilities.verdict import Confusion, ErrorReport, OperatorVerdict
-from eai.benchmarks.reference.operator_rules import ReferenceRules
-from eai.pddl.matching import missing_operator
-from eai.pddl.planning import PddlPlanner, PlannerOutcome
-from eai.world.fault import FaultKind
-
-FORMAT_ERROR = "the reference leaves out answers that it cannot search for operators"
-UNREADABLE = 'expected JSON with a text under "output", or operators (:action ...)'
-
-
-def rules_of(protocol: Protocol, planner: PddlPlanner | None) -> Rules:
-    """The rules of a protocol, to be shared by all tasks of a domain: they remember what they have seen."""
-    if protocol is Protocol.EAI_1_0_5:
-        return ReferenceRules.with_planner(planner)
-    return StrictRules.with_planner(planner)
+from eai.abilities.verdict import Confusion, OperatorVerdict
+from eai.pddl.planning import PlannerOutcome
 
 
 class TransitionModeling(Scorer):
@@ -35,56 +20,38 @@ class TransitionModeling(Scorer):
 
     Args:
         task: the task.
-        protocol: the protocol that the rules are of.
-        rules: from `rules_of`.
+        rules: how answers are read, compared and planned with; shared by the tasks of a benchmark.
     """
 
-    def __init__(self, task: TransitionTask, protocol: Protocol, rules: Rules) -> None:
+    def __init__(self, task: TransitionTask, rules: Rules) -> None:
         self.task = task
-        self.protocol = protocol
         self._rules = rules
-        self._categories = tuple(category.value for category in task.categories)
 
     def assess(self, text: str) -> Assessment:
         """The verdict on an answer, and its words; the steps are those of the plan that was found."""
         judgement = self._rules.judge(self.task, text)
-        if judgement is None:
-            return Assessment(self._unreadable(), partial(Explanation, (UNREADABLE,)))
         return Assessment(self._verdict(judgement), partial(_explained, judgement))
 
     def _verdict(self, judgement: Judgement) -> OperatorVerdict:
+        categories = tuple(category.value for category in self.task.categories)
+        if judgement.excluded is not None:
+            return OperatorVerdict(
+                excluded=judgement.excluded, error=judgement.error, task_categories=categories
+            )
+        outcome = judgement.planning.outcome
         return OperatorVerdict(
-            success=_success(judgement.planning.outcome),
+            success=None if outcome is PlannerOutcome.NOT_RUN else outcome is PlannerOutcome.SOLVED,
+            error=judgement.error,
             counts=self._counts(judgement.operators),
-            planner=judgement.planning.outcome,
+            planner=outcome,
             repairs=judgement.repairs,
-            task_categories=self._categories,
+            task_categories=categories,
             operators=judgement.operators,
             plan=tuple(str(step) for step in judgement.planning.plan),
             planner_detail=judgement.planning.detail,
         )
 
-    def _unreadable(self) -> OperatorVerdict:
-        error = ErrorReport(FaultKind.PARSING, None, UNREADABLE)
-        if self.protocol is Protocol.EAI_1_0_5:
-            return OperatorVerdict(excluded=FORMAT_ERROR, error=error, task_categories=self._categories)
-        missing = [
-            OperatorReport(name, OperatorStatus.MISSING, match.precondition, match.effect)
-            for name, match in ((name, missing_operator(gold)) for name, gold in self.task.gold.items())
-        ]
-        outcome = PlannerOutcome.NOT_RUN if self._rules.plans.planner is None else PlannerOutcome.INPUT_ERROR
-        return OperatorVerdict(
-            success=_success(outcome),
-            error=error,
-            counts=self._counts(missing),
-            planner=outcome,
-            task_categories=self._categories,
-            operators=tuple(missing),
-        )
-
-    def _counts(
-        self, reports: tuple[OperatorReport, ...] | list[OperatorReport]
-    ) -> dict[str, dict[str, Confusion]]:
+    def _counts(self, reports: tuple[OperatorReport, ...]) -> Mapping[str, Mapping[str, Confusion]]:
         others, categories = self._rules.count_others, self.task.domain.categories
         return {
             "precondition": count_by_category(
@@ -94,11 +61,9 @@ class TransitionModeling(Scorer):
         }
 
 
-def _success(outcome: PlannerOutcome) -> bool | None:
-    return None if outcome is PlannerOutcome.NOT_RUN else outcome is PlannerOutcome.SOLVED
-
-
 def _explained(judgement: Judgement) -> Explanation:
+    if judgement.error is not None:
+        return Explanation((judgement.error.detail,))
     steps = tuple(StepReport(str(step), "planned") for step in judgement.planning.plan)
     return Explanation(notes=tuple(_notes(judgement)), steps=steps)
 
@@ -111,7 +76,7 @@ def _notes(judgement: Judgement) -> Iterator[str]:
                 yield f"{report.name}: the {side} lacks {', '.join(match.missing)}"
             if match.additional:
                 yield f"{report.name}: the {side} has additional {', '.join(match.additional)}"
-        for finding in report.findings:
+        for finding in report.offences:
             yield f"{report.name}: {finding.offence.value} in the {finding.place}: {finding.name}"
     planning = judgement.planning
     yield f"planner: {planning.outcome.value}" + (f" ({planning.detail})" if planning.detail else "")

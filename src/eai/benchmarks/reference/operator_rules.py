@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from eai.abilities.transition_modeling.judgement import NOT_RUN, Judgement, PlanMemory
+from eai.abilities.transition_modeling.judgement import NOT_RUN, UNREADABLE, Judgement, PlanMemory
 from eai.abilities.transition_modeling.report import OperatorReport, OperatorStatus
 from eai.abilities.transition_modeling.task import TransitionTask
 from eai.benchmarks.reference.operator_extraction import extract_as_reference
@@ -23,6 +23,8 @@ from eai.pddl.normalise import Dropped, normalise, read_operator
 from eai.pddl.offence import PddlFinding
 from eai.pddl.operator_text import OperatorText
 from eai.pddl.planning import PddlPlanner, PlannerResult, PlanningTask, refusal
+
+FORMAT_ERROR = "the reference leaves out answers that it cannot search for operators"
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,11 +41,11 @@ class ReferenceRules:
         """Fresh rules."""
         return cls(PlanMemory(planner))
 
-    def judge(self, task: TransitionTask, text: str) -> Judgement | None:
-        """The judgement on an answer; None is the reference's format error."""
+    def judge(self, task: TransitionTask, text: str) -> Judgement:
+        """The judgement on an answer; the reference leaves out those with its format error."""
         written = extract_as_reference(text)
         if written is None:
-            return None
+            return Judgement((), NOT_RUN, error=UNREADABLE, excluded=FORMAT_ERROR)
         return Judgement(
             operators=tuple(self._report(task, operator) for operator in written),
             planning=self._plan(task, written),

@@ -1,4 +1,4 @@
-"""The rules of the paper (protocol ``strict``).
+"""The rules of the paper.
 
 Every operator that is asked for counts: one that is missing or cannot be read misses all its predicates.
 The planner gets the operators that are asked for, as the answer has them, and nothing else: what the answer
@@ -12,7 +12,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from eai.abilities.transition_modeling.extraction import WrittenOperator, extract
-from eai.abilities.transition_modeling.judgement import Judgement, PlanMemory
+from eai.abilities.transition_modeling.judgement import NOT_RUN, UNREADABLE, Judgement, PlanMemory
 from eai.abilities.transition_modeling.report import OperatorReport, OperatorStatus
 from eai.abilities.transition_modeling.task import TransitionTask
 from eai.pddl.check import Declarations, check_action
@@ -20,11 +20,13 @@ from eai.pddl.matching import OperatorMatch, match_operators, missing_operator
 from eai.pddl.model import PddlAction
 from eai.pddl.normalise import normalise
 from eai.pddl.offence import PddlFinding
-from eai.pddl.planning import PddlPlanner, PlannerResult, PlanningTask, refusal
+from eai.pddl.planning import PddlPlanner, PlannerOutcome, PlannerResult, PlanningTask, refusal
+
+_NO_OPERATORS = PlannerResult(PlannerOutcome.INPUT_ERROR, detail="the answer holds no operator")
 
 
 @dataclass(frozen=True, slots=True)
-class StrictRules:
+class PaperRules:
     """The rules with what they remember about one domain: equal operators are compared and checked once."""
 
     plans: PlanMemory
@@ -33,19 +35,21 @@ class StrictRules:
     count_others: bool = True
 
     @classmethod
-    def with_planner(cls, planner: PddlPlanner | None) -> StrictRules:
+    def with_planner(cls, planner: PddlPlanner | None) -> PaperRules:
         """Fresh rules."""
         return cls(PlanMemory(planner))
 
-    def judge(self, task: TransitionTask, text: str) -> Judgement | None:
-        """The judgement on an answer; None if there is no operator in it to be read."""
+    def judge(self, task: TransitionTask, text: str) -> Judgement:
+        """The judgement on an answer; one without any operator misses all that are asked for."""
         written = extract(text)
         if written is None:
-            return None
+            missing = tuple(self._report(task, name, None) for name in task.operators)
+            planning = NOT_RUN if self.plans.planner is None else _NO_OPERATORS
+            return Judgement(missing, planning, error=UNREADABLE)
         by_name = {operator.name: operator for operator in written.operators}
         asked = tuple(self._report(task, name, by_name.get(name)) for name in task.operators)
         others = tuple(
-            OperatorReport(name, OperatorStatus.HALLUCINATED, findings=self._findings(task, operator))
+            OperatorReport(name, OperatorStatus.HALLUCINATED, offences=self._findings(task, operator))
             for name, operator in by_name.items()
             if name not in task.operators
         )
@@ -100,7 +104,7 @@ class StrictRules:
     ) -> PlannerResult:
         readings = (written[name].reading for name in task.operators if name in written)
         actions = tuple(reading for reading in readings if isinstance(reading, PddlAction))
-        return self._solve(task, actions, tuple(finding for report in reports for finding in report.findings))
+        return self._solve(task, actions, tuple(finding for report in reports for finding in report.offences))
 
     def _solve(
         self, task: TransitionTask, actions: tuple[PddlAction, ...], findings: tuple[PddlFinding, ...]
