@@ -21,16 +21,28 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from eai.abilities.protocol import Ability, Domain, Protocol
-from eai.abilities.suite import Source, open_suite
+from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.verdict import fields_of
+from eai.benchmarks.source import Source
+from eai.benchmarks.suite import open_suite
 from eai.pddl.planning import PlannerChoice
 
 ORACLE = Path(__file__).resolve().parents[2] / "shared" / "oracle"
 DIGESTS = Path(__file__).with_name("digests.json")
 
-FIELDS = ("status", "excluded_reason", "executable", "success", "error", "additional_steps", "category")
-FIELDS += ("goals", "counts", "planner", "repairs")
+FIELDS = (
+    "status",
+    "excluded_reason",
+    "executable",
+    "success",
+    "error",
+    "additional_steps",
+    "category",
+    "goals",
+    "counts",
+    "planner",
+    "repairs",
+)
 """The fields of every verdict."""
 
 OWN_FIELDS: Mapping[str, tuple[str, ...]] = {
@@ -84,13 +96,8 @@ def _lines(suite: str, protocol: Protocol) -> Iterator[str]:
         content = json.loads(gzip.decompress(path.read_bytes()))
         rows = content.get("tasks") or content.get("records")
         answers = [row.get("llm_output", row.get("response")) or "" for row in rows]
-        opened = open_suite(
-            Domain(domain),
-            Ability(ability),
-            protocol,
-            answers=answers,
-            source=Source(planner=PlannerChoice.NONE),
-        )
+        source = Source(planner=PlannerChoice.NONE)
+        opened = open_suite(domain, Ability(ability), protocol, source=source).over(answers)
         for row, text in zip(rows, answers, strict=True):
             identifier = row.get("id", row.get("identifier"))
             fields = _kept(suite, fields_of(opened.score(identifier.split("@")[0], text)))

@@ -17,7 +17,7 @@ from statistics import mean
 from eai.abilities.action_sequencing.goals import TaskGoals
 from eai.abilities.action_sequencing.plan import Rejected, Unreadable
 from eai.abilities.action_sequencing.virtualhome import ActionSequencing, written_with_ids
-from eai.abilities.protocol import Ability, Domain, Protocol
+from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.responses import ResponseFile, find_response_files, read_responses
 from eai.abilities.task import Task
 from eai.abilities.verdict import ErrorReport, GoalTallies, Tally, Verdict
@@ -160,7 +160,7 @@ class Answers:
     def rates(self, rules: Rules) -> dict[str, Rate]:
         """The summary by some rules."""
         verdicts = [judge.score(text, rules) for judge, text in self.judged]
-        return summarise(verdicts, Domain.VIRTUALHOME.value, Ability.ACTION_SEQUENCING, rules.counting)
+        return summarise(verdicts, "virtualhome", Ability.ACTION_SEQUENCING, rules.counting)
 
     def check(self) -> None:
         """The parts put together are the protocols.
@@ -170,7 +170,7 @@ class Answers:
         """
         for protocol in Protocol:
             verdicts = [judge.scorers[protocol].score(text) for judge, text in self.judged]
-            rates = summarise(verdicts, Domain.VIRTUALHOME.value, Ability.ACTION_SEQUENCING, protocol)
+            rates = summarise(verdicts, "virtualhome", Ability.ACTION_SEQUENCING, protocol)
             if rates != self.rates(rules_of(protocol)):
                 raise AssertionError(f"{self.model}: the parts of {protocol.value} do not make the whole")
 

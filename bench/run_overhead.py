@@ -25,18 +25,21 @@ from pathlib import Path
 import inspect_ai
 from inspect_ai.solver import generate
 
-from eai.abilities.protocol import Ability, Domain, Protocol
+from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.responses import Response, ResponseFile
-from eai.abilities.suite import Source, Suite, open_suite
-from eai.benchmarks.published_prompts import official_prompts
-from eai.cli.running import undisturbed
+from eai.benchmarks.benchmark import Benchmark
+from eai.benchmarks.gold_answers import open_answer_book
+from eai.benchmarks.prompt_library import Library
+from eai.benchmarks.registry import find_benchmark
+from eai.benchmarks.source import Source
+from eai.benchmarks.suite import Suite, open_suite
 from eai.pddl.planning import PlannerChoice
-from eai.prompts.prompt import Prompt
+from eai.prompts.prompt import Prompt, PromptSet
 from eai.run.evaluation import obtain_answers
-from eai.run.gold_answers import open_answer_book
 from eai.run.job import Endpoint, Job
 from eai.run.tasks import build_task
 from eai.scoring.batch import score_batch
+from eai.scoring.epochs import undisturbed
 
 MODEL = "eai/oracle"
 WARM_UP = 5
@@ -47,7 +50,7 @@ PARTS = ("making", "scoring", "explaining", "recording")
 class Questions:
     """The questions of a suite."""
 
-    domain: Domain
+    benchmark: Benchmark
     ability: Ability
     prompts: Mapping[str, Prompt]
 
@@ -68,7 +71,7 @@ def on_its_own_ms(work: Callable[[], object]) -> float:
 
 def inspect_alone(asked: Questions, folder: Path) -> None:
     """The questions without anything of ours but the model that answers."""
-    task = build_task(asked.domain, asked.ability, asked.prompts, generate(), Protocol.STRICT)
+    task = build_task(asked.benchmark, asked.ability, asked.prompts, generate(), Protocol.STRICT)
     inspect_ai.eval(
         task, model=MODEL, log_dir=str(folder), display="none", score=False, temperature=0.0, max_retries=5
     )
@@ -76,8 +79,8 @@ def inspect_alone(asked: Questions, folder: Path) -> None:
 
 def by_sample(asked: Questions) -> list[dict[str, float]]:
     """Each part of what we do for each sample, beginners' costs left out."""
-    suite = open_suite(asked.domain, asked.ability, source=Source(planner=PlannerChoice.NONE))
-    gold = open_answer_book(asked.domain, asked.ability).gold
+    suite = open_suite(asked.benchmark, asked.ability, source=Source(planner=PlannerChoice.NONE))
+    gold = open_answer_book(asked.benchmark, asked.ability).gold
     answers = {task_id: gold(task_id).text for task_id in asked.prompts}
     with undisturbed():
         times = [dict(parts_of(suite, task_id, text)) for task_id, text in answers.items()]
@@ -98,7 +101,7 @@ def parts_of(suite: Suite, task_id: str, text: str) -> Iterator[tuple[str, float
 
 def asking(asked: Questions, folder: Path, rounds: int) -> dict[str, float]:
     """A sample's share of Inspect alone, and of what our asking costs beyond it."""
-    job = Job(Endpoint(MODEL), asked.domain, asked.ability, asked.prompts)
+    job = Job(Endpoint(MODEL), asked.benchmark, asked.ability, asked.prompts)
     inspect_alone(asked, folder / "warm")
     alone, ours = [], []
     for number in range(rounds):
@@ -125,14 +128,16 @@ def measure(asked: Questions, rounds: int) -> dict[str, float]:
 
 def main(samples: int, rounds: int, suite: tuple[str, str] | None) -> None:
     """Measure and print, as a table and as one JSON line."""
-    suites = [(d, a) for d in Domain for a in Ability if suite in (None, (d.value, a.value))]
+    suites = [(d, a) for d in ("virtualhome", "behavior") for a in Ability if suite in (None, (d, a.value))]
     results: dict[str, dict[str, float]] = {}
     for domain, ability in suites:
-        prompts = dict(list(official_prompts(domain, ability).items())[: samples + WARM_UP])
-        result = measure(Questions(domain, ability, prompts), rounds)
+        benchmark = find_benchmark(domain)
+        asked = Library(PromptSet.OFFICIAL).open(benchmark, ability)
+        prompts = dict(list(asked.items())[: samples + WARM_UP])
+        result = measure(Questions(benchmark, ability, prompts), rounds)
         if not results:
             print(f"{'ms a sample':34}" + "".join(f"{name:>14}" for name in result))
-        name = f"{domain.value} {ability.value}"
+        name = f"{domain} {ability.value}"
         results[name] = result
         print(f"{name:34}" + "".join(f"{value:14.2f}" for value in result.values()), flush=True)
     print(json.dumps({"samples": samples, "suites": results}))

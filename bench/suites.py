@@ -24,10 +24,10 @@ from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.subgoal_decomposition.virtualhome_signature import signature
 from eai.abilities.subgoal_decomposition.virtualhome_writer import join_subgoals, write_subgoals
 from eai.abilities.task import Task
+from eai.benchmarks.gold_answers import AnswerBook, WrittenAnswer, noisy_answer
 from eai.benchmarks.packs import fetch_published
 from eai.benchmarks.virtualhome.tasks import open_tasks
 from eai.logic.ltl import parse
-from eai.run.gold_answers import AnswerBook, WrittenAnswer, noisy_answer
 from reference import CACHE, REFERENCE, Response, environment, evaluate, read_responses, write_responses
 from reference import Ability as Evaluated
 

@@ -2,7 +2,7 @@
 
 `LAYERS` is the rule: a module may import from its own package and from the rows above its own, never from
 a row below, nor from a sibling in its row except as `ALLOWED_SIBLINGS` says. A package or top-level module
-without a place here is an offence: find it one. The root package imports nothing, so that importing any
+without a place here is an offence: find it one. The root package loads nothing until it is asked, so that importing any
 part stays cheap.
 """
 
@@ -80,8 +80,8 @@ def offence(importer: str, target: str, parts: frozenset[str]) -> str | None:
         return f"only {ONLY_IMPORTER[library]} imports {library}"
     if library != importer.partition(".")[0]:
         return None
-    if here == "":
-        return f"the root imports nothing, not {there}"
+    if here == "":  # the public face, which loads what is asked for: see the test of what importing it loads
+        return None
     if here == there or there not in parts:  # its own package, or a name that the root itself defines
         return None
     here_rank, there_rank = rank(here), rank(there)
@@ -136,7 +136,6 @@ def write_package(root: Path, files: dict[str, str]) -> Path:
         ("metrics/bad.py", "import eai.analysis", "eai/metrics/bad.py:1: metrics must not import analysis"),
         ("world/bad.py", "from inspect_ai import Task", "eai/world/bad.py:1: only run imports inspect_ai"),
         ("kitchen.py", "", "eai/kitchen: has no place in LAYERS"),
-        ("__init__.py", "from eai.world import x", "eai/__init__.py:1: the root imports nothing, not world"),
     ],
 )
 def test_checker_finds(tmp_path: Path, place: str, text: str, found: str) -> None:
@@ -163,6 +162,17 @@ def test_packages_say_what_they_are() -> None:
         if path.name == "__init__.py" and not ast.get_docstring(ast.parse(path.read_text(encoding="utf-8")))
     ]
     assert silent == []
+
+
+def test_the_public_face_loads_nothing_until_it_is_asked() -> None:
+    code = "import sys, eai; print([name for name in sys.modules if name.startswith('eai.')])"
+    result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert result.stdout.strip() == "[]"
+
+
+def test_the_public_face_has_what_it_names() -> None:
+    assert set(eai.__all__) == {*eai._PLACES, "open"}
+    assert [name for name in eai.__all__ if not getattr(eai, name).__doc__] == []
 
 
 def test_types_are_shipped() -> None:

@@ -1,3 +1,105 @@
-"""Measure, diagnose and train language models for embodied decision making."""
+"""Measure, diagnose and train language models for embodied decision making.
+
+    import eai
+
+    suite = eai.open("virtualhome", "action_sequencing")
+    verdict = suite.score("27_2", '{"WALK": ["washing_machine", "1001"]}')
+
+The names below are the library's public face; each is loaded when it is first asked for.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from eai.abilities.protocol import Ability, Protocol
+    from eai.abilities.task import Goal, GoalKind, Task, goal, make_task
+    from eai.benchmarks.benchmark import Benchmark
+    from eai.benchmarks.registry import find_benchmark, registered
+    from eai.benchmarks.source import Source, given
+    from eai.benchmarks.suite import Suite
+    from eai.errors import DataError, DomainError, EaiError, InputError, ParseError
 
 __version__ = "0.1.0"
+
+_PLACES = {
+    "Ability": "eai.abilities.protocol",
+    "Benchmark": "eai.benchmarks.benchmark",
+    "DataError": "eai.errors",
+    "DomainError": "eai.errors",
+    "EaiError": "eai.errors",
+    "Goal": "eai.abilities.task",
+    "GoalKind": "eai.abilities.task",
+    "InputError": "eai.errors",
+    "ParseError": "eai.errors",
+    "Protocol": "eai.abilities.protocol",
+    "Source": "eai.benchmarks.source",
+    "Suite": "eai.benchmarks.suite",
+    "Task": "eai.abilities.task",
+    "find_benchmark": "eai.benchmarks.registry",
+    "given": "eai.benchmarks.source",
+    "goal": "eai.abilities.task",
+    "make_task": "eai.abilities.task",
+    "registered": "eai.benchmarks.registry",
+}
+"""The public names -> the modules that define them."""
+
+__all__ = [
+    "Ability",
+    "Benchmark",
+    "DataError",
+    "DomainError",
+    "EaiError",
+    "Goal",
+    "GoalKind",
+    "InputError",
+    "ParseError",
+    "Protocol",
+    "Source",
+    "Suite",
+    "Task",
+    "find_benchmark",
+    "given",
+    "goal",
+    "make_task",
+    "open",
+    "registered",
+]
+
+
+def open(
+    benchmark: Benchmark | str,
+    ability: Ability | str,
+    protocol: Protocol | str = "strict",
+    *,
+    source: Source | None = None,
+) -> Suite:
+    """The tasks of a benchmark and an ability, ready to score answers.
+
+    Args:
+        benchmark: its name (``virtualhome``), ``module:object``, or a `Benchmark`.
+        ability: ``goal_interpretation``, ``subgoal_decomposition``, ``action_sequencing`` or
+            ``transition_modeling``.
+        protocol: the rules for scoring: ``strict``, or ``eai-1.0.5`` for the verdicts of the reference.
+        source: where the data comes from; the user's default store if None. It is fetched on first use.
+
+    Raises:
+        InputError: there is no such benchmark, ability or protocol.
+        DataError: the data cannot be had.
+    """
+    from eai.abilities.protocol import ability_of, protocol_of
+    from eai.benchmarks.suite import open_suite
+
+    return open_suite(benchmark, ability_of(ability), protocol_of(protocol), source=source)
+
+
+def __getattr__(name: str) -> object:
+    if name not in _PLACES:
+        raise AttributeError(f"module 'eai' has no attribute {name!r}")
+    return getattr(import_module(_PLACES[name]), name)
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *_PLACES})

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from eai.abilities.protocol import Ability, Domain, Protocol
+from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.record import SCHEMA, Record, read_records, sha256_of, write_records
 from eai.abilities.verdict import (
     Confusion,
@@ -46,7 +46,7 @@ VERDICTS = [
 def record(verdict: Verdict, response: str = '{"WALK": ["sofa"]}', model: str = "m") -> Record:
     return Record(
         Protocol.STRICT,
-        Domain.VIRTUALHOME.value,
+        "virtualhome",
         Ability.ACTION_SEQUENCING,
         model,
         "27_2",

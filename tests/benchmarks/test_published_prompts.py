@@ -5,31 +5,32 @@ import json
 
 import pytest
 
-from eai.abilities.protocol import Ability, Domain
+from eai.abilities.protocol import Ability
 from eai.abilities.responses import SCENE_PREFIX
-from eai.abilities.suite import Source, available_suites, open_suite
 from eai.benchmarks.packs import PROMPTS, open_published
-from eai.benchmarks.published_prompts import official_files, official_prompts
+from eai.benchmarks.source import Source
+from eai.benchmarks.suite import available_suites, open_suite
 from eai.data.store import Store
 from eai.pddl.planning import PlannerChoice
+from suites import official_files, official_prompts
 
-GOAL_INTERPRETATION = (Domain.VIRTUALHOME, Ability.GOAL_INTERPRETATION)
+GOAL_INTERPRETATION = ("virtualhome", Ability.GOAL_INTERPRETATION)
 COUNTS = {
-    (Domain.VIRTUALHOME, Ability.GOAL_INTERPRETATION): 342,
-    (Domain.VIRTUALHOME, Ability.SUBGOAL_DECOMPOSITION): 338,
-    (Domain.VIRTUALHOME, Ability.ACTION_SEQUENCING): 342,
-    (Domain.VIRTUALHOME, Ability.TRANSITION_MODELING): 296,
-    **{(Domain.BEHAVIOR, ability): 100 for ability in Ability},
+    ("virtualhome", Ability.GOAL_INTERPRETATION): 342,
+    ("virtualhome", Ability.SUBGOAL_DECOMPOSITION): 338,
+    ("virtualhome", Ability.ACTION_SEQUENCING): 342,
+    ("virtualhome", Ability.TRANSITION_MODELING): 296,
+    **{("behavior", ability): 100 for ability in Ability},
 }
 SYSTEM = {
-    (Domain.VIRTUALHOME, Ability.SUBGOAL_DECOMPOSITION),
-    (Domain.BEHAVIOR, Ability.GOAL_INTERPRETATION),
-    (Domain.BEHAVIOR, Ability.SUBGOAL_DECOMPOSITION),
+    ("virtualhome", Ability.SUBGOAL_DECOMPOSITION),
+    ("behavior", Ability.GOAL_INTERPRETATION),
+    ("behavior", Ability.SUBGOAL_DECOMPOSITION),
 }
 
 
 @pytest.mark.parametrize(("suite", "count"), COUNTS.items())
-def test_every_task_has_a_prompt(data_store: Store, suite: tuple[Domain, Ability], count: int) -> None:
+def test_every_task_has_a_prompt(data_store: Store, suite: tuple[str, Ability], count: int) -> None:
     prompts = official_prompts(*suite, data_store)
     assert len(prompts) == count
     assert not any(task_id.startswith(SCENE_PREFIX) for task_id in prompts)
@@ -39,19 +40,19 @@ def test_every_task_has_a_prompt(data_store: Store, suite: tuple[Domain, Ability
 
 
 @pytest.mark.parametrize("suite", COUNTS.keys() - {GOAL_INTERPRETATION})
-def test_shipped_prompts_are_given_byte_for_byte(data_store: Store, suite: tuple[Domain, Ability]) -> None:
+def test_shipped_prompts_are_given_byte_for_byte(data_store: Store, suite: tuple[str, Ability]) -> None:
     domain, ability = suite
     pack = open_published(PROMPTS, data_store)
     files = official_files(domain, ability, data_store)
-    assert files.prompts == pack.read(f"{domain.value}/{ability.value}.json")
+    assert files.prompts == pack.read(f"{domain}/{ability.value}.json")
     if suite in SYSTEM:
-        assert files.system == pack.read(f"{domain.value}/{ability.value}_system.json")
+        assert files.system == pack.read(f"{domain}/{ability.value}_system.json")
     texts = [row["llm_prompt"] for row in json.loads(files.prompts)]
     assert [prompt.user for prompt in official_prompts(domain, ability, data_store).values()] == texts
 
 
 @pytest.mark.parametrize("suite", available_suites())
-def test_prompts_name_the_tasks_that_are_scored(data_store: Store, suite: tuple[Domain, Ability]) -> None:
+def test_prompts_name_the_tasks_that_are_scored(data_store: Store, suite: tuple[str, Ability]) -> None:
     task_ids = open_suite(*suite, source=Source(data_store, planner=PlannerChoice.NONE)).task_ids
     assert sorted(official_prompts(*suite, data_store)) == sorted(task_ids)
 

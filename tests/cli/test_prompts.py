@@ -4,16 +4,16 @@ import json
 from pathlib import Path
 
 from cli.conftest import Command
-from eai.abilities.protocol import Ability, Domain
-from eai.benchmarks.published_prompts import official_files
+from eai.abilities.protocol import Ability
 from eai.data.store import Store
+from suites import official_files
 
 NAMED = ("--domain", "behavior", "--ability", "subgoal_decomposition")
 
 
 def test_official_prompts_are_written_byte_for_byte(eai: Command, data_store: Store, tmp_path: Path) -> None:
     done = eai("prompts", *NAMED, "--out", tmp_path / "new" / "prompts.json")
-    files = official_files(Domain.BEHAVIOR, Ability.SUBGOAL_DECOMPOSITION, data_store)
+    files = official_files("behavior", Ability.SUBGOAL_DECOMPOSITION, data_store)
     assert done.status == 0
     assert (tmp_path / "new" / "prompts.json").read_bytes() == files.prompts
     assert (tmp_path / "new" / "prompts_system.json").read_bytes() == files.system

@@ -168,13 +168,20 @@ def test_results_that_cannot_be_written_end_with_one_line(eai: Command, out: str
 
 @pytest.mark.parametrize(
     "arguments",
-    [(), ("--domain", "mars"), ("--ability", "cooking"), ("--protocol", "lenient"), ("--workers", "0")],
+    [(), ("--ability", "cooking"), ("--protocol", "lenient"), ("--workers", "0")],
 )
 def test_wrong_options_end_with_usage(eai: Command, arguments: Sequence[str]) -> None:
     given = [*HERE, *arguments] if arguments else []
     outcome = eai("score", write([WALK]), *given)
     assert outcome.status == 2
     assert "Usage" in outcome.err
+
+
+def test_an_unknown_benchmark_ends_with_one_line_that_names_the_near_one(eai: Command) -> None:
+    outcome = eai("score", write([WALK]), *HERE, "--domain", "virtualhom")
+    assert outcome.status == 2
+    assert outcome.err.startswith("eai: 'virtualhom' is no benchmark: expected virtualhome, behavior")
+    assert outcome.err.endswith("did you mean virtualhome?\n")
 
 
 def test_help_shows_an_example(eai: Command) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from eai.abilities.protocol import Ability, Domain, Protocol
+from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.record import Record
 from eai.abilities.verdict import ErrorReport, GoalTallies, Tally, Verdict
 from eai.world.fault import FaultKind
@@ -28,9 +28,9 @@ def record(
     *,
     ability: Ability = Ability.ACTION_SEQUENCING,
     model: str = "m",
-    domain: Domain = Domain.VIRTUALHOME,
+    domain: str = "virtualhome",
     protocol: Protocol = Protocol.STRICT,
     response: str = "{}",
 ) -> Record:
     """A record of a verdict."""
-    return Record(protocol, domain.value, ability, model, task_id, response, "0" * 64, verdict)
+    return Record(protocol, domain, ability, model, task_id, response, "0" * 64, verdict)

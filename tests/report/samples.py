@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from eai.abilities.explanation import Explanation, GoalReport, StepReport
-from eai.abilities.protocol import Ability, Domain, Protocol
+from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.record import Record, write_records
 from eai.abilities.verdict import Confusion, ErrorReport, Json, SubgoalCategory, Verdict
 from eai.pddl.planning import PlannerOutcome
@@ -64,7 +64,7 @@ def _record(
         explained,
         ability=ability,
         model=model,
-        domain=Domain(domain),
+        domain=domain,
         protocol=Protocol(protocol),
         response=response,
     )

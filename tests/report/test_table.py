@@ -1,6 +1,6 @@
 from __future__ import annotations
 
-from eai.abilities.protocol import Ability, Domain, Protocol
+from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.record import Record
 from eai.abilities.verdict import Confusion, SubgoalCategory, Verdict
 from eai.metrics.bootstrap import Bootstrap
@@ -20,7 +20,7 @@ SPECS = {spec.name: spec for spec in TABLES}
 
 def run_of(verdicts: list[Verdict], ability: Ability, model: str) -> Run:
     records = tuple(record(f"{i}_1", v, ability=ability, model=model) for i, v in enumerate(verdicts))
-    return Run(RunKey(Protocol.STRICT, Domain.VIRTUALHOME.value, ability, model), records)
+    return Run(RunKey(Protocol.STRICT, "virtualhome", ability, model), records)
 
 
 def table(name: str, runs: list[Run], *, with_paper: bool = False) -> Table | None:

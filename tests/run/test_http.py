@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from eai.abilities.protocol import Ability, Domain
+from eai.abilities.protocol import Ability
 from eai.prompts.prompt import Prompt
 from eai.run.evaluation import Answers, obtain_answers
 from eai.run.job import Decoding, Endpoint, Job, Pace
@@ -40,7 +40,7 @@ def ask(tmp_path: Path, process: Executor) -> Callable[..., Answers]:
     ) -> Answers:
         job = Job(
             Endpoint("openai-api/local/scripted", {"max_retries": 1, "api_key": "none"}, url),
-            Domain.VIRTUALHOME,
+            "virtualhome",
             Ability.SUBGOAL_DECOMPOSITION,
             {task_id: Prompt(task_id, stop=cut_at) for task_id in task_ids},
             decoding=decoding or Decoding(),

@@ -11,16 +11,15 @@ from pathlib import Path
 
 import pytest
 
-from eai.abilities.protocol import Ability, Domain
-from eai.benchmarks.published_prompts import official_prompts
+from eai.abilities.protocol import Ability
 from eai.data.store import Store
 from eai.errors import EaiError
 from eai.run.evaluation import obtain_answers
-from eai.run.gold_answers import open_answer_book
 from eai.run.job import Endpoint, Job
 from run.server import Reply, serve
+from suites import answer_book, official_prompts
 
-SUITE = (Domain.VIRTUALHOME, Ability.ACTION_SEQUENCING)
+SUITE = ("virtualhome", Ability.ACTION_SEQUENCING)
 RESULTS = Path("virtualhome", "action_sequencing", "openai-api_local_scripted")
 TASKS = 10
 KILLED_AFTER = 4
@@ -37,7 +36,7 @@ def start(url: str, out: Path) -> subprocess.Popen[str]:
 
 def test_a_killed_run_goes_on_where_it_was(data_store: Store, tmp_path: Path) -> None:
     prompts = dict(list(official_prompts(*SUITE, data_store).items())[:TASKS])
-    gold = open_answer_book(*SUITE, data_store).gold
+    gold = answer_book(*SUITE, data_store).gold
     script = {prompt.user: [Reply(gold(task_id).text, delay=0.1)] for task_id, prompt in prompts.items()}
     with serve(script) as served:
         first = start(served.url, tmp_path / "killed")

@@ -4,23 +4,23 @@ import pytest
 from inspect_ai.model import ChatMessageSystem, ChatMessageUser
 from inspect_ai.util import registry_info
 
-from eai.abilities.protocol import Ability, Domain
-from eai.benchmarks.published_prompts import official_prompts
+from eai.abilities.protocol import Ability
 from eai.data.store import Store
 from eai.run.registry import TASKS
+from suites import official_prompts
 
-SUITES = [(domain, ability) for domain in Domain for ability in Ability]
+SUITES = [(domain, ability) for domain in ("virtualhome", "behavior") for ability in Ability]
 
 
 def test_every_suite_is_a_task_that_inspect_finds_under_our_name() -> None:
-    names = {f"{domain.value}_{ability.value}" for domain, ability in SUITES}
+    names = {f"{domain}_{ability.value}" for domain, ability in SUITES}
     assert TASKS.keys() == names
     assert {registry_info(task).name for task in TASKS.values()} == {f"eai/{name}" for name in names}
 
 
-@pytest.mark.parametrize(("domain", "ability"), SUITES, ids=lambda each: each.value)
-def test_a_task_asks_the_official_prompts(data_store: Store, domain: Domain, ability: Ability) -> None:
-    task = TASKS[f"{domain.value}_{ability.value}"]()
+@pytest.mark.parametrize(("domain", "ability"), SUITES, ids=str)
+def test_a_task_asks_the_official_prompts(data_store: Store, domain: str, ability: Ability) -> None:
+    task = TASKS[f"{domain}_{ability.value}"]()
     prompts = official_prompts(domain, ability, data_store)
     assert [sample.id for sample in task.dataset] == list(prompts)
     for sample in task.dataset:

@@ -5,13 +5,15 @@ from dataclasses import dataclass, replace
 import pytest
 
 from eai.abilities.explanation import Explanation
-from eai.abilities.protocol import Ability, Domain, Protocol
+from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.responses import Response, ResponseFile
 from eai.abilities.scorer import Assessment, Scorer
-from eai.abilities.suite import Suite
 from eai.abilities.verdict import Verdict
+from eai.benchmarks.registry import find_benchmark
+from eai.benchmarks.suite import Suite
 from eai.scoring.batch import score_batch
 
+BENCHMARK = find_benchmark("virtualhome")
 TASK_IDS = tuple(f"{number}_1" for number in range(7))
 ANSWERS = ResponseFile("m", tuple(Response(i, f"answer to {i}") for i in TASK_IDS))
 
@@ -28,7 +30,7 @@ class Echo(Scorer):
 
 
 def echo_suite() -> Suite:
-    suite = Suite(Domain.VIRTUALHOME, Ability.ACTION_SEQUENCING, Protocol.STRICT, TASK_IDS, "0" * 64, Echo)
+    suite = Suite(BENCHMARK, Ability.ACTION_SEQUENCING, Protocol.STRICT, TASK_IDS, "0" * 64, Echo)
     return replace(suite, reopen=echo_suite)
 
 

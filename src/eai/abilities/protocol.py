@@ -1,8 +1,11 @@
-"""The protocols: what the numbers mean."""
+"""What a suite is of: the ability that is asked for, and the protocol, which says what the numbers mean."""
 
 from __future__ import annotations
 
 from enum import Enum
+from typing import TypeVar
+
+from eai.errors import InputError
 
 
 class Protocol(str, Enum):
@@ -16,13 +19,6 @@ class Protocol(str, Enum):
     EAI_1_0_5 = "eai-1.0.5"
 
 
-class Domain(str, Enum):
-    """The domains that come with the package."""
-
-    VIRTUALHOME = "virtualhome"
-    BEHAVIOR = "behavior"
-
-
 class Ability(str, Enum):
     """The paper's four abilities."""
 
@@ -30,3 +26,32 @@ class Ability(str, Enum):
     SUBGOAL_DECOMPOSITION = "subgoal_decomposition"
     ACTION_SEQUENCING = "action_sequencing"
     TRANSITION_MODELING = "transition_modeling"
+
+
+E = TypeVar("E", Ability, Protocol)
+
+
+def ability_of(name: Ability | str) -> Ability:
+    """The ability of this name.
+
+    Raises:
+        InputError: there is none.
+    """
+    return _member(Ability, name, "ability")
+
+
+def protocol_of(name: Protocol | str) -> Protocol:
+    """The protocol of this name.
+
+    Raises:
+        InputError: there is none.
+    """
+    return _member(Protocol, name, "protocol")
+
+
+def _member(kind: type[E], name: E | str, noun: str) -> E:
+    try:
+        return kind(name)
+    except ValueError as error:
+        known = ", ".join(each.value for each in kind)
+        raise InputError(f"{name!r} is no {noun}: expected one of {known}") from error

@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import Enum
 
-from eai.logic.formula import Formula
+from eai.logic.formula import Atom, Formula, Occurs
+from eai.logic.traversal import walk
 from eai.world.execution import Action
 from eai.world.state import Scene, State
 
@@ -64,3 +65,18 @@ class Task:
     def goals_of(self, kind: GoalKind) -> tuple[Goal, ...]:
         """The goals of one kind, in order."""
         return tuple(goal for goal in self.goals if goal.kind is kind)
+
+
+def goal(formula: Formula) -> Goal:
+    """The goal that a formula be true: of actions, of relations if it speaks of any, else of states."""
+    parts = tuple(walk(formula))
+    if any(isinstance(part, Occurs) for part in parts):
+        return Goal(GoalKind.ACTION, formula)
+    relates = any(isinstance(part, Atom) and len(part.arguments) > 1 for part in parts)
+    return Goal(GoalKind.RELATION if relates else GoalKind.STATE, formula)
+
+
+def make_task(task_id: str, instruction: str, initial: State, *goals: Formula, title: str = "") -> Task:
+    """A task about all objects of its scene; one without a title of its own is called by its id."""
+    everything = tuple(range(len(initial.scene.objects)))
+    return Task(task_id, title or task_id, instruction, initial, tuple(map(goal, goals)), everything)

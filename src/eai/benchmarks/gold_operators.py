@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
-from eai.abilities.protocol import Domain, Protocol
+from eai.abilities.protocol import Protocol
 from eai.abilities.transition_modeling.judgement import Rules
 from eai.abilities.transition_modeling.rules import PaperRules
 from eai.abilities.transition_modeling.task import Category, OperatorLibrary, TransitionTask
@@ -16,9 +16,6 @@ from eai.data.store import PackFile, Store
 from eai.pddl.operator_text import OperatorText
 from eai.pddl.planning import PddlPlanner
 from eai.pddl.reader import read_domain
-
-PLANNER_SECONDS = {Domain.VIRTUALHOME: 100, Domain.BEHAVIOR: 200}
-"""How long a planner may take for one task (the reference's limits)."""
 
 
 def rules_of(protocol: Protocol, planner: PddlPlanner | None) -> Rules:

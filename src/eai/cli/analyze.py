@@ -8,18 +8,21 @@ from typing import Annotated
 
 import typer
 
-from eai.abilities.protocol import Ability, Domain
+from eai.abilities.protocol import Ability
 from eai.abilities.record import Record
 from eai.abilities.transition_modeling.planners import make_planner
 from eai.analysis.sensitivity import Sensitivity, summarise, try_operators
-from eai.benchmarks.gold_operators import PLANNER_SECONDS, open_behavior, open_virtualhome, rules_of
+from eai.benchmarks.benchmark import Benchmark
+from eai.benchmarks.gold_operators import rules_of
+from eai.benchmarks.registry import find_benchmark
+from eai.benchmarks.source import Source
 from eai.cli.console import data_progress, output
 from eai.cli.data import DataFolder, store
-from eai.cli.score import RECORDS
 from eai.errors import InputError
 from eai.pddl.planning import PlannerChoice
 from eai.report import plot_sensitivity
 from eai.scoring.records import read_records
+from eai.scoring.results import RECORDS
 
 app = typer.Typer(no_args_is_help=True, help="Analyses of records.")
 
@@ -48,7 +51,7 @@ def sensitivity(
             raise InputError(f"{path}: expected records of transition_modeling, not {record.ability.value}")
         groups.setdefault((record.domain, record.model), []).append(record)
     for (domain, model), found in groups.items():
-        result = _analyze(Domain(domain), found, planner, data)
+        result = _analyze(find_benchmark(domain), found, planner, data)
         name = f"{domain}-{model}"
         try:
             out.mkdir(parents=True, exist_ok=True)
@@ -61,15 +64,18 @@ def sensitivity(
         output().print(f"{name}: {len(result.operators)} operators", highlight=False)
 
 
-def _analyze(domain: Domain, records: list[Record], planner: PlannerChoice, data: DataFolder) -> Sensitivity:
-    opener = open_virtualhome if domain is Domain.VIRTUALHOME else open_behavior
+def _analyze(
+    benchmark: Benchmark, records: list[Record], planner: PlannerChoice, data: DataFolder
+) -> Sensitivity:
     with data_progress() as report:
-        tasks = opener(store(data), report=report)
-    rules = rules_of(records[0].protocol, make_planner(planner, PLANNER_SECONDS[domain]))
+        tasks = benchmark.operators(Source(store(data), report))
+    rules = rules_of(records[0].protocol, make_planner(planner, benchmark.planner_seconds))
     outcomes = [
         outcome
         for record in records
         if record.task_id in tasks
         for outcome in try_operators(tasks[record.task_id], record.response, rules)
     ]
-    return summarise(outcomes, tuple(tasks.domain.operators))
+    return summarise(
+        outcomes, tuple(dict.fromkeys(n for task in tasks.values() for n in task.domain.operators))
+    )

@@ -13,9 +13,9 @@ from eai.abilities.explanation import Explanation, StepReport
 from eai.abilities.record import Record
 from eai.abilities.verdict import Verdict
 from eai.cli.console import output
-from eai.cli.score import RECORDS
 from eai.errors import InputError
 from eai.scoring.records import read_records
+from eai.scoring.results import RECORDS
 from eai.world.fault import FaultKind
 
 NOT_EXPLAINED = "the record has no explanation; score the answer with --explanations to get one"

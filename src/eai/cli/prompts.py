@@ -7,18 +7,18 @@ from typing import Annotated
 
 import typer
 
-from eai.abilities.protocol import Ability, Domain
-from eai.benchmarks.published_prompts import official_files
-from eai.cli.console import data_progress, output
+from eai.abilities.protocol import Ability
+from eai.benchmarks.prompt_library import Library
+from eai.benchmarks.registry import find_benchmark
+from eai.benchmarks.source import Source
+from eai.cli.console import DOMAIN_HELP, data_progress, output
 from eai.cli.data import DataFolder, store
 from eai.errors import InputError
-from eai.prompts.library import Library
 from eai.prompts.prompt import PromptSet, prompt_file, system_file
-from eai.run.gold_answers import gold_examples
 
 
 def prompts(
-    domain: Annotated[Domain, typer.Option(help="The domain of the tasks.")],
+    domain: Annotated[str, typer.Option(help=DOMAIN_HELP)],
     ability: Annotated[Ability, typer.Option(help="What is asked for.")],
     out: Annotated[Path, typer.Option(help="The file to write.")],
     prompt_set: Annotated[
@@ -37,13 +37,13 @@ def prompts(
     Example: eai prompts --domain virtualhome --ability action_sequencing --out prompts.json
     """
     with data_progress() as report:
-        source = store(data)
-        if prompt_set is PromptSet.OFFICIAL and folder is None:
-            files = official_files(domain, ability, source, report=report)
+        benchmark, source = find_benchmark(domain), Source(store(data), report)
+        published = benchmark.published_prompts if prompt_set is PromptSet.OFFICIAL else None
+        if published is not None and folder is None:
+            files = published.files(ability, source.store, report=report)
             content, system = files.prompts, files.system
         else:
-            library = Library(prompt_set, folder, gold_examples(source), source, report)
-            opened = library.open(domain, ability)
+            opened = Library(prompt_set, folder, source).open(benchmark, ability)
             content, system = prompt_file(opened), system_file(opened)
     _write(out, content)
     if system is not None:

@@ -2,22 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from eai.abilities.protocol import Ability, Domain
-from eai.benchmarks import gold_operators
+from eai.abilities.protocol import Ability
+from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.packs import published_packs
-from eai.benchmarks.published_prompts import official_prompts
+from eai.benchmarks.prompt_library import Library
+from eai.benchmarks.registry import find_benchmark, registered
+from eai.benchmarks.source import Source
 from eai.cli.console import errors, output
 from eai.cli.data import DataFolder, store
 from eai.data import dataset
 from eai.data.store import Store
-from eai.errors import DataError, EaiError, InputError
+from eai.errors import EaiError, InputError
 from eai.metrics.bootstrap import Bootstrap
+from eai.prompts.prompt import PromptSet
 from eai.report.document import Plot
 from eai.report.explorer import explorer_html
 from eai.report.explorer_data import Background, ExplorerData
@@ -47,64 +50,62 @@ def report(
     Example: eai report scores --out report --paper
     """
     bootstrap = Bootstrap()
-    explorer = ExplorerData(background(store(data)) if prompts else Background())
-    runs = []
-    for run in read_runs(records):
-        runs.append(summary_of(run, bootstrap))
+    runs = list(read_runs(records))
+    known = background(store(data), [run.key.domain for run in runs]) if prompts else Background()
+    explorer = ExplorerData(known)
+    summaries = []
+    for run in runs:
+        summaries.append(summary_of(run, bootstrap))
         explorer.add(run)
-    runs.sort(key=lambda item: item.key.order)
-    tables = make_tables(runs, bootstrap, with_paper=paper)
+    summaries.sort(key=lambda item: item.key.order)
+    tables = make_tables(summaries, bootstrap, with_paper=paper)
     try:
         out.mkdir(parents=True, exist_ok=True)
-        drawn = _draw(runs, out / PLOTS) if plots else []
-        written = write_tables(out, runs, tables, drawn, with_paper=paper)
+        drawn = _draw(summaries, out / PLOTS) if plots else []
+        written = write_tables(out, summaries, tables, drawn, with_paper=paper)
         (out / EXPLORER).write_text(explorer_html(explorer.to_json()), encoding="utf-8")
     except OSError as error:
         raise InputError(f"{out}: cannot be written ({error.strerror})") from error
-    message = f"{len(runs)} runs, {written} tables, {len(drawn)} plots; open {out / EXPLORER}"
+    message = f"{len(summaries)} runs, {written} tables, {len(drawn)} plots; open {out / EXPLORER}"
     output().print(message, soft_wrap=True, highlight=False)
 
 
-def _draw(runs: Sequence[RunSummary], folder: Path) -> list[Plot]:
+def _draw(summaries: Sequence[RunSummary], folder: Path) -> list[Plot]:
     """The plots, or none and a remark where matplotlib is not installed."""
     try:
-        return draw_plots(runs, folder)
+        return draw_plots(summaries, folder)
     except EaiError as error:
         errors().print(f"no plots: {error}", markup=False, highlight=False, soft_wrap=True)
         return []
 
 
-def background(source: Store) -> Background:
-    """What the user's data set says of the tasks; nothing is fetched for it."""
+def background(source: Store, domains: Iterable[str]) -> Background:
+    """What the user's data set says of the tasks of some domains; nothing is fetched for it."""
     if any(status.problem for status in dataset.info(source, packs=published_packs())):
         return Background()
-    gold = {
-        Domain.VIRTUALHOME.value: gold_operators.open_virtualhome(source),
-        Domain.BEHAVIOR.value: gold_operators.open_behavior(source),
-    }
+    known = [find_benchmark(name) for name in dict.fromkeys(domains) if name in registered()]
     return Background(
         prompts={
-            (domain.value, ability.value): _prompts(domain, ability, source)
-            for domain in Domain
+            (benchmark.name, ability.value): _prompts(benchmark, ability, source)
+            for benchmark in known
             for ability in Ability
         },
-        operators={
-            domain: {
-                name: operator.pddl
-                for task in list(tasks.values())[:1]
-                for name, operator in task.domain.operators.items()
-            }
-            for domain, tasks in gold.items()
-        },
+        operators={benchmark.name: _operators(benchmark, source) for benchmark in known},
     )
 
 
-def _prompts(domain: Domain, ability: Ability, source: Store) -> dict[str, str]:
+def _prompts(benchmark: Benchmark, ability: Ability, source: Store) -> dict[str, str]:
     try:
-        found = official_prompts(domain, ability, source)
-    except DataError:
+        found = Library(PromptSet.OFFICIAL, None, Source(source)).open(benchmark, ability)
+    except EaiError:
         return {}
     return {
         task_id: f"{prompt.system}\n\n{prompt.user}" if prompt.system else prompt.user
         for task_id, prompt in found.items()
     }
+
+
+def _operators(benchmark: Benchmark, source: Store) -> dict[str, str]:
+    """The gold operators as PDDL, by name."""
+    tasks = benchmark.operators(Source(source)).values()
+    return {name: text.pddl for task in tasks for name, text in task.domain.operators.items()}

@@ -11,21 +11,22 @@ from typing import Annotated
 import typer
 
 from eai.abilities.declarations import DECLARATIONS
-from eai.abilities.protocol import Ability, Domain, Protocol
+from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.responses import file_name
-from eai.abilities.suite import Source, Suite, available_suites, open_suite
 from eai.abilities.verdict import Json
-from eai.cli.console import counted, data_progress, dollars, errors, output, print_rates
+from eai.benchmarks.prompt_library import Library
+from eai.benchmarks.registry import registered
+from eai.benchmarks.source import Source
+from eai.benchmarks.suite import Suite, open_suite
+from eai.cli.console import DOMAIN_HELP, counted, data_progress, dollars, errors, output, print_rates
 from eai.cli.data import DataFolder, store
 from eai.cli.progress import run_progress
-from eai.cli.running import Obtained, Scoring, SuiteResult, settle, undisturbed
 from eai.errors import EaiError, InputError
 from eai.pddl.planning import PlannerChoice
-from eai.prompts.library import Library
 from eai.prompts.prompt import Prompt, PromptSet
-from eai.run.gold_answers import gold_examples
 from eai.run.job import Decoding, Endpoint, Job, Pace
 from eai.run.journal import JOURNAL
+from eai.scoring.epochs import Obtained, Scoring, SuiteResult, settle, undisturbed
 
 LOGS = "logs"
 SHOWN_TASKS = 5
@@ -33,7 +34,9 @@ SHOWN_TASKS = 5
 
 def run(
     model: Annotated[list[str], typer.Option(help="A model as Inspect names it, or eai/oracle, eai/noisy.")],
-    domain: Annotated[list[Domain] | None, typer.Option(help="Domains; all if not given.")] = None,
+    domain: Annotated[
+        list[str] | None, typer.Option(help=f"{DOMAIN_HELP} All registered ones if not given.")
+    ] = None,
     ability: Annotated[list[Ability] | None, typer.Option(help="Abilities; all if not given.")] = None,
     protocol: Annotated[Protocol, typer.Option(help="The rules for scoring.")] = Protocol.STRICT,
     tasks: Annotated[
@@ -87,21 +90,20 @@ def run(
     with data_progress() as report:
         source = Source(store(data), report, planner)
         suites = [
-            open_suite(d, a, protocol, source=source)
-            for d, a in available_suites()
-            if d in (domain or Domain) and a in (ability or Ability)
+            open_suite(name, each, protocol, source=source)
+            for name in domain or registered()
+            for each in Ability
+            if not ability or each in ability
         ]
-        if not suites:
-            raise InputError("no suite has this domain and this ability yet")
-        library = Library(prompt_set, prompts, gold_examples(source.store), source.store, report)
+        library = Library(prompt_set, prompts, source)
         named = _named(tasks, suites)
         chosen = [(suite, _chosen(suite, library, named, limit)) for suite in suites]
     outcomes = []
     for suite, asked in ((suite, asked) for suite, asked in chosen if asked):
-        scoring = Scoring(suite.domain, suite.ability, protocol, source, workers, explanations)
+        scoring = Scoring(suite, workers, explanations)
         of_suite = [_run_model(order, endpoint, asked, scoring) for endpoint in order.endpoints]
         if not order.quiet:
-            title = f"{suite.domain.value}, {suite.ability.value}, protocol {protocol.value}"
+            title = f"{suite.domain}, {suite.ability.value}, protocol {protocol.value}"
             print_rates(title, DECLARATIONS[suite.ability].terminal, {o.model: o.rates for o in of_suite})
         outcomes += of_suite
     _report(outcomes, order, as_json=as_json)
@@ -139,10 +141,11 @@ def _run_model(
     except ImportError as error:
         hint = "pip install 'embodied-agent-interface[run]'"
         raise EaiError(f"model runs need inspect-ai ({error.name} is missing): {hint}") from error
-    job = Job(endpoint, scoring.domain, scoring.ability, prompts, order.epochs, order.decoding, order.pace)
+    suite = scoring.suite
+    job = Job(endpoint, suite.benchmark, suite.ability, prompts, order.epochs, order.decoding, order.pace)
     name = file_name(endpoint.model)
-    folder = order.out / scoring.domain.value / scoring.ability.value / name
-    title = f"{scoring.domain.value} {scoring.ability.value} {endpoint.model}"
+    folder = order.out / suite.domain / suite.ability.value / name
+    title = f"{suite.domain} {suite.ability.value} {endpoint.model}"
     with run_progress(title, quiet=order.quiet) as watch:
         answers = obtain_answers(job, folder / JOURNAL, order.out / LOGS, watch=watch)
     obtained = Obtained(endpoint.model, name, prompts, answers.given, answers.failures, order.epochs)
@@ -158,7 +161,7 @@ def _report(outcomes: Sequence[SuiteResult], order: _Order, *, as_json: bool) ->
         for why, task_ids in outcome.failures.items():
             shown = ", ".join(task_ids[:SHOWN_TASKS]) + (", ..." if len(task_ids) > SHOWN_TASKS else "")
             errors().print(
-                f"{outcome.model}, {outcome.scoring.domain.value} {outcome.scoring.ability.value}: "
+                f"{outcome.model}, {outcome.scoring.suite.domain} {outcome.scoring.suite.ability.value}: "
                 f"{counted(len(task_ids), 'task')} not answered ({shown}): {why}",
                 markup=False,
                 highlight=False,
@@ -191,7 +194,7 @@ def _named(tasks: str, suites: Sequence[Suite]) -> frozenset[str]:
     named = [task_id.strip() for task_id in tasks.split(",") if task_id.strip()]
     for task_id in named:
         if not any(task_id in suite.task_ids for suite in suites):
-            only = f"{suites[0].domain.value} {suites[0].ability.value}"
+            only = f"{suites[0].domain} {suites[0].ability.value}"
             raise InputError(
                 f"--tasks: {task_id!r} is not a task of {only if len(suites) == 1 else 'any suite'}"
             )
@@ -201,7 +204,7 @@ def _named(tasks: str, suites: Sequence[Suite]) -> frozenset[str]:
 def _chosen(suite: Suite, library: Library, named: Set[str], limit: int | None) -> dict[str, Prompt]:
     """The prompts of the named tasks, or of all if none is, in the order of the data set."""
     chosen = [task_id for task_id in suite.task_ids if not named or task_id in named]
-    prompts = library.open(suite.domain, suite.ability) if chosen else {}
+    prompts = library.open(suite.benchmark, suite.ability) if chosen else {}
     return {task_id: prompts[task_id] for task_id in chosen[:limit]}
 
 

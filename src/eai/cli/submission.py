@@ -8,9 +8,9 @@ from typing import Annotated
 
 import typer
 
+from eai.benchmarks.submission import Finding, build_submission, check_submission
 from eai.cli.console import output
 from eai.cli.data import DataFolder, store
-from eai.run.submission import Finding, build_submission, check_submission
 
 app = typer.Typer(help="The challenge's files: build them from a run, check them.", no_args_is_help=True)
 

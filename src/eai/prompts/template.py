@@ -43,14 +43,25 @@ class Templates:
         Raises:
             InputError: the user's file cannot be read.
         """
-        own = None if self.folder is None else self.folder / name
-        if own is None or not own.exists():
-            ours = files("eai.prompts") / "templates" / name
-            return ours.read_text(encoding="utf-8").removesuffix("\n")
+        own = self.own(name)
+        if own is not None:
+            return own
+        ours = files("eai.prompts") / "templates" / name
+        return ours.read_text(encoding="utf-8").removesuffix("\n")
+
+    def own(self, name: str) -> str | None:
+        """The user's own text of this name, or None.
+
+        Raises:
+            InputError: it cannot be read.
+        """
+        file = None if self.folder is None else self.folder / name
+        if file is None or not file.exists():
+            return None
         try:
-            return own.read_text(encoding="utf-8").removesuffix("\n")
+            return file.read_text(encoding="utf-8").removesuffix("\n")
         except (OSError, UnicodeDecodeError) as error:
-            raise InputError(f"{own}: cannot be read ({error})") from error
+            raise InputError(f"{file}: cannot be read ({error})") from error
 
     def fill(self, name: str, values: Mapping[str, str]) -> str:
         """A template with its places filled.

@@ -9,8 +9,8 @@ from typing import NamedTuple
 
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.record import Record
+from eai.benchmarks.registry import registered
 from eai.errors import InputError
-from eai.metrics.paper_tables import paper_setting
 from eai.scoring.records import read_records
 
 RECORDS = "records.jsonl"
@@ -27,8 +27,8 @@ class RunKey(NamedTuple):
 
     @property
     def order(self) -> tuple[int, int, str, int, str]:
-        """What runs are sorted by; domains that are not the paper's come last."""
-        known = list(paper_setting().domains)
+        """What runs are sorted by; unknown domains come last."""
+        known = registered()
         place = known.index(self.domain) if self.domain in known else len(known)
         protocols, abilities = list(Protocol), list(Ability)
         return (

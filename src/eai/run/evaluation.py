@@ -15,11 +15,12 @@ from rich.text import Text
 from eai.abilities.protocol import Protocol
 from eai.errors import EaiError, InputError
 from eai.run.job import Endpoint, Job
-from eai.run.journal import Answer, Journal, Place
+from eai.run.journal import Journal
 from eai.run.prices import read_prices, set_price
 from eai.run.solver import ask
 from eai.run.state import Desk, Watch, unwatched
 from eai.run.tasks import build_task
+from eai.scoring.answer import Answer, Place
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,7 +55,7 @@ def obtain_answers(job: Job, journal: Path, log_dir: Path, *, watch: Watch = unw
         open_prompts = desk.open_prompts()
         if open_prompts:
             _make_folder(log_dir)
-            task = build_task(job.domain, job.ability, open_prompts, ask(desk), Protocol.STRICT)
+            task = build_task(job.benchmark, job.ability, open_prompts, ask(desk), Protocol.STRICT)
             _check(job, _evaluate(job, task, log_dir))
     return Answers(desk.answers, desk.failures)
 
@@ -110,4 +111,4 @@ def _check(job: Job, log: EvalLog | None) -> None:
     if log.status == "success":
         return
     message = log.error.message.strip().splitlines()[-1] if log.error else log.status
-    raise EaiError(f"{job.endpoint.model} on {job.domain.value} {job.ability.value}: {message}")
+    raise EaiError(f"{job.endpoint.model} on {job.benchmark.name} {job.ability.value}: {message}")

@@ -8,8 +8,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from eai.abilities.protocol import Ability, Domain
+from eai.abilities.protocol import Ability
 from eai.abilities.verdict import Json
+from eai.benchmarks.benchmark import Benchmark
 from eai.prompts.prompt import Prompt
 
 
@@ -74,7 +75,7 @@ class Job:
     """
 
     endpoint: Endpoint
-    domain: Domain
+    benchmark: Benchmark
     ability: Ability
     prompts: Mapping[str, Prompt]
     epochs: int = 1

@@ -7,60 +7,16 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
-from dataclasses import dataclass
 from io import BufferedWriter
 from pathlib import Path
-from typing import TypeAlias
 
 from pydantic import TypeAdapter, ValidationError
 
-from eai.abilities.record import Usage
-from eai.abilities.verdict import Json
 from eai.errors import InputError
+from eai.scoring.answer import Answer, Place
 
 JOURNAL = "answers.jsonl"
 """Name of the journal in the folder of a run."""
-
-
-@dataclass(frozen=True, slots=True)
-class Answer:
-    """An answer of a model.
-
-    Attributes:
-        task_id: the data set's id.
-        epoch: which of several answers to the task it is, from 1 on.
-        request_sha256: digest of all that decides the answer: model, prompt, parameters.
-        prompt_sha256: digest of the prompt alone.
-        text: the answer without reasoning.
-        reasoning: what the model thought before it, or empty.
-        stop_reason: why it ended, as Inspect says it: ``stop``, ``max_tokens``, ...
-        repairs: names of what was done to the text to separate or complete the answer.
-        usage: what it took.
-    """
-
-    task_id: str
-    epoch: int
-    request_sha256: str
-    prompt_sha256: str
-    text: str
-    reasoning: str
-    stop_reason: str
-    repairs: tuple[str, ...]
-    usage: Usage
-
-    @property
-    def truncated(self) -> bool:
-        """Whether a limit of length cut it off."""
-        return self.stop_reason in ("max_tokens", "model_length")
-
-    def to_json(self) -> dict[str, Json]:
-        """The answer as a line of the journal has it."""
-        fields: dict[str, Json] = {name: getattr(self, name) for name in self.__slots__}
-        return {**fields, "usage": self.usage.to_json()}
-
-
-Place: TypeAlias = tuple[str, int]
-"""Id of the task, and epoch."""
 
 
 class Journal:

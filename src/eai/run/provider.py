@@ -20,10 +20,12 @@ from inspect_ai.model import (
 )
 from inspect_ai.tool import ToolChoice, ToolInfo
 
-from eai.abilities.protocol import Ability, Domain
+from eai.abilities.protocol import Ability
 from eai.abilities.responses import find_response_files, read_responses
+from eai.benchmarks.benchmark import Benchmark
+from eai.benchmarks.gold_answers import AnswerBook, noisy_answer, open_answer_book, open_planned_book
+from eai.benchmarks.registry import find_benchmark
 from eai.errors import InputError
-from eai.run.gold_answers import AnswerBook, noisy_answer, open_answer_book, open_planned_book
 
 PROVIDER = "eai"
 MODELS = ("oracle", "planner", "noisy", "replay")
@@ -80,7 +82,7 @@ class BuiltInModel(ModelAPI):
         if not {"domain", "ability", "task_id"} <= question.keys():
             raise InputError(f"eai/{self.model_name} can only answer the questions of eai's own tasks")
         answer = self._answer(
-            Domain(question["domain"]),
+            find_benchmark(str(question["domain"])),
             Ability(question["ability"]),
             str(question["task_id"]),
             int(question.get("epoch", 1)),
@@ -94,23 +96,23 @@ class BuiltInModel(ModelAPI):
         )
         return output
 
-    def _answer(self, domain: Domain, ability: Ability, task_id: str, epoch: int) -> str:
+    def _answer(self, benchmark: Benchmark, ability: Ability, task_id: str, epoch: int) -> str:
         if self.model_name == "replay":
-            return self._recorded(domain, ability).get(task_id, "")
-        book: AnswerBook = self._book(domain, ability)
+            return self._recorded(benchmark, ability).get(task_id, "")
+        book: AnswerBook = self._book(benchmark, ability)
         if self.model_name in ("oracle", "planner"):
             return book.gold(task_id).text
         return noisy_answer(book, task_id, rate=self._rate, seed=f"{self._seed} {epoch}").text
 
-    def _read_recorded(self, domain: Domain, ability: Ability) -> dict[str, str]:
-        task_ids = self._book(domain, ability).task_ids
+    def _read_recorded(self, benchmark: Benchmark, ability: Ability) -> dict[str, str]:
+        task_ids = self._book(benchmark, ability).task_ids
         files = find_response_files(Path(str(self._path)))
         if len(files) > 1:
-            here = {domain.value, ability.value}
+            here = {benchmark.name, ability.value}
             files = [file for file in files if here <= set(file.parts)]
         if len(files) != 1:
             raise InputError(
-                f"{self._path}: expected one response file for {domain.value} {ability.value}, "
+                f"{self._path}: expected one response file for {benchmark.name} {ability.value}, "
                 f"found {len(files)}"
             )
         return {response.task_id: response.text for response in read_responses(files[0], task_ids).responses}

@@ -1,13 +1,12 @@
 """What Inspect finds of us by entry point: the built-in models, the scorer, and a task for every suite."""
 
-from eai.abilities.protocol import Ability, Domain
+from eai.abilities.protocol import Ability
+from eai.benchmarks.registry import registered
 from eai.run.provider import BuiltInModel
 from eai.run.tasks import published_task, verdict_scorer
 
 TASKS = {
-    f"{domain.value}_{ability.value}": published_task(domain, ability)
-    for domain in Domain
-    for ability in Ability
+    f"{name}_{ability.value}": published_task(name, ability) for name in registered() for ability in Ability
 }
 """The tasks by name; registering them is what making them does."""
 

@@ -1,27 +1,26 @@
-"""The form of answers, for providers that can enforce one."""
+"""The response schema of a suite: the form of answers, for providers that can enforce one."""
 
 from __future__ import annotations
 
 from inspect_ai.model import ResponseSchema
 from inspect_ai.util import JSONSchema
 
-from eai.abilities.protocol import Ability, Domain
+from eai.abilities.protocol import Ability
+from eai.benchmarks.benchmark import Benchmark
+
+_TEXT = JSONSchema(type="string")
+_DEFAULTS = {
+    Ability.GOAL_INTERPRETATION: JSONSchema(type="object"),
+    Ability.SUBGOAL_DECOMPOSITION: JSONSchema(
+        type="object", properties={"output": JSONSchema(type="array", items=_TEXT)}, required=["output"]
+    ),
+    Ability.TRANSITION_MODELING: JSONSchema(type="object", properties={"output": _TEXT}, required=["output"]),
+}
+"""The forms of the default notation; that of plans is a list, and providers can enforce objects only."""
 
 
-def response_schema(domain: Domain, ability: Ability) -> ResponseSchema | None:
+def response_schema(benchmark: Benchmark, ability: Ability) -> ResponseSchema | None:
     """The form of an answer, or None where it is not an object, which is all that providers can enforce."""
-    text = JSONSchema(type="string")
-    match domain, ability:
-        case _, Ability.GOAL_INTERPRETATION:
-            schema = JSONSchema(type="object")
-        case _, Ability.SUBGOAL_DECOMPOSITION:
-            output = {"output": JSONSchema(type="array", items=text)}
-            schema = JSONSchema(type="object", properties=output, required=["output"])
-        case _, Ability.TRANSITION_MODELING:
-            schema = JSONSchema(type="object", properties={"output": text}, required=["output"])
-        case Domain.VIRTUALHOME, Ability.ACTION_SEQUENCING:
-            arguments = JSONSchema(type="array", items=text)
-            schema = JSONSchema(type="object", additionalProperties=arguments)
-        case _:
-            return None
-    return ResponseSchema(name=ability.value, json_schema=schema)
+    own = benchmark.response_schemas.get(ability)
+    schema = _DEFAULTS.get(ability) if own is None else JSONSchema.model_validate(own)
+    return None if schema is None else ResponseSchema(name=ability.value, json_schema=schema)

@@ -13,10 +13,10 @@ from tenacity import RetryError
 from eai.abilities.record import Usage
 from eai.prompts.prompt import Prompt
 from eai.run.job import Job
-from eai.run.journal import Answer
 from eai.run.reasoning import Parts, complete, part
 from eai.run.response_schema import response_schema
 from eai.run.state import Desk
+from eai.scoring.answer import Answer
 
 _REFUSED_PARAMETERS = (400, 422)
 """The HTTP statuses with which servers answer to parameters that they do not take."""
@@ -101,7 +101,7 @@ def _answer(state: TaskState, request_sha256: str, prompt: Prompt, reply: _Reply
 
 def _restrictions(job: Job, stop: tuple[str, ...]) -> GenerateConfig | None:
     """What a request asks for that not every model can stand: stop sequences and a form of the answer."""
-    schema = response_schema(job.domain, job.ability) if job.decoding.structured else None
+    schema = response_schema(job.benchmark, job.ability) if job.decoding.structured else None
     stop = stop if job.decoding.stop else ()
     if not stop and schema is None:
         return None

@@ -8,7 +8,8 @@ from typing import TypeAlias
 
 from eai.prompts.prompt import Prompt
 from eai.run.job import Job
-from eai.run.journal import Answer, Journal, Place
+from eai.run.journal import Journal
+from eai.scoring.answer import Answer, Place
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,40 +14,45 @@ from inspect_ai.util import registry_info
 
 from eai.abilities.codec import verdict_to_json
 from eai.abilities.declarations import DECLARATIONS
-from eai.abilities.protocol import Ability, Domain, Protocol
-from eai.abilities.suite import Suite, open_suite
+from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.verdict import Verdict
+from eai.benchmarks.benchmark import Benchmark
+from eai.benchmarks.prompt_library import Library
+from eai.benchmarks.registry import find_benchmark
+from eai.benchmarks.suite import Suite, open_suite
 from eai.metrics.rate import Rate
-from eai.prompts.library import Library
 from eai.prompts.prompt import Prompt, PromptSet
-from eai.run.gold_answers import gold_examples
 from eai.run.solver import ask_as_published
 
 
 def build_task(
-    domain: Domain, ability: Ability, prompts: Mapping[str, Prompt], solver: Solver, protocol: Protocol
+    benchmark: Benchmark,
+    ability: Ability,
+    prompts: Mapping[str, Prompt],
+    solver: Solver,
+    protocol: Protocol,
 ) -> inspect_ai.Task:
     """The Inspect task that puts prompts to a model, each with its task's id.
 
     Args:
-        domain: the domain.
+        benchmark: the benchmark.
         ability: the ability.
         prompts: the questions by id of their task.
         solver: what asks them.
         protocol: the rules for scoring.
     """
-    name = f"{domain.value}_{ability.value}"
-    samples = [_sample(domain, ability, task_id, prompt) for task_id, prompt in prompts.items()]
+    name = f"{benchmark.name}_{ability.value}"
+    samples = [_sample(benchmark, ability, task_id, prompt) for task_id, prompt in prompts.items()]
     return inspect_ai.Task(
         dataset=MemoryDataset(samples, name=name),
         solver=solver,
-        scorer=verdict_scorer(domain.value, ability.value, protocol.value),
+        scorer=verdict_scorer(benchmark.reference, ability.value, protocol.value),
         name=name,
-        metadata={"domain": domain.value, "ability": ability.value},
+        metadata={"domain": benchmark.name, "ability": ability.value},
     )
 
 
-def published_task(domain: Domain, ability: Ability) -> Callable[..., inspect_ai.Task]:
+def published_task(reference: str, ability: Ability) -> Callable[..., inspect_ai.Task]:
     """Register a suite as an Inspect task, ``eai/<domain>_<ability>``."""
 
     def suite(
@@ -56,14 +61,13 @@ def published_task(domain: Domain, ability: Ability) -> Callable[..., inspect_ai
         prompt_folder: str | None = None,
     ) -> inspect_ai.Task:
         folder = None if prompt_folder is None else Path(prompt_folder)
-        library = Library(PromptSet(prompts), folder, gold_examples())
-        task = build_task(
-            domain, ability, library.open(domain, ability), ask_as_published(), Protocol(protocol)
-        )
+        benchmark = find_benchmark(reference)
+        asked = Library(PromptSet(prompts), folder).open(benchmark, ability)
+        task = build_task(benchmark, ability, asked, ask_as_published(), Protocol(protocol))
         task.config = GenerateConfig(temperature=0.0)
         return task
 
-    name = f"{domain.value}_{ability.value}"
+    name = f"{reference}_{ability.value}"
     registered = inspect_ai.task(name=name)(suite)
     if registry_info(registered).name == name:  # Inspect names the package only where it is not editable
         registered = inspect_ai.task(name=f"eai/{name}")(suite)
@@ -71,7 +75,7 @@ def published_task(domain: Domain, ability: Ability) -> Callable[..., inspect_ai
 
 
 @scorer(metrics=[mean(), stderr()], name="eai_verdict")
-def verdict_scorer(domain: str, ability: str, protocol: str) -> Scorer:
+def verdict_scorer(benchmark: str, ability: str, protocol: str) -> Scorer:
     """Scores an answer with the pure function of the library.
 
     The value is the answer's own share of the suite's main metric: success, or F1. The verdict goes into the
@@ -82,7 +86,7 @@ def verdict_scorer(domain: str, ability: str, protocol: str) -> Scorer:
     async def score(state: TaskState, target: Target) -> Score:
         nonlocal suite
         if suite is None:
-            suite = open_suite(Domain(domain), Ability(ability), Protocol(protocol))
+            suite = open_suite(benchmark, Ability(ability), Protocol(protocol))
         answer = state.output.completion
         verdict = suite.score(str(state.sample_id), answer)
         if verdict.excluded is not None:
@@ -92,18 +96,14 @@ def verdict_scorer(domain: str, ability: str, protocol: str) -> Scorer:
         percent = Rate(*share).percent
         if percent is None:
             return Score.unscored(answer=answer, explanation="nothing to be right or wrong about")
-        return Score(
-            value=percent / 100,
-            answer=answer,
-            explanation=_explanation(verdict),
-            metadata=verdict_to_json(verdict),
-        )
+        told = verdict_to_json(verdict)
+        return Score(value=percent / 100, answer=answer, explanation=_explanation(verdict), metadata=told)
 
     return score
 
 
-def _sample(domain: Domain, ability: Ability, task_id: str, prompt: Prompt) -> Sample:
-    about = {"domain": domain.value, "ability": ability.value, "task_id": task_id}
+def _sample(benchmark: Benchmark, ability: Ability, task_id: str, prompt: Prompt) -> Sample:
+    about = {"domain": benchmark.reference, "ability": ability.value, "task_id": task_id}
     messages: list[ChatMessage] = [ChatMessageUser(content=prompt.user, metadata=about)]
     if prompt.system is not None:
         messages.insert(0, ChatMessageSystem(content=prompt.system))

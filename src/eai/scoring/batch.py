@@ -9,9 +9,9 @@ from functools import partial
 from eai.abilities.codec import record_to_json
 from eai.abilities.record import Record
 from eai.abilities.responses import Response, ResponseFile
-from eai.abilities.suite import Suite
 from eai.abilities.verdict import Verdict
 from eai.benchmarks.reference import schema_1
+from eai.benchmarks.suite import Suite
 
 
 def score_batch(
@@ -52,7 +52,7 @@ def _record(suite: Suite, model: str, response: Response, *, explanations: bool)
     assessment = suite.scorer(response.task_id).assess(response.text)
     record = Record(
         suite.protocol,
-        suite.domain.value,
+        suite.domain,
         suite.ability,
         model,
         response.task_id,

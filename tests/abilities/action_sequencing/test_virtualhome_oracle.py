@@ -10,10 +10,11 @@ from typing import Any, TypeAlias
 
 import pytest
 
-from eai.abilities.protocol import Ability, Domain, Protocol
-from eai.abilities.suite import Source, open_suite
+from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.verdict import Verdict
 from eai.benchmarks.reference.virtualhome_quirks import QUIRKS
+from eai.benchmarks.source import Source
+from eai.benchmarks.suite import open_suite
 from eai.data.store import Store
 from eai.metrics.rate import Rate
 from eai.metrics.summary import summarise
@@ -82,12 +83,11 @@ def scored(name: str, *, oracle: Oracle, store: Store) -> Scored:
     reference = oracle("virtualhome", "action_sequencing", name)
     rows = reference["tasks"]
     suite = open_suite(
-        Domain.VIRTUALHOME,
+        "virtualhome",
         Ability.ACTION_SEQUENCING,
         Protocol.EAI_1_0_5,
-        answers=[row["llm_output"] for row in rows],
         source=Source(store),
-    )
+    ).over([row["llm_output"] for row in rows])
     verdicts = [suite.score(row["id"].partition("@")[0], row["llm_output"]) for row in rows]
     return Scored(rows, verdicts, reference)
 
@@ -174,7 +174,7 @@ def test_the_documentation_shows_the_rates_of_both_protocols(
     """docs/protocols.md, "Both protocols on public answers"."""
     reference = summary(score(name).verdicts)
     answers = {row["id"]: row["llm_output"] for row in score(name).rows}
-    suite = open_suite(Domain.VIRTUALHOME, Ability.ACTION_SEQUENCING, source=Source(data_store))
+    suite = open_suite("virtualhome", Ability.ACTION_SEQUENCING, source=Source(data_store))
     strict = summary([suite.score(*answer) for answer in answers.items()], Protocol.STRICT)
     cells = [
         f"{rates[rate].percent:.1f}"
@@ -190,7 +190,7 @@ def test_the_documentation_names_every_quirk_of_the_simulator() -> None:
 
 
 def summary(verdicts: Sequence[Verdict], protocol: Protocol = Protocol.EAI_1_0_5) -> dict[str, Rate]:
-    return summarise(verdicts, Domain.VIRTUALHOME.value, Ability.ACTION_SEQUENCING, protocol)
+    return summarise(verdicts, "virtualhome", Ability.ACTION_SEQUENCING, protocol)
 
 
 def in_order_of_hash_seed_0(verdict: Verdict) -> Verdict:

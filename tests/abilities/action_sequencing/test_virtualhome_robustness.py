@@ -11,9 +11,10 @@ from hypothesis import strategies as st
 
 from abilities.action_sequencing.household import make_task
 from eai.abilities.action_sequencing.virtualhome import ActionSequencing
-from eai.abilities.protocol import Ability, Domain, Protocol
-from eai.abilities.suite import Source, Suite, open_suite
+from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.verdict import fields_of
+from eai.benchmarks.source import Source
+from eai.benchmarks.suite import Suite, open_suite
 from eai.benchmarks.virtualhome import domain as virtualhome
 from eai.data.store import Store
 from oracle import Oracle
@@ -128,8 +129,7 @@ def test_a_plan_of_ten_thousand_steps_is_executed(protocol: Protocol) -> None:
 def suites(data_store: Store) -> tuple[Suite, ...]:
     source = Source(data_store)
     return tuple(
-        open_suite(Domain.VIRTUALHOME, Ability.ACTION_SEQUENCING, protocol, source=source)
-        for protocol in Protocol
+        open_suite("virtualhome", Ability.ACTION_SEQUENCING, protocol, source=source) for protocol in Protocol
     )
 
 

@@ -152,5 +152,5 @@ def test_an_explanation_names_what_is_wrong_and_shows_the_plan() -> None:
 
 
 def test_planners_by_choice() -> None:
-    assert make_planner(PlannerChoice.NONE, 1) is None
-    assert make_planner(PlannerChoice.BUILT_IN, 1) == BuiltInPlanner()
+    assert make_planner(PlannerChoice.NONE, 200) is None
+    assert make_planner(PlannerChoice.BUILT_IN, 200) == BuiltInPlanner()

@@ -1,4 +1,4 @@
-"""From a model's answers to records: what ``eai run`` does once the model has answered."""
+"""From a model's answers to records: of each epoch, where there are several, and of their majority."""
 
 from __future__ import annotations
 
@@ -10,19 +10,19 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from eai.abilities.declarations import DECLARATIONS
-from eai.abilities.protocol import Ability, Domain, Protocol
+from eai.abilities.protocol import Ability
 from eai.abilities.record import Origin, Record, Usage
 from eai.abilities.responses import SUFFIX, Response, ResponseFile
-from eai.abilities.suite import Source, open_suite
 from eai.abilities.verdict import Json
-from eai.cli.score import write_results
+from eai.benchmarks.suite import Suite
 from eai.errors import InputError
 from eai.metrics.rate import Rate
 from eai.metrics.summary import summarise
 from eai.prompts.prompt import Prompt
-from eai.run.journal import Answer, Place
+from eai.scoring.answer import Answer, Place
 from eai.scoring.batch import score_batch
 from eai.scoring.majority import majority
+from eai.scoring.results import write_results
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,15 +30,12 @@ class Scoring:
     """How answers are scored.
 
     Attributes:
-        source: where the data comes from.
+        suite: what the answers are answers to.
         workers: how many processes to use.
         explanations: put a step-by-step explanation into every record.
     """
 
-    domain: Domain
-    ability: Ability
-    protocol: Protocol
-    source: Source
+    suite: Suite
     workers: int = 1
     explanations: bool = True
 
@@ -92,9 +89,9 @@ class SuiteResult:
         """The outcome as ``--json`` prints it."""
         return {
             "model": self.model,
-            "domain": self.scoring.domain.value,
-            "ability": self.scoring.ability.value,
-            "protocol": self.scoring.protocol.value,
+            "domain": self.scoring.suite.domain,
+            "ability": self.scoring.suite.ability.value,
+            "protocol": self.scoring.suite.protocol.value,
             "folder": str(self.folder),
             **self.effort(),
             "metrics": {name: rate.to_json() for name, rate in self.rates.items()},
@@ -131,7 +128,7 @@ def settle(obtained: Obtained, folder: Path, scoring: Scoring) -> SuiteResult:
             part = f"epoch_{epoch}"
             named = replace(obtained, name=f"{obtained.name}.{part}")
             _write(named, _of_epoch(obtained, epoch), folder / part, scoring)
-    return _write(obtained, _chosen(obtained, scoring.ability), folder, scoring)
+    return _write(obtained, _chosen(obtained, scoring.suite.ability), folder, scoring)
 
 
 def _of_epoch(obtained: Obtained, epoch: int) -> dict[str, Answer]:
@@ -159,12 +156,12 @@ def _write(obtained: Obtained, answers: Mapping[str, Answer], folder: Path, scor
     )
     _write_answers(folder, file)
     records = _records(obtained, answers, file, why, scoring)
-    verdicts = [record.verdict for record in records]
+    verdicts, suite = [record.verdict for record in records], scoring.suite
     outcome = SuiteResult(
         model=obtained.model,
         folder=folder,
         scoring=scoring,
-        rates=summarise(verdicts, scoring.ability),
+        rates=summarise(verdicts, suite.ability),
         answered=len(file.responses),
         failures=_grouped(why),
         truncated=sum(answer.truncated for answer in answers.values()),
@@ -182,17 +179,14 @@ def _records(
     scoring: Scoring,
 ) -> list[Record]:
     """A record of every task that was asked, in order; those without an answer are excluded."""
-    texts = [response.text for response in file.responses]
-    suite = open_suite(
-        scoring.domain, scoring.ability, scoring.protocol, answers=texts, source=scoring.source
-    )
+    suite = scoring.suite.over([response.text for response in file.responses])
     scored = score_batch(suite, file, workers=scoring.workers, explanations=scoring.explanations)
     by_task = {record.task_id: record for record in scored}
     records = []
     for task_id, prompt in obtained.prompts.items():
         record = by_task.get(task_id) or Record(
             suite.protocol,
-            suite.domain.value,
+            suite.domain,
             suite.ability,
             obtained.name,
             task_id,

@@ -9,9 +9,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
-from eai.abilities.protocol import Ability, Domain
+from eai.abilities.protocol import Ability
 from eai.abilities.responses import SCENE_PREFIX, SUFFIX, find_response_files, read_responses, task_id_of
-from eai.benchmarks.published_prompts import official_files
+from eai.benchmarks.registry import FIRST, find_benchmark
 from eai.data.store import Store
 from eai.errors import InputError
 
@@ -41,8 +41,8 @@ def submission_files(store: Store | None = None) -> dict[str, tuple[str, ...]]:
         DataError: the data set cannot be obtained.
     """
     return {
-        f"{domain.value}_{ability.value}{SUFFIX}": _identifiers(domain, ability, store)
-        for domain in Domain
+        f"{domain}_{ability.value}{SUFFIX}": _identifiers(domain, ability, store)
+        for domain in FIRST
         for ability in Ability
     }
 
@@ -70,12 +70,12 @@ def build_submission(
     files = find_response_files(run)
     model = model or _only_model(run, files)
     members = {}
-    for domain in Domain:
+    for domain in FIRST:
         for ability in Ability:
-            file = run / domain.value / ability.value / model / f"{model}{SUFFIX}"
+            file = run / domain / ability.value / model / f"{model}{SUFFIX}"
             if file in files:
                 identifiers = _identifiers(domain, ability, store)
-                members[f"{domain.value}_{ability.value}{SUFFIX}"] = _content(file, identifiers)
+                members[f"{domain}_{ability.value}{SUFFIX}"] = _content(file, identifiers)
     if not members:
         raise InputError(f"{run}: no answers of a model named {model}")
     try:
@@ -159,9 +159,12 @@ def _answer_problems(identifier: str, row: Mapping[str, object]) -> Iterator[str
         yield f'{identifier}: "llm_output" is not a text'
 
 
-def _identifiers(domain: Domain, ability: Ability, store: Store | None) -> tuple[str, ...]:
+def _identifiers(domain: str, ability: Ability, store: Store | None) -> tuple[str, ...]:
     """The identifiers of a suite's prompts, scene prefixes included, each naming its task by the right id."""
-    rows = json.loads(official_files(domain, ability, store).prompts)
+    published = find_benchmark(domain).published_prompts
+    if published is None:
+        raise InputError(f"{domain} has no published prompts, which a submission answers")
+    rows = json.loads(published.files(ability, store).prompts)
     identifiers: list[str] = [row["identifier"] for row in rows]
     return tuple(i if i.startswith(SCENE_PREFIX) else task_id_of(i) for i in identifiers)
 

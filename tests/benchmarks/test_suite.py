@@ -4,8 +4,9 @@ import pickle
 
 import pytest
 
-from eai.abilities.protocol import Ability, Domain, Protocol
-from eai.abilities.suite import Source, Suite, available_suites, open_suite
+from eai.abilities.protocol import Ability, Protocol
+from eai.benchmarks.source import Source
+from eai.benchmarks.suite import Suite, available_suites, open_suite
 from eai.data.store import Store
 from eai.errors import InputError
 
@@ -14,15 +15,14 @@ WITH_IDS = '{"WALK": ["floor_lamp", "1000"]}'
 
 
 def opened(store: Store, protocol: Protocol = Protocol.STRICT, *answers: str) -> Suite:
-    return open_suite(
-        Domain.VIRTUALHOME, Ability.ACTION_SEQUENCING, protocol, answers=answers, source=Source(store)
-    )
+    suite = open_suite("virtualhome", Ability.ACTION_SEQUENCING, protocol, source=Source(store))
+    return suite.over(answers)
 
 
 def test_action_sequencing_in_virtualhome_has_all_tasks(data_store: Store) -> None:
     suite = opened(data_store)
     assert len(suite.task_ids) == 342
-    assert (suite.domain, suite.ability) == (Domain.VIRTUALHOME, Ability.ACTION_SEQUENCING)
+    assert (suite.domain, suite.ability) == ("virtualhome", Ability.ACTION_SEQUENCING)
     assert (suite.domain, suite.ability) in available_suites()
     assert len(suite.data_sha256) == 64
 

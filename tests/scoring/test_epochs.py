@@ -7,7 +7,7 @@ import gc
 import pytest
 
 from eai.cli.console import counted, dollars
-from eai.cli.running import undisturbed
+from eai.scoring.epochs import undisturbed
 
 
 @pytest.mark.parametrize(

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
+from eai.benchmarks.submission import Finding, build_submission, check_submission, submission_files
 from eai.data.store import Store
 from eai.errors import InputError
-from eai.run.submission import Finding, build_submission, check_submission, submission_files
 
 COUNTS = {
     "virtualhome_goal_interpretation_outputs.json": 342,

@@ -5,20 +5,22 @@ from pathlib import Path
 
 import pytest
 
-from eai.abilities.protocol import Ability, Domain
-from eai.abilities.suite import available_suites
+from eai.abilities.protocol import Ability
+from eai.benchmarks.prompt_library import Library
+from eai.benchmarks.registry import find_benchmark
+from eai.benchmarks.source import Source
+from eai.benchmarks.suite import available_suites
 from eai.data.store import Store
 from eai.errors import InputError
-from eai.prompts.library import Library
 from eai.prompts.prompt import PromptSet
 from eai.prompts.template import template_names
 
-SUITE = (Domain.BEHAVIOR, Ability.SUBGOAL_DECOMPOSITION)
+SUITE = (find_benchmark("behavior"), Ability.SUBGOAL_DECOMPOSITION)
 TASK = "assembling_gift_baskets_0_Beechwood_0_int_0_2021-10-26_12-46-37"
 
 
 def library(store: Store, folder: Path | None, prompts: PromptSet = PromptSet.OFFICIAL) -> Library:
-    return Library(prompts, folder, lambda domain, ability: lambda task_id: "an answer", store)
+    return Library(prompts, folder, Source(store))
 
 
 def test_files_of_the_user_replace_single_prompts(data_store: Store, tmp_path: Path) -> None:
@@ -31,7 +33,7 @@ def test_files_of_the_user_replace_single_prompts(data_store: Store, tmp_path: P
     assert {prompt.system for prompt in opened.values()} == {"be brief"}
     assert [i for i in opened if opened[i].user != official[i].user] == [TASK]
     assert opened[TASK].sha256 != official[TASK].sha256
-    assert library(data_store, tmp_path).open(Domain.BEHAVIOR, Ability.ACTION_SEQUENCING)
+    assert library(data_store, tmp_path).open(find_benchmark("behavior"), Ability.ACTION_SEQUENCING)
 
 
 def test_templates_of_the_user_replace_single_ones(data_store: Store, tmp_path: Path) -> None:
@@ -62,10 +64,11 @@ def test_files_that_replace_nothing_are_refused(data_store: Store, tmp_path: Pat
 
 def test_every_file_that_could_replace_something_is_accepted(data_store: Store, tmp_path: Path) -> None:
     (tmp_path / "formats").mkdir()
+    (tmp_path / "formats/virtualhome_action_sequencing.txt").write_text("mine")
     for name in template_names():
         (tmp_path / name).write_text("mine")
     for domain, ability in available_suites():
-        (tmp_path / f"{domain.value}_{ability.value}.json").write_text("[]")
-        (tmp_path / f"{domain.value}_{ability.value}_system.json").write_text('{"system_prompt": "mine"}')
+        (tmp_path / f"{domain}_{ability.value}.json").write_text("[]")
+        (tmp_path / f"{domain}_{ability.value}_system.json").write_text('{"system_prompt": "mine"}')
     (tmp_path / "README.md").write_text("why")
     assert {prompt.system for prompt in library(data_store, tmp_path).open(*SUITE).values()} == {"mine"}

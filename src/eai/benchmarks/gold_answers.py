@@ -15,13 +15,15 @@ from eai.abilities.action_sequencing import virtualhome_writer as virtualhome_pl
 from eai.abilities.goal_interpretation import behavior_writer as behavior_goals
 from eai.abilities.goal_interpretation import virtualhome_writer as virtualhome_goals
 from eai.abilities.planning import find_plan
-from eai.abilities.protocol import Ability, Domain
+from eai.abilities.protocol import Ability
 from eai.abilities.subgoal_decomposition import behavior_planner
 from eai.abilities.subgoal_decomposition import behavior_writer as behavior_subgoals
 from eai.abilities.subgoal_decomposition import virtualhome_writer as virtualhome_subgoals
 from eai.benchmarks.behavior import domain as behavior
 from eai.benchmarks.behavior import tasks as behavior_tasks
+from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.gold_operators import TransitionTasks, open_behavior, open_virtualhome
+from eai.benchmarks.source import Source
 from eai.benchmarks.virtualhome import domain as virtualhome
 from eai.benchmarks.virtualhome import tasks as virtualhome_tasks
 from eai.data.store import Store
@@ -50,20 +52,20 @@ class AnswerBook:
     gold: Callable[[str], WrittenAnswer]
 
 
-def open_answer_book(domain: Domain, ability: Ability, store: Store | None = None) -> AnswerBook:
-    """The gold answers of a domain and an ability.
+def open_answer_book(benchmark: Benchmark, ability: Ability, source: Source | None = None) -> AnswerBook:
+    """The gold answers of a benchmark to an ability.
 
     Raises:
         InputError: there are none.
         DataError: the data cannot be had.
     """
-    opener = _BOOKS.get((domain, ability))
+    opener = _BOOKS.get((benchmark.name, ability))
     if opener is None:
-        raise InputError(f"{domain.value} has no {ability.value} yet")
-    return opener(store)
+        raise InputError(f"{benchmark.name} has no {ability.value} yet")
+    return opener((source or Source()).store)
 
 
-def open_planned_book(domain: Domain, ability: Ability, store: Store | None = None) -> AnswerBook:
+def open_planned_book(benchmark: Benchmark, ability: Ability, source: Source | None = None) -> AnswerBook:
     """Answers made of plans that the built-in search finds on the declared domain, instead of gold ones.
 
     An answer is empty where the search finds no plan.
@@ -72,20 +74,10 @@ def open_planned_book(domain: Domain, ability: Ability, store: Store | None = No
         InputError: a plan is no answer to this ability, or the domain has no writer for it.
         DataError: the data cannot be had.
     """
-    opener = _PLANNED_BOOKS.get((domain, ability))
+    opener = _PLANNED_BOOKS.get((benchmark.name, ability))
     if opener is None:
-        raise InputError(f"eai/planner has no answer to {domain.value} {ability.value}")
-    return opener(store)
-
-
-def gold_examples(store: Store | None = None) -> Callable[[Domain, Ability], Callable[[str], str]]:
-    """For a domain and an ability the gold answer to a task, as the examples in prompts need it."""
-
-    def examples(domain: Domain, ability: Ability) -> Callable[[str], str]:
-        book = open_answer_book(domain, ability, store)
-        return lambda task_id: book.gold(task_id).text
-
-    return examples
+        raise InputError(f"eai/planner has no answer to {benchmark.name} {ability.value}")
+    return opener((source or Source()).store)
 
 
 def noisy_answer(book: AnswerBook, task_id: str, *, rate: float, seed: str) -> WrittenAnswer:
@@ -235,20 +227,20 @@ def _planned_behavior_subgoals(store: Store | None) -> AnswerBook:
 
 Opener: TypeAlias = Callable[[Store | None], AnswerBook]
 
-_BOOKS: Mapping[tuple[Domain, Ability], Opener] = {
-    (Domain.VIRTUALHOME, Ability.GOAL_INTERPRETATION): _virtualhome_goals,
-    (Domain.VIRTUALHOME, Ability.SUBGOAL_DECOMPOSITION): _virtualhome_subgoals,
-    (Domain.VIRTUALHOME, Ability.ACTION_SEQUENCING): _virtualhome_plans,
-    (Domain.VIRTUALHOME, Ability.TRANSITION_MODELING): _operators(open_virtualhome),
-    (Domain.BEHAVIOR, Ability.GOAL_INTERPRETATION): _behavior_goals,
-    (Domain.BEHAVIOR, Ability.SUBGOAL_DECOMPOSITION): _behavior_subgoals,
-    (Domain.BEHAVIOR, Ability.ACTION_SEQUENCING): _behavior_plans,
-    (Domain.BEHAVIOR, Ability.TRANSITION_MODELING): _operators(open_behavior),
+_BOOKS: Mapping[tuple[str, Ability], Opener] = {
+    ("virtualhome", Ability.GOAL_INTERPRETATION): _virtualhome_goals,
+    ("virtualhome", Ability.SUBGOAL_DECOMPOSITION): _virtualhome_subgoals,
+    ("virtualhome", Ability.ACTION_SEQUENCING): _virtualhome_plans,
+    ("virtualhome", Ability.TRANSITION_MODELING): _operators(open_virtualhome),
+    ("behavior", Ability.GOAL_INTERPRETATION): _behavior_goals,
+    ("behavior", Ability.SUBGOAL_DECOMPOSITION): _behavior_subgoals,
+    ("behavior", Ability.ACTION_SEQUENCING): _behavior_plans,
+    ("behavior", Ability.TRANSITION_MODELING): _operators(open_behavior),
 }
 
-_PLANNED_BOOKS: Mapping[tuple[Domain, Ability], Opener] = {
-    (Domain.VIRTUALHOME, Ability.SUBGOAL_DECOMPOSITION): _virtualhome_subgoals,
-    (Domain.VIRTUALHOME, Ability.ACTION_SEQUENCING): _planned_virtualhome_plans,
-    (Domain.BEHAVIOR, Ability.SUBGOAL_DECOMPOSITION): _planned_behavior_subgoals,
-    (Domain.BEHAVIOR, Ability.ACTION_SEQUENCING): _planned_behavior_plans,
+_PLANNED_BOOKS: Mapping[tuple[str, Ability], Opener] = {
+    ("virtualhome", Ability.SUBGOAL_DECOMPOSITION): _virtualhome_subgoals,
+    ("virtualhome", Ability.ACTION_SEQUENCING): _planned_virtualhome_plans,
+    ("behavior", Ability.SUBGOAL_DECOMPOSITION): _planned_behavior_subgoals,
+    ("behavior", Ability.ACTION_SEQUENCING): _planned_behavior_plans,
 }

@@ -4,17 +4,23 @@ from itertools import pairwise
 
 import pytest
 
-from eai.abilities.protocol import Ability, Domain, Protocol
-from eai.abilities.suite import Source, open_suite
+from eai.abilities.protocol import Ability, Protocol
+from eai.benchmarks.gold_answers import (
+    AnswerBook,
+    WrittenAnswer,
+    noisy_answer,
+)
+from eai.benchmarks.source import Source
+from eai.benchmarks.suite import open_suite
 from eai.data.store import Store
 from eai.errors import InputError
 from eai.metrics.summary import MAIN_COLUMNS, summarise
-from eai.run.gold_answers import AnswerBook, WrittenAnswer, noisy_answer, open_answer_book, open_planned_book
+from suites import answer_book, planned_book
 
 BOOK = AnswerBook(
     ("1", "2"), lambda task_id: WrittenAnswer(tuple(f"{task_id}{letter}" for letter in "abcdefgh"), " ".join)
 )
-PLANS = (Domain.VIRTUALHOME, Ability.ACTION_SEQUENCING)
+PLANS = ("virtualhome", Ability.ACTION_SEQUENCING)
 
 
 def test_noise_is_decided_by_its_arguments() -> None:
@@ -33,19 +39,19 @@ def test_noise_drops_repeats_swaps_and_replaces() -> None:
     assert any(part.startswith("2") for parts in answers for part in parts)
 
 
-@pytest.mark.parametrize("suite", [PLANS, (Domain.VIRTUALHOME, Ability.GOAL_INTERPRETATION)])
-def test_gold_answers_are_right(data_store: Store, suite: tuple[Domain, Ability]) -> None:
+@pytest.mark.parametrize("suite", [PLANS, ("virtualhome", Ability.GOAL_INTERPRETATION)])
+def test_gold_answers_are_right(data_store: Store, suite: tuple[str, Ability]) -> None:
     domain, ability = suite
-    book = open_answer_book(domain, ability, data_store)
+    book = answer_book(domain, ability, data_store)
     scored = open_suite(domain, ability, Protocol.STRICT, source=Source(data_store))
     verdicts = [scored.score(task_id, book.gold(task_id).text) for task_id in book.task_ids[:40]]
-    rate = summarise(verdicts, domain.value, ability, Protocol.STRICT)[MAIN_COLUMNS[ability][0]]
+    rate = summarise(verdicts, domain, ability, Protocol.STRICT)[MAIN_COLUMNS[ability][0]]
     assert rate.percent == 100.0
 
 
 def test_the_planner_reaches_the_goals_that_can_be_reached(data_store: Store) -> None:
-    suite = open_suite(Domain.VIRTUALHOME, Ability.ACTION_SEQUENCING, source=Source(data_store))
-    book = open_planned_book(suite.domain, suite.ability, data_store)
+    suite = open_suite("virtualhome", Ability.ACTION_SEQUENCING, source=Source(data_store))
+    book = planned_book(suite.domain, suite.ability, data_store)
     verdicts = {task_id: suite.score(task_id, book.gold(task_id).text) for task_id in suite.task_ids}
     failed = [task_id for task_id, v in verdicts.items() if v.excluded is None and not v.success]
     assert failed == ["688_1"], "it wants one glass in both hands"
@@ -53,12 +59,12 @@ def test_the_planner_reaches_the_goals_that_can_be_reached(data_store: Store) ->
 
 @pytest.mark.parametrize("ability", [Ability.ACTION_SEQUENCING, Ability.SUBGOAL_DECOMPOSITION])
 def test_the_planner_answers_behavior_too(data_store: Store, ability: Ability) -> None:
-    suite = open_suite(Domain.BEHAVIOR, ability, source=Source(data_store))
-    book = open_planned_book(Domain.BEHAVIOR, ability, data_store)
+    suite = open_suite("behavior", ability, source=Source(data_store))
+    book = planned_book("behavior", ability, data_store)
     assert book.task_ids == suite.task_ids
     assert all(suite.score(task_id, book.gold(task_id).text).success for task_id in book.task_ids[3:20:4])
 
 
 def test_a_plan_is_no_answer_about_operators() -> None:
     with pytest.raises(InputError, match="eai/planner has no answer to virtualhome transition_modeling"):
-        open_planned_book(Domain.VIRTUALHOME, Ability.TRANSITION_MODELING)
+        planned_book("virtualhome", Ability.TRANSITION_MODELING)

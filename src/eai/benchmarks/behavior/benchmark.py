@@ -1,0 +1,45 @@
+"""BEHAVIOR as a benchmark."""
+
+from __future__ import annotations
+
+from eai.abilities.transition_modeling.task import TransitionTask
+from eai.benchmarks.behavior.domain import as_meant
+from eai.benchmarks.behavior.tasks import BehaviorTask
+from eai.benchmarks.behavior.tasks import open_tasks as open_behavior_tasks
+from eai.benchmarks.behavior.wording import wording
+from eai.benchmarks.benchmark import Benchmark
+from eai.benchmarks.formats import formats_of
+from eai.benchmarks.gold_operators import open_behavior
+from eai.benchmarks.published_prompts import OfficialPrompts
+from eai.benchmarks.source import Source, TaskSet, once_per_store
+
+NAME = "behavior"
+
+
+@once_per_store
+def open_tasks(source: Source) -> TaskSet[BehaviorTask]:
+    """The 100 tasks."""
+    tasks = open_behavior_tasks(source.store, report=source.report)
+    return TaskSet(tasks, tasks.sha256)
+
+
+@once_per_store
+def open_operators(source: Source) -> TaskSet[TransitionTask]:
+    """The 100 tasks of transition modeling."""
+    tasks = open_behavior(source.store, report=source.report)
+    return TaskSet(tasks, tasks.sha256)
+
+
+def behavior() -> Benchmark:
+    """The benchmark."""
+    return Benchmark(
+        name=NAME,
+        title="BEHAVIOR",
+        domain=as_meant(),
+        open_tasks=open_tasks,
+        open_operators=open_operators,
+        wordings=wording,
+        formats=formats_of("eai.benchmarks.behavior"),
+        published_prompts=OfficialPrompts(NAME, {}),
+        planner_seconds=200,
+    )

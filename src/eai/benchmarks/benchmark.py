@@ -1,0 +1,78 @@
+"""Benchmarks: all that the abilities need of a domain and cannot guess, in one value."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+
+from eai.abilities.protocol import Ability
+from eai.abilities.task import Task
+from eai.abilities.transition_modeling.task import TransitionTask
+from eai.abilities.verdict import Json
+from eai.benchmarks.source import OpenTasks, Source, TaskSet
+from eai.errors import InputError
+from eai.prompts.published import PublishedPrompts
+from eai.prompts.wording import Wording
+from eai.world.domain import Domain
+
+
+@dataclass(frozen=True, eq=False)
+class Benchmark:
+    """A domain with its tasks, and how its answers are written.
+
+    Attributes:
+        name: as records have it.
+        domain: the declaration, as it is meant.
+        open_tasks: opens the tasks; `eai.benchmarks.source.given` for tasks written down in a program.
+        title: what tables and pages call it; the name if empty.
+        open_operators: opens the tasks of transition modeling; exported from the declaration if None.
+        asks: whether an ability is asked for in a task; by default each is in all.
+        wordings: how prompts name things, by ability; by default as declared.
+        formats: how an answer is written, in words, by ability; by default that of the default notation.
+        response_schemas: the JSON schema of an answer, by ability, for providers that can enforce one.
+        published_prompts: the prompts of the data set; None if it has none.
+        planner_seconds: how long a planner may take for one task of transition modeling, in CPU seconds.
+        reference: what `eai.benchmarks.registry.find_benchmark` finds it by; empty if by nothing.
+    """
+
+    name: str
+    domain: Domain
+    open_tasks: OpenTasks[Task]
+    title: str = ""
+    open_operators: OpenTasks[TransitionTask] | None = None
+    asks: Callable[[Task, Ability], bool] | None = None
+    wordings: Callable[[Ability], Wording] | None = None
+    formats: Mapping[Ability, str] = field(default_factory=dict)
+    response_schemas: Mapping[Ability, Mapping[str, Json]] = field(default_factory=dict)
+    published_prompts: PublishedPrompts | None = None
+    planner_seconds: int = 100
+    reference: str = ""
+
+    def referred_to_as(self, reference: str) -> Benchmark:
+        """The same benchmark, which can be found again by this reference."""
+        return replace(self, reference=reference)
+
+    def tasks(self, source: Source) -> TaskSet[Task]:
+        """All tasks in the order of the data set."""
+        return self.open_tasks(source)
+
+    def tasks_for(self, ability: Ability, source: Source) -> TaskSet[Task]:
+        """The tasks in which an ability is asked for, other than transition modeling, in the same order."""
+        tasks, asks = self.open_tasks(source), self.asks
+        if asks is None:
+            return tasks
+        return TaskSet({i: task for i, task in tasks.items() if asks(task, ability)}, tasks.sha256)
+
+    def operators(self, source: Source) -> TaskSet[TransitionTask]:
+        """The tasks of transition modeling in the order of the data set.
+
+        Raises:
+            InputError: the benchmark has none.
+        """
+        if self.open_operators is None:
+            raise InputError(f"{self.name} has no tasks of transition modeling")
+        return self.open_operators(source)
+
+    def wording(self, ability: Ability) -> Wording:
+        """How prompts of an ability name things."""
+        return Wording.of(self.domain) if self.wordings is None else self.wordings(ability)

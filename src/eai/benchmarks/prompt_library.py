@@ -1,0 +1,106 @@
+"""The prompts of a suite: from a set, with the user's own files in place of single ones."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+from eai.abilities.protocol import Ability
+from eai.abilities.responses import task_id_of
+from eai.benchmarks.benchmark import Benchmark
+from eai.benchmarks.gold_answers import open_answer_book
+from eai.benchmarks.registry import registered
+from eai.benchmarks.source import Source
+from eai.errors import InputError
+from eai.prompts.operators import operator_prompts
+from eai.prompts.own import Questions, render
+from eai.prompts.prompt import Prompt, PromptSet, read_prompt_file, read_system_file
+from eai.prompts.template import Templates, template_names
+
+
+@dataclass(frozen=True, slots=True)
+class Library:
+    """Where prompts come from.
+
+    Attributes:
+        prompts: the set.
+        folder: the user's own files, or None. ``<domain>_<ability>.json`` and
+            ``<domain>_<ability>_system.json`` replace prompts and system message of a suite, template files
+            those of the set `eai`.
+        source: where the data comes from.
+    """
+
+    prompts: PromptSet
+    folder: Path | None = None
+    source: Source = field(default_factory=Source)
+
+    def open(self, benchmark: Benchmark, ability: Ability) -> Mapping[str, Prompt]:
+        """The prompts of a suite by task id, in the order of the data set.
+
+        A benchmark without published prompts is asked with ours, rendered from its declaration.
+
+        Raises:
+            DataError: the data cannot be obtained.
+            InputError: a file of the user's cannot be used, or the set has no such prompts.
+        """
+        if self.folder is not None:
+            _refuse_strangers(self.folder, benchmark)
+        if self.prompts is PromptSet.OFFICIAL and benchmark.published_prompts is not None:
+            published = benchmark.published_prompts
+            prompts = published.prompts(ability, self.source.store, report=self.source.report)
+        else:
+            prompts = self._rendered(benchmark, ability)
+        return self._with_own_files(prompts, f"{benchmark.name}_{ability.value}")
+
+    def _rendered(self, benchmark: Benchmark, ability: Ability) -> Mapping[str, Prompt]:
+        """Our prompts, rendered from the declaration."""
+        templates = Templates(self.folder)
+        if ability is Ability.TRANSITION_MODELING:
+            return operator_prompts(benchmark.operators(self.source), templates)
+        name = f"formats/{benchmark.name}_{ability.value}.txt"
+        book = open_answer_book(benchmark, ability, self.source)
+        questions = Questions(
+            ability,
+            benchmark.wording(ability),
+            benchmark.tasks_for(ability, self.source),
+            templates.own(name)
+            or benchmark.formats.get(ability)
+            or templates.text(f"formats/{ability.value}.txt"),
+            lambda task_id: book.gold(task_id).text,
+        )
+        return render(questions, templates)
+
+    def _with_own_files(self, prompts: Mapping[str, Prompt], name: str) -> Mapping[str, Prompt]:
+        if self.folder is None:
+            return prompts
+        file, system_file = self.folder / f"{name}.json", self.folder / f"{name}_system.json"
+        if file.exists():
+            own = {task_id_of(i): text for i, text in read_prompt_file(file).items()}
+            for task_id in own:
+                if task_id not in prompts:
+                    raise InputError(f"{file}: identifier {task_id!r} is not one of the tasks")
+            prompts = {i: replace(prompt, user=own.get(i, prompt.user)) for i, prompt in prompts.items()}
+        if system_file.exists():
+            system = read_system_file(system_file)
+            prompts = {i: replace(prompt, system=system) for i, prompt in prompts.items()}
+        return prompts
+
+
+def _refuse_strangers(folder: Path, benchmark: Benchmark) -> None:
+    """Raise if this is no folder, or has prompts or templates that replace nothing."""
+    if not folder.is_dir():
+        raise InputError(f"{folder}: expected a folder of prompts")
+    names = dict.fromkeys((*registered(), benchmark.name))
+    of_suites = {f"{name}_{ability.value}" for name in names for ability in Ability}
+    known = {
+        *template_names(),
+        *(f"{suite}{ending}.json" for suite in of_suites for ending in ("", "_system")),
+        *(f"formats/{suite}.txt" for suite in of_suites),
+    }
+    for file in sorted([*folder.rglob("*.json"), *folder.rglob("*.txt")]):
+        if file.relative_to(folder).as_posix() not in known:
+            raise InputError(
+                f"{file}: replaces nothing; expected <domain>_<ability>.json, "
+                "<domain>_<ability>_system.json or the name of a template"
+            )

@@ -1,0 +1,86 @@
+"""The benchmarks there are: by name, as an object of a Python module, or as PDDL files.
+
+A distribution registers one by an entry point of the group ``eai.benchmarks``: a `Benchmark`, or a function
+without arguments that returns one.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Mapping
+from difflib import get_close_matches
+from functools import cache
+from importlib import import_module
+from importlib.metadata import EntryPoint, entry_points
+from pathlib import Path
+
+from eai.benchmarks.benchmark import Benchmark
+from eai.errors import InputError
+
+GROUP = "eai.benchmarks"
+"""The group of entry points."""
+
+FIRST = ("virtualhome", "behavior")
+"""The benchmarks that come with the package, in the order of the paper; the others follow by name."""
+
+
+@cache
+def _entry_points() -> Mapping[str, EntryPoint]:
+    found = {point.name: point for point in entry_points(group=GROUP)}
+    return {name: found[name] for name in sorted(found, key=lambda name: (_place(name), name))}
+
+
+def _place(name: str) -> int:
+    return FIRST.index(name) if name in FIRST else len(FIRST)
+
+
+def registered() -> tuple[str, ...]:
+    """The names of all registered benchmarks."""
+    return tuple(_entry_points())
+
+
+def find_benchmark(reference: str) -> Benchmark:
+    """The benchmark that a name or ``module:object`` means.
+
+    A module is also looked for in the working directory.
+
+    Raises:
+        InputError: there is none, or it cannot be loaded.
+    """
+    return _find(reference)
+
+
+@cache
+def _find(reference: str) -> Benchmark:
+    if reference in _entry_points():
+        return _as_benchmark(_entry_points()[reference].load(), reference)
+    module, separator, name = reference.partition(":")
+    if separator:
+        return _as_benchmark(_load(module, name, reference), reference)
+    known = registered()
+    near = get_close_matches(reference, known, 1)
+    hint = f"; did you mean {near[0]}?" if near else ""
+    raise InputError(f"{reference!r} is no benchmark: expected {', '.join(known)} or module:object{hint}")
+
+
+def _load(module: str, name: str, reference: str) -> object:
+    here = str(Path.cwd())
+    added = here not in sys.path
+    if added:
+        sys.path.insert(0, here)
+    try:
+        return getattr(import_module(module), name)
+    except ImportError as error:
+        raise InputError(f"{reference}: the module cannot be imported ({error})") from error
+    except AttributeError as error:
+        raise InputError(f"{reference}: {module} has no object {name!r}") from error
+    finally:
+        if added:
+            sys.path.remove(here)
+
+
+def _as_benchmark(value: object, reference: str) -> Benchmark:
+    found = value if isinstance(value, Benchmark) or not callable(value) else value()
+    if not isinstance(found, Benchmark):
+        raise InputError(f"{reference}: expected a Benchmark, found {type(found).__name__}")
+    return found.referred_to_as(reference)

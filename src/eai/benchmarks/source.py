@@ -1,0 +1,75 @@
+"""Where the tasks of a benchmark come from, and the digest of what they were made of."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from functools import wraps
+from pathlib import Path
+from typing import TypeAlias, TypeVar
+
+from eai.abilities.task import Task
+from eai.data.progress import Report, silent
+from eai.data.store import Store
+from eai.pddl.planning import PlannerChoice
+
+T = TypeVar("T")
+T_co = TypeVar("T_co", covariant=True)
+
+
+@dataclass(frozen=True, slots=True)
+class Source:
+    """What tasks are opened with: a store (the user's if None), who is told of a download, a planner."""
+
+    store: Store | None = None
+    report: Report = silent
+    planner: PlannerChoice = PlannerChoice.FULL
+
+
+class TaskSet(Mapping[str, T_co]):
+    """Tasks by id, in the order of the data set, and the digest of the data that they are made from."""
+
+    def __init__(self, tasks: Mapping[str, T_co], sha256: str) -> None:
+        self._tasks = tasks
+        self.sha256 = sha256
+
+    def __getitem__(self, task_id: str) -> T_co:
+        return self._tasks[task_id]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._tasks)
+
+    def __len__(self) -> int:
+        return len(self._tasks)
+
+
+OpenTasks: TypeAlias = Callable[[Source], TaskSet[T]]
+"""Opens the tasks of a benchmark; the data set is fetched first if it is not there."""
+
+
+def given(*tasks: Task) -> OpenTasks[Task]:
+    """The opener of tasks that are written down in a program."""
+    sha256 = hashlib.sha256(repr([_content(task) for task in tasks]).encode()).hexdigest()
+    opened = TaskSet({task.id: task for task in tasks}, sha256)
+    return lambda source: opened
+
+
+def _content(task: Task) -> tuple[object, ...]:
+    """All that a task says, as values with the same text on every machine."""
+    scene = (task.scene.objects, task.scene.agent, tuple(task.initial.facts()), task.relevant)
+    return (task.id, task.title, task.instruction, scene, task.goals, task.script)
+
+
+def once_per_store(opener: OpenTasks[T]) -> OpenTasks[T]:
+    """The opener that opens the tasks of a store once in a process; building them takes long."""
+    opened: dict[Path, TaskSet[T]] = {}
+
+    @wraps(opener)
+    def open_once(source: Source) -> TaskSet[T]:
+        folder = (source.store or Store()).folder
+        if folder not in opened:
+            opened[folder] = opener(source)
+        return opened[folder]
+
+    return open_once

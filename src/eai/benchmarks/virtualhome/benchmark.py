@@ -1,0 +1,65 @@
+"""VirtualHome as a benchmark."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from eai.abilities.protocol import Ability
+from eai.abilities.task import Task
+from eai.abilities.transition_modeling.task import TransitionTask
+from eai.abilities.verdict import Json
+from eai.benchmarks.benchmark import Benchmark
+from eai.benchmarks.formats import formats_of
+from eai.benchmarks.gold_operators import open_virtualhome
+from eai.benchmarks.published_prompts import OfficialPrompts
+from eai.benchmarks.source import Source, TaskSet, once_per_store
+from eai.benchmarks.virtualhome.domain import as_meant
+from eai.benchmarks.virtualhome.goal_prompts import goal_interpretation_prompts
+from eai.benchmarks.virtualhome.tasks import open_tasks as open_virtualhome_tasks
+from eai.benchmarks.virtualhome.wording import wording
+from eai.data.progress import Report
+from eai.data.store import Store
+
+NAME = "virtualhome"
+
+_PLAN: dict[str, Json] = {
+    "type": "object",
+    "additionalProperties": {"type": "array", "items": {"type": "string"}},
+}
+
+
+@once_per_store
+def open_tasks(source: Source) -> TaskSet[Task]:
+    """The 342 tasks."""
+    tasks = open_virtualhome_tasks(source.store, report=source.report)
+    return TaskSet(tasks, tasks.sha256)
+
+
+@once_per_store
+def open_operators(source: Source) -> TaskSet[TransitionTask]:
+    """The 296 tasks of transition modeling."""
+    tasks = open_virtualhome(source.store, report=source.report)
+    return TaskSet(tasks, tasks.sha256)
+
+
+def _rendered(store: Store | None, report: Report) -> Mapping[str, str]:
+    return goal_interpretation_prompts(store, report=report)
+
+
+def virtualhome() -> Benchmark:
+    """The benchmark. Subgoals are asked for in the tasks that have a goal in temporal logic."""
+    return Benchmark(
+        name=NAME,
+        title="VirtualHome",
+        domain=as_meant(),
+        open_tasks=open_tasks,
+        open_operators=open_operators,
+        asks=lambda task, ability: (
+            ability is not Ability.SUBGOAL_DECOMPOSITION or task.temporal_goal is not None
+        ),
+        wordings=wording,
+        formats=formats_of("eai.benchmarks.virtualhome"),
+        response_schemas={Ability.ACTION_SEQUENCING: _PLAN},
+        published_prompts=OfficialPrompts(NAME, {Ability.GOAL_INTERPRETATION: _rendered}),
+        planner_seconds=100,
+    )

@@ -1,0 +1,43 @@
+"""The files of results: the records of one model in one suite, and their summary."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+
+from eai.abilities.record import Record
+from eai.abilities.verdict import Json
+from eai.errors import InputError
+from eai.metrics.rate import Rate
+from eai.scoring.records import write_records
+
+SUMMARY = "summary.json"
+RECORDS = "records.jsonl"
+
+
+def write_results(
+    folder: Path, records: list[Record], rates: Mapping[str, Rate], run: Mapping[str, Json] | None = None
+) -> None:
+    """Write the records and the summary of one model; ``run`` is what the summary says of a run besides.
+
+    Raises:
+        InputError: the folder cannot be written.
+    """
+    first = records[0]
+    summary: dict[str, Json] = {
+        "protocol": first.protocol.value,
+        "domain": first.domain,
+        "ability": first.ability.value,
+        "model": first.model,
+        "data_sha256": first.data_sha256,
+        "unit": "percent",
+        **({} if run is None else {"run": run}),
+        **{name: rate.to_json() for name, rate in rates.items()},
+    }
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        write_records(folder / RECORDS, records)
+        (folder / SUMMARY).write_text(json.dumps(summary, indent=2) + "\n", encoding="utf-8")
+    except OSError as error:
+        raise InputError(f"{folder}: cannot be written ({error.strerror})") from error

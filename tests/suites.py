@@ -1,0 +1,40 @@
+"""Shortcuts to the suites of the registered benchmarks, by name."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from eai.abilities.protocol import Ability
+from eai.benchmarks.gold_answers import AnswerBook, open_answer_book, open_planned_book
+from eai.benchmarks.prompt_library import Library
+from eai.benchmarks.registry import find_benchmark
+from eai.benchmarks.source import Source
+from eai.data.store import Store
+from eai.prompts.prompt import Prompt, PromptSet
+from eai.prompts.published import PromptFiles, PublishedPrompts
+
+
+def _published(name: str) -> PublishedPrompts:
+    found = find_benchmark(name).published_prompts
+    assert found is not None
+    return found
+
+
+def official_prompts(name: str, ability: Ability, store: Store | None = None) -> Mapping[str, Prompt]:
+    return _published(name).prompts(ability, store)
+
+
+def official_files(name: str, ability: Ability, store: Store | None = None) -> PromptFiles:
+    return _published(name).files(ability, store)
+
+
+def own_prompts(name: str, ability: Ability, store: Store) -> Mapping[str, Prompt]:
+    return Library(PromptSet.EAI, None, Source(store)).open(find_benchmark(name), ability)
+
+
+def answer_book(name: str, ability: Ability, store: Store | None = None) -> AnswerBook:
+    return open_answer_book(find_benchmark(name), ability, Source(store))
+
+
+def planned_book(name: str, ability: Ability, store: Store | None = None) -> AnswerBook:
+    return open_planned_book(find_benchmark(name), ability, Source(store))
