@@ -2,7 +2,14 @@ from __future__ import annotations
 
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.record import Record
-from eai.abilities.verdict import Confusion, SubgoalCategory, Verdict
+from eai.abilities.verdict import (
+    Confusion,
+    GoalVerdict,
+    OperatorVerdict,
+    SubgoalCategory,
+    SubgoalVerdict,
+    Verdict,
+)
 from eai.metrics.bootstrap import Bootstrap
 from eai.metrics.rate import Rate
 from eai.pddl.planning import PlannerOutcome
@@ -76,10 +83,14 @@ def test_paper_stands_beside_with_notes_on_its_cells() -> None:
 
 
 def test_average_is_the_paper_s_mean_with_an_interval() -> None:
-    goals = run_of([Verdict(counts={"state": Confusion(1, 0, 1)})] * 4, Ability.GOAL_INTERPRETATION, "a")
-    subgoals = run_of([Verdict(category=SubgoalCategory.CORRECT)], Ability.SUBGOAL_DECOMPOSITION, "a")
+    goals = run_of([GoalVerdict(counts={"state": Confusion(1, 0, 1)})] * 4, Ability.GOAL_INTERPRETATION, "a")
+    subgoals = run_of([SubgoalVerdict(category=SubgoalCategory.CORRECT)], Ability.SUBGOAL_DECOMPOSITION, "a")
     operators = run_of(
-        [Verdict(counts={"effect": {"object_states": Confusion(1, 1, 1)}}, planner=PlannerOutcome.SOLVED)],
+        [
+            OperatorVerdict(
+                counts={"effect": {"object_states": Confusion(1, 1, 1)}}, planner=PlannerOutcome.SOLVED
+            )
+        ],
         Ability.TRANSITION_MODELING,
         "a",
     )

@@ -47,7 +47,7 @@ def record_to_json(record: Record) -> dict[str, Json]:
         "task_id": record.task_id,
         "response_sha256": sha256_of(record.response),
         "data_sha256": record.data_sha256,
-        **verdict_to_json(record.verdict),
+        **fields_of(record.verdict),
         "repairs": list(record.repairs),
     }
     if record.origin is not None:
@@ -57,7 +57,7 @@ def record_to_json(record: Record) -> dict[str, Json]:
     return {**written, "response": record.response}
 
 
-def verdict_to_json(verdict: Verdict) -> dict[str, Json]:
+def fields_of(verdict: Verdict) -> dict[str, Json]:
     """A verdict's part of its record."""
     own = _object(verdict)
     own |= verdict.details or {}

@@ -9,11 +9,13 @@ import typer
 from rich.console import Console
 from rich.text import Text
 
+from eai.abilities.declaration import AnswerOutcome
 from eai.abilities.explanation import Explanation, StepReport
 from eai.abilities.record import Record
-from eai.abilities.verdict import Verdict
+from eai.abilities.verdict import PlanVerdict
 from eai.cli.console import output
 from eai.errors import InputError
+from eai.metrics.breakdown import outcome
 from eai.scoring.records import read_records
 from eai.scoring.results import RECORDS
 from eai.world.fault import FaultKind
@@ -39,9 +41,12 @@ def print_record(console: Console, record: Record) -> None:
     console.print(f"model {record.model}, protocol {record.protocol.value}", highlight=False)
     if record.explanation is None:
         console.print(NOT_EXPLAINED, style="yellow", highlight=False, soft_wrap=True)
+        error = record.verdict.error
+        if error is not None:
+            console.print(Text(f"{error.kind.value}: {error.detail}", style="red"))
     else:
         _print_explanation(console, record.explanation)
-    console.print(_verdict_text(record.verdict))
+    console.print(_verdict_text(record))
 
 
 def _print_explanation(console: Console, explanation: Explanation) -> None:
@@ -75,13 +80,20 @@ def _print_step(console: Console, number: int, step: StepReport, width: int) -> 
         console.print(Text(f"{indent}{step.hidden_changes} more changes to other objects", style="dim"))
 
 
-def _verdict_text(verdict: Verdict) -> Text:
-    if verdict.excluded is not None:
-        return Text(f"excluded: {verdict.excluded}", style="bold yellow")
-    if verdict.success:
-        return Text("success", style="bold green")
-    executed = "executable" if verdict.executable else "not executable"
-    return Text(f"failure, {executed}", style="bold red")
+def _verdict_text(record: Record) -> Text:
+    verdict = record.verdict
+    match outcome(verdict, record.ability):
+        case AnswerOutcome.EXCLUDED:
+            return Text(f"excluded: {verdict.excluded}", style="bold yellow")
+        case AnswerOutcome.SUCCESS:
+            return Text("success", style="bold green")
+        case AnswerOutcome.PARTLY_RIGHT:
+            return Text("partly right", style="bold yellow")
+        case _ if isinstance(verdict, PlanVerdict):
+            executed = "executable" if verdict.executable else "not executable"
+            return Text(f"failure, {executed}", style="bold red")
+        case _:
+            return Text("failure", style="bold red")
 
 
 def _find(path: Path, task: str) -> list[Record]:

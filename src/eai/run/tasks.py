@@ -12,7 +12,7 @@ from inspect_ai.scorer import Score, Scorer, Target, mean, scorer, stderr
 from inspect_ai.solver import Solver, TaskState
 from inspect_ai.util import registry_info
 
-from eai.abilities.codec import verdict_to_json
+from eai.abilities.codec import fields_of
 from eai.abilities.declarations import DECLARATIONS
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.verdict import Verdict
@@ -96,7 +96,7 @@ def verdict_scorer(benchmark: str, ability: str, protocol: str) -> Scorer:
         percent = Rate(*share).percent
         if percent is None:
             return Score.unscored(answer=answer, explanation="nothing to be right or wrong about")
-        told = verdict_to_json(verdict)
+        told = fields_of(verdict)
         return Score(value=percent / 100, answer=answer, explanation=_explanation(verdict), metadata=told)
 
     return score

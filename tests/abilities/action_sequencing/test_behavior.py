@@ -8,8 +8,9 @@ from hypothesis import strategies as st
 
 from benchmarks.behavior.kitchen import make_task
 from eai.abilities.action_sequencing.behavior import ActionSequencing
+from eai.abilities.codec import fields_of
 from eai.abilities.protocol import Protocol
-from eai.abilities.verdict import Verdict, fields_of
+from eai.abilities.verdict import Verdict
 
 TASK = make_task()
 STRICT, REFERENCE = (ActionSequencing(TASK, protocol) for protocol in (Protocol.STRICT, Protocol.EAI_1_0_5))

@@ -7,10 +7,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from abilities.action_sequencing.household import make_task
+from eai.abilities.codec import fields_of
 from eai.abilities.goal_interpretation.virtualhome import GoalInterpretation
 from eai.abilities.goal_interpretation.virtualhome_writer import join_goals, write_goals
 from eai.abilities.protocol import Protocol
-from eai.abilities.verdict import Verdict, fields_of
+from eai.abilities.verdict import Verdict
 from eai.benchmarks.virtualhome.tasks import VirtualHomeTasks
 from eai.world.fault import FaultKind
 
