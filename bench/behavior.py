@@ -25,9 +25,7 @@ from pathlib import Path
 from statistics import median
 from typing import Any, NamedTuple
 
-from eai.abilities.action_sequencing.behavior import ActionSequencing
-from eai.abilities.action_sequencing.behavior_writer import join_steps, write_steps
-from eai.abilities.behavior_goals import SceneObjects
+from eai.abilities.action_sequencing.notation import JsonPlans
 from eai.abilities.protocol import Protocol
 from eai.abilities.scorer import Scorer
 from eai.abilities.subgoal_decomposition.behavior import SubgoalDecomposition
@@ -35,6 +33,8 @@ from eai.abilities.verdict import Verdict
 from eai.benchmarks.behavior.evidence import load_evidence
 from eai.benchmarks.behavior.tasks import BehaviorTask, initial_relations, initial_states, open_tasks
 from eai.benchmarks.packs import fetch_published
+from eai.benchmarks.reference.behavior_goal_test import SceneObjects
+from eai.benchmarks.reference.behavior_plans import BehaviorActionSequencing
 from eai.benchmarks.reference.truncated_options import truncated_options
 from eai.logic.formula import Atom, Formula, Not
 from eai.logic.traversal import walk
@@ -72,7 +72,8 @@ class Answer(NamedTuple):
 
 def made_plan(task: BehaviorTask) -> str:
     """The data set's plan as text."""
-    return join_steps(write_steps(task.script, task.scene))
+    notation = JsonPlans()
+    return notation.join(notation.write(task.script, task.scene))
 
 
 def made_subgoals(task: BehaviorTask) -> str:
@@ -272,7 +273,7 @@ def main() -> int:
     goals = answers(tasks, arguments.subgoals, made_subgoals)
     reference = Protocol.EAI_1_0_5
     ours = {
-        "action_sequencing": scoring(lambda task: ActionSequencing(task, reference), tasks, plans),
+        "action_sequencing": scoring(BehaviorActionSequencing, tasks, plans),
         "subgoal_decomposition": scoring(lambda task: SubgoalDecomposition(task, reference), tasks, goals),
     }
     scenes = {task_id: described(task) for task_id, task in tasks.items()}

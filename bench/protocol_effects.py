@@ -14,16 +14,23 @@ from functools import cached_property
 from pathlib import Path
 from statistics import mean
 
-from eai.abilities.action_sequencing.goals import TaskGoals
-from eai.abilities.action_sequencing.plan import Rejected, Unreadable
-from eai.abilities.action_sequencing.virtualhome import ActionSequencing, written_with_ids
+from eai.abilities.action_sequencing.scorer import ActionSequencing
+from eai.abilities.goal_test import GoalTest
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.responses import ResponseFile, find_response_files, read_responses
 from eai.abilities.task import Task
-from eai.abilities.verdict import ErrorReport, GoalTallies, Tally, Verdict
+from eai.abilities.unreadable import Unreadable
+from eai.abilities.verdict import Counted, ErrorReport, GoalTallies, PlanVerdict
+from eai.benchmarks.reference.virtualhome_goal_test import VirtualHomeGoalTest
+from eai.benchmarks.reference.virtualhome_plans import (
+    LIST_IS_NOT_JSON,
+    VirtualHomeActionSequencing,
+    written_with_ids,
+)
 from eai.benchmarks.reference.virtualhome_quirks import QUIRKS
 from eai.benchmarks.virtualhome import domain as virtualhome
 from eai.benchmarks.virtualhome.operators import declared_operators
+from eai.benchmarks.virtualhome.plan_notation import VirtualHomePlans
 from eai.benchmarks.virtualhome.predicates import VOCABULARY, R, X, room_of
 from eai.benchmarks.virtualhome.tasks import VirtualHomeTasks, open_tasks
 from eai.metrics.rate import Rate
@@ -93,44 +100,42 @@ class Judge:
     @cached_property
     def scorers(self) -> Mapping[Protocol, ActionSequencing]:
         return {
-            STRICT: ActionSequencing(self.task, STRICT),
-            REFERENCE: ActionSequencing(self.task, REFERENCE, with_ids=self.with_ids),
+            STRICT: ActionSequencing(self.task, virtualhome.as_meant(), VirtualHomePlans()),
+            REFERENCE: VirtualHomeActionSequencing(self.task, with_ids=self.with_ids),
         }
 
     @cached_property
-    def goals(self) -> Mapping[Protocol, TaskGoals]:
-        return {protocol: TaskGoals(self.task, protocol) for protocol in Protocol}
+    def goals(self) -> Mapping[Protocol, GoalTest]:
+        """What tests the goals, with action goals in data set order."""
+        return {STRICT: GoalTest(self.task), REFERENCE: VirtualHomeGoalTest(self.task, as_in_data_set=True)}
 
-    def score(self, text: str, rules: Rules) -> Verdict:
+    def score(self, text: str, rules: Rules) -> PlanVerdict:
         """The verdict on an answer."""
-        excluded = self.scorers[rules.tasks].score("").excluded
+        excluded = self.scorers[rules.tasks].excluded
         if excluded is not None:
-            return Verdict(excluded=excluded)
-        plan = self.scorers[rules.reading].read(text)
+            return PlanVerdict(excluded=excluded)
+        plan = self.scorers[rules.reading].notation.read(text)
         if isinstance(plan, Unreadable):
-            error = ErrorReport(FaultKind.PARSING, None, plan.reason)
-            return replace(self._not_run(error), details={"times_counted": plan.times_counted})
+            return _counted(self._not_run(ErrorReport(FaultKind.PARSING, None, plan.reason)), rules)
         actions = self.scorers[rules.naming].resolve(plan)
-        if isinstance(actions, Rejected):
-            return self._not_run(actions.error)
-        if rules.script is REFERENCE and tuple(actions) == self.task.script:
+        if isinstance(actions, ErrorReport):
+            return _counted(self._not_run(actions), rules)
+        if rules.script is REFERENCE and actions == self.task.script:
             return replace(self._not_run(None), executable=True)
-        return self._judge(execute(rules.simulator, self.task.initial, actions), rules)
+        return _counted(self._judge(execute(rules.simulator, self.task.initial, actions), rules), rules)
 
-    def _not_run(self, error: ErrorReport | None) -> Verdict:
-        goals = self.goals[STRICT].none_satisfied()
-        return Verdict(executable=False, success=False, error=error, additional_steps=0, goals=goals)
+    def _not_run(self, error: ErrorReport | None) -> PlanVerdict:
+        goals = self.goals[STRICT].tallies(self.goals[STRICT].none_reached)
+        return PlanVerdict(executable=False, success=False, error=error, additional_steps=0, goals=goals)
 
-    def _judge(self, trajectory: Trajectory, rules: Rules) -> Verdict:
-        executed = [action.operator for action in trajectory.executed]
+    def _judge(self, trajectory: Trajectory, rules: Rules) -> PlanVerdict:
+        tallies = {protocol: self._tallies(trajectory, protocol) for protocol in Protocol}
         goals = GoalTallies(
-            self.goals[STRICT].count(trajectory.final, executed).state,
-            self.goals[rules.relations].count(trajectory.final, executed).relation,
-            self._action_goals(trajectory, executed, rules.actions),
+            tallies[STRICT].state, tallies[rules.relations].relation, tallies[rules.actions].action
         )
         failure = trajectory.failure
         executable = failure is None
-        return Verdict(
+        return PlanVerdict(
             executable=executable,
             success=goals.all_satisfied and (executable or rules.success is REFERENCE),
             error=None if failure is None else ErrorReport(failure.kind, None, ""),
@@ -138,16 +143,21 @@ class Judge:
             goals=goals,
         )
 
-    def _action_goals(self, trajectory: Trajectory, executed: Sequence[str], protocol: Protocol) -> Tally:
-        """The tally of the action goals, in data set order."""
-        counter = self.goals[protocol]
-        counted = counter.count(trajectory.final, executed)
-        in_order = counter.in_data_set_order(counted, executed)
-        match in_order:
-            case {"data_set_order": {"action": [int(satisfied), int(total)]}}:
-                return Tally(satisfied, total)
-            case _:
-                return counted.action
+    def _tallies(self, trajectory: Trajectory, protocol: Protocol) -> GoalTallies:
+        test = self.goals[protocol]
+        return test.tallies(
+            test.reached(trajectory.final, [action.operator for action in trajectory.executed])
+        )
+
+
+def _counted(verdict: PlanVerdict, rules: Rules) -> PlanVerdict:
+    """The verdict as the reference counts it, if it is to."""
+    if rules.counting is STRICT or verdict.goals is None:
+        return verdict
+    errors = {FaultKind.ADDITIONAL_STEP: verdict.additional_steps or 0}
+    if verdict.error is not None:
+        errors[verdict.error.kind] = 2 if verdict.error.detail == LIST_IS_NOT_JSON.reason else 1
+    return replace(verdict, counted=Counted(bool(verdict.success), verdict.goals, tuple(errors.items())))
 
 
 @dataclass(frozen=True, slots=True)
@@ -160,7 +170,7 @@ class Answers:
     def rates(self, rules: Rules) -> dict[str, Rate]:
         """The summary by some rules."""
         verdicts = [judge.score(text, rules) for judge, text in self.judged]
-        return summarise(verdicts, "virtualhome", Ability.ACTION_SEQUENCING, rules.counting)
+        return summarise(verdicts, Ability.ACTION_SEQUENCING)
 
     def check(self) -> None:
         """The parts put together are the protocols.
@@ -170,7 +180,7 @@ class Answers:
         """
         for protocol in Protocol:
             verdicts = [judge.scorers[protocol].score(text) for judge, text in self.judged]
-            rates = summarise(verdicts, "virtualhome", Ability.ACTION_SEQUENCING, protocol)
+            rates = summarise(verdicts, Ability.ACTION_SEQUENCING)
             if rates != self.rates(rules_of(protocol)):
                 raise AssertionError(f"{self.model}: the parts of {protocol.value} do not make the whole")
 

@@ -18,16 +18,13 @@ def main(path: Path) -> None:
     """Measure importing, loading every task, and scoring every answer, one after the other."""
     rows = [(row["identifier"], row["llm_output"]) for row in json.loads(path.read_text(encoding="utf-8"))]
     clock = [0.0]
-    from eai.abilities.action_sequencing.virtualhome import ActionSequencing
-    from eai.abilities.protocol import Protocol
+    from eai.benchmarks.reference.virtualhome_plans import VirtualHomeActionSequencing
     from eai.benchmarks.virtualhome.tasks import open_tasks
 
     clock.append(time.process_time())
     tasks = dict(open_tasks())
     clock.append(time.process_time())
-    verdicts = {
-        task_id: ActionSequencing(tasks[task_id], Protocol.EAI_1_0_5).score(text) for task_id, text in rows
-    }
+    verdicts = {task_id: VirtualHomeActionSequencing(tasks[task_id]).score(text) for task_id, text in rows}
     clock.append(time.process_time())
     importing, loading, scoring = (after - before for before, after in pairwise(clock))
     report = {

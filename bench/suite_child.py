@@ -25,10 +25,10 @@ def main(ability: str, paths: list[Path]) -> None:
         for path in paths
         for row in json.loads(path.read_text(encoding="utf-8"))
     ]
-    from eai.abilities.action_sequencing.virtualhome import domain_of
     from eai.abilities.goal_interpretation.virtualhome import GoalInterpretation
     from eai.abilities.protocol import Ability, Protocol
     from eai.abilities.subgoal_decomposition.virtualhome import SubgoalDecomposition
+    from eai.benchmarks.virtualhome import domain as virtualhome
     from eai.benchmarks.virtualhome.tasks import open_tasks
     from eai.errors import ParseError
     from eai.logic.ltl import Dialect, parse
@@ -42,7 +42,7 @@ def main(ability: str, paths: list[Path]) -> None:
     )
     with suppress(ParseError):
         parse("?", dialect=Dialect.RELEASE)  # makes the parser, and what it finds errors with
-    _ = domain_of(Protocol.EAI_1_0_5).compiled
+    _ = virtualhome.as_in_reference().compiled
     gc.collect()
     loaded = time.process_time()
     for task_id, text in rows:

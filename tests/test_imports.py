@@ -2,8 +2,8 @@
 
 `LAYERS` is the rule: a module may import from its own package and from the rows above its own, never from
 a row below, nor from a sibling in its row except as `ALLOWED_SIBLINGS` says. A package or top-level module
-without a place here is an offence: find it one. The root package loads nothing until it is asked, so that importing any
-part stays cheap.
+without a place here is an offence: find it one. The root package loads nothing until it is asked, so that
+importing any part stays cheap.
 """
 
 from __future__ import annotations

@@ -13,6 +13,7 @@ from eai.abilities.record import Origin, Record, Usage
 from eai.abilities.transition_modeling.report import OperatorReport
 from eai.abilities.verdict import Counted, ErrorReport, Tally
 from eai.pddl.matching import SideMatch
+from eai.world.fault import FaultKind
 
 T = TypeVar("T")
 
@@ -40,7 +41,13 @@ def _of(ability: Ability) -> st.SearchStrategy[Record]:
 st.register_type_strategy(str, TEXTS)
 st.register_type_strategy(float, st.floats(allow_nan=False, allow_infinity=False))
 st.register_type_strategy(Tally, st.builds(Tally, HALVES, COUNTS))
-for kind in (SideMatch, OperatorReport, ErrorReport, Counted, Usage, StepReport, GoalReport):
+for kind in (SideMatch, OperatorReport, ErrorReport, Usage, StepReport, GoalReport):
     st.register_type_strategy(kind, with_every_field(kind))
+st.register_type_strategy(
+    Counted,
+    with_every_field(
+        Counted, errors=st.dictionaries(st.sampled_from(FaultKind), COUNTS).map(lambda d: tuple(d.items()))
+    ),
+)
 for kind in (Explanation, Origin):
     st.register_type_strategy(kind, with_every_field(kind))

@@ -106,7 +106,7 @@ def test_the_fields_of_a_plan() -> None:
         "counted": {
             "success": False,
             "goals": {"state": [1, 2], "relation": [0.5, 1], "action": [0, 0]},
-            "errors": [["wrong_order", 1], ["additional_step", 2]],
+            "errors": {"wrong_order": 1, "additional_step": 2},
         },
     }
 

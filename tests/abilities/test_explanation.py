@@ -5,7 +5,7 @@ import json
 import pytest
 
 from abilities.action_sequencing.household import make_task
-from eai.abilities.action_sequencing.virtualhome import ActionSequencing
+from benchmarks.plan_scorers import virtualhome_scorer
 from eai.abilities.explanation import Explanation, GoalReport, StepReport, formula_text
 from eai.abilities.protocol import Protocol
 from eai.abilities.task import Task
@@ -15,7 +15,7 @@ BOTH = pytest.mark.parametrize("protocol", list(Protocol), ids=lambda protocol: 
 
 
 def explain(text: str, task: Task | None = None, protocol: Protocol = Protocol.STRICT) -> Explanation:
-    return ActionSequencing(task or make_task(), protocol).explain(text)
+    return virtualhome_scorer(task or make_task(), protocol).explain(text)
 
 
 @BOTH

@@ -1,8 +1,7 @@
 from __future__ import annotations
 
 from abilities.action_sequencing.household import make_task
-from eai.abilities.action_sequencing.virtualhome import ActionSequencing
-from eai.abilities.action_sequencing.virtualhome_writer import join_steps, write_steps
+from benchmarks.plan_scorers import virtualhome_scorer
 from eai.abilities.planning import find_plan, planning_goal
 from eai.abilities.protocol import Protocol
 from eai.benchmarks.virtualhome import domain as virtualhome
@@ -30,8 +29,9 @@ def test_the_planner_solves_every_task_whose_goal_can_be_reached(virtualhome_tas
         if found.end is not PlanningEnd.SOLVED:
             unsolved.add(task.id)
         elif task.goals:
-            text = join_steps(write_steps(found.plan, task.scene))
-            verdict = ActionSequencing(task, Protocol.STRICT, with_ids=True).score(text)
+            scorer = virtualhome_scorer(task, Protocol.STRICT)
+            text = scorer.notation.join(scorer.notation.write(found.plan, task.scene))
+            verdict = scorer.score(text)
             if not (verdict.success and verdict.executable and verdict.additional_steps == 0):
                 wrong[task.id] = text
     assert unsolved == UNREACHABLE

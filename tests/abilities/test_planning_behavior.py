@@ -2,8 +2,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from eai.abilities.action_sequencing.behavior import ActionSequencing
-from eai.abilities.action_sequencing.behavior_writer import join_steps, write_steps
+from benchmarks.plan_scorers import behavior_scorer
 from eai.abilities.planning import find_plan
 from eai.abilities.protocol import Protocol
 from eai.abilities.subgoal_decomposition.behavior import SubgoalDecomposition
@@ -44,9 +43,8 @@ def test_plans_score_and_no_step_can_be_left_out(behavior_tasks: BehaviorTasks) 
     for task in sample(behavior_tasks):
         found = find_plan(task, planner)
         assert found.states < MOST_STATES, task.id
-        verdict = ActionSequencing(task, Protocol.STRICT).score(
-            join_steps(write_steps(found.plan, task.scene))
-        )
+        scorer = behavior_scorer(task, Protocol.STRICT)
+        verdict = scorer.score(scorer.notation.join(scorer.notation.write(found.plan, task.scene)))
         assert (verdict.success, verdict.executable, verdict.additional_steps) == (True, True, 0), task.id
         for i in range(len(found.plan)):
             assert not reaches(task, (*found.plan[:i], *found.plan[i + 1 :])), task.id

@@ -174,11 +174,16 @@ def test_any_text_is_a_condition_or_a_parse_error(text: str) -> None:
     assert parse_condition(print_condition(formula)).formula == formula
 
 
-@given(st.text("()?-;\n aonds3", max_size=40))
+@given(st.text("()?-\n aonds3", max_size=40))
 def test_a_comment_between_words_changes_nothing(text: str) -> None:
     """A fact with a comment inside is read word by word, one without in one go."""
     commented = text.replace(" ", " ;\n ")
     assert _outcome(commented) == _outcome(text)
+
+
+def test_a_comment_ends_with_its_line() -> None:
+    assert _outcome("(3; )") is None
+    assert _outcome("(3; ;\n )") == Atom("3")
 
 
 @pytest.mark.parametrize("comment", ["", "; why\n"])

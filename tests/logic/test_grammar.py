@@ -34,4 +34,4 @@ def test_expectation(terminals: set[str], words: str) -> None:
 
 
 def test_a_grammar_is_loaded_once() -> None:
-    assert load("ltl.lark") is load("ltl.lark")
+    assert load("bddl.lark", ("condition",)) is load("bddl.lark", ("condition",))

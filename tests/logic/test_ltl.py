@@ -161,6 +161,39 @@ def test_errors_say_where_and_what(text: str, line: int, column: int, expected: 
     assert (caught.value.line, caught.value.column, caught.value.expected) == (line, column, expected)
 
 
+ANOTHER = "'and', 'or', 'then', 'until', 'implies'"
+
+
+@pytest.mark.parametrize(
+    ("text", "column", "expected"),
+    [
+        ("open", 5, "'(' or '='"),
+        ("open(x) !", 9, f"{ANOTHER} or the end"),
+        ("(open(x) !", 10, "')', 'and', 'or', 'then', 'until' or 'implies'"),
+        ("open(x))", 8, "the end"),
+        ("open(x) and", 12, "a predicate or action, a name, 'not', a quantifier or '('"),
+        ("open(,", 6, "a name or ')'"),
+        ("in(x,)", 6, "a name"),
+        ("a.1", 4, "'='"),
+        ("a = ", 5, "a name"),
+        ("forn x. (open(x))", 6, "a number"),
+        ("forn 2 (open(x))", 8, "a name or '.'"),
+        ("forn 2. (open(x))", 9, "a name"),
+        ("forall x; (open(x))", 9, "'.' or ':'"),
+        ("forall x: . (open(x))", 11, "a category"),
+        ("forall x: cup (open(x))", 15, "'.'"),
+        ("forall x. open(x)", 11, "'('"),
+        ("forpairs x. (open(x))", 11, "',' or ':'"),
+        ("forpairs x, . (open(x))", 13, "a name"),
+        ("fornpairs 2 x: cup. (open(x))", 19, "','"),
+    ],
+)
+def test_errors_beyond_the_paper_say_where_and_what(text: str, column: int, expected: str) -> None:
+    with pytest.raises(ParseError) as caught:
+        parse(text)
+    assert (caught.value.line, caught.value.column, caught.value.expected) == (1, column, expected)
+
+
 def test_the_caret_points_at_the_place() -> None:
     with pytest.raises(ParseError) as caught:
         parse("open(x) and\nopen(y")

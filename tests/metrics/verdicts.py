@@ -8,9 +8,13 @@ from eai.abilities.verdict import ErrorReport, GoalTallies, PlanVerdict, Tally, 
 from eai.world.fault import FaultKind
 
 
-def goals(state: tuple[float, float], relation: tuple[float, float] = (0, 0)) -> GoalTallies:
-    """Tallies without action goals."""
-    return GoalTallies(Tally(*state), Tally(*relation), Tally(0, 0))
+def goals(
+    state: tuple[float, float],
+    relation: tuple[float, float] = (0, 0),
+    action: tuple[float, float] = (0, 0),
+) -> GoalTallies:
+    """Tallies by kind."""
+    return GoalTallies(Tally(*state), Tally(*relation), Tally(*action))
 
 
 def failed(kind: FaultKind) -> PlanVerdict:

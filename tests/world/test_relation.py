@@ -9,20 +9,33 @@ SIZE = 7
 indices = st.integers(0, SIZE - 1)
 pairs = st.frozensets(st.tuples(indices, indices))
 changes = st.lists(
-    st.tuples(st.sampled_from(["row", "column"]), indices, st.integers(0, 2**SIZE - 1)), max_size=12
+    st.one_of(
+        st.tuples(st.sampled_from(["row", "column"]), indices, st.integers(0, 2**SIZE - 1)),
+        st.tuples(st.sampled_from(["add", "discard"]), indices, indices),
+    ),
+    max_size=12,
 )
 
 
 def changed(relation: Relation, plain: set[tuple[int, int]], change: tuple[str, int, int]) -> Relation:
-    """Make one change to a relation and to its plain twin."""
-    line, index, mask = change
-    if line == "row":
-        plain -= {p for p in plain if p[0] == index}
-        plain |= {(index, y) for y in bits(mask)}
-        return relation.with_row(index, mask)
-    plain -= {p for p in plain if p[1] == index}
-    plain |= {(x, index) for x in bits(mask)}
-    return relation.with_column(index, mask)
+    """Make one change to a copy of a relation, and to its plain twin."""
+    copy = relation.copy()
+    match change:
+        case "row", source, mask:
+            plain -= {p for p in plain if p[0] == source}
+            plain |= {(source, y) for y in bits(mask)}
+            copy.set_row(source, mask)
+        case "column", target, mask:
+            plain -= {p for p in plain if p[1] == target}
+            plain |= {(x, target) for x in bits(mask)}
+            copy.set_column(target, mask)
+        case "add", source, target:
+            plain.add((source, target))
+            copy.add(source, target)
+        case "discard", source, target:
+            plain.discard((source, target))
+            copy.discard(source, target)
+    return copy
 
 
 @given(pairs, changes)

@@ -1,7 +1,7 @@
 """The one form of records outside the program: JSON objects, of which ``docs/records.md`` tells every field.
 
 The dataclasses are the schema: their fields have the names that stand in a file. Enums are their values,
-tuples are lists, the goals of a verdict an object by kind. What an ability has no use for is null.
+tuples are lists, goals by kind and errors by their number are objects. What an ability has no use for is null.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from eai.abilities.declarations import DECLARATIONS
 from eai.abilities.explanation import Explanation
 from eai.abilities.protocol import Ability
 from eai.abilities.record import Origin, Record
-from eai.abilities.verdict import GoalTallies, Json, Verdict
+from eai.abilities.verdict import Counted, GoalTallies, Json, Verdict
 from eai.errors import InputError
 
 SCHEMA = 2
@@ -111,6 +111,8 @@ def _plain(value: Any) -> Json:
         return value
     if isinstance(value, GoalTallies):
         return {kind: list(tally) for kind, tally in value._asdict().items()}
+    if isinstance(value, Counted):
+        return {**_object(value), "errors": {kind.value: times for kind, times in value.errors}}
     if isinstance(value, Mapping):
         return {key: _plain(part) for key, part in value.items()}
     return _object(value) if is_dataclass(value) else [_plain(part) for part in value]
@@ -127,6 +129,9 @@ def _verdict(values: Mapping[str, Any], ability: Ability, made_before: int) -> V
     repairs = _read(tuple[str, ...], _present(values, "repairs"), "repairs")
     declared: type[Verdict] = DECLARATIONS[ability].verdict
     own = {name: values[name] for name in _names(declared) if name in values}
+    counted = own.get("counted")
+    if isinstance(counted, dict) and isinstance(counted.get("errors"), dict):
+        own["counted"] = {**counted, "errors": tuple(counted["errors"].items())}
     return _read(declared, {**own, "excluded": reason, "repairs": repairs[made_before:]})
 
 

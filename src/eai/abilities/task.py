@@ -10,6 +10,9 @@ from eai.logic.traversal import walk
 from eai.world.execution import Action
 from eai.world.state import Scene, State
 
+NO_GOALS = "the task has no goals"
+"""Why a task is in no statistics: no answer to it can fail."""
+
 
 class GoalKind(str, Enum):
     """The paper's three kinds of goal."""

@@ -10,8 +10,7 @@ from dataclasses import dataclass, replace
 from functools import cache
 from typing import TypeAlias
 
-from eai.abilities.action_sequencing import behavior_writer as behavior_plans
-from eai.abilities.action_sequencing import virtualhome_writer as virtualhome_plans
+from eai.abilities.action_sequencing.notation import JsonPlans, PlanNotation
 from eai.abilities.goal_interpretation import behavior_writer as behavior_goals
 from eai.abilities.goal_interpretation import virtualhome_writer as virtualhome_goals
 from eai.abilities.planning import find_plan
@@ -19,6 +18,7 @@ from eai.abilities.protocol import Ability
 from eai.abilities.subgoal_decomposition import behavior_planner
 from eai.abilities.subgoal_decomposition import behavior_writer as behavior_subgoals
 from eai.abilities.subgoal_decomposition import virtualhome_writer as virtualhome_subgoals
+from eai.abilities.task import Task
 from eai.benchmarks.behavior import domain as behavior
 from eai.benchmarks.behavior import tasks as behavior_tasks
 from eai.benchmarks.benchmark import Benchmark
@@ -26,6 +26,7 @@ from eai.benchmarks.gold_operators import TransitionTasks, open_behavior, open_v
 from eai.benchmarks.source import Source
 from eai.benchmarks.virtualhome import domain as virtualhome
 from eai.benchmarks.virtualhome import tasks as virtualhome_tasks
+from eai.benchmarks.virtualhome.plan_notation import VirtualHomePlans
 from eai.data.store import Store
 from eai.errors import InputError
 from eai.planning.planner import Planner
@@ -108,12 +109,19 @@ def noisy_answer(book: AnswerBook, task_id: str, *, rate: float, seed: str) -> W
 
 
 def _virtualhome_plans(store: Store | None) -> AnswerBook:
-    tasks = virtualhome_tasks.open_tasks(store)
+    return _scripts(virtualhome_tasks.open_tasks(store), VirtualHomePlans())
+
+
+def _behavior_plans(store: Store | None) -> AnswerBook:
+    return _scripts(behavior_tasks.open_tasks(store), JsonPlans())
+
+
+def _scripts(tasks: Mapping[str, Task], notation: PlanNotation) -> AnswerBook:
+    """The data set's own plans."""
 
     def gold(task_id: str) -> WrittenAnswer:
         task = tasks[task_id]
-        steps = virtualhome_plans.write_steps(task.script, task.scene)
-        return WrittenAnswer(steps, virtualhome_plans.join_steps)
+        return WrittenAnswer(notation.write(task.script, task.scene), notation.join)
 
     return AnswerBook(tuple(tasks), gold)
 
@@ -164,16 +172,6 @@ def _behavior_subgoals(store: Store | None) -> AnswerBook:
     return AnswerBook(tuple(tasks), gold)
 
 
-def _behavior_plans(store: Store | None) -> AnswerBook:
-    tasks = behavior_tasks.open_tasks(store)
-
-    def gold(task_id: str) -> WrittenAnswer:
-        task = tasks[task_id]
-        return WrittenAnswer(behavior_plans.write_steps(task.script, task.scene), behavior_plans.join_steps)
-
-    return AnswerBook(tuple(tasks), gold)
-
-
 def _operators(open_transition_tasks: Callable[[Store | None], TransitionTasks]) -> Opener:
     def open_book(store: Store | None) -> AnswerBook:
         tasks = open_transition_tasks(store)
@@ -189,26 +187,19 @@ def _operators(open_transition_tasks: Callable[[Store | None], TransitionTasks])
 
 
 def _planned_virtualhome_plans(store: Store | None) -> AnswerBook:
-    tasks = virtualhome_tasks.open_tasks(store)
-    planner = Planner(virtualhome.as_meant())
-
-    def planned(task_id: str) -> WrittenAnswer:
-        task = tasks[task_id]
-        steps = virtualhome_plans.write_steps(find_plan(task, planner).plan, task.scene)
-        return WrittenAnswer(steps, virtualhome_plans.join_steps)
-
-    return AnswerBook(tuple(tasks), planned)
+    return _plans(virtualhome_tasks.open_tasks(store), Planner(virtualhome.as_meant()), VirtualHomePlans())
 
 
 def _planned_behavior_plans(store: Store | None) -> AnswerBook:
-    tasks = behavior_tasks.open_tasks(store)
-    planner = Planner(behavior.as_meant())
+    return _plans(behavior_tasks.open_tasks(store), Planner(behavior.as_meant()), JsonPlans())
+
+
+def _plans(tasks: Mapping[str, Task], planner: Planner, notation: PlanNotation) -> AnswerBook:
+    """Plans that are searched for."""
 
     def planned(task_id: str) -> WrittenAnswer:
         task = tasks[task_id]
-        return WrittenAnswer(
-            behavior_plans.write_steps(find_plan(task, planner).plan, task.scene), behavior_plans.join_steps
-        )
+        return WrittenAnswer(notation.write(find_plan(task, planner).plan, task.scene), notation.join)
 
     return AnswerBook(tuple(tasks), planned)
 

@@ -133,14 +133,23 @@ def available_suites() -> tuple[tuple[str, Ability], ...]:
 def _virtualhome_action_sequencing(
     benchmark: Benchmark, protocol: Protocol, form: Form, source: Source
 ) -> Opened:
-    from eai.abilities.action_sequencing.virtualhome import ActionSequencing, written_with_ids
+    from eai.abilities.action_sequencing.scorer import ActionSequencing
+    from eai.benchmarks.reference.virtualhome_plans import VirtualHomeActionSequencing, written_with_ids
+    from eai.benchmarks.virtualhome.plan_notation import VirtualHomePlans
 
     tasks = benchmark.tasks_for(Ability.ACTION_SEQUENCING, source)
+    if protocol is Protocol.EAI_1_0_5:
+        return Opened(
+            tuple(tasks),
+            tasks.sha256,
+            lambda task_id: VirtualHomeActionSequencing(tasks[task_id], with_ids=form),
+            written_with_ids,
+        )
+    notation = VirtualHomePlans()
     return Opened(
         tuple(tasks),
         tasks.sha256,
-        lambda task_id: ActionSequencing(tasks[task_id], protocol, with_ids=form),
-        written_with_ids if protocol is Protocol.EAI_1_0_5 else _no_form,
+        lambda task_id: ActionSequencing(tasks[task_id], benchmark.domain, notation),
     )
 
 
@@ -165,11 +174,20 @@ def _virtualhome_subgoal_decomposition(
 def _behavior_action_sequencing(
     benchmark: Benchmark, protocol: Protocol, form: Form, source: Source
 ) -> Opened:
-    from eai.abilities.action_sequencing.behavior import ActionSequencing
+    from eai.abilities.action_sequencing.notation import JsonPlans
+    from eai.abilities.action_sequencing.scorer import ActionSequencing
     from eai.benchmarks.behavior.benchmark import open_tasks as behavior_tasks
+    from eai.benchmarks.reference.behavior_plans import BehaviorActionSequencing
 
     tasks = behavior_tasks(source)
-    return Opened(tuple(tasks), tasks.sha256, lambda task_id: ActionSequencing(tasks[task_id], protocol))
+    if protocol is Protocol.EAI_1_0_5:
+        return Opened(tuple(tasks), tasks.sha256, lambda task_id: BehaviorActionSequencing(tasks[task_id]))
+    notation = JsonPlans()
+    return Opened(
+        tuple(tasks),
+        tasks.sha256,
+        lambda task_id: ActionSequencing(tasks[task_id], benchmark.domain, notation),
+    )
 
 
 def _behavior_goal_interpretation(

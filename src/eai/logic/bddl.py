@@ -7,15 +7,16 @@ Everything is lower case, as in bddl's own reader (``bddl/parsing.py``).
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 
 from lark import Token
 
-from eai.logic.formula import And, Atom, Formula, Occurs, Variable
+import eai.logic.formula as f
 from eai.logic.grammar import ParseTree, error_at, parse_tree
-from eai.logic.reader import FormulaReader, Reading, start, term
-from eai.logic.signature import Signature
+from eai.logic.signature import NameChecker, Reading, Signature, term
+from eai.logic.traversal import MAX_COUNT_DIGITS, MAX_DEPTH
 
 GRAMMAR = "bddl.lark"
 
@@ -53,13 +54,13 @@ class Problem:
     name: str
     domain: str
     objects: tuple[Declaration, ...]
-    init: tuple[Formula, ...]
-    goal: Formula
+    init: tuple[f.Formula, ...]
+    goal: f.Formula
 
     @property
-    def goals(self) -> tuple[Formula, ...]:
+    def goals(self) -> tuple[f.Formula, ...]:
         """The goal's top-level conjuncts: what BEHAVIOR calls its goal conditions."""
-        return self.goal.operands if isinstance(self.goal, And) else (self.goal,)
+        return self.goal.operands if isinstance(self.goal, f.And) else (self.goal,)
 
 
 def parse_condition(text: str, signature: Signature | None = None) -> Reading:
@@ -98,18 +99,74 @@ def parse_problem(text: str) -> Problem:
     )
 
 
-class _BddlReader(FormulaReader):
-    def primitive(self, tree: ParseTree | Token, scope: frozenset[str]) -> Formula:
+class _BddlReader:
+    """Turns parse trees of one text into formulas, top down: only quantifiers know what is a variable."""
+
+    def __init__(self, text: str, signature: Signature | None = None) -> None:
+        self._text = text
+        self._signature = signature
+        self._checker = NameChecker(text, signature)
+
+    def reading(self, tree: ParseTree | Token) -> Reading:
+        """The formula of a tree without variables from outside, and what is wrong with its names."""
+        formula = self._read(tree, frozenset(), MAX_DEPTH)
+        return Reading(formula, tuple(self._checker.offences))
+
+    def _read(self, tree: ParseTree | Token, scope: frozenset[str], levels: int) -> f.Formula:
+        """The formula of a tree that may have ``levels`` levels, below quantifiers that bind ``scope``."""
+        if levels == 0:
+            raise error_at(self._text, _start(tree), f"at most {MAX_DEPTH} levels of nesting")
+        rule = "primitive" if isinstance(tree, Token) else str(tree.data)
+        if isinstance(tree, Token) or rule == "primitive":
+            return self._primitive(tree, scope)
+        if rule in _QUANTIFIERS:
+            return self._quantified(rule, tree, scope, levels)
+        return _CONNECTIVES[rule](tuple([self._read(part, scope, levels - 1) for part in tree.children]))
+
+    def _primitive(self, tree: ParseTree | Token, scope: frozenset[str]) -> f.Formula:
         name, *arguments = _words(tree)
         terms = tuple([term(argument, scope) for argument in arguments])
         if self._signature is None:
-            return Atom(name, terms)
+            return f.Atom(name, terms)
         self._checker.check(name, terms, partial(_place_of_name, tree))
-        return Occurs(name, terms) if self._signature.is_action(name) else Atom(name, terms)
+        return f.Occurs(name, terms) if self._signature.is_action(name) else f.Atom(name, terms)
 
-    def variable(self, tree: ParseTree) -> Variable:
-        name, category = map(_word, tree.children)
-        return Variable(name, category)
+    def _quantified(self, rule: str, tree: ParseTree, scope: frozenset[str], levels: int) -> f.Formula:
+        *head, body_tree = tree.children
+        variables = [f.Variable(*map(_word, part.children)) for part in head if not isinstance(part, Token)]
+        counts = [self._count(part) for part in head if isinstance(part, Token)]
+        body = self._read(body_tree, scope | {variable.name for variable in variables}, levels - 1)
+        return _QUANTIFIERS[rule](counts, variables, body)
+
+    def _count(self, token: Token) -> int:
+        if len(token) > MAX_COUNT_DIGITS:
+            raise error_at(self._text, _start(token), f"a number of at most {MAX_COUNT_DIGITS} digits")
+        return int(token)
+
+
+_CONNECTIVES: dict[str, Callable[[tuple[f.Formula, ...]], f.Formula]] = {
+    "conjunction": f.And,
+    "disjunction": f.Or,
+    "negation": lambda parts: f.Not(parts[0]),
+    "implication": lambda parts: f.Implies(parts[0], parts[1]),
+}
+
+_QUANTIFIERS: dict[str, Callable[[list[int], list[f.Variable], f.Formula], f.Formula]] = {
+    "for_all": lambda _, variables, body: f.ForAll(variables[0], body),
+    "exists": lambda _, variables, body: f.Exists(variables[0], body),
+    "exactly": lambda counts, variables, body: f.Exactly(counts[0], variables[0], body),
+    "for_pairs": lambda _, variables, body: f.ForPairs(variables[0], variables[1], body),
+    "for_n_pairs": lambda counts, variables, body: f.ForPairs(variables[0], variables[1], body, counts[0]),
+}
+
+
+def _start(tree: ParseTree | Token) -> int:
+    """The offset of the first token of a tree that is not mere syntax; 0 if there is none."""
+    while not isinstance(tree, Token):
+        if not tree.children:
+            return 0
+        tree = tree.children[0]
+    return tree.start_pos or 0
 
 
 def _words(tree: ParseTree | Token) -> list[str]:
@@ -122,8 +179,8 @@ def _words(tree: ParseTree | Token) -> list[str]:
 def _place_of_name(primitive: ParseTree | Token, index: int) -> int:
     """The offset of the predicate (0) or an argument (from 1 on)."""
     if isinstance(primitive, Token):
-        return start(primitive) + list(_NAME.finditer(primitive))[index].start()
-    return start(primitive.children[index])
+        return _start(primitive) + list(_NAME.finditer(primitive))[index].start()
+    return _start(primitive.children[index])
 
 
 def _declared(tree: ParseTree | Token) -> list[Declaration]:

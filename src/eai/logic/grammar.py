@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from functools import cache
 from pathlib import Path
 
@@ -58,9 +58,12 @@ def expectation(terminals: Iterable[str], words: Mapping[str, str]) -> str:
     """What could have stood at a place, in words: ``a, b or c`` in the order of ``words``."""
     allowed = set(terminals)
     named = list(dict.fromkeys(word for terminal, word in words.items() if terminal in allowed))
-    if len(named) < 2:
-        return "".join(named) or "the end"
-    return f"{', '.join(named[:-1])} or {named[-1]}"
+    return either(named) or "the end"
+
+
+def either(words: Sequence[str]) -> str:
+    """One of several things: ``a, b or c``."""
+    return " or ".join([", ".join(words[:-1]), words[-1]]) if len(words) > 1 else "".join(words)
 
 
 def _at_end(error: UnexpectedInput) -> bool:

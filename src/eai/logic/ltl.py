@@ -1,54 +1,38 @@
-"""Formulas as text, in the syntax of the paper's goals and subgoals."""
+"""Formulas as text, in the syntax of the paper's goals and subgoals.
+
+Precedence, loosest first: then, implies, or, and, until, and the prefixes not, next, eventually, always.
+Blanks may stand between any two words and are needed nowhere: ``p(x)thenq(y)`` is a formula. No word is
+reserved: ``not(x)`` and ``forall(x)`` are primitives, because ``x`` alone is no formula.
+"""
 
 from __future__ import annotations
 
 import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from enum import Enum
 from functools import partial
+from typing import Final, TypeAlias
 
-from lark import Token
-
-from eai.logic.formula import Atom, Equals, Formula, Occurs, Term
-from eai.logic.grammar import ParseTree, parse_tree
-from eai.logic.plain import read_plain
-from eai.logic.reader import FormulaReader, Reading, start, term
-from eai.logic.signature import Signature
+import eai.logic.formula as f
+from eai.errors import ParseError
+from eai.logic.grammar import either, error_at
+from eai.logic.signature import NameChecker, Reading, Signature, term
+from eai.logic.traversal import MAX_COUNT_DIGITS, MAX_DEPTH
 
 MAX_KNOWN = 1_000
 """How many primitives are remembered with a signature."""
-
-_NAME = re.compile(r"[a-zA-Z_\-]\w*(?:\.[0-9]+)?")
-
-_WORDS = {
-    "PRIMITIVE": "a predicate or action",
-    "NAME": "a name",
-    "OBJECT": "a name",
-    "CATEGORY": "a category",
-    "COUNT": "a number",
-    "_NOT": "'not'",
-    "_FORALL": "a quantifier",
-    "LPAR": "'('",
-    "RPAR": "')'",
-    "COMMA": "','",
-    "DOT": "'.'",
-    "COLON": "':'",
-    "EQUAL": "'='",
-    "_AND": "'and'",
-    "_OR": "'or'",
-    "_THEN": "'then'",
-    "_UNTIL": "'until'",
-    "_IMPLIES": "'implies'",
-    "$END": "the end",
-}
 
 
 class Dialect(Enum):
     """Which formulas are accepted."""
 
-    RELEASE = "ltl.lark"
-    """What the parser of eai-eval 1.0.5 accepts, text for text (``tl_formula/simple_tl_parser.py``)."""
-    LTLF = "ltlf.lark"
-    """The paper's formulas in both spellings of ``forn``, and all of LTL on finite traces."""
+    RELEASE = "release"
+    """What the parser of eai-eval 1.0.5 accepts, text for text (``tl_formula/simple_tl_parser.py``): the
+    paper's formulas. A name that begins with ``not`` is a negation there (``notopen(x)``)."""
+    LTLF = "ltlf"
+    """The paper's formulas in both spellings of ``forn``, and beyond them all of linear temporal logic on
+    finite traces, categories of variables, equations, implication, pairings and the constants."""
 
 
 def parse(text: str, signature: Signature | None = None, dialect: Dialect = Dialect.LTLF) -> Reading:
@@ -61,51 +45,252 @@ def parse(text: str, signature: Signature | None = None, dialect: Dialect = Dial
     Args:
         text: one formula.
         signature: the names to check against; None checks nothing and knows no actions.
-        dialect: the grammar.
+        dialect: the formulas to accept.
 
     Raises:
         ParseError: the text is no formula of the dialect, is nested too deep (`traversal.MAX_DEPTH`), or
-            counts with too large a number (`reader.MAX_COUNT_DIGITS`).
+            counts with too large a number (`traversal.MAX_COUNT_DIGITS`).
     """
-    reader = _LtlReader(text, signature)
-    formula = read_plain(text, reader.named)
-    if formula is None:
-        return parse_by_grammar(text, signature, dialect)
-    return Reading(formula, reader.offences)
+    return _LtlReader(text, signature, dialect).reading()
 
 
-def parse_by_grammar(text: str, signature: Signature | None, dialect: Dialect) -> Reading:
-    """What `parse` returns and raises, also where a plain formula could be read faster."""
-    return _LtlReader(text, signature).reading(parse_tree(dialect.value, text, _WORDS))
+_BLANK = r"[ \t\f\r\n]*"
+_NAME = r"[a-zA-Z_\-]\w*"
+_OBJECT = rf"{_NAME}(?:\.[0-9]+)?"
+_CATEGORY = r"[a-zA-Z_\-][\w\-]*(?:\.\w+)*"
+_PRIMITIVE = rf"{_NAME}{_BLANK}\({_BLANK}(?:{_OBJECT}{_BLANK}(?:,{_BLANK}{_OBJECT}{_BLANK})*)?\)"
+
+_OPERANDS: Final = {
+    Dialect.RELEASE: re.compile(
+        rf"{_BLANK}(?:(?P<primitive>(?!not[a-zA-Z_\-]){_PRIMITIVE})|(?P<bracket>\()"
+        r"|(?P<word>not|forall|exists|forn))"
+    ),
+    Dialect.LTLF: re.compile(
+        rf"{_BLANK}(?:(?P<primitive>{_PRIMITIVE})|(?P<bracket>\()"
+        r"|(?P<word>(?:not|forall|exists|forn|next|eventually|always|true|false|forpairs|fornpairs)\b)"
+        rf"|(?P<equation>{_OBJECT}{_BLANK}={_BLANK}{_OBJECT}))"
+    ),
+}
+_JOINTS: Final = {
+    Dialect.RELEASE: re.compile(rf"{_BLANK}(and|or|then|\)|\Z)"),
+    Dialect.LTLF: re.compile(rf"{_BLANK}(and|or|then|until|implies|\)|\Z)"),
+}
+_OBJECTS: Final = re.compile(_OBJECT)
+_STRENGTHS: Final = {"": 0, ")": 0, "then": 1, "implies": 2, "or": 3, "and": 4, "until": 5}
+"""How tightly what stands behind an operand binds; what stands in front of one binds with `_PREFIX`."""
+_PREFIX: Final = 6
+
+_Make: TypeAlias = Callable[..., f.Formula]
+_SERIES: Final[Mapping[str, _Make]] = {
+    "and": lambda *parts: f.And(parts),
+    "or": lambda *parts: f.Or(parts),
+    "then": lambda *parts: f.Then(parts),
+}
+_INFIXES: Final[Mapping[str, _Make]] = {"implies": f.Implies, "until": f.Until}
+_PREFIXES: Final[Mapping[str, _Make]] = {
+    "not": f.Not,
+    "next": f.Next,
+    "eventually": f.Eventually,
+    "always": f.Always,
+}
+_QUANTIFIERS: Final[Mapping[str, _Make]] = {"forall": f.ForAll, "exists": f.Exists, "forn": f.Exactly}
+_CONSTANTS: Final[Mapping[str, f.Formula]] = {"true": f.TRUE, "false": f.FALSE}
 
 
-class _LtlReader(FormulaReader):
-    def primitive(self, tree: ParseTree | Token, scope: frozenset[str]) -> Formula:
-        if not isinstance(tree, Token):  # the only other rule is that of an equation
-            left, right = (term(str(token), scope) for token in tree.children)
-            return Equals(left, right)
-        return self.named(tree, start(tree), scope)
+@dataclass(slots=True)
+class _Pending:
+    """What waits for its last part: a series, an infix, a prefix, a quantifier; or, of strength 0, a bracket.
 
-    def named(self, text: str, position: int, scope: frozenset[str]) -> Formula:
+    ``levels`` is the depth of its parts so far, ``scope`` the names bound where it begins.
+    """
+
+    strength: int
+    make: _Make
+    parts: list[f.Formula]
+    levels: int
+    scope: frozenset[str]
+
+
+class _LtlReader:
+    """Reads one text from left to right; what is still open is on a stack, so that nothing recurses."""
+
+    def __init__(self, text: str, signature: Signature | None, dialect: Dialect) -> None:
+        self._text = text
+        self._signature = signature
+        self._is_release = dialect is Dialect.RELEASE
+        self._operands, self._joints = _OPERANDS[dialect], _JOINTS[dialect]
+        self._checker = NameChecker(text, signature)
+        self._position = 0
+        self._scope: frozenset[str] = frozenset()
+        self._stack: list[_Pending] = []
+        self._brackets = 0
+
+    def reading(self) -> Reading:
+        """The formula of the whole text, and what is wrong with its names."""
+        formula, levels = self._operand(), 1
+        while True:
+            joint = self._joint()
+            strength = _STRENGTHS[joint]
+            while self._stack and self._stack[-1].strength > strength:
+                pending = self._stack.pop()
+                formula = pending.make(*pending.parts, formula)
+                levels = 1 + max(levels, pending.levels)
+                if levels > MAX_DEPTH:
+                    raise self._expected(f"at most {MAX_DEPTH} levels of nesting")
+            if joint == "":
+                return Reading(formula, tuple(self._checker.offences))
+            if joint == ")":
+                self._scope = self._stack.pop().scope
+                self._brackets -= 1
+            else:
+                self._extend(joint, formula, levels)
+                formula, levels = self._operand(), 1
+
+    def _joint(self) -> str:
+        """What stands behind an operand: a word, a closing bracket, or nothing at the end of the text."""
+        found = self._joints.match(self._text, self._position)
+        if found is None:
+            words = ["'and'", "'or'", "'then'", *([] if self._is_release else ["'until'", "'implies'"])]
+            raise self._expected(*(["')'", *words] if self._brackets else [*words, "the end"]))
+        joint = found[1]
+        if joint == ("" if self._brackets else ")"):
+            raise self._expected("')'" if self._brackets else "the end")
+        self._position = found.end()
+        return joint
+
+    def _extend(self, joint: str, formula: f.Formula, levels: int) -> None:
+        """Put an operand on the stack, with the word behind it."""
+        strength = _STRENGTHS[joint]
+        if joint in _INFIXES:  # groups to the right: one on top of the other
+            self._stack.append(_Pending(strength, _INFIXES[joint], [formula], levels, self._scope))
+        elif self._stack and self._stack[-1].strength == strength:
+            self._stack[-1].parts.append(formula)
+            self._stack[-1].levels = max(levels, self._stack[-1].levels)
+        else:
+            self._stack.append(_Pending(strength, _SERIES[joint], [formula], levels, self._scope))
+
+    def _operand(self) -> f.Formula:
+        """The next formula without parts; prefixes, quantifiers and brackets before it go on the stack."""
+        while True:
+            found = self._operands.match(self._text, self._position)
+            if found is None:
+                raise self._malformed_operand()
+            self._position = found.end()
+            match found.lastgroup:
+                case "primitive":
+                    return self._primitive(found["primitive"], found.start("primitive"))
+                case "bracket":
+                    self._open_bracket(self._scope)
+                case "equation":
+                    left, right = _OBJECTS.findall(found["equation"])
+                    return f.Equals(term(left, self._scope), term(right, self._scope))
+                case _ if (word := found["word"]) in _CONSTANTS:
+                    return _CONSTANTS[word]
+                case _ if word in _PREFIXES:
+                    self._stack.append(_Pending(_PREFIX, _PREFIXES[word], [], 0, self._scope))
+                case _:
+                    self._quantifier(word)
+
+    def _primitive(self, text: str, position: int) -> f.Formula:
         """The formula of a primitive's text, which stands at a position of the whole."""
-        signature = self._signature
-        if signature is None:
-            return Atom(*_name_and_terms(text, scope))
-        if not scope and text in signature.known:
+        signature, scope = self._signature, self._scope
+        if signature is not None and not scope and text in signature.known:
             return signature.known[text]
-        name, terms = _name_and_terms(text, scope)
+        name, *arguments = _OBJECTS.findall(text)
+        terms = tuple([term(argument, scope) for argument in arguments])
+        if signature is None:
+            return f.Atom(name, terms)
         self._checker.check(name, terms, partial(_place_of_name, text, position))
-        formula = Occurs(name, terms) if signature.is_action(name) else Atom(name, terms)
+        formula = f.Occurs(name, terms) if signature.is_action(name) else f.Atom(name, terms)
         if not scope and not self._checker.offences and len(signature.known) < MAX_KNOWN:
             signature.known[text] = formula
         return formula
 
+    def _open_bracket(self, scope: frozenset[str]) -> None:
+        """Open a bracket in which the names of a scope are bound."""
+        self._stack.append(_Pending(0, f.And, [], 0, self._scope))
+        self._scope = scope
+        self._brackets += 1
 
-def _name_and_terms(primitive: str, scope: frozenset[str]) -> tuple[str, tuple[Term, ...]]:
-    name, *arguments = _NAME.findall(primitive)
-    return name, tuple([term(argument, scope) for argument in arguments])
+    def _quantifier(self, word: str) -> None:
+        """What stands between the word of a quantifier and its body."""
+        count, expected = None, "a name"
+        if word.startswith("forn"):
+            count = self._count()
+            if self._take(r"\.") is None:
+                if self._is_release:
+                    raise self._expected("'.'")
+                expected = "a name or '.'"
+        make: _Make
+        variables: tuple[f.Variable, ...]
+        if word.endswith("pairs"):
+            first, second = variables = self._variable(expected, ","), self._variable("a name", ".")
+            make = partial(_pairs, first, second, count)
+        else:
+            variables = (self._variable(expected, "."),)
+            make = partial(_QUANTIFIERS[word], *(() if count is None else (count,)), *variables)
+        self._need(r"\(", "'('")
+        self._stack.append(_Pending(_PREFIX, make, [], 0, self._scope))
+        self._open_bracket(self._scope | {variable.name for variable in variables})
+
+    def _count(self) -> int:
+        digits = self._need(r"\d+", "a number")
+        if len(digits) > MAX_COUNT_DIGITS:
+            place = self._position - len(digits)
+            raise error_at(self._text, place, f"a number of at most {MAX_COUNT_DIGITS} digits")
+        return int(digits)
+
+    def _variable(self, expected: str, end: str) -> f.Variable:
+        """A variable, and the sign that ends its declaration."""
+        name, category = self._need(_NAME, expected), None
+        if not self._is_release and self._take(":") is not None:
+            category = self._need(_CATEGORY, "a category")
+        signs = [f"'{end}'"] if self._is_release or category else [f"'{end}'", "':'"]
+        self._need(re.escape(end), *signs)
+        return f.Variable(name, category)
+
+    def _malformed_operand(self) -> ParseError:
+        """Where a text stops to be an operand, and what could have stood there."""
+        name = self._take(_NAME if self._is_release else _OBJECT)
+        if name is None:
+            return self._expected("a predicate or action", "a name", "'not'", "a quantifier", "'('")
+        if not self._is_release and self._take("=") is not None:
+            return self._expected("a name")
+        if "." in name:
+            return self._expected("'='")
+        if self._take(r"\(") is None:
+            return self._expected("'('") if self._is_release else self._expected("'('", "'='")
+        if self._take(_OBJECT) is None:
+            return self._expected("a name", "')'")
+        while self._take(",") is not None:
+            if self._take(_OBJECT) is None:
+                return self._expected("a name")
+        return self._expected("')'", "','")
+
+    def _take(self, pattern: str) -> str | None:
+        """The text of a pattern if it stands here, past blanks."""
+        found = re.compile(f"{_BLANK}({pattern})").match(self._text, self._position)
+        if found is None:
+            return None
+        self._position = found.end()
+        return found[1]
+
+    def _need(self, pattern: str, *expected: str) -> str:
+        found = self._take(pattern)
+        if found is None:
+            raise self._expected(*expected)
+        return found
+
+    def _expected(self, *words: str) -> ParseError:
+        """The error that none of these stands here, past blanks."""
+        self._take("")
+        return error_at(self._text, self._position, either(words))
+
+
+def _pairs(first: f.Variable, second: f.Variable, count: int | None, body: f.Formula) -> f.Formula:
+    return f.ForPairs(first, second, body, count)
 
 
 def _place_of_name(primitive: str, position: int, index: int) -> int:
     """The offset of the predicate (0) or an argument (from 1 on)."""
-    return position + list(_NAME.finditer(primitive))[index].start()
+    return position + list(_OBJECTS.finditer(primitive))[index].start()

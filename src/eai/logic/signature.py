@@ -6,7 +6,7 @@ from collections.abc import Callable, Container, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 
-from eai.logic.formula import Constant, Formula, Term
+from eai.logic.formula import Constant, Formula, Term, Variable
 from eai.logic.grammar import place
 
 
@@ -62,6 +62,19 @@ class Signature:
     def arities(self, name: str) -> Mapping[str, int | None]:
         """Where the arity of a name is to be looked up: among the predicates if it is one of them."""
         return self.predicates if name in self.predicates else self.actions
+
+
+@dataclass(frozen=True, slots=True)
+class Reading:
+    """A text that parsed: its formula, and in text order the names that the signature does not allow."""
+
+    formula: Formula
+    offences: tuple[Offence, ...] = ()
+
+
+def term(name: str, scope: frozenset[str]) -> Term:
+    """What a name denotes below quantifiers that bind the names in ``scope``."""
+    return Variable(name) if name in scope else Constant(name)
 
 
 class NameChecker:

@@ -34,6 +34,9 @@ Python compares, hashes and shows nested values recursively; up to this depth al
 deepest formula in the two data sets has 6 levels.
 """
 
+MAX_COUNT_DIGITS = 9
+"""The longest number that a counting quantifier may carry."""
+
 
 def children(formula: Formula) -> tuple[Formula, ...]:
     """The immediate parts of a formula, left to right."""

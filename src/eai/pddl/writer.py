@@ -27,6 +27,7 @@ from eai.pddl.model import (
     DeleteEffect,
     Each,
     PddlAction,
+    PddlAxiom,
     PddlDomain,
     PddlEffect,
     PddlProblem,
@@ -43,6 +44,7 @@ def write_domain(domain: PddlDomain) -> str:
         f"(:types {_typed_names(domain.types)})" if domain.types else "",
         f"(:constants {_typed_names(domain.constants)})" if domain.constants else "",
         _block(":predicates", (_list([p.name, *_declared(p.parameters)]) for p in domain.predicates)),
+        *map(_axiom, domain.axioms),
         *map(write_action, domain.actions),
     ]
     return _definition(f"(domain {domain.name})", sections)
@@ -58,6 +60,11 @@ def write_problem(problem: PddlProblem) -> str:
         f"(:goal {write_formula(problem.goal)})",
     ]
     return _definition(f"(problem {problem.name})", sections)
+
+
+def _axiom(axiom: PddlAxiom) -> str:
+    head = _list([axiom.name, *_declared(axiom.parameters)])
+    return f"(:derived {head}\n    {write_formula(axiom.condition)})"
 
 
 def write_action(action: PddlAction) -> str:

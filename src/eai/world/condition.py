@@ -7,8 +7,7 @@ that make it true. Quantifiers are questions about extensions, so most of them c
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from typing import NamedTuple
+from collections.abc import Mapping, Sequence
 
 from typing_extensions import assert_never
 
@@ -28,26 +27,11 @@ from eai.logic.formula import (
     Variable,
 )
 from eai.logic.matching import maximum_matching
-from eai.world.connective import Literal, all_of, any_of, emptiness, intersection, negation, union
+from eai.world.connective import all_of, any_of, emptiness, intersection, negation, union
 from eai.world.frame import UNBOUND, Binding, Extension, Frame, Truth
 from eai.world.relation import bits
 from eai.world.state import State
 from eai.world.vocabulary import Computed, Defined, Lookup, Vocabulary
-
-
-class _Part(NamedTuple):
-    """A part of a conjunction or disjunction: a formula in its scope, and whether it shall hold."""
-
-    formula: Formula
-    scope: Mapping[str, int]
-    wanted: bool
-
-
-class _StoredUnary(NamedTuple):
-    """The slot of a stored predicate, and that of its only argument."""
-
-    predicate: int
-    argument: int
 
 
 class Conditions:
@@ -76,14 +60,16 @@ class Conditions:
                 return lambda state, binding: (binding[a] == binding[b]) is wanted
             case Not(operand):
                 return self.truth(operand, scope, wanted=not wanted)
-            case And() | Or():
-                return self._junction(formula, scope, wanted)
+            case And(operands) | Or(operands):
+                parts = [self.truth(operand, scope, wanted=wanted) for operand in operands]
+                return all_of(parts) if isinstance(formula, And) is wanted else any_of(parts)
             case Implies(premise, conclusion):
                 return self.truth(Or((Not(premise), conclusion)), scope, wanted=wanted)
             case Exists(variable, body):
-                return self._emptiness(variable, body, scope, not wanted)
+                empty = emptiness(self._values(variable, body, scope))
+                return negation(empty) if wanted else empty
             case ForAll(variable, body):
-                return self._emptiness(variable, Not(body), scope, wanted)
+                return self.truth(Exists(variable, Not(body)), scope, wanted=not wanted)
             case Exactly(count, variable, body):
                 matching = self._values(variable, body, scope)
                 return lambda state, binding: (matching(state, binding).bit_count() == count) is wanted
@@ -107,76 +93,13 @@ class Conditions:
             case Not(operand):
                 inner = self.extension(operand, slot, scope)
                 return lambda state, binding: state.scene.everything & ~inner(state, binding)
-            case And():
-                return self._intersection(formula, slot, scope)
-            case Or(operands):
-                return union([self.extension(f, slot, scope) for f in operands])
+            case And(operands) | Or(operands):
+                parts = [self.extension(operand, slot, scope) for operand in operands]
+                return intersection(parts) if isinstance(formula, And) else union(parts)
             case Implies(premise, conclusion):
                 return self.extension(Or((Not(premise), conclusion)), slot, scope)
             case _:
                 return self._by_trial(formula, slot, scope)
-
-    def _junction(self, formula: And | Or, scope: Mapping[str, int], wanted: bool) -> Truth:
-        """A conjunction or, where one of its parts is enough, a disjunction."""
-        conjunctive = isinstance(formula, And) is wanted
-        literals: list[Literal] = []
-        others: list[Truth] = []
-        parts = tuple(self._parts(formula, scope, wanted, conjunctive))
-        if len(parts) == 1:
-            (only,) = parts
-            return self.truth(only.formula, only.scope, wanted=only.wanted)
-        for part in parts:
-            stored = self._stored_unary(part)
-            if stored is None:
-                others.append(self.truth(part.formula, part.scope, wanted=part.wanted))
-            else:
-                literals.append(Literal(*stored, int(part.wanted)))
-        return all_of(literals, others) if conjunctive else any_of(literals, others)
-
-    def _intersection(self, formula: And, slot: int, scope: Mapping[str, int]) -> Extension:
-        having: list[int] = []
-        lacking: list[int] = []
-        inside: list[Extension] = []
-        outside: list[Extension] = []
-        for part in self._parts(formula, scope, wanted=True, conjunctive=True):
-            stored = self._stored_unary(part)
-            if stored is not None and stored.argument == slot:
-                (having if part.wanted else lacking).append(stored.predicate)
-            else:
-                masks = inside if part.wanted else outside
-                masks.append(self.extension(part.formula, slot, part.scope))
-        return intersection(having, lacking, inside, outside)
-
-    def _parts(
-        self, formula: Formula, scope: Mapping[str, int], wanted: bool, conjunctive: bool
-    ) -> Iterator[_Part]:
-        """All that must hold for the formula to be as wanted, or else the things of which one is enough."""
-        match formula:
-            case Not(operand):
-                yield from self._parts(operand, scope, not wanted, conjunctive)
-            case And(operands) | Or(operands) if (isinstance(formula, And) is wanted) is conjunctive:
-                for operand in operands:
-                    yield from self._parts(operand, scope, wanted, conjunctive)
-            case Atom() if isinstance(derived := self._evaluated_as.get(formula.predicate), Defined):
-                inner = _inner_scope(derived, self._slots(formula, scope))
-                yield from self._parts(derived.definition, inner, wanted, conjunctive)
-            case _:
-                yield _Part(formula, scope, wanted)
-
-    def _stored_unary(self, part: _Part) -> _StoredUnary | None:
-        """The slots of a stored predicate and of its only argument, if that is what the part is."""
-        atom = part.formula
-        if not isinstance(atom, Atom) or len(atom.arguments) != 1 or atom.predicate in self._evaluated_as:
-            return None
-        (argument,) = self._slots(atom, part.scope)
-        return _StoredUnary(self._vocabulary.unary_slots[atom.predicate], argument)
-
-    def _emptiness(self, variable: Variable, body: Formula, scope: Mapping[str, int], wanted: bool) -> Truth:
-        slot = self._frame.new_slot()
-        stored = self._stored_unary(_Part(body, {**scope, variable.name: slot}, wanted=True))
-        if stored is not None and stored.argument == slot and variable.category is None:
-            return emptiness(stored.predicate, wanted=wanted)
-        return emptiness(self._values(variable, body, scope), wanted=wanted)
 
     def _values(self, variable: Variable, body: Formula, scope: Mapping[str, int]) -> Extension:
         """The mask of the values of a quantified variable for which the body holds."""
@@ -230,12 +153,8 @@ class Conditions:
                 return self.truth(definition, _inner_scope(derived, slots), wanted=wanted)
             case Computed(test=test):
                 return lambda state, binding: bool(test(state, tuple([binding[s] for s in slots]))) is wanted
-            case Lookup(values=values):
-                first, last, bit = slots[:-1], slots[-1], int(wanted)
-                if len(first) == 1:
-                    (only,) = first
-                    return lambda state, binding: values(state, (binding[only],)) >> binding[last] & 1 == bit
-                found = _looked_up(derived, first)
+            case Lookup():
+                found, last, bit = _looked_up(derived, slots[:-1]), slots[-1], int(wanted)
                 return lambda state, binding: found(state, binding) >> binding[last] & 1 == bit
             case _:
                 assert_never(derived)
@@ -270,7 +189,7 @@ def _inner_scope(derived: Defined, slots: tuple[int, ...]) -> Mapping[str, int]:
 
 def _looked_up(lookup: Lookup, known: Sequence[int]) -> Extension:
     values = lookup.values
-    if len(known) == 1:
+    if len(known) == 1:  # the most frequent form by far: without it some suites take a tenth longer
         (only,) = known
         return lambda state, binding: values(state, (binding[only],))
     return lambda state, binding: values(state, tuple([binding[s] for s in known]))

@@ -149,7 +149,7 @@ def was_possible_before(failure: Failure, binding: Binding, states: Sequence[Sta
 
     Returns the latest such state.
     """
-    had_it = all_of((), failure.check.sought)
+    had_it = all_of(failure.check.sought)
     for index in reversed(range(len(states) - 1)):
         state = states[index]
         if had_it(state, binding) and first_failing(failure.checks, state, binding) is None:

@@ -6,15 +6,14 @@ in which they are written.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
-from itertools import groupby
 from typing import Final, TypeAlias
 
 from typing_extensions import assert_never
 
 from eai.errors import DomainError
-from eai.logic.formula import Atom, Formula, Term, Variable
+from eai.logic.formula import Atom, Formula, Variable
 from eai.world.condition import Conditions
 from eai.world.frame import UNBOUND, Binding, Frame
 from eai.world.relation import bits
@@ -92,37 +91,13 @@ class Effects:
     def sequence(self, effects: Iterable[Effect], scope: Mapping[str, int] | None = None) -> Apply:
         """All effects, one after the other."""
         scope = self._frame.scope if scope is None else scope
-        steps = tuple(self._group(group, scope) for group in _groups(effects))
-        if len(steps) == 1:
-            return steps[0]
-        if len(steps) == 2:
-            first, second = steps
-
-            def apply_both(before: State, draft: Draft, binding: Binding) -> None:
-                first(before, draft, binding)
-                second(before, draft, binding)
-
-            return apply_both
+        steps = tuple([self._effect(effect, scope) for effect in effects])
 
         def apply(before: State, draft: Draft, binding: Binding) -> None:
             for step in steps:
                 step(before, draft, binding)
 
         return apply
-
-    def _group(self, group: Sequence[Effect], scope: Mapping[str, int]) -> Apply:
-        """A single effect, or several deletions that make one object be forgotten."""
-        forgotten = _forgotten(group[0])
-        if forgotten is not None:
-            return self._forget([each.atom for each in group if isinstance(each, Delete)], forgotten, scope)
-        (effect,) = group
-        return self._effect(effect, scope)
-
-    def _forget(self, patterns: Sequence[Atom], forgotten: Term, scope: Mapping[str, int]) -> Apply:
-        slot = self._frame.slot_of(forgotten, scope)
-        as_source = tuple(self._slot_of_predicate(p) for p in patterns if p.arguments[0] == forgotten)
-        as_target = tuple(self._slot_of_predicate(p) for p in patterns if p.arguments[0] != forgotten)
-        return lambda before, draft, binding: draft.forget(binding[slot], as_source, as_target)
 
     def _effect(self, effect: Effect, scope: Mapping[str, int]) -> Apply:
         match effect:
@@ -170,50 +145,19 @@ class Effects:
     def _for_each(
         self, variable: Variable, condition: Formula, effects: tuple[Effect, ...], scope: Mapping[str, int]
     ) -> Apply:
-        """Writes that mention the variable once are made for the whole mask at a time."""
         slot = self._frame.new_slot()
         inner = {**scope, variable.name: slot}
         matching = self._conditions.extension(condition, slot, inner)
-        steps = tuple(
-            self._bulk(group[0], slot, inner) or self._loop(group, slot, inner) for group in _groups(effects)
-        )
+        steps = tuple([self._effect(effect, inner) for effect in effects])
 
         def apply(before: State, draft: Draft, binding: Binding) -> None:
-            mask = matching(before, binding)
-            if mask:
-                for step in steps:
-                    step(before, draft, binding, mask)
-
-        return apply
-
-    def _loop(self, group: Sequence[Effect], slot: int, scope: Mapping[str, int]) -> _ApplyToMask:
-        one = self._group(group, scope)
-
-        def apply(before: State, draft: Draft, binding: Binding, mask: int) -> None:
-            for i in bits(mask):
-                binding[slot] = i
-                one(before, draft, binding)
+            matched = list(bits(matching(before, binding)))
+            for step in steps:
+                for binding[slot] in matched:
+                    step(before, draft, binding)
             binding[slot] = UNBOUND
 
         return apply
-
-    def _bulk(self, effect: Effect, slot: int, scope: Mapping[str, int]) -> _ApplyToMask | None:
-        """One write for all objects of the mask, where the effect has that shape."""
-        if not isinstance(effect, Add | Delete) or ANYTHING in effect.atom.arguments:
-            return None
-        atom, adding = effect.atom, isinstance(effect, Add)
-        slots = [self._frame.slot_of(term, scope) for term in atom.arguments]
-        if slots.count(slot) != 1:
-            return None
-        index = self._slot_of_predicate(atom)
-        if len(slots) == 1:
-            return _give_all(index) if adding else _take_all(index)
-        source, target = slots
-        if slot == target:
-            link = Draft.link_from if adding else Draft.unlink_from
-            return lambda before, draft, binding, mask: link(draft, index, binding[source], mask)
-        link_to = Draft.link_to if adding else Draft.unlink_to
-        return lambda before, draft, binding, mask: link_to(draft, index, mask, binding[target])
 
     def _write(self, atom: Atom, scope: Mapping[str, int], *, adding: bool) -> Apply:
         index = self._slot_of_predicate(atom)
@@ -227,9 +171,16 @@ class Effects:
         return _give(index, slot) if adding else _take(index, slot)
 
     def _write_pair(self, atom: Atom, index: int, scope: Mapping[str, int], *, adding: bool) -> Apply:
-        source, target = (self._frame.slot_of(term, scope) for term in atom.arguments)
-        write = Draft.link_from if adding else Draft.unlink_from
-        return lambda before, draft, binding: write(draft, index, binding[source], 1 << binding[target])
+        left, right = atom.arguments
+        if left == ANYTHING:
+            target = self._frame.slot_of(right, scope)
+            return lambda before, draft, binding: draft.clear_column(index, binding[target])
+        source = self._frame.slot_of(left, scope)
+        if right == ANYTHING:
+            return lambda before, draft, binding: draft.clear_row(index, binding[source])
+        target = self._frame.slot_of(right, scope)
+        write = Draft.link if adding else Draft.unlink
+        return lambda before, draft, binding: write(draft, index, binding[source], binding[target])
 
     def _slot_of_predicate(self, atom: Atom) -> int:
         predicate = self._vocabulary.stored(atom.predicate)
@@ -244,27 +195,6 @@ class Effects:
         if predicate.arity == 2:
             return self._vocabulary.binary_slots[predicate.name]
         return self._vocabulary.unary_slots[predicate.name]
-
-
-_ApplyToMask: TypeAlias = Callable[[State, Draft, Binding, int], None]
-
-
-def _forgotten(effect: Effect) -> Term | None:
-    """The object of which a deletion removes all pairs of a relation, or None if it does something else."""
-    match effect:
-        case Delete(Atom(arguments=(left, right))) if ANYTHING in (left, right):
-            return right if left == ANYTHING else left
-        case _:
-            return None
-
-
-def _groups(effects: Iterable[Effect]) -> Iterator[tuple[Effect, ...]]:
-    """The effects in order, one at a time, but together what follow each other and forget one object."""
-    for forgotten, group in groupby(effects, _forgotten):
-        if forgotten is not None:
-            yield tuple(group)
-        else:
-            yield from ((effect,) for effect in group)
 
 
 def _give(predicate: int, slot: int) -> Apply:
@@ -290,23 +220,5 @@ def _assign(predicate: int, mask: int) -> Apply:
 
     def apply(before: State, draft: Draft, binding: Binding) -> None:
         draft.unary[predicate] = mask
-
-    return apply
-
-
-def _give_all(predicate: int) -> _ApplyToMask:
-    """All objects of a mask get a unary predicate."""
-
-    def apply(before: State, draft: Draft, binding: Binding, mask: int) -> None:
-        draft.unary[predicate] |= mask
-
-    return apply
-
-
-def _take_all(predicate: int) -> _ApplyToMask:
-    """All objects of a mask lose a unary predicate."""
-
-    def apply(before: State, draft: Draft, binding: Binding, mask: int) -> None:
-        draft.unary[predicate] &= ~mask
 
     return apply

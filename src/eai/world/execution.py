@@ -85,22 +85,17 @@ def execute(domain: Domain, initial: State, plan: Iterable[Action]) -> Trajector
     """Execute a plan up to its first fatal step.
 
     Every action must name an operator of the domain and have as many arguments as it has parameters.
-    """  # the steps of `attempt` are written out: this is the innermost loop of all scoring
-    compiled = domain.compiled
-    state = initial
+    """
     states = [initial]
     steps: list[Step] = []
     for action in plan:
-        operator = compiled[action.operator]
-        binding = operator.bind(state, action.arguments)
-        if operator.is_possible(state, binding):
-            state = operator.apply(state, binding)
-            states.append(state)
+        outcome = attempt(domain, states, action)
+        if isinstance(outcome, State):
+            states.append(outcome)
             steps.append(Step(action, None))
             continue
-        fault = _diagnose(domain, states, operator, binding)
-        steps.append(Step(action, fault))
-        if fault.kind is not FaultKind.ADDITIONAL_STEP:
+        steps.append(Step(action, outcome))
+        if outcome.kind is not FaultKind.ADDITIONAL_STEP:
             break
     return Trajectory(tuple(states), tuple(steps))
 

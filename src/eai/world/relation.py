@@ -102,24 +102,12 @@ class Relation:
             return bool(line >> source & 1)
         return bool(self._base.rows[source] >> target & 1)
 
-    def with_row(self, source: int, targets: int) -> Relation:
-        """The relation in which ``source`` has exactly these targets (a mask)."""
-        changed = self.copy()
-        changed.set_row(source, targets)
-        return changed
-
-    def with_column(self, target: int, sources: int) -> Relation:
-        """The relation in which ``target`` has exactly these sources (a mask)."""
-        changed = self.copy()
-        changed.set_column(target, sources)
-        return changed
-
     def copy(self) -> Relation:
-        """A relation with the same pairs that its maker may change by `set_row` and `set_column`."""
+        """A relation with the same pairs that its maker may change, before anyone else has it."""
         return Relation(self._base, self)
 
     def set_row(self, source: int, targets: int) -> None:
-        """Change a copy, before anyone else has it, so that ``source`` has exactly these targets."""
+        """Change a copy so that ``source`` has exactly these targets (a mask)."""
         bit = 1 << source
         self._rows[source] = targets
         self._row_keys |= bit
@@ -129,7 +117,7 @@ class Relation:
             _patch(self._columns, source, targets)
 
     def set_column(self, target: int, sources: int) -> None:
-        """Change a copy, before anyone else has it, so that ``target`` has exactly these sources."""
+        """Change a copy so that ``target`` has exactly these sources (a mask)."""
         bit = 1 << target
         self._columns[target] = sources
         self._column_keys |= bit
@@ -137,6 +125,24 @@ class Relation:
         self.sources |= sources
         if self._row_keys:
             _patch(self._rows, target, sources)
+
+    def add(self, source: int, target: int) -> None:
+        """Change a copy so that it has a pair."""
+        if self._has_own_column(source, target):
+            self.set_column(target, self._columns[target] | 1 << source)
+        else:
+            self.set_row(source, self.row(source) | 1 << target)
+
+    def discard(self, source: int, target: int) -> None:
+        """Change a copy so that it has not a pair."""
+        if self._has_own_column(source, target):
+            self.set_column(target, self._columns[target] & ~(1 << source))
+        else:
+            self.set_row(source, self.row(source) & ~(1 << target))
+
+    def _has_own_column(self, source: int, target: int) -> bool:
+        """Whether a pair is better written in its column: that is overridden already, and its row is not."""
+        return bool(self._column_keys >> target & 1) and not self._row_keys >> source & 1
 
     def pairs(self) -> Iterator[Pair]:
         """All members, by source and then target."""

@@ -7,7 +7,7 @@ inside the execution of one action.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -56,9 +56,10 @@ class Scene:
         if name is None:
             return self.everything
         if self._categories is None:
-            self._categories = {}
+            masks: dict[str, int] = {}
             for i, thing in enumerate(self.objects):
-                self._categories[thing.category] = self._categories.get(thing.category, 0) | 1 << i
+                masks[thing.category] = masks.get(thing.category, 0) | 1 << i
+            self._categories = masks  # only when it is complete: other threads look, too
         return self._categories.get(name, 0)
 
     def names(self, mask: int) -> tuple[str, ...]:
@@ -183,42 +184,25 @@ class Draft:
         self.binary = list(before.binary)
         self._copied = 0
 
-    def link_from(self, slot: int, source: int, targets: int) -> None:
-        """Relate ``source`` to all targets in the mask."""
-        relation = self.binary[slot]
-        row = relation.row(source)
-        if row | targets != row:
-            mine = relation if self._copied >> slot & 1 else self._own(slot)
-            mine.set_row(source, row | targets)
+    def link(self, slot: int, source: int, target: int) -> None:
+        """Relate two objects."""
+        if not self.binary[slot].has(source, target):
+            self._own(slot).add(source, target)
 
-    def link_to(self, slot: int, sources: int, target: int) -> None:
-        """Relate all sources in the mask to ``target``."""
-        column = self.binary[slot].column(target)
-        if column | sources != column:
-            self._own(slot).set_column(target, column | sources)
+    def unlink(self, slot: int, source: int, target: int) -> None:
+        """Remove a pair."""
+        if self.binary[slot].has(source, target):
+            self._own(slot).discard(source, target)
 
-    def unlink_from(self, slot: int, source: int, targets: int) -> None:
-        """Remove the pairs of ``source`` with all targets in the mask."""
-        row = self.binary[slot].row(source)
-        if row & targets:
-            self._own(slot).set_row(source, row & ~targets)
+    def clear_row(self, slot: int, source: int) -> None:
+        """Remove all pairs of ``source``."""
+        if self.binary[slot].row(source):
+            self._own(slot).set_row(source, 0)
 
-    def unlink_to(self, slot: int, sources: int, target: int) -> None:
-        """Remove the pairs of all sources in the mask with ``target``."""
-        column = self.binary[slot].column(target)
-        if column & sources:
-            self._own(slot).set_column(target, column & ~sources)
-
-    def forget(self, thing: int, as_source: Sequence[int], as_target: Sequence[int]) -> None:
-        """Remove all pairs of an object, as source of the relations in some slots and as target of others."""
-        for slot in as_source:
-            relation = self.binary[slot]
-            if relation.sources >> thing & 1 and relation.row(thing):
-                self._own(slot).set_row(thing, 0)
-        for slot in as_target:
-            relation = self.binary[slot]
-            if relation.targets >> thing & 1 and relation.column(thing):
-                self._own(slot).set_column(thing, 0)
+    def clear_column(self, slot: int, target: int) -> None:
+        """Remove all pairs with ``target``."""
+        if self.binary[slot].column(target):
+            self._own(slot).set_column(target, 0)
 
     def _own(self, slot: int) -> Relation:
         """The relation in a slot, copied from the state before at its first change."""

@@ -5,9 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from eai.abilities.explanation import Explanation
 from eai.abilities.json_text import MAX_LENGTH
-from eai.abilities.verdict import ErrorReport
+from eai.abilities.unreadable import Unreadable
 
 
 class WrittenStep(NamedTuple):
@@ -15,11 +14,11 @@ class WrittenStep(NamedTuple):
 
     Attributes:
         action: the action as written.
-        arguments: what stands in its list, as written; numbers and other JSON values are kept.
+        objects: what stands for each of its objects; the text of it is what messages call the object.
     """
 
     action: str
-    arguments: tuple[object, ...]
+    objects: tuple[object, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,29 +29,5 @@ class WrittenPlan:
     repairs: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True, slots=True)
-class Unreadable:
-    """Why no plan can be read from an answer.
-
-    ``times_counted`` is how often the reference counts it among the parsing errors.
-    """
-
-    reason: str
-    times_counted: int = 1
-
-
 TOO_LONG = Unreadable(f"the answer is longer than {MAX_LENGTH:,} characters")
-"""What both protocols say of an answer that no model writes; it is not searched."""
-
-
-@dataclass(frozen=True, slots=True)
-class Rejected:
-    """An answer that cannot be run, and why: parsing, hallucination or argument number."""
-
-    error: ErrorReport
-
-
-def rejection_explained(notes: tuple[str, ...], error: ErrorReport) -> Explanation:
-    """Why an answer cannot be run, after the notes on it."""
-    step = f"step {error.step + 1}: " if error.step is not None else ""
-    return Explanation(notes=(*notes, f"{error.kind.value}: {step}{error.detail}"))
+"""What there is to say of an answer that no model writes; it is not searched."""

@@ -20,7 +20,6 @@ from collections.abc import Mapping, Sequence
 from functools import partial
 
 from eai.abilities.action_sequencing.goals import TaskGoals
-from eai.abilities.action_sequencing.virtualhome import NO_GOALS, domain_of
 from eai.abilities.explanation import Explanation
 from eai.abilities.protocol import Protocol
 from eai.abilities.scorer import Assessment
@@ -38,11 +37,12 @@ from eai.abilities.subgoal_decomposition.scorer import Reached, SubgoalScorer
 from eai.abilities.subgoal_decomposition.search import Goal, Limits
 from eai.abilities.subgoal_decomposition.virtualhome_program import reference_program, strict_program
 from eai.abilities.subgoal_decomposition.virtualhome_signature import signature, without_arguments
-from eai.abilities.task import GoalKind, Task
+from eai.abilities.task import NO_GOALS, GoalKind, Task
 from eai.abilities.verdict import Json, Verdict
 from eai.benchmarks.reference import subgoals as reference
 from eai.benchmarks.reference import virtualhome_subgoals as virtualhome_reference
 from eai.benchmarks.reference.lots import Lots
+from eai.benchmarks.virtualhome import domain as virtualhome
 from eai.logic.formula import And
 from eai.logic.ltl import Dialect, parse
 from eai.logic.signature import Signature
@@ -61,8 +61,9 @@ class SubgoalDecomposition(SubgoalScorer):
     def __init__(self, task: Task, protocol: Protocol, *, limits: Limits | None = None) -> None:
         self._signature = signature(task.scene, protocol)
         goal = _goal(task, protocol, self._signature)
-        super().__init__(task, protocol, domain_of(protocol), task.initial, goal, limits)
         self._as_in_reference = protocol is Protocol.EAI_1_0_5
+        domain = virtualhome.as_in_reference() if self._as_in_reference else virtualhome.as_meant()
+        super().__init__(task, protocol, domain, task.initial, goal, limits)
         if self._as_in_reference:
             self._halts = virtualhome_reference.halts
         self._goals = TaskGoals(task, Protocol.STRICT)

@@ -1,4 +1,4 @@
-"""How eai-eval 1.0.5 reads a BEHAVIOR plan (``action_sequence_evaluator.py`` parse_response).
+"""How eai-eval 1.0.5 judges a BEHAVIOR plan (``action_sequence_evaluator.py``).
 
 It evaluates what stands between the first ``[`` and the first ``]`` of the answer as a Python expression,
 keeps the dictionaries that have an action and an object, and drops everything else in silence. We evaluate
@@ -11,12 +11,56 @@ import ast
 import json
 import re
 import warnings
+from dataclasses import replace
 
-from eai.abilities.action_sequencing.plan import Unreadable, WrittenPlan, WrittenStep
+from eai.abilities.action_sequencing.notation import JsonPlans, named
+from eai.abilities.action_sequencing.plan import WrittenPlan, WrittenStep
+from eai.abilities.action_sequencing.scorer import ActionSequencing
+from eai.abilities.unreadable import Unreadable
+from eai.abilities.verdict import ErrorReport
+from eai.benchmarks.behavior import domain as behavior
+from eai.benchmarks.behavior.tasks import BehaviorTask
+from eai.benchmarks.reference.behavior_goal_test import behavior_goal_test
+from eai.world.execution import Trajectory
+from eai.world.fault import FaultKind
 
 _NO_ACTIONS = Unreadable("no actions were found")
 _MAX_LENGTH = 1_000_000
 _TEXT_OR_COMMENT = re.compile(r'("[^"\r\n]*")|#[^\r\n]*')
+
+
+class BehaviorPlansInReference(JsonPlans):
+    """The notation of BEHAVIOR as the reference reads it."""
+
+    def read(self, text: str) -> WrittenPlan | Unreadable:
+        """The plan in an answer (``parse_response``)."""
+        return read_plan(text)
+
+
+class BehaviorActionSequencing(ActionSequencing):
+    """The scorer of a task's plans.
+
+    An answer that cannot be run leaves the initial state, and reaches the goals that hold there. A plan that
+    fails after it has reached all goals succeeds.
+    """
+
+    def __init__(self, task: BehaviorTask) -> None:
+        published = replace(task, initial=task.initial_as_published)
+        domain = behavior.as_in_reference()
+        super().__init__(published, domain, BehaviorPlansInReference(), behavior_goal_test(published))
+
+    def _reached(self, trajectory: Trajectory) -> tuple[bool, ...]:
+        """What holds in the state in which a plan leaves the world, which an action may leave half done."""
+        final, failure = trajectory.final, trajectory.failure
+        if failure is not None and failure.kind is FaultKind.UNCATEGORISED:
+            final = behavior.half_done(final, trajectory.steps[-1].action)
+        return self.goals.reached(final, ())
+
+    def _reached_without_running(self) -> tuple[bool, ...]:
+        return self.goals.reached(self.task.initial, ())
+
+    def _succeeds(self, error: ErrorReport | None, reached: tuple[bool, ...]) -> bool:
+        return all(reached)
 
 
 def read_plan(text: str) -> WrittenPlan | Unreadable:
@@ -73,7 +117,7 @@ def _as_python(segment: str) -> list[WrittenStep] | None:
 def _steps(found: list[dict[str, str]]) -> list[WrittenStep]:
     """The steps among dictionaries: what has an action and an object."""
     return [
-        WrittenStep(each["action"], tuple(each["object"].strip().split(",")))
+        WrittenStep(each["action"], named(each["object"].strip().split(",")))
         for each in found
         if "action" in each and "object" in each
     ]

@@ -2,7 +2,7 @@
 
 Each quirk replaces checks or effects of the declaration; together they turn the declared domain into that of
 `eai-1.0.5`. The engine knows nothing of them. Further quirks are in how goals are checked
-(`eai.abilities.behavior_goals`).
+(`eai.benchmarks.reference.behavior_goal_test`).
 """
 
 from __future__ import annotations

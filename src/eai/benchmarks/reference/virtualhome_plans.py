@@ -1,24 +1,153 @@
-"""How eai-eval 1.0.5 reads a VirtualHome plan (spec section b; reference: ``load_json_preserving_order``).
-
-Its quirks: a step whose list is empty (``"STANDUP": []``) vanishes; text around the steps is ignored; only a
-fence at the very start is removed; a list that is not JSON counts twice as a parsing error.
-"""
+"""How eai-eval 1.0.5 judges a VirtualHome plan (``action_sequencing/scripts/``)."""
 
 from __future__ import annotations
 
 import json
 import re
+from collections.abc import Callable, Iterable
+from dataclasses import replace
+from functools import cache
 
-from eai.abilities.action_sequencing.plan import TOO_LONG, Unreadable, WrittenPlan, WrittenStep
+from eai.abilities.action_sequencing.plan import TOO_LONG, WrittenPlan, WrittenStep
+from eai.abilities.action_sequencing.scorer import ActionSequencing
+from eai.abilities.explanation import Explanation
 from eai.abilities.json_text import MAX_LENGTH
+from eai.abilities.scorer import Assessment
+from eai.abilities.task import Task
+from eai.abilities.unreadable import Unreadable
+from eai.abilities.verdict import Counted, ErrorReport, PlanVerdict
+from eai.benchmarks.reference.virtualhome_goal_test import VirtualHomeGoalTest
+from eai.benchmarks.virtualhome import domain as virtualhome
+from eai.benchmarks.virtualhome.plan_notation import VirtualHomePlans, has_ids, identified, index_of
+from eai.world.domain import Domain
+from eai.world.execution import Action, Trajectory
+from eai.world.fault import FaultKind
+
+NOT_ACCEPTED = ("PLUGIN", "PLUGOUT", "RELEASE")
+"""Actions that the prompt offers and the vocabulary test rejects (``valid_actions``)."""
+
+GOLD_TEST = "the data set's own final state fails the reference's goal test"
+EQUALS_SCRIPT = "the plan equals the data set's script, which the reference counts as a failure"
+
+LIST_IS_NOT_JSON = Unreadable("the list of a step is not JSON")
+"""What counts twice among the parsing errors."""
 
 _STEP = re.compile(r'"(\w+)"\s*:\s*(\[[^\]]+\])')
 _FENCE = "```json"
 _LIST_END = "]"
 
 
+class VirtualHomePlansInReference(VirtualHomePlans):
+    """The notation of VirtualHome as the reference reads it.
+
+    Args:
+        with_ids: whether objects are written by class and id, as in release 1.0.5, or by class alone, as in
+            the answers of the paper: each revision expects one form of all answers. None looks at each answer
+            itself.
+    """
+
+    def __init__(self, *, with_ids: bool | None = None) -> None:
+        self._with_ids = with_ids
+
+    def read(self, text: str) -> WrittenPlan | Unreadable:
+        """The plan in an answer; with ids, a list that ends before one makes it unreadable."""
+        plan = read_plan(text)
+        with_ids = self._with_ids
+        if isinstance(plan, Unreadable) or not (has_ids(plan) if with_ids is None else with_ids):
+            return plan
+        for number, step in enumerate(plan.steps):
+            if len(step.objects) % 2:
+                return Unreadable(f"{step.action}: a name without an id", number)
+        return identified(plan)
+
+    def objects(self, task: Task) -> Callable[[object], int | None]:
+        """The objects that the task is about, with ids also no others (``check_no_hallucination_in_arg``)."""
+        relevant = [task.scene.objects[i] for i in task.relevant]
+        by_class = {each.category: i for each, i in zip(relevant, task.relevant, strict=True)}
+        by_name = {each.name: i for each, i in zip(relevant, task.relevant, strict=True)}
+        return index_of(by_class, by_name)
+
+
+class VirtualHomeActionSequencing(ActionSequencing):
+    """The scorer of a task's plans.
+
+    Tasks whose own annotation fails the goal test are excluded. A plan that equals the data set's script is
+    not run and reaches no goal; one that fails after it has reached all goals succeeds.
+    """
+
+    def __init__(self, task: Task, *, with_ids: bool | None = None) -> None:
+        goals = VirtualHomeGoalTest(task)
+        super().__init__(task, _domain(), VirtualHomePlansInReference(with_ids=with_ids), goals)
+        final = task.annotated_final
+        self.excluded = None if final is not None and goals.passes_gold_test(final) else GOLD_TEST
+        self._summed = VirtualHomeGoalTest(task, as_in_data_set=True) if goals.reorders else goals
+
+    def _rejection(self, error: ErrorReport, repairs: tuple[str, ...]) -> PlanVerdict:
+        verdict = super()._rejection(error, repairs)
+        if error.detail != LIST_IS_NOT_JSON.reason:
+            return verdict
+        goals = self.goals.tallies(verdict.goals_satisfied)
+        twice = Counted(success=False, goals=goals, errors=((FaultKind.PARSING, 2),))
+        return replace(verdict, counted=twice)
+
+    def _run(self, actions: tuple[Action, ...], repairs: tuple[str, ...]) -> Assessment:
+        assessment = super()._run(actions, repairs)
+        if actions != self.task.script:
+            return assessment
+        none = self.goals.none_reached
+        not_run = PlanVerdict(
+            executable=True,
+            success=False,
+            additional_steps=0,
+            goals=self.goals.tallies(none),
+            repairs=repairs,
+            goals_satisfied=none,
+        )
+        return Assessment(not_run, lambda: _with_note(assessment.explain(), EQUALS_SCRIPT))
+
+    def _judge(self, trajectory: Trajectory, repairs: tuple[str, ...]) -> PlanVerdict:
+        """The verdict on a plan that ran, and what it counts as in a summary.
+
+        There every additional step counts, and action goals in the order of the data set, which the reference
+        has by chance only.
+        """
+        verdict = super()._judge(trajectory, repairs)
+        executed = [action.operator for action in trajectory.executed]
+        reached = self._summed.reached(trajectory.final, executed)
+        additional = trajectory.additional_steps
+        if reached == verdict.goals_satisfied and additional < 2:
+            return verdict
+        ended = () if verdict.error is None else ((verdict.error.kind, 1),)
+        errors = (*ended, (FaultKind.ADDITIONAL_STEP, additional)) if additional else ended
+        return replace(verdict, counted=Counted(all(reached), self.goals.tallies(reached), errors))
+
+    def _succeeds(self, error: ErrorReport | None, reached: tuple[bool, ...]) -> bool:
+        return all(reached)
+
+
+def _with_note(explanation: Explanation, note: str) -> Explanation:
+    return replace(explanation, notes=(*explanation.notes, note))
+
+
+@cache
+def _domain() -> Domain:
+    return virtualhome.as_in_reference().with_operators(without=NOT_ACCEPTED)
+
+
+def written_with_ids(answers: Iterable[str]) -> bool:
+    """Whether most of the answers of one file that name an object name it with its id."""
+    plans = [read_plan(answer) for answer in answers]
+    readable = [plan for plan in plans if isinstance(plan, WrittenPlan)]
+    named = [plan for plan in readable if any(step.objects for step in plan.steps)]
+    return sum(has_ids(plan) for plan in named) * 2 > len(named)
+
+
 def read_plan(text: str) -> WrittenPlan | Unreadable:
-    """The steps that the reference finds in an answer, in order."""
+    """The steps that the reference finds in an answer, in order (``load_json_preserving_order``).
+
+    A step whose list is empty (``"STANDUP": []``) vanishes; text around the steps is ignored; only a fence at
+    the very start is removed.
+    """
     if len(text) > MAX_LENGTH:
         return TOO_LONG
     text = text[: text.rfind(_LIST_END) + 1]  # no step ends later, and none is looked for in vain
@@ -30,7 +159,7 @@ def read_plan(text: str) -> WrittenPlan | Unreadable:
         # A line break cannot stand in a JSON string, so no list runs on into the next.
         lists = json.loads("[" + ",\n".join([arguments for _, arguments in written]) + "]")
     except (ValueError, RecursionError):
-        return Unreadable("the list of a step is not JSON", times_counted=2)
+        return LIST_IS_NOT_JSON
     return WrittenPlan(
         tuple(WrittenStep(name, tuple(args)) for (name, _), args in zip(written, lists, strict=True))
     )

@@ -11,7 +11,7 @@ from typing import Any, TypeAlias
 import pytest
 
 from eai.abilities.protocol import Ability, Protocol
-from eai.abilities.verdict import Verdict
+from eai.abilities.verdict import PlanVerdict, Verdict
 from eai.benchmarks.reference.virtualhome_quirks import QUIRKS
 from eai.benchmarks.source import Source
 from eai.benchmarks.suite import open_suite
@@ -194,10 +194,12 @@ def summary(verdicts: Sequence[Verdict], protocol: Protocol = Protocol.EAI_1_0_5
 
 
 def in_order_of_hash_seed_0(verdict: Verdict) -> Verdict:
-    """The verdict without what it says of another order."""
-    return replace(
-        verdict, details={k: v for k, v in (verdict.details or {}).items() if k != "data_set_order"}
-    )
+    """The verdict as it counts where the order of action goals is the one that decided it."""
+    assert isinstance(verdict, PlanVerdict)
+    if verdict.counted is None or verdict.goals is None:
+        return verdict
+    as_told = replace(verdict.counted, success=bool(verdict.success), goals=verdict.goals)
+    return replace(verdict, counted=as_told)
 
 
 def rounded(rate: Rate, digits: int) -> float:

@@ -6,16 +6,12 @@ from collections.abc import Sequence
 import pytest
 
 from abilities.action_sequencing.household import make_task
-from eai.abilities.action_sequencing.virtualhome import (
-    GOLD_TEST,
-    NO_GOALS,
-    NOT_ACCEPTED_BY_REFERENCE,
-    ActionSequencing,
-    written_with_ids,
-)
+from benchmarks.plan_scorers import virtualhome_scorer
 from eai.abilities.protocol import Protocol
-from eai.abilities.task import Task
-from eai.abilities.verdict import Verdict
+from eai.abilities.task import NO_GOALS, Task
+from eai.abilities.verdict import Counted, PlanVerdict, Verdict
+from eai.benchmarks.reference.virtualhome_plans import GOLD_TEST, NOT_ACCEPTED, written_with_ids
+from eai.world.fault import FaultKind
 
 STRICT, REFERENCE = Protocol.STRICT, Protocol.EAI_1_0_5
 BOTH = pytest.mark.parametrize("protocol", list(Protocol), ids=lambda protocol: protocol.value)
@@ -25,7 +21,14 @@ FRIDGE_OPEN = '{"WALK": ["fridge"], "OPEN": ["fridge"]}'
 def score(
     protocol: Protocol, text: str, task: Task | None = None, *, with_ids: bool | None = None
 ) -> Verdict:
-    return ActionSequencing(task or make_task(), protocol, with_ids=with_ids).score(text)
+    return virtualhome_scorer(task or make_task(), protocol, with_ids=with_ids).score(text)
+
+
+def counted(text: str, task: Task | None = None) -> Counted | None:
+    """What an answer counts as in a summary of the reference, where that is not what its verdict says."""
+    verdict = score(REFERENCE, text, task)
+    assert isinstance(verdict, PlanVerdict)
+    return verdict.counted
 
 
 def told(verdict: Verdict) -> str:
@@ -133,7 +136,7 @@ def test_a_name_alone_means_the_last_relevant_object_of_its_class(protocol: Prot
     cups = ("cup.90", "cup.13", "cup.80")
     facts = ("INSIDE cup.80 kitchen.1", "INSIDE cup.90 kitchen.1", "NEXT_TO character.65 cup.80")
     task = make_task(*facts, relevant=cups, more_objects=("cup.80", "cup.90"), goals=("action TOUCH",))
-    explanation = ActionSequencing(task, protocol).explain('{"TOUCH": ["cup"]}')
+    explanation = virtualhome_scorer(task, protocol).explain('{"TOUCH": ["cup"]}')
     assert explanation.steps[0].action == "TOUCH(cup.80)"
 
 
@@ -178,12 +181,12 @@ def test_a_task_with_several_relation_goals_counts_under_strict_only() -> None:
         script=["WALK fridge.10"],
     )
     assert told(score(STRICT, plan("WALK table.12"), task)) == "success"
-    assert score(REFERENCE, plan("WALK table.12"), task) == Verdict(excluded=GOLD_TEST)
+    assert score(REFERENCE, plan("WALK table.12"), task) == PlanVerdict(excluded=GOLD_TEST)
 
 
 def test_a_task_without_goals_is_excluded_under_strict() -> None:
     task = make_task(goals=())
-    assert score(STRICT, FRIDGE_OPEN, task) == Verdict(excluded=NO_GOALS)
+    assert score(STRICT, FRIDGE_OPEN, task) == PlanVerdict(excluded=NO_GOALS)
     assert score(REFERENCE, FRIDGE_OPEN, task).excluded is None
 
 
@@ -212,12 +215,25 @@ def test_an_empty_list_is_a_step_under_strict() -> None:
 
 
 def test_an_unreadable_list_counts_once_under_strict() -> None:
-    text = '{"WALK": [fridge]}'
-    assert score(STRICT, text).details == {"times_counted": 1}
-    assert score(REFERENCE, text).details == {"times_counted": 2}
+    twice = counted('{"WALK": [fridge]}')
+    assert twice is not None
+    assert (twice.success, twice.errors) == (False, ((FaultKind.PARSING, 2),))
+    assert counted("I cannot.") is None
+    strict = score(STRICT, '{"WALK": [fridge]}')
+    assert isinstance(strict, PlanVerdict)
+    assert strict.counted is None
 
 
-@pytest.mark.parametrize("action", NOT_ACCEPTED_BY_REFERENCE)
+def test_every_additional_step_counts_in_the_reference() -> None:
+    once = counted(plan("STANDUP", "WALK fridge.10", "OPEN fridge.10"))
+    thrice = counted(plan("STANDUP", "STANDUP", "STANDUP", "OPEN fridge.10"))
+    assert once is None
+    assert thrice is not None
+    assert thrice.errors == ((FaultKind.MISSING_STEP, 1), (FaultKind.ADDITIONAL_STEP, 3))
+    assert thrice.goals == score(REFERENCE, "").goals
+
+
+@pytest.mark.parametrize("action", NOT_ACCEPTED)
 def test_actions_that_the_prompt_offers_are_accepted_under_strict(action: str) -> None:
     device = {"PLUGIN": "television.22", "PLUGOUT": "fridge.10", "RELEASE": "cup.13"}[action]
     task = make_task(
@@ -299,5 +315,7 @@ def test_two_action_goals_count_in_their_order_under_strict() -> None:
     reversed_order = plan("SWITCHOFF fridge.10", "TYPE keyboard.23")
     assert both(task, in_order) == ("success", "failure")
     assert both(task, reversed_order) == ("failure", "success")
-    told_besides = (score(REFERENCE, in_order, task).details or {})["data_set_order"]
-    assert told_besides == {"success": True, "action": [2, 2]}
+    told_besides = counted(in_order, task)
+    assert told_besides is not None
+    assert (told_besides.success, told_besides.goals.action) == (True, (2, 2))
+    assert told_besides.errors == ()

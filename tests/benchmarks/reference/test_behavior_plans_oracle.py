@@ -6,10 +6,10 @@ from typing import Any
 
 import pytest
 
-from eai.abilities.action_sequencing.behavior import ActionSequencing
-from eai.abilities.action_sequencing.behavior_writer import join_steps, write_steps
+from benchmarks.plan_scorers import behavior_scorer
+from eai.abilities.action_sequencing.notation import JsonPlans
 from eai.abilities.protocol import Protocol
-from eai.abilities.verdict import Verdict
+from eai.abilities.verdict import PlanVerdict, Verdict
 from eai.benchmarks.behavior.tasks import BehaviorTasks
 from oracle import MODELS, Oracle
 
@@ -49,7 +49,7 @@ def told_by_reference(verdict: Any) -> dict[str, Any]:
 
 
 def told_by_us(verdict: Verdict, reference: dict[str, Any]) -> dict[str, Any]:
-    assert verdict.details is not None
+    assert isinstance(verdict, PlanVerdict)
     error = verdict.error
     kinds = [] if error is None else [error.kind.value]
     if kinds != ["uncategorised"] and verdict.additional_steps:
@@ -60,7 +60,7 @@ def told_by_us(verdict: Verdict, reference: dict[str, Any]) -> dict[str, Any]:
         "success": verdict.success,
         "errors": sorted(kinds),
         "stopped_at": error.step if error is not None and in_steps else None,
-        "goals": None if reference["goals"] is None else verdict.details["goals_satisfied"],
+        "goals": None if reference["goals"] is None else list(verdict.goals_satisfied),
     }
 
 
@@ -72,19 +72,20 @@ def test_every_row_has_the_references_verdict(
     for row in oracle("behavior", "action_sequencing", name)["records"]:
         task = behavior_tasks[row["identifier"]]
         theirs = told_by_reference(row["verdict"])
-        ours = told_by_us(ActionSequencing(task, Protocol.EAI_1_0_5).score(row["response"]), theirs)
+        ours = told_by_us(behavior_scorer(task, Protocol.EAI_1_0_5).score(row["response"]), theirs)
         if ours != theirs:
             differing.add((name, task.title))
     assert differing == {key for key in CONTRADICTORY if key[0] == name}
 
 
 def test_the_data_sets_plans(behavior_tasks: BehaviorTasks) -> None:
+    notation = JsonPlans()
     accepted = {
         protocol: {
             task.title
             for task in behavior_tasks.values()
-            if ActionSequencing(task, protocol)
-            .score(join_steps(write_steps(task.script, task.scene)))
+            if behavior_scorer(task, protocol)
+            .score(notation.join(notation.write(task.script, task.scene)))
             .success
         }
         for protocol in Protocol

@@ -7,13 +7,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from benchmarks.behavior.kitchen import make_task
-from eai.abilities.action_sequencing.behavior import ActionSequencing
+from benchmarks.plan_scorers import behavior_scorer
+from eai.abilities.action_sequencing.scorer import ActionSequencing
 from eai.abilities.codec import fields_of
 from eai.abilities.protocol import Protocol
 from eai.abilities.verdict import Verdict
 
 TASK = make_task()
-STRICT, REFERENCE = (ActionSequencing(TASK, protocol) for protocol in (Protocol.STRICT, Protocol.EAI_1_0_5))
+STRICT, REFERENCE = (behavior_scorer(TASK, protocol) for protocol in (Protocol.STRICT, Protocol.EAI_1_0_5))
 GOAL_REACHED = (
     "OPEN fridge_1",
     "RIGHT_GRASP peach_1",
@@ -78,7 +79,7 @@ def test_an_answer_that_never_ran_meets_no_goal_and_in_the_reference_those_that_
 ) -> None:
     task = make_task("(and (inside peach.n.01_1 fridge.n.01_1) (open fridge.n.01_1))")
     for protocol, satisfied in ((Protocol.STRICT, [False, False]), (Protocol.EAI_1_0_5, [True, False])):
-        verdict = ActionSequencing(task, protocol).score(text)
+        verdict = behavior_scorer(task, protocol).score(text)
         assert verdict.executable is False
         assert fields_of(verdict)["goals_satisfied"] == satisfied
 

@@ -10,7 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from abilities.action_sequencing.household import make_task
-from eai.abilities.action_sequencing.virtualhome import ActionSequencing
+from benchmarks.plan_scorers import virtualhome_scorer
+from eai.abilities.action_sequencing.scorer import ActionSequencing
 from eai.abilities.codec import fields_of
 from eai.abilities.protocol import Ability, Protocol
 from eai.benchmarks.source import Source
@@ -23,7 +24,7 @@ BOTH = pytest.mark.parametrize("protocol", list(Protocol), ids=lambda protocol: 
 
 MADE_UP = make_task(goals=("state OPEN fridge.10", "relation ONTOP cup.13 bed.20", "action TOUCH|TYPE"))
 SCORERS = [
-    ActionSequencing(MADE_UP, protocol, with_ids=with_ids)
+    virtualhome_scorer(MADE_UP, protocol, with_ids=with_ids)
     for protocol in Protocol
     for with_ids in (None, True, False)
 ]
@@ -108,7 +109,7 @@ def test_any_text_has_a_verdict(text: str) -> None:
     ids=lambda value: value[:12] if isinstance(value, str) else None,
 )
 def test_extreme_texts_have_a_verdict(protocol: Protocol, text: str) -> None:
-    scorer = ActionSequencing(MADE_UP, protocol)
+    scorer = virtualhome_scorer(MADE_UP, protocol)
     check(scorer, text)
     assert scorer.score(text).executable is False
 
@@ -116,7 +117,7 @@ def test_extreme_texts_have_a_verdict(protocol: Protocol, text: str) -> None:
 @BOTH
 def test_a_plan_of_ten_thousand_steps_is_executed(protocol: Protocol) -> None:
     steps = ['"WALK": ["cup"], "GRAB": ["cup"], "WALK": ["bed"], "PUTBACK": ["cup", "bed"]'] * 2_500
-    scorer = ActionSequencing(MADE_UP, protocol)
+    scorer = virtualhome_scorer(MADE_UP, protocol)
     done = "{" + ", ".join(steps) + "}"
     assert scorer.score(done).executable is True
     assert len(scorer.explain(done).steps) == 10_000

@@ -6,18 +6,16 @@ from typing import Any
 import pytest
 
 from benchmarks.behavior.kitchen import actions, make_task
-from eai.abilities.behavior_goals import BehaviorGoals, SceneObjects
-from eai.abilities.protocol import Protocol
+from eai.abilities.goal_test import GoalTest
 from eai.abilities.verdict import Tally
 from eai.benchmarks.behavior import domain as behavior
 from eai.benchmarks.behavior.tasks import BehaviorTask, BehaviorTasks
+from eai.benchmarks.reference.behavior_goal_test import SceneObjects, behavior_goal_test
 from eai.benchmarks.reference.truncated_options import truncated_options
 from eai.logic.formula import Atom, Formula, Not
 from eai.world.execution import execute
 from eai.world.state import State
 from oracle import read_shared
-
-STRICT, REFERENCE = Protocol.STRICT, Protocol.EAI_1_0_5
 
 
 def file(name: str) -> Any:
@@ -32,7 +30,7 @@ def satisfied(goal: str, *steps: str) -> tuple[bool, bool]:
     """Whether a goal holds after these steps under `strict` and under `eai-1.0.5`."""
     task = make_task(goal)
     state = after(task, *steps)
-    strict, reference = (BehaviorGoals(task, protocol).satisfied(state) for protocol in (STRICT, REFERENCE))
+    strict, reference = (test.reached(state, ()) for test in (GoalTest(task), behavior_goal_test(task)))
     return strict[0], reference[0]
 
 
@@ -79,15 +77,15 @@ def test_when_a_goal_holds(goal: str, steps: tuple[str, ...], expected: tuple[bo
 def test_a_goal_of_both_kinds_counts_half_as_each() -> None:
     goal = "(and (and (open fridge.n.01_1) (inside peach.n.01_1 fridge.n.01_1)) (dusty plate.n.01_1))"
     task = make_task(goal)
-    goals = BehaviorGoals(task, STRICT)
-    assert goals.tallies((True, False)) == (Tally(0.5, 1.5), Tally(0.5, 0.5), Tally(0, 0))
-    assert goals.tallies((False, True)) == (Tally(1, 1.5), Tally(0, 0.5), Tally(0, 0))
+    for goals in (GoalTest(task), behavior_goal_test(task)):
+        assert goals.tallies((True, False)) == (Tally(0.5, 1.5), Tally(0.5, 0.5), Tally(0, 0))
+        assert goals.tallies((False, True)) == (Tally(1, 1.5), Tally(0, 0.5), Tally(0, 0))
 
 
 def test_shares_are_those_of_the_reference(behavior_tasks: BehaviorTasks) -> None:
     kinds = file("goal_kinds.json")
     for task_id, task in behavior_tasks.items():
-        goals = BehaviorGoals(task, STRICT)
+        goals = GoalTest(task)
         number = len(task.goals)
         for i, expected in enumerate(kinds[task_id]):
             tallies = goals.tallies([i == j for j in range(number)])
@@ -120,5 +118,5 @@ def test_strict_accepts_options_that_the_reference_drops(behavior_tasks: Behavio
         step for i in range(4) for step in (f"RIGHT_GRASP candle_{i}", f"RIGHT_PLACE_INSIDE basket_{3 - i}")
     ]
     state = after(task, *steps)
-    assert BehaviorGoals(task, STRICT).satisfied(state) == (True,)
-    assert BehaviorGoals(task, REFERENCE).satisfied(state) == (False,)
+    assert GoalTest(task).reached(state, ()) == (True,)
+    assert behavior_goal_test(task).reached(state, ()) == (False,)

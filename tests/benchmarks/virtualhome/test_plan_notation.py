@@ -1,10 +1,17 @@
 from __future__ import annotations
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
-from eai.abilities.action_sequencing.plan import TOO_LONG, Unreadable, WrittenPlan
-from eai.abilities.action_sequencing.virtualhome_answer import read_plan
+from abilities.action_sequencing.household import make_task
+from benchmarks.virtualhome import flat
+from eai.abilities.action_sequencing.plan import TOO_LONG, WrittenPlan
 from eai.abilities.json_text import MAX_LENGTH
+from eai.abilities.unreadable import Unreadable
+from eai.benchmarks.reference.virtualhome_plans import VirtualHomePlansInReference
+from eai.benchmarks.virtualhome.plan_notation import Identified, VirtualHomePlans, read_steps
+from eai.world.execution import Action
 
 Steps = list[tuple[str, tuple[object, ...]]]
 
@@ -12,7 +19,7 @@ WALK_GRAB: Steps = [("WALK", ("sofa",)), ("GRAB", ("cup",))]
 
 
 def steps(text: str) -> Steps:
-    plan = read_plan(text)
+    plan = read_steps(text)
     assert isinstance(plan, WrittenPlan), plan
     return [tuple(step) for step in plan.steps]
 
@@ -68,7 +75,7 @@ def test_what_stands_there_is_kept(text: str, expected: Steps) -> None:
     ],
 )
 def test_repairs_are_named(text: str, repairs: tuple[str, ...]) -> None:
-    plan = read_plan(text)
+    plan = read_steps(text)
     assert isinstance(plan, WrittenPlan)
     assert plan.repairs == repairs
 
@@ -92,8 +99,60 @@ def test_repairs_are_named(text: str, repairs: tuple[str, ...]) -> None:
     ],
 )
 def test_what_no_plan_can_be_read_from(text: str, reason: str) -> None:
-    assert read_plan(text) == Unreadable(reason)
+    assert read_steps(text) == Unreadable(reason)
 
 
 def test_an_endless_answer_is_not_searched() -> None:
-    assert read_plan('{"WALK": ["sofa"]}' + " " * MAX_LENGTH) is TOO_LONG
+    assert read_steps('{"WALK": ["sofa"]}' + " " * MAX_LENGTH) is TOO_LONG
+
+
+SCENE = flat.scene()
+NOTATION = VirtualHomePlans()
+ACTIONS = st.builds(
+    Action,
+    st.sampled_from(["WALK", "PUTBACK", "STANDUP"]),
+    st.lists(st.sampled_from(range(len(SCENE.objects))), max_size=2).map(tuple),
+)
+
+
+@pytest.mark.parametrize(
+    ("plan", "text"),
+    [
+        ([], "{}"),
+        (["WALK fridge.10"], '{"WALK": ["fridge", "10"]}'),
+        (["STANDUP", "STANDUP"], '{"STANDUP": [ ], "STANDUP": [ ]}'),
+        (["PUTIN cup.13 fridge.10"], '{"PUTIN": ["cup", "13", "fridge", "10"]}'),
+    ],
+)
+def test_a_plan_is_written_with_names_and_ids(plan: list[str], text: str) -> None:
+    actions = [flat.action(step, SCENE) for step in plan]
+    assert NOTATION.join(NOTATION.write(actions, SCENE)) == text
+
+
+@given(st.lists(ACTIONS, min_size=1, max_size=5).filter(lambda plan: any(a.arguments for a in plan)))
+def test_both_protocols_read_what_is_written(plan: list[Action]) -> None:
+    task = make_task()
+    text = NOTATION.join(NOTATION.write(plan, task.scene))
+    for notation in (NOTATION, VirtualHomePlansInReference(), VirtualHomePlansInReference(with_ids=True)):
+        read = notation.read(text)
+        assert isinstance(read, WrittenPlan)
+        index_of = notation.objects(task)
+        assert [Action(s.action, tuple(map(index_of, s.objects))) for s in read.steps] == plan  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("text", "objects"),
+    [
+        ('{"PUTIN": ["cup", "13", "fridge", 10]}', (Identified("cup", "13"), Identified("fridge", 10))),
+        ('{"PUTIN": ["cup", "13", "fridge"]}', (Identified("cup", "13"), Identified("fridge", None))),
+        ('{"PUTIN": ["cup", "fridge"]}', ("cup", "fridge")),
+    ],
+)
+def test_a_class_and_an_id_are_one_object(text: str, objects: tuple[object, ...]) -> None:
+    plan = NOTATION.read(text)
+    assert isinstance(plan, WrittenPlan)
+    assert plan.steps[0].objects == objects
+
+
+def test_what_messages_call_an_object() -> None:
+    assert (str(Identified("cup", 13)), str(Identified("cup", None))) == ("cup_13", "cup without an id")

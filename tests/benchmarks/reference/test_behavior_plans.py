@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from eai.abilities.action_sequencing.plan import Unreadable
+from eai.abilities.unreadable import Unreadable
 from eai.benchmarks.reference.behavior_plans import read_plan
 
 OPEN = ("OPEN", ("jar_0",))
@@ -25,7 +25,7 @@ OPEN = ("OPEN", ("jar_0",))
         ('[{"action": "OPEN", "object": "jar_0"}, 7, {"action": "CLOSE"}]', [OPEN]),
         ('[{"action": "OP" "EN", "object": "jar\\u005f0"}]', [OPEN]),
         ('[{"action": "OPEN", "object": "jar_0", "why": 3}]', [OPEN]),
-        ('[{"action": "PUT", "object": " a, b "}]', [("PUT", ("a", " b"))]),
+        ('[{"action": "PUT", "object": " a, b "}]', [("PUT", ("a", "b"))]),
     ],
 )
 def test_steps_that_are_found(text: str, steps: list[tuple[str, tuple[str, ...]]]) -> None:

@@ -1,0 +1,149 @@
+"""Action sequencing: from the text of a plan to its verdict."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import cast
+
+from eai.abilities.action_sequencing.notation import PlanNotation
+from eai.abilities.action_sequencing.plan import WrittenPlan, WrittenStep
+from eai.abilities.explanation import Explanation, goal_reports, repairs_told, step_reports
+from eai.abilities.goal_test import GoalTest
+from eai.abilities.scorer import Assessment, Scorer
+from eai.abilities.task import NO_GOALS, Task
+from eai.abilities.unreadable import Unreadable
+from eai.abilities.verdict import ErrorReport, PlanVerdict
+from eai.world.domain import Domain
+from eai.world.execution import Action, Trajectory, describe, execute
+from eai.world.fault import FaultKind
+
+
+class ActionSequencing(Scorer):
+    """The scorer of the plans for one task.
+
+    Whole plans are tested before anything is executed: whether there is one, then all names, then all numbers
+    of objects. A plan succeeds if it is executed to its end and reaches all goals; one that never runs
+    reaches none.
+
+    Args:
+        task: the task.
+        domain: the world in which plans are executed.
+        notation: how plans are written.
+        goals: what tests the goals of the task; by default as `GoalTest` does.
+    """
+
+    def __init__(
+        self, task: Task, domain: Domain, notation: PlanNotation, goals: GoalTest | None = None
+    ) -> None:
+        self.task = task
+        self.domain = domain
+        self.notation = notation
+        self.goals = goals or GoalTest(task)
+        self.excluded = None if task.goals else NO_GOALS
+        self._object = notation.objects(task)
+
+    def assess(self, text: str) -> Assessment:
+        """The verdict on a plan; its explanation executes also what an excluded task leaves out."""
+        if self.excluded is None:
+            return self._assess(text)
+        return Assessment(PlanVerdict(excluded=self.excluded), lambda: self._assess(text).explain())
+
+    def _assess(self, text: str) -> Assessment:
+        """The assessment as if the task were not excluded."""
+        plan = self.notation.read(text)
+        if isinstance(plan, Unreadable):
+            return self._refuse(ErrorReport(FaultKind.PARSING, plan.step, plan.reason))
+        actions = self.resolve(plan)
+        if isinstance(actions, ErrorReport):
+            return self._refuse(actions, plan.repairs)
+        return self._run(actions, plan.repairs)
+
+    def resolve(self, plan: WrittenPlan) -> tuple[Action, ...] | ErrorReport:
+        """The plan as ground actions, or its first grammar error: of all names before of any arity."""
+        arities, operator_of, object_of = self.domain.arities, self.notation.operator, self._object
+        actions = []
+        misapplied = None
+        for number, step in enumerate(plan.steps):
+            operator = operator_of(step.action)
+            objects = tuple(map(object_of, step.objects))
+            if operator not in arities or None in objects:
+                return ErrorReport(FaultKind.HALLUCINATION, number, self._unknown(step))
+            if misapplied is None and len(objects) != arities[operator]:
+                detail = f"{operator} takes {arities[operator]} objects, not {len(objects)}"
+                misapplied = ErrorReport(FaultKind.ARGUMENT_NUMBER, number, detail)
+            actions.append(Action(operator, cast("tuple[int, ...]", objects)))
+        return misapplied or tuple(actions)
+
+    def _unknown(self, step: WrittenStep) -> str:
+        """What a step names that there is not: its action, or else its first such object."""
+        if self.notation.operator(step.action) not in self.domain.arities:
+            return f"{step.action} is not an action"
+        stranger = next(each for each in step.objects if self._object(each) is None)
+        return f"{step.action}: there is no {stranger}"
+
+    def _refuse(self, error: ErrorReport, repairs: tuple[str, ...] = ()) -> Assessment:
+        """The assessment of an answer that cannot be run."""
+        step = f"step {error.step + 1}: " if error.step is not None else ""
+        reason = f"{error.kind.value}: {step}{error.detail}"
+        verdict = self._rejection(error, repairs)
+        return Assessment(verdict, lambda: Explanation((*self._notes(repairs), reason)))
+
+    def _rejection(self, error: ErrorReport, repairs: tuple[str, ...]) -> PlanVerdict:
+        """The verdict on an answer that cannot be run."""
+        reached = self._reached_without_running()
+        return PlanVerdict(
+            executable=False,
+            success=False,
+            error=error,
+            additional_steps=0,
+            goals=self.goals.tallies(reached),
+            repairs=repairs,
+            goals_satisfied=reached,
+        )
+
+    def _run(self, actions: tuple[Action, ...], repairs: tuple[str, ...]) -> Assessment:
+        """The assessment of a plan that can be run."""
+        trajectory = execute(self.domain, self.task.initial, actions)
+        verdict = self._judge(trajectory, repairs)
+        return Assessment(verdict, partial(self._explain, verdict, trajectory))
+
+    def _judge(self, trajectory: Trajectory, repairs: tuple[str, ...]) -> PlanVerdict:
+        reached = self._reached(trajectory)
+        failure = trajectory.failure
+        error = None
+        if failure is not None:
+            detail = describe(failure, self.domain, trajectory.steps[-1].action, self.task.scene)
+            error = ErrorReport(failure.kind, len(trajectory.steps) - 1, detail)
+        return PlanVerdict(
+            executable=error is None,
+            success=self._succeeds(error, reached),
+            error=error,
+            additional_steps=trajectory.additional_steps,
+            goals=self.goals.tallies(reached),
+            repairs=repairs,
+            goals_satisfied=reached,
+        )
+
+    def _explain(self, verdict: PlanVerdict, trajectory: Trajectory) -> Explanation:
+        return Explanation(
+            self._notes(verdict.repairs),
+            step_reports(self.task, self.domain, trajectory),
+            goal_reports(self.task.goals, verdict.goals_satisfied),
+        )
+
+    def _notes(self, repairs: tuple[str, ...]) -> tuple[str, ...]:
+        """What there is to say of an answer as a whole."""
+        excluded = () if self.excluded is None else (f"excluded: {self.excluded}",)
+        return (*repairs_told(repairs), *excluded)
+
+    def _reached(self, trajectory: Trajectory) -> tuple[bool, ...]:
+        """For each goal, in order, whether a plan that ran reaches it."""
+        return self.goals.reached(trajectory.final, [action.operator for action in trajectory.executed])
+
+    def _reached_without_running(self) -> tuple[bool, ...]:
+        """For each goal, in order, whether an answer that cannot be run reaches it."""
+        return self.goals.none_reached
+
+    def _succeeds(self, error: ErrorReport | None, reached: tuple[bool, ...]) -> bool:
+        """Whether a plan that ran succeeds."""
+        return error is None and all(reached)

@@ -1,0 +1,124 @@
+"""Which goals of a task are reached at the end of a plan, and how they count by kind."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from operator import mul
+from typing import NamedTuple
+
+from eai.abilities.task import Goal, GoalKind, Task
+from eai.abilities.verdict import GoalTallies, Tally
+from eai.logic.formula import Atom, Formula, Occurs, Or
+from eai.logic.traversal import walk
+from eai.world.condition import Conditions
+from eai.world.frame import Binding, Frame, Truth
+from eai.world.state import Scene, State
+
+
+class GoalTest:
+    """The goals of a task, ready to be tested; any number of threads may ask one at a time.
+
+    A goal about states is reached if it holds in the final state. Action goals are reached in their order:
+    those of the longest run that the actions meet one after the other, and of equally long ones that which is
+    met first. An answer that never ran reaches no goal.
+
+    Args:
+        task: the task.
+        formulas: what is asked in the place of each goal, in order; the goals' own formulas if None.
+    """
+
+    def __init__(self, task: Task, formulas: Sequence[Formula] | None = None) -> None:
+        asked = [goal.formula for goal in task.goals] if formulas is None else formulas
+        is_action = [goal.kind is GoalKind.ACTION for goal in task.goals]
+        self._tests = tuple(
+            [
+                _Test(_in_no_state, []) if of_actions else _test(formula, task.scene)
+                for of_actions, formula in zip(is_action, asked, strict=True)
+            ]
+        )
+        self._places = tuple([i for i, of_actions in enumerate(is_action) if of_actions])
+        self._actions = tuple([alternatives(goal) for goal in task.goals_of(GoalKind.ACTION)])
+        shares = [_halves(goal) for goal in task.goals]
+        self._shares = tuple([tuple([share[kind] for share in shares]) for kind in range(3)])
+        self.none_reached: tuple[bool, ...] = (False,) * len(task.goals)
+
+    def reached(self, final: State, actions: Sequence[str]) -> tuple[bool, ...]:
+        """For each goal, in order, whether a plan reaches it.
+
+        Args:
+            final: the state that the plan ends in.
+            actions: the names of the actions that were carried out, in order.
+        """
+        reached = [truth(final, binding.copy()) for truth, binding in self._tests]
+        for number in self._met(self._actions, actions) if self._actions else ():
+            reached[self._places[number]] = True
+        return tuple(reached)
+
+    def tallies(self, reached: Sequence[bool]) -> GoalTallies:
+        """The reached goals by kind, where these are reached."""
+        return GoalTallies(*[_tally(shares, reached) for shares in self._shares])
+
+    def _met(self, goals: Sequence[tuple[str, ...]], actions: Sequence[str]) -> Sequence[int]:
+        """Which of the action goals, given by their alternatives, the actions meet."""
+        return longest_run(goals, actions)
+
+
+class _Test(NamedTuple):
+    """A goal as a function of a state and a binding, which is to be copied: quantifiers write into it."""
+
+    truth: Truth
+    binding: Binding
+
+
+def _test(formula: Formula, scene: Scene) -> _Test:
+    frame = Frame()
+    truth = Conditions(scene.vocabulary, frame).truth(formula)
+    return _Test(truth, frame.bind(scene, ()))
+
+
+def _in_no_state(state: State, binding: Binding) -> bool:
+    """Whether an action was taken, as far as a state tells."""
+    return False
+
+
+def alternatives(goal: Goal) -> tuple[str, ...]:
+    """The actions each of which meets an action goal, in order."""
+    operands = goal.formula.operands if isinstance(goal.formula, Or) else (goal.formula,)
+    return tuple([operand.action for operand in operands if isinstance(operand, Occurs)])
+
+
+class _Run(NamedTuple):
+    """Action goals that are met in order, and the number of actions after which they are."""
+
+    end: int
+    goals: tuple[int, ...]
+
+
+def longest_run(goals: Sequence[tuple[str, ...]], actions: Sequence[str]) -> tuple[int, ...]:
+    """The longest subsequence of the goals that the actions meet in order, by index: the first to be met."""
+    best = [_Run(0, ())]  # for each length the run that is met first
+    for number, wanted in enumerate(goals):
+        for run in reversed(best):
+            length = len(run.goals) + 1
+            end = next((i + 1 for i in range(run.end, len(actions)) if actions[i] in wanted), None)
+            if end is not None and (length == len(best) or end < best[length].end):
+                best[length : length + 1] = [_Run(end, (*run.goals, number))]
+    return best[-1].goals
+
+
+def _halves(goal: Goal) -> tuple[int, int, int]:
+    """How many halves of a state, relation and action goal a goal counts as."""
+    if goal.kind is GoalKind.ACTION:
+        return 0, 0, 2
+    binary = {len(part.arguments) == 2 for part in walk(goal.formula) if isinstance(part, Atom)}
+    if binary == {True, False}:
+        return 1, 1, 0
+    return (0, 2, 0) if binary == {True} else (2, 0, 0)
+
+
+def _tally(shares: Sequence[int], reached: Sequence[bool]) -> Tally:
+    return Tally(_of_halves(sum(map(mul, reached, shares))), _of_halves(sum(shares)))
+
+
+def _of_halves(number: int) -> float:
+    return number / 2 if number % 2 else number // 2

@@ -1,0 +1,64 @@
+from __future__ import annotations
+
+import pytest
+
+from eai.abilities.action_sequencing.notation import JsonPlans
+from eai.abilities.action_sequencing.plan import WrittenPlan
+from eai.abilities.unreadable import Unreadable
+from eai.world.execution import Action
+from world import toy
+
+NOTATION = JsonPlans()
+OPEN = ("OPEN", ("jar_0",))
+
+
+@pytest.mark.parametrize(
+    ("text", "steps", "repairs"),
+    [
+        ('[{"action": "OPEN", "object": "jar_0"}]', [OPEN], ()),
+        ('Sure [1]:\n```json\n[{"action": "OPEN", "object": "jar_0"}]\n```', [OPEN], ("code_fence",)),
+        ("[{'action': 'OPEN', 'object': 'jar_0'}]", [OPEN], ("single_quotes",)),
+        ('{"output": [{"action": "OPEN", "object": "jar_0"}]}', [OPEN], ()),
+        ('[{"action": "OPEN", "object": "jar_0"} # the jar\n]', [OPEN], ("comments",)),
+        ('[{"action": "OPEN", "object": "jar_0"}, # don\'t close\n]', [OPEN], ("single_quotes",)),
+        ('[{"action": "PUT", "object": ["a", "b"]}]', [("PUT", ("a", "b"))], ()),
+        ('[{"action": "WAIT", "object": ""}]', [("WAIT", ())], ()),
+        ('[{"action": "PUT", "object": "a, b"}]', [("PUT", ("a", "b"))], ()),
+    ],
+)  # fmt: skip
+def test_steps_that_are_found(
+    text: str, steps: list[tuple[str, tuple[str, ...]]], repairs: tuple[str, ...]
+) -> None:
+    plan = NOTATION.read(text)
+    assert not isinstance(plan, Unreadable)
+    assert [tuple(step) for step in plan.steps] == steps
+    assert plan.repairs == repairs
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["", "[]", "{}", '[{"action": "OPEN"}]', '[{"action": 1, "object": "jar_0"}]', '["OPEN jar_0"]'],
+)
+def test_texts_without_steps(text: str) -> None:
+    assert isinstance(NOTATION.read(text), Unreadable)
+
+
+@pytest.mark.parametrize(
+    ("steps", "text"),
+    [
+        ([], "[]"),
+        ([("LIFT", ("red",))], '[{"action": "LIFT", "object": "red"}]'),
+        ([("SWAP", ("red", "blue"))], '[{"action": "SWAP", "object": "red, blue"}]'),
+        (
+            [("WAIT", ()), ("WAIT", ())],
+            '[{"action": "WAIT", "object": ""}, {"action": "WAIT", "object": ""}]',
+        ),
+    ],
+)
+def test_what_is_written_is_read(steps: list[tuple[str, tuple[str, ...]]], text: str) -> None:
+    scene = toy.initial().scene
+    plan = [Action(name, tuple(scene.index[each] for each in objects)) for name, objects in steps]
+    assert NOTATION.join(NOTATION.write(plan, scene)) == text
+    read = NOTATION.read(text)
+    assert isinstance(read, WrittenPlan if steps else Unreadable)
+    assert steps == ([tuple(step) for step in read.steps] if isinstance(read, WrittenPlan) else [])

@@ -1,0 +1,124 @@
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import replace
+
+import pytest
+
+from eai.abilities.action_sequencing.notation import JsonPlans
+from eai.abilities.action_sequencing.scorer import ActionSequencing
+from eai.abilities.task import NO_GOALS, Goal, GoalKind, Task
+from eai.abilities.verdict import ErrorReport, GoalTallies, PlanVerdict, Tally
+from eai.logic.formula import Atom, Constant, Occurs
+from eai.world.fault import FaultKind
+from world import toy
+
+LIT = Goal(GoalKind.STATE, Atom("lit", (Constant("lamp"),)))
+MOVED = Goal(GoalKind.RELATION, Atom("at", (Constant("red"), Constant("shed"))))
+DROPPED = Goal(GoalKind.ACTION, Occurs("DROP"))
+TASK = Task("1", "Toy", "Play.", toy.initial(), (LIT, MOVED, DROPPED), tuple(range(6)))
+SCORER = ActionSequencing(TASK, toy.DOMAIN, JsonPlans())
+SUCCESS = ("LIFT red", "GO shed", "DROP red", "PRESS lamp")
+
+
+def answer(*steps: str) -> str:
+    """An answer from steps like ``LIFT red`` or ``LIFT red, blue``."""
+    words = (step.partition(" ") for step in steps)
+    return json.dumps([{"action": action, "object": names} for action, _, names in words])
+
+
+def verdict(text: str) -> PlanVerdict:
+    found = SCORER.score(text)
+    assert isinstance(found, PlanVerdict)
+    return found
+
+
+@pytest.mark.parametrize(
+    ("steps", "error"),
+    [
+        (["FLY shed"], (FaultKind.HALLUCINATION, 0, "FLY is not an action")),
+        (["GO shed", "GO moon"], (FaultKind.HALLUCINATION, 1, "GO: there is no moon")),
+        (["go shed"], (FaultKind.HALLUCINATION, 0, "go is not an action")),
+        (["GO shed, moon, mars"], (FaultKind.HALLUCINATION, 0, "GO: there is no moon")),
+        (["GO hall, shed"], (FaultKind.ARGUMENT_NUMBER, 0, "GO takes 1 objects, not 2")),
+        (["GO"], (FaultKind.ARGUMENT_NUMBER, 0, "GO takes 1 objects, not 0")),
+        # All names are looked at before any number of objects.
+        (["GO hall, shed", "GO moon"], (FaultKind.HALLUCINATION, 1, "GO: there is no moon")),
+        # What happens when the plan runs.
+        (["LIFT lamp"], (FaultKind.AFFORDANCE, 0, "lamp is no box")),
+        (["DROP red"], (FaultKind.MISSING_STEP, 0, "red is not held")),
+        (["LIFT blue"], (FaultKind.MISSING_STEP, 0, "the robot is not beside blue")),
+        (["GO shed", "LIFT red"], (FaultKind.WRONG_ORDER, 1, "the robot is not beside red")),
+        (SUCCESS, None),
+        (SUCCESS[:3], None),
+    ],
+)
+def test_what_ends_a_plan(steps: Sequence[str], error: tuple[FaultKind, int, str] | None) -> None:
+    found = verdict(answer(*steps))
+    assert found.error == (None if error is None else ErrorReport(*error))
+    assert found.executable is (error is None)
+
+
+@pytest.mark.parametrize("text", ["", "I would go to the shed.", '{"GO": ["shed"]}', "[]"])
+def test_an_answer_without_a_plan_is_a_parsing_error(text: str) -> None:
+    error = verdict(text).error
+    assert error is not None
+    assert (error.kind, error.step) == (FaultKind.PARSING, None)
+
+
+def test_a_plan_that_reaches_all_goals_succeeds() -> None:
+    found = verdict(answer(*SUCCESS))
+    assert (found.executable, found.success, found.goals_satisfied) == (True, True, (True, True, True))
+    assert found.goals == GoalTallies(Tally(1, 1), Tally(1, 1), Tally(1, 1))
+    assert (found.additional_steps, found.counted, found.repairs) == (0, None, ())
+
+
+def test_a_plan_that_misses_a_goal_fails() -> None:
+    found = verdict(answer(*SUCCESS[:3]))
+    assert (found.executable, found.success, found.goals_satisfied) == (True, False, (False, True, True))
+
+
+def test_a_plan_that_fails_after_all_goals_are_reached_fails() -> None:
+    found = verdict(answer(*SUCCESS, "DROP red"))
+    assert (found.executable, found.success, found.goals_satisfied) == (False, False, (True, True, True))
+
+
+def test_additional_steps_are_skipped_and_counted() -> None:
+    found = verdict(answer("GO hall", "GO hall", *SUCCESS))
+    assert (found.success, found.additional_steps) == (True, 2)
+
+
+@pytest.mark.parametrize("text", ["no plan", answer("FLY shed"), answer("GO hall, shed")])
+def test_an_answer_that_never_ran_reaches_no_goal(text: str) -> None:
+    at_home = Goal(GoalKind.RELATION, Atom("at", (Constant("red"), Constant("hall"))))
+    scorer = ActionSequencing(replace(TASK, goals=(at_home,)), toy.DOMAIN, JsonPlans())
+    found, idle = scorer.score(text), scorer.score(answer("GO hall"))
+    assert isinstance(found, PlanVerdict)
+    assert (found.success, found.goals_satisfied, found.additional_steps) == (False, (False,), 0)
+    assert found.goals == GoalTallies(Tally(0, 0), Tally(0, 1), Tally(0, 0))
+    assert idle.success
+
+
+def test_a_task_without_goals_is_excluded_and_its_plans_are_explained() -> None:
+    scorer = ActionSequencing(replace(TASK, goals=()), toy.DOMAIN, JsonPlans())
+    assert scorer.score(answer(*SUCCESS)) == PlanVerdict(excluded=NO_GOALS)
+    explanation = scorer.explain(answer(*SUCCESS))
+    assert explanation.notes == (f"excluded: {NO_GOALS}",)
+    assert len(explanation.steps) == 4
+
+
+def test_repairs_are_named() -> None:
+    found = verdict(f"My plan:\n```json\n{answer(*SUCCESS)}\n```")
+    assert (found.success, found.repairs) == (True, ("code_fence",))
+
+
+def test_explanations_tell_repairs_errors_steps_and_goals() -> None:
+    fenced = SCORER.explain(f"```\n{answer('GO hall', 'LIFT red', 'DROP blue')}\n```")
+    assert fenced.notes == ("read with repair: code_fence",)
+    assert [step.outcome for step in fenced.steps] == ["additional_step", "executed", "missing_step"]
+    assert [goal.satisfied for goal in fenced.goals] == [False, False, False]
+    assert SCORER.explain(answer("GO shed", "FLY shed")).notes == (
+        "hallucination: step 2: FLY is not an action",
+    )
+    assert SCORER.explain("?").notes[0].startswith("parsing: no list")

@@ -1,0 +1,133 @@
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from itertools import combinations
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from eai.abilities.goal_test import GoalTest, longest_run
+from eai.abilities.task import Goal, GoalKind, Task
+from eai.abilities.verdict import GoalTallies, Tally
+from eai.logic.formula import And, Atom, Constant, Exists, ForAll, Formula, Not, Occurs, Or, Variable
+from eai.world.execution import Action, execute
+from world import toy
+
+BOX, PLACE = Variable("b", "box"), Variable("p", "place")
+RED, BLUE, HALL, SHED = (Constant(name) for name in ("red", "blue", "hall", "shed"))
+LIT: Formula = Atom("lit", (Constant("lamp"),))
+RED_IN_HALL = Atom("at", (RED, HALL))
+BLUE_IN_HALL = Atom("at", (BLUE, HALL))
+
+
+def task(*goals: Goal | Formula) -> Task:
+    """A task in the toy world; formulas are goals about states."""
+    told = tuple(goal if isinstance(goal, Goal) else Goal(GoalKind.STATE, goal) for goal in goals)
+    return Task("1", "Toy", "Play.", toy.initial(), told, tuple(range(6)))
+
+
+def action(*alternatives: str) -> Goal:
+    return Goal(GoalKind.ACTION, Or(tuple(Occurs(name) for name in alternatives)))
+
+
+def test_goals_are_told_one_by_one_and_counted_by_kind() -> None:
+    given = task(LIT, RED_IN_HALL, action("LIFT"), BLUE_IN_HALL)
+    test = GoalTest(given)
+    reached = test.reached(given.initial, ["GO", "LIFT"])
+    assert reached == (False, True, True, False)
+    assert test.tallies(reached) == GoalTallies(Tally(0, 1), Tally(1, 2), Tally(1, 1))
+    assert test.tallies(test.none_reached) == GoalTallies(Tally(0, 1), Tally(0, 2), Tally(0, 1))
+
+
+def test_a_goal_of_both_kinds_counts_half_as_each_and_whole_numbers_are_whole() -> None:
+    test = GoalTest(task(Exists(BOX, Atom("at", (BOX, HALL)) & Atom("holding", (BOX,))), Not(LIT)))
+    first, second, both = (test.tallies(reached) for reached in ((True, False), (False, True), (True, True)))
+    assert first == GoalTallies(Tally(0.5, 1.5), Tally(0.5, 0.5), Tally(0, 0))
+    assert second == GoalTallies(Tally(1, 1.5), Tally(0, 0.5), Tally(0, 0))
+    assert both.all_satisfied
+    assert isinstance(second.state.satisfied, int)
+
+
+def test_other_formulas_may_be_asked_in_the_goals_place() -> None:
+    given = task(LIT, RED_IN_HALL)
+    test = GoalTest(given, [RED_IN_HALL, BLUE_IN_HALL])
+    assert test.reached(given.initial, ()) == (True, False)
+    assert test.tallies((True, False)) == GoalTallies(Tally(1, 1), Tally(0, 1), Tally(0, 0))
+
+
+def test_a_task_without_goals_reaches_all_of_them() -> None:
+    test = GoalTest(task())
+    assert test.reached(toy.initial(), ()) == ()
+    assert test.tallies(()) == GoalTallies(Tally(0, 0), Tally(0, 0), Tally(0, 0))
+
+
+@pytest.mark.parametrize(
+    ("goals", "actions", "met"),
+    [
+        (["GRAB"], [], ()),
+        (["GRAB"], ["WALK", "GRAB"], (0,)),
+        (["LOOKAT|WATCH"], ["WATCH"], (0,)),
+        (["LOOKAT|WATCH"], ["READ"], ()),
+        (["LOOKAT"], ["LOOKAT_SHORT"], ()),
+        (["GRAB", "WASH|RINSE"], ["GRAB", "WALK", "RINSE"], (0, 1)),
+        (["GRAB", "WASH|RINSE"], ["RINSE", "GRAB"], (1,)),
+        (["GRAB", "GRAB"], ["GRAB"], (0,)),
+        (["GRAB", "WASH"], ["WASH"], (1,)),
+        (["A", "B", "C"], ["B", "C", "A"], (1, 2)),
+    ],
+)
+def test_action_goals_are_reached_in_their_order(
+    goals: list[str], actions: list[str], met: tuple[int, ...]
+) -> None:
+    test = GoalTest(task(*(action(*goal.split("|")) for goal in goals)))
+    assert test.reached(toy.initial(), actions) == tuple(i in met for i in range(len(goals)))
+
+
+@given(
+    st.lists(st.sampled_from(["A", "B", "AB", "C"]).map(tuple), max_size=5),
+    st.lists(st.sampled_from("ABCD"), max_size=7),
+)
+def test_the_longest_run_of_goals_in_order_counts(goals: list[tuple[str, ...]], actions: list[str]) -> None:
+    def is_met(chosen: tuple[int, ...]) -> bool:
+        rest = iter(actions)
+        return all(any(action in goals[i] for action in rest) for i in chosen)
+
+    found = longest_run(goals, actions)
+    assert is_met(found)
+    longer = combinations(range(len(goals)), len(found) + 1)
+    assert not any(is_met(chosen) for chosen in longer)
+
+
+@pytest.fixture
+def hasty_threads() -> Iterator[None]:
+    """Threads that give way to each other all the time."""
+    before = sys.getswitchinterval()
+    sys.setswitchinterval(1e-5)
+    yield
+    sys.setswitchinterval(before)
+
+
+@pytest.mark.usefixtures("hasty_threads")
+def test_threads_may_share_a_test() -> None:
+    """Quantifiers bind their variables anew for every state, also while others do."""
+    boxes_lie = ForAll(BOX, Exists(PLACE, Atom("at", (BOX, PLACE)) & Not(Atom("holding", (BOX,)))))
+    together = Exists(PLACE, ForAll(BOX, Atom("at", (BOX, PLACE))))
+    apart = And((Exists(BOX, Atom("at", (BOX, HALL))), Exists(BOX, Atom("at", (BOX, SHED)))))
+    given = task(boxes_lie, together, apart)
+    scene = given.scene
+    steps = [("LIFT", "red"), ("GO", "shed"), ("DROP", "red"), ("LIFT", "blue"), ("GO", "hall")]
+    plan = [Action(name, (scene.index[thing],)) for name, thing in steps]
+    states = execute(toy.DOMAIN, given.initial, plan).states
+    test = GoalTest(given)
+    expected = [GoalTest(given).reached(state, ()) for state in states]
+    assert len(set(expected)) > 2
+
+    def differing(start: int) -> int:
+        numbers = [(start + i) % len(states) for i in range(1_500)]
+        return sum(test.reached(states[i], ()) != expected[i] for i in numbers)
+
+    with ThreadPoolExecutor(8) as pool:
+        assert sum(pool.map(differing, range(8))) == 0
