@@ -1,7 +1,7 @@
 """The one form of records outside the program: JSON objects, of which ``docs/records.md`` tells every field.
 
-The dataclasses are the schema: their fields have the names that stand in a file. Enums are their values, tuples
-are lists; goals by kind and errors by their number are objects. What an ability has no use for is null.
+The dataclasses are the schema: their fields have the names that stand in a file. Enums are their values,
+tuples lists; goals by kind and errors by their number are objects. What an ability has no use for is null.
 """
 
 from __future__ import annotations

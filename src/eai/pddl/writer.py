@@ -35,6 +35,7 @@ from eai.pddl.model import (
     WhenEffect,
     type_of,
 )
+from eai.pddl.operator_text import OperatorText
 
 
 def write_domain(domain: PddlDomain) -> str:
@@ -76,6 +77,14 @@ def write_action(action: PddlAction) -> str:
             f":precondition {write_formula(action.precondition)}",
             f":effect {write_effect(action.effect)})",
         )
+    )
+
+
+def operator_text(action: PddlAction) -> OperatorText:
+    """The operator as the text of its parts."""
+    parameters = _list(_declared(action.parameters))
+    return OperatorText(
+        action.name, parameters, write_formula(action.precondition), write_effect(action.effect)
     )
 
 

@@ -4,8 +4,8 @@ import pytest
 
 from eai.benchmarks.virtualhome import domain as virtualhome
 from eai.benchmarks.virtualhome.tasks import VirtualHomeTasks
-from eai.logic.formula import Variable
-from eai.world.check import check
+from eai.logic.formula import Atom, Variable
+from eai.world.conformance import check
 from eai.world.domain import Domain
 from eai.world.effect import Add
 from eai.world.fault import FaultKind
@@ -25,6 +25,10 @@ def test_the_toy_domain_conforms() -> None:
 )
 def test_virtualhome_conforms(virtualhome_tasks: VirtualHomeTasks, domain: Domain) -> None:
     assert check(domain, [virtualhome_tasks[i].initial for i in ("27_2", "1003_2")], steps=150) == ()
+
+
+def defined_as(name: str, other: str) -> Defined:
+    return Defined(name, (X,), ~Atom(other, (X,)))
 
 
 def with_operator(operator: Operator) -> Domain:
@@ -51,6 +55,18 @@ def with_operator(operator: Operator) -> Domain:
         (
             Domain("bad", Vocabulary((toy.lit,), (Defined("d", (X,), toy.at(X, X)),)), ()),
             "d: predicate at is not declared",
+        ),
+        (
+            Domain("bad", Vocabulary((), (defined_as("d", "d"),)), ()),
+            "d: derived predicate d is defined by itself",
+        ),
+        (
+            Domain(
+                "bad",
+                Vocabulary((), (Defined("c", (X,), Atom("d", (X,))), Defined("d", (X,), Atom("c", (X,))))),
+                (),
+            ),
+            "d: derived predicate d is defined by itself",
         ),
     ],
 )

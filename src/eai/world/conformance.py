@@ -2,7 +2,7 @@
 
 Run it over a domain of your own with a few of its initial states::
 
-    from eai.world.check import check
+    from eai.world import check
     for finding in check(domain, states):
         print(finding)
 
