@@ -25,7 +25,7 @@ from eai.world.relation import bits
 from eai.world.state import Scene, State
 
 
-class Wanted(NamedTuple):
+class Subgoal(NamedTuple):
     """A condition that shall hold, or (``truth`` False) shall not, for the objects in ``scope``."""
 
     formula: Formula
@@ -33,7 +33,7 @@ class Wanted(NamedTuple):
     truth: bool
 
     @property
-    def negated(self) -> Wanted:
+    def negated(self) -> Subgoal:
         """The opposite."""
         return self._replace(truth=not self.truth)
 
@@ -46,33 +46,33 @@ class GroundAtom(NamedTuple):
     truth: bool
 
 
-class AllOf(NamedTuple):
+class Conjunction(NamedTuple):
     """Every condition is needed."""
 
-    conditions: tuple[Wanted, ...]
+    conditions: tuple[Subgoal, ...]
 
 
-class AnyOf(NamedTuple):
+class Disjunction(NamedTuple):
     """One condition is enough."""
 
-    conditions: tuple[Wanted, ...]
+    conditions: tuple[Subgoal, ...]
 
 
-class Exact(NamedTuple):
+class ExactNumber(NamedTuple):
     """Exactly this number of the conditions shall be so, and the others not."""
 
     number: int
-    conditions: tuple[Wanted, ...]
+    conditions: tuple[Subgoal, ...]
 
 
-class Pairs(NamedTuple):
+class PairSelection(NamedTuple):
     """This number of cells is needed, no two in one row or column; None marks what is no pair."""
 
     number: int
-    cells: tuple[tuple[Wanted | None, ...], ...]
+    cells: tuple[tuple[Subgoal | None, ...], ...]
 
 
-Parts: TypeAlias = AllOf | AnyOf | Exact | Pairs
+Parts: TypeAlias = Conjunction | Disjunction | ExactNumber | PairSelection
 
 
 class Unfolding:
@@ -89,36 +89,36 @@ class Unfolding:
         self._state = state
         self._objects = objects
 
-    def holds(self, wanted: Wanted) -> bool:
-        """Whether what is wanted is so already."""
-        formula, scope, truth = wanted
+    def holds(self, subgoal: Subgoal) -> bool:
+        """Whether a subgoal is reached already."""
+        formula, scope, truth = subgoal
         return self._readings.holds(formula, scope, self._state) == truth
 
-    def atom(self, atom: Atom, wanted: Wanted) -> GroundAtom:
-        """An atom about the objects that its terms stand for where it is wanted."""
-        arguments = [self._index(term, wanted.scope) for term in atom.arguments]
-        return GroundAtom(atom.predicate, tuple(arguments), wanted.truth)
+    def atom(self, atom: Atom, subgoal: Subgoal) -> GroundAtom:
+        """An atom about the objects that its terms stand for in a subgoal."""
+        arguments = [self._index(term, subgoal.scope) for term in atom.arguments]
+        return GroundAtom(atom.predicate, tuple(arguments), subgoal.truth)
 
-    def parts(self, wanted: Wanted) -> Parts | None:
+    def parts(self, subgoal: Subgoal) -> Parts | None:
         """What a compound condition comes down to; None for an atom and what nothing is known of."""
-        formula, scope, truth = wanted
+        formula, scope, truth = subgoal
         match formula:
             case Not(operand):
-                return AllOf((Wanted(operand, scope, not truth),))
+                return Conjunction((Subgoal(operand, scope, not truth),))
             case And(operands) | Or(operands):
-                parts = tuple([Wanted(f, scope, truth) for f in operands])
-                return AllOf(parts) if isinstance(formula, And) == truth else AnyOf(parts)
+                parts = tuple([Subgoal(f, scope, truth) for f in operands])
+                return Conjunction(parts) if isinstance(formula, And) == truth else Disjunction(parts)
             case Implies(premise, conclusion):
-                either = (Wanted(premise, scope, not truth), Wanted(conclusion, scope, truth))
-                return AnyOf(either) if truth else AllOf(either)
+                either = (Subgoal(premise, scope, not truth), Subgoal(conclusion, scope, truth))
+                return Disjunction(either) if truth else Conjunction(either)
             case Exists(variable, body) | ForAll(variable, body):
                 if isinstance(formula, Exists) == truth:
                     values = self._promising(variable, body, scope) if truth else self._usable(variable)
-                    return AnyOf(self._instances(variable, body, scope, truth, values))
+                    return Disjunction(self._instances(variable, body, scope, truth, values))
                 offending = self._offending(variable, body, scope, truth)
-                return AllOf(self._instances(variable, body, scope, truth, offending))
+                return Conjunction(self._instances(variable, body, scope, truth, offending))
             case Exactly(count, variable, body) if truth:
-                return Exact(count, self._instances(variable, body, scope, truth, self._all(variable)))
+                return ExactNumber(count, self._instances(variable, body, scope, truth, self._all(variable)))
             case ForPairs() if truth:
                 return self._pairs(formula, scope)
             case _:
@@ -134,8 +134,8 @@ class Unfolding:
 
     def _instances(
         self, variable: Variable, body: Formula, scope: Scope, truth: bool, values: Sequence[int]
-    ) -> tuple[Wanted, ...]:
-        return tuple([Wanted(body, {**scope, variable.name: value}, truth) for value in values])
+    ) -> tuple[Subgoal, ...]:
+        return tuple([Subgoal(body, {**scope, variable.name: value}, truth) for value in values])
 
     def _all(self, variable: Variable) -> list[int]:
         return list(bits(self._state.scene.category(variable.category)))
@@ -159,15 +159,15 @@ class Unfolding:
         held = set(holding)
         return [i for i in self._all(variable) if i not in held]
 
-    def _pairs(self, formula: ForPairs, scope: Scope) -> Pairs:
+    def _pairs(self, formula: ForPairs, scope: Scope) -> PairSelection:
         first, second, body = formula.first, formula.second, formula.body
         rows, columns = self._all(first), self._all(second)
         count = min(len(rows), len(columns)) if formula.count is None else formula.count
-        return Pairs(
+        return PairSelection(
             count,
             tuple(
                 tuple(
-                    None if x == y else Wanted(body, {**scope, first.name: x, second.name: y}, True)
+                    None if x == y else Subgoal(body, {**scope, first.name: x, second.name: y}, True)
                     for y in columns
                 )
                 for x in rows
@@ -175,17 +175,17 @@ class Unfolding:
         )
 
 
-def conjuncts(wanted: Wanted, scene: Scene) -> Iterator[Wanted]:
-    """The conditions that are all wanted where this one is, each for itself."""
-    formula, scope, truth = wanted
+def conjuncts(subgoal: Subgoal, scene: Scene) -> Iterator[Subgoal]:
+    """The subgoals that one comes down to, all of them needed, each for itself."""
+    formula, scope, truth = subgoal
     match formula:
         case Not(operand):
-            yield from conjuncts(Wanted(operand, scope, not truth), scene)
+            yield from conjuncts(Subgoal(operand, scope, not truth), scene)
         case And(operands) | Or(operands) if isinstance(formula, And) == truth:
             for part in operands:
-                yield from conjuncts(Wanted(part, scope, truth), scene)
+                yield from conjuncts(Subgoal(part, scope, truth), scene)
         case ForAll(variable, body) | Exists(variable, body) if isinstance(formula, ForAll) == truth:
             for value in bits(scene.category(variable.category)):
-                yield from conjuncts(Wanted(body, {**scope, variable.name: value}, truth), scene)
+                yield from conjuncts(Subgoal(body, {**scope, variable.name: value}, truth), scene)
         case _:
-            yield wanted
+            yield subgoal

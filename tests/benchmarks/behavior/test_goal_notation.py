@@ -8,16 +8,18 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from benchmarks.behavior.kitchen import make_task
-from eai.abilities.goal_interpretation.behavior import GoalInterpretation
-from eai.abilities.protocol import Protocol
-from eai.abilities.verdict import Confusion, Verdict
+from eai.abilities.goal_interpretation.gold import write_goals
+from eai.abilities.goal_interpretation.scorer import GoalInterpretation
+from eai.abilities.verdict import Confusion, GoalVerdict, Verdict
+from eai.benchmarks.behavior import domain
+from eai.benchmarks.behavior.goal_notation import BehaviorGoals
 from eai.benchmarks.behavior.tasks import BehaviorTasks
-from oracle import MODELS, Oracle
+from eai.benchmarks.reference import behavior_goals as reference_goals
 
 TASK = make_task()
-STRICT, REFERENCE = (GoalInterpretation(TASK, protocol) for protocol in (Protocol.STRICT, Protocol.EAI_1_0_5))
-
-SETS = (*MODELS, "gt_lastoption", "gt_option0", "perturb0", "perturb1")
+DOMAIN = domain.as_meant()
+STRICT = GoalInterpretation(TASK, DOMAIN, BehaviorGoals())
+REFERENCE = reference_goals.GoalInterpretation(TASK)
 
 ALL = [
     ["inside", "peach.n.01_1", "sink.n.01_1"],
@@ -65,13 +67,12 @@ def test_counts(conditions: list[Any], strict: Any, reference: Any) -> None:
 
 def test_what_is_wrong_with_conditions_is_told() -> None:
     verdict = STRICT.score(answer(["open"], ["open", "moon.n.01_1"], ["broken", "plate.n.01_1"], ALL[0]))
-    assert verdict.details == {
-        "predicted": 4,
-        "ill_formed": 1,
-        "hallucinated": ["moon.n.01_1"],
-        "unknown_predicates": ["broken"],
-        "aborts": False,
-    }
+    assert isinstance(verdict, GoalVerdict)
+    assert verdict.predicted == 4
+    assert verdict.ill_formed == 1
+    assert verdict.hallucinated == ("moon.n.01_1", "broken")
+    assert verdict.unknown_predicates == ("broken",)
+    assert not verdict.aborts
     assert verdict.counts is not None
     assert verdict.counts["all"] == Confusion(1, 3, 3)
 
@@ -94,13 +95,13 @@ def test_what_can_be_read(text: str, strict_reads: bool, reference_reads: bool, 
     assert (STRICT.score(text).error is None) is strict_reads
     verdict = REFERENCE.score(text)
     assert (verdict.error is None) is reference_reads
-    assert verdict.details is not None
-    assert verdict.details["aborts"] is aborts
+    assert isinstance(verdict, GoalVerdict)
+    assert verdict.aborts is aborts
 
 
 def test_explanations_tell_the_option_compared_with_and_what_is_wrong() -> None:
     explanation = STRICT.explain(answer(ALL[0], ["open", "fridge.n.01_1"]))
-    assert explanation.notes == ("wrong: open(fridge.n.01_1)",)
+    assert [note for note in explanation.notes if "goals" not in note] == ["wrong: open(fridge.n.01_1)"]
     assert [(goal.goal, goal.satisfied) for goal in explanation.goals] == [
         ("inside(peach.n.01_1, sink.n.01_1)", True),
         ("not dusty(plate.n.01_1) and not dusty(plate.n.01_2)", False),
@@ -109,38 +110,11 @@ def test_explanations_tell_the_option_compared_with_and_what_is_wrong() -> None:
     assert STRICT.explain("?").notes[0].startswith("parsing")
 
 
-def told_by_reference(part: dict[str, int]) -> Confusion:
-    return Confusion(
-        part["num_satisfied_conditions"],
-        part["num_false_positive_conditions"],
-        part["num_unsatisfied_conditions"],
-    )
-
-
-@pytest.mark.parametrize("name", SETS)
-def test_every_row_has_the_references_counts(
-    behavior_tasks: BehaviorTasks, oracle: Oracle, name: str
-) -> None:
-    content = oracle("behavior", "goal_interpretation", name)
-    errors = {"format_error_num": 0, "state_hallucination_num": 0, "object_hallucination_num": 0}
-    for row in content["records"]:
-        task = behavior_tasks[row["identifier"]]
-        verdict = GoalInterpretation(task, Protocol.EAI_1_0_5).score(row["response"])
-        parts = {"all": "overall", "state": "state_goal", "relation": "relation_goal"}
-        expected = {key: told_by_reference(row["verdict"][part]) for key, part in parts.items()}
-        assert (row["identifier"], verdict.counts) == (row["identifier"], expected)
-        details: Any = verdict.details
-        errors["format_error_num"] += details["ill_formed"]
-        errors["state_hallucination_num"] += len(details["unknown_predicates"])
-        errors["object_hallucination_num"] += len(details["hallucinated"])
-    assert {key: content["summary"]["grammatical_errors"][key] for key in errors} == errors
-
-
 def test_the_data_sets_own_goals_are_all_right(behavior_tasks: BehaviorTasks) -> None:
     for task in behavior_tasks.values():
         for option in (0, -1):
             conditions = [condition for goal in task.interpretation_goals for condition in goal[option]]
-            verdict = GoalInterpretation(task, Protocol.STRICT).score(answer(*conditions))
+            verdict = GoalInterpretation(task, DOMAIN, BehaviorGoals()).score(answer(*conditions))
             assert verdict.counts is not None
             everything = verdict.counts["all"]
             assert isinstance(everything, Confusion)
@@ -157,3 +131,22 @@ def test_any_text_has_a_verdict_and_an_explanation(text: str) -> None:
     for scorer in (STRICT, REFERENCE):
         assert scorer.score(text) == scorer.score(text)
         scorer.explain(text)
+
+
+def test_written_goals_are_all_found(behavior_tasks: BehaviorTasks) -> None:
+    notation = BehaviorGoals()
+    for task in behavior_tasks.values():
+        text = notation.join(write_goals(task, DOMAIN, notation))
+        scorers = (GoalInterpretation(task, DOMAIN, notation), reference_goals.GoalInterpretation(task))
+        for verdict in [scorer.score(text) for scorer in scorers]:
+            assert verdict.counts is not None
+            _, wrong, missed = verdict.counts["all"]
+            assert (wrong, missed) == (0, 0), task.id
+
+
+def test_states_and_relations_come_in_sections_of_their_own() -> None:
+    written = ['["inside", "a.n.01_1", "b.n.01_1"]', '["not", ["open", "b.n.01_1"]]']
+    assert json.loads(BehaviorGoals().join(written)) == {
+        "node goals": [["not", ["open", "b.n.01_1"]]],
+        "edge goals": [["inside", "a.n.01_1", "b.n.01_1"]],
+    }

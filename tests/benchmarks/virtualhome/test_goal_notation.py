@@ -7,10 +7,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from abilities.action_sequencing.household import make_task
-from eai.abilities.goal_interpretation.virtualhome import GoalInterpretation
-from eai.abilities.goal_interpretation.virtualhome_writer import join_goals, write_goals
-from eai.abilities.protocol import Protocol
-from eai.abilities.verdict import Verdict, fields_of
+from eai.abilities.codec import fields_of
+from eai.abilities.goal_interpretation.gold import write_goals
+from eai.abilities.goal_interpretation.scorer import GoalInterpretation
+from eai.abilities.verdict import GoalVerdict, Verdict
+from eai.benchmarks.reference.virtualhome_goals import ByLargestId
+from eai.benchmarks.virtualhome import domain
+from eai.benchmarks.virtualhome.goal_notation import VirtualHomeGoals
 from eai.benchmarks.virtualhome.tasks import VirtualHomeTasks
 from eai.world.fault import FaultKind
 
@@ -24,7 +27,9 @@ TASK = make_task(
     ),
     more_objects=("cup.40",),
 )
-STRICT, REFERENCE = (GoalInterpretation(TASK, protocol) for protocol in (Protocol.STRICT, Protocol.EAI_1_0_5))
+DOMAIN = domain.as_meant()
+STRICT = GoalInterpretation(TASK, DOMAIN, VirtualHomeGoals())
+REFERENCE = ByLargestId(TASK, DOMAIN)
 
 OPEN = {"name": "fridge", "state": "OPEN"}
 ON_BED = {"from_name": "cup", "relation": "ON", "to_name": "bed"}
@@ -112,9 +117,9 @@ def test_what_cannot_be_read_is_a_parsing_error() -> None:
     ],
 )
 def test_an_answer_on_which_the_reference_aborts_is_told(text: str) -> None:
-    details = REFERENCE.score(text).details
-    assert details is not None
-    assert details["aborts"] is True
+    verdict = REFERENCE.score(text)
+    assert isinstance(verdict, GoalVerdict)
+    assert verdict.aborts is True
 
 
 def test_names_that_do_not_exist_are_reported() -> None:
@@ -123,12 +128,28 @@ def test_names_that_do_not_exist_are_reported() -> None:
         [{**ON_BED, "to_name": "moon"}, {**ON_BED, "relation": "UNDER"}],
         ["FLY", "TYPE"],
     )
-    strict, reference = STRICT.score(text).details, REFERENCE.score(text).details
-    assert strict is not None
-    assert reference is not None
-    assert strict["hallucinated"] == ["yacht", "SHINY", "moon", "UNDER", "FLY"]
-    assert reference["hallucinated"] == ["yacht", "moon"]
-    assert (strict["predicted"], strict["ill_formed"]) == (6, 0)
+    strict, reference = STRICT.score(text), REFERENCE.score(text)
+    assert isinstance(strict, GoalVerdict)
+    assert isinstance(reference, GoalVerdict)
+    assert strict.hallucinated == ("yacht", "SHINY", "moon", "UNDER", "FLY")
+    assert strict.unknown_predicates == ("SHINY", "UNDER")
+    assert reference.hallucinated == ("yacht", "moon")
+    assert (strict.predicted, strict.ill_formed) == (6, 0)
+
+
+def test_a_state_that_is_a_relation_is_an_ill_formed_relation_goal() -> None:
+    verdict = STRICT.score(answer([{"name": "fridge", "state": "INSIDE"}]))
+    assert isinstance(verdict, GoalVerdict)
+    assert (verdict.ill_formed, verdict.hallucinated) == (1, ())
+    assert counts(verdict) == ((0, 0, 1), (0, 1, 2), (0, 0, 2))
+
+
+def test_mere_repetition_is_no_prediction() -> None:
+    verdict = STRICT.score(
+        answer([OPEN, OPEN, {"name": "fridge"}, {"name": "fridge"}], actions=["FLY", "FLY"])
+    )
+    assert isinstance(verdict, GoalVerdict)
+    assert (verdict.predicted, verdict.ill_formed, verdict.hallucinated) == (3, 1, ("FLY",))
 
 
 def test_the_repairs_are_named() -> None:
@@ -194,8 +215,10 @@ def test_extreme_texts_have_a_verdict(text: str) -> None:
 
 def test_the_data_sets_own_goals_score_in_full(virtualhome_tasks: VirtualHomeTasks) -> None:
     wrong = []
+    notation = VirtualHomeGoals()
     for task in virtualhome_tasks.values():
-        verdict = GoalInterpretation(task, Protocol.STRICT).score(join_goals(write_goals(task)))
+        text = notation.join(write_goals(task, DOMAIN, notation))
+        verdict = GoalInterpretation(task, DOMAIN, notation).score(text)
         total = sum(count[0] for count in counts(verdict) if isinstance(count, tuple))
         if any(count[1:] != (0, 0) for count in counts(verdict) if isinstance(count, tuple)):
             wrong.append(task.id)

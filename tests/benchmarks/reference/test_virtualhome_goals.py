@@ -7,12 +7,13 @@ from typing import Any
 
 import pytest
 
-from eai.abilities.goal_interpretation.virtualhome import GoalInterpretation
-from eai.abilities.protocol import Protocol
-from eai.abilities.verdict import Verdict
+from eai.abilities.verdict import GoalVerdict, Verdict
+from eai.benchmarks.reference.virtualhome_goals import ByLargestId
+from eai.benchmarks.virtualhome import domain
 from eai.benchmarks.virtualhome.tasks import VirtualHomeTasks
 from oracle import MODELS, Oracle
 
+DOMAIN = domain.as_meant()
 SETS = (*MODELS, "gold", "perturbed")
 
 
@@ -23,11 +24,11 @@ def of_reference(row: Mapping[str, Any]) -> tuple[object, ...]:
 
 def of_ours(verdict: Verdict) -> tuple[object, ...]:
     assert verdict.counts is not None
-    details: Mapping[str, Any] = verdict.details or {}
+    assert isinstance(verdict, GoalVerdict)
     counts = tuple(tuple(verdict.counts[kind]) for kind in ("state", "relation", "action"))
-    format_wrong = details["ill_formed"] + (verdict.error is not None)
-    hallucinated = len(details["hallucinated"])
-    return (*counts, format_wrong, hallucinated, details["predicted"] - hallucinated)
+    format_wrong = verdict.ill_formed + (verdict.error is not None)
+    hallucinated = len(verdict.hallucinated)
+    return (*counts, format_wrong, hallucinated, verdict.predicted - hallucinated)
 
 
 @pytest.mark.parametrize("name", SETS)
@@ -38,8 +39,9 @@ def test_every_row_has_the_counts_of_the_reference(
     differing, compared = {}, 0
     for row in rows:
         task = virtualhome_tasks[row["id"].partition("@")[0]]
-        verdict = GoalInterpretation(task, Protocol.EAI_1_0_5).score(row["llm_output"])
-        assert bool(row["exception"]) == (verdict.details or {})["aborts"]
+        verdict = ByLargestId(task, DOMAIN).score(row["llm_output"])
+        assert isinstance(verdict, GoalVerdict)
+        assert bool(row["exception"]) == verdict.aborts
         if not row["exception"]:
             compared += 1
             if of_reference(row) != of_ours(verdict):
