@@ -28,7 +28,7 @@ def main(ability: str, paths: list[Path]) -> None:
     from eai.abilities.goal_interpretation.virtualhome import GoalInterpretation
     from eai.abilities.protocol import Ability, Protocol
     from eai.abilities.subgoal_decomposition.virtualhome import SubgoalDecomposition
-    from eai.benchmarks.virtualhome import domain as virtualhome
+    from eai.benchmarks.reference import virtualhome_domain
     from eai.benchmarks.virtualhome.tasks import open_tasks
     from eai.errors import ParseError
     from eai.logic.ltl import Dialect, parse
@@ -42,7 +42,7 @@ def main(ability: str, paths: list[Path]) -> None:
     )
     with suppress(ParseError):
         parse("?", dialect=Dialect.RELEASE)  # makes the parser, and what it finds errors with
-    _ = virtualhome.as_in_reference().compiled
+    _ = virtualhome_domain.as_in_reference().compiled
     gc.collect()
     loaded = time.process_time()
     for task_id, text in rows:

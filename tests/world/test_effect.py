@@ -4,6 +4,7 @@ import random
 
 import pytest
 
+from eai.benchmarks.reference import virtualhome_domain
 from eai.benchmarks.virtualhome import domain as virtualhome
 from eai.benchmarks.virtualhome.tasks import VirtualHomeTasks
 from eai.errors import DomainError
@@ -49,7 +50,7 @@ def test_the_engine_equals_plain_sets_in_the_toy_domain(seed: int) -> None:
 
 
 @pytest.mark.parametrize(
-    "domain", [virtualhome.as_meant(), virtualhome.as_in_reference()], ids=["strict", "eai"]
+    "domain", [virtualhome.as_meant(), virtualhome_domain.as_in_reference()], ids=["strict", "eai"]
 )
 @pytest.mark.parametrize("task_id", ["27_2", "1003_2", "417_1"])
 def test_the_engine_equals_plain_sets_in_virtualhome(

@@ -39,6 +39,7 @@ from eai.abilities.subgoal_decomposition.search import Limits
 from eai.abilities.verdict import ErrorReport, Json, SubgoalCategory
 from eai.benchmarks.behavior import domain as behavior
 from eai.benchmarks.behavior.tasks import BehaviorTask
+from eai.benchmarks.reference import behavior_domain
 from eai.benchmarks.reference import behavior_subgoals as behavior_reference
 from eai.benchmarks.reference import subgoals as reference
 from eai.benchmarks.reference.lots import Lots
@@ -58,7 +59,7 @@ class SubgoalDecomposition(SubgoalScorer):
 
     def __init__(self, task: BehaviorTask, protocol: Protocol, *, limits: Limits | None = None) -> None:
         as_in_reference = protocol is Protocol.EAI_1_0_5
-        domain = behavior.as_in_reference_subgoals() if as_in_reference else behavior.as_meant()
+        domain = behavior_domain.as_in_reference_subgoals() if as_in_reference else behavior.as_meant()
         initial = task.initial_as_published if as_in_reference else task.initial
         self._goals = BehaviorGoals(task, protocol)
         super().__init__(task, protocol, domain, initial, _AllAtEnd(self._goals), limits)

@@ -40,6 +40,7 @@ from eai.abilities.subgoal_decomposition.virtualhome_signature import signature,
 from eai.abilities.task import NO_GOALS, GoalKind, Task
 from eai.abilities.verdict import Json, Verdict
 from eai.benchmarks.reference import subgoals as reference
+from eai.benchmarks.reference import virtualhome_domain
 from eai.benchmarks.reference import virtualhome_subgoals as virtualhome_reference
 from eai.benchmarks.reference.lots import Lots
 from eai.benchmarks.virtualhome import domain as virtualhome
@@ -62,7 +63,7 @@ class SubgoalDecomposition(SubgoalScorer):
         self._signature = signature(task.scene, protocol)
         goal = _goal(task, protocol, self._signature)
         self._as_in_reference = protocol is Protocol.EAI_1_0_5
-        domain = virtualhome.as_in_reference() if self._as_in_reference else virtualhome.as_meant()
+        domain = virtualhome_domain.as_in_reference() if self._as_in_reference else virtualhome.as_meant()
         super().__init__(task, protocol, domain, task.initial, goal, limits)
         if self._as_in_reference:
             self._halts = virtualhome_reference.halts

@@ -16,8 +16,8 @@ from eai.abilities.scorer import Assessment
 from eai.abilities.task import Task
 from eai.abilities.unreadable import Unreadable
 from eai.abilities.verdict import Counted, ErrorReport, PlanVerdict
+from eai.benchmarks.reference import virtualhome_domain
 from eai.benchmarks.reference.virtualhome_goal_test import VirtualHomeGoalTest
-from eai.benchmarks.virtualhome import domain as virtualhome
 from eai.benchmarks.virtualhome.plan_notation import VirtualHomePlans, has_ids, identified, index_of
 from eai.world.domain import Domain
 from eai.world.execution import Action, Trajectory
@@ -131,7 +131,7 @@ def _with_note(explanation: Explanation, note: str) -> Explanation:
 
 @cache
 def _domain() -> Domain:
-    return virtualhome.as_in_reference().with_operators(without=NOT_ACCEPTED)
+    return virtualhome_domain.as_in_reference().with_operators(without=NOT_ACCEPTED)
 
 
 def written_with_ids(answers: Iterable[str]) -> bool:
