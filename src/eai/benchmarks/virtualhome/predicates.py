@@ -107,7 +107,7 @@ taken = Defined(
     (X,),
     Exists(Y, taken_from_top_of(X, Y) | taken_from_inside(X, Y) | taken_from_next_to(X, Y)),
 )
-room_of = Lookup("room_of", 2, rooms, reads=("ROOM", "INSIDE"))
+room_of = Lookup("room_of", 2, rooms(), reads=("ROOM", "INSIDE"))
 in_same_room = Defined("in_same_room", (X,), Exists(R, room_of(AGENT, R) & room_of(X, R)))
 somewhere = Defined("somewhere", (X,), Exists(R, room_of(X, R)))
 lies_on, lies_in, lies_next_to = (
