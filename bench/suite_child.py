@@ -25,10 +25,11 @@ def main(ability: str, paths: list[Path]) -> None:
         for path in paths
         for row in json.loads(path.read_text(encoding="utf-8"))
     ]
-    from eai.abilities.goal_interpretation.virtualhome import GoalInterpretation
     from eai.abilities.protocol import Ability, Protocol
     from eai.abilities.subgoal_decomposition.virtualhome import SubgoalDecomposition
     from eai.benchmarks.reference import virtualhome_domain
+    from eai.benchmarks.reference.virtualhome_goals import ByLargestId
+    from eai.benchmarks.virtualhome import domain as virtualhome
     from eai.benchmarks.virtualhome.tasks import open_tasks
     from eai.errors import ParseError
     from eai.logic.ltl import Dialect, parse
@@ -36,8 +37,10 @@ def main(ability: str, paths: list[Path]) -> None:
     tasks = dict(open_tasks())
     goals = Ability(ability) is Ability.GOAL_INTERPRETATION
     make = cache(
-        lambda task_id: (GoalInterpretation if goals else SubgoalDecomposition)(
-            tasks[task_id], Protocol.EAI_1_0_5
+        lambda task_id: (
+            ByLargestId(tasks[task_id], virtualhome.as_meant())
+            if goals
+            else SubgoalDecomposition(tasks[task_id], Protocol.EAI_1_0_5)
         )
     )
     with suppress(ParseError):

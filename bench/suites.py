@@ -19,13 +19,15 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeVar
 
-from eai.abilities.goal_interpretation.virtualhome_writer import join_goals, write_goals
+from eai.abilities.goal_interpretation.gold import write_goals
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.subgoal_decomposition.virtualhome_signature import signature
 from eai.abilities.subgoal_decomposition.virtualhome_writer import join_subgoals, write_subgoals
 from eai.abilities.task import Task
 from eai.benchmarks.gold_answers import AnswerBook, WrittenAnswer, noisy_answer
 from eai.benchmarks.packs import fetch_published
+from eai.benchmarks.virtualhome.domain import as_meant
+from eai.benchmarks.virtualhome.goal_notation import VirtualHomeGoals
 from eai.benchmarks.virtualhome.tasks import open_tasks
 from eai.logic.ltl import parse
 from reference import CACHE, REFERENCE, Response, environment, evaluate, read_responses, write_responses
@@ -75,8 +77,10 @@ def open_book(ability: Ability) -> AnswerBook:
     """The answers to be changed, for the tasks that have any."""
     tasks = open_tasks()
     if ability is Ability.GOAL_INTERPRETATION:
+        domain, notation = as_meant(), VirtualHomeGoals()
         return AnswerBook(
-            tuple(tasks), lambda task_id: WrittenAnswer(write_goals(tasks[task_id]), join_goals)
+            tuple(tasks),
+            lambda task_id: WrittenAnswer(write_goals(tasks[task_id], domain, notation), notation.join),
         )
     with_goal = tuple(task_id for task_id, task in tasks.items() if task.temporal_goal is not None)
     return AnswerBook(with_goal, lambda task_id: WrittenAnswer(script(tasks[task_id]), join_subgoals))

@@ -15,18 +15,18 @@ EVERYTHING = SCENE.everything
 def test_changes_are_found_in_the_effects() -> None:
     achievers = Achievers(toy.DOMAIN)
     adding = achievers.of("at", adding=True)
-    assert [(each.change.operator.name, len(each.conditions)) for each in adding] == [("GO", 1), ("GO", 2)]
+    assert [(each.schema.operator.name, len(each.conditions)) for each in adding] == [("GO", 1), ("GO", 2)]
     assert adding[0].match((0, 1), agent=0) == {"x": 1}
     assert adding[0].match((2, 1), agent=0) is None
     assert adding[1].match((2, 1), agent=0) == {"y": 2, "x": 1}
-    assert [each.change.operator.name for each in achievers.of("lit", adding=False)] == ["PRESS"]
+    assert [each.schema.operator.name for each in achievers.of("lit", adding=False)] == ["PRESS"]
     assert [operator.name for operator in achievers.writers(["lit", "holding"])] == ["PRESS", "LIFT", "DROP"]
 
 
 def test_what_an_effect_hides_is_left_out() -> None:
     hidden = replace(toy.GO, name="HIDE", parameters=(X, Y))
     domain = replace(toy.DOMAIN, operators=(hidden,))
-    assert [each.change.atom for each in Achievers(domain).of("at", adding=True)] == [at(AGENT, X)]
+    assert [each.schema.atom for each in Achievers(domain).of("at", adding=True)] == [at(AGENT, X)]
 
 
 def test_what_an_atom_leaves_open_is_filled_in() -> None:

@@ -1,7 +1,7 @@
 from __future__ import annotations
 
 from eai.logic.formula import FALSE, TRUE, Equals, Exists, Or, Variable
-from eai.planning.effect_schema import taking, written_changes
+from eai.planning.effect_schema import effect_schemas, taking
 from eai.world.effect import Add, Delete, Let, When
 from eai.world.operator import Operator, missing
 from eai.world.vocabulary import Predicate
@@ -28,7 +28,7 @@ PLACE = Operator(
 
 
 def test_checks_on_what_is_held_are_about_what_is_going_to_be_held() -> None:
-    (let_go, put, _) = written_changes(PLACE)
+    (let_go, put, _) = effect_schemas(PLACE)
     assert (let_go.atom, let_go.adds, let_go.given) == (held(H), False, (held(H),))
     assert (put.atom, put.adds, put.given) == (inside(H, X), True, (held(H), open_(X)))
     assert put.variables == ("x", "h")
@@ -41,7 +41,7 @@ def test_checks_on_what_is_held_are_about_what_is_going_to_be_held() -> None:
 
 
 def test_otherwise_means_that_the_condition_does_not_hold() -> None:
-    *_, shut = written_changes(PLACE)
+    *_, shut = effect_schemas(PLACE)
     assert (shut.atom, shut.adds, shut.given) == (open_(X), False, (held(H), ~open_(X)))
 
 

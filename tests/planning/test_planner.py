@@ -6,9 +6,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from eai.logic.formula import Atom, Constant, Exists, Formula, Not, Or
-from eai.planning.additive_heuristic import Regression
+from eai.planning.additive_heuristic import AdditiveHeuristic
 from eai.planning.planner import Planned, Planner, PlanningEnd, PlanningGoal, PlanningLimits
-from eai.planning.successor_generator import possible_actions
+from eai.planning.successor_generator import applicable_actions
 from eai.world.execution import Action, attempt, execute
 from eai.world.state import State
 from world import toy
@@ -18,7 +18,7 @@ START = toy.initial()
 SCENE = START.scene
 EVERYTHING = tuple(range(len(SCENE.objects)))
 PLANNER = Planner(toy.DOMAIN)
-REGRESSION = Regression(toy.DOMAIN)
+HEURISTIC = AdditiveHeuristic(toy.DOMAIN)
 
 
 def named(predicate: str, *names: str) -> Atom:
@@ -116,11 +116,11 @@ def reachable(goal: PlanningGoal) -> bool:
         if taken == len(goal.actions) and all(toy.DOMAIN.holds(c, state) for c in goal.conditions):
             return True
         for operator in toy.DOMAIN.operators:
-            for action in possible_actions(toy.DOMAIN, operator, state, EVERYTHING):
+            for action in applicable_actions(toy.DOMAIN, operator, state, EVERYTHING):
                 compiled = toy.DOMAIN.compiled[action.operator]
-                wanted = goal.actions[taken] if taken < len(goal.actions) else ()
+                subgoal = goal.actions[taken] if taken < len(goal.actions) else ()
                 after = compiled.apply(state, compiled.bind(state, action.arguments))
-                node = (after, taken + (action.operator in wanted))
+                node = (after, taken + (action.operator in subgoal))
                 if node not in seen:
                     seen.add(node)
                     queue.append(node)

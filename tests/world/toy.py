@@ -2,13 +2,28 @@
 
 from __future__ import annotations
 
-from eai.logic.formula import Exists, Variable
-from eai.world.domain import Domain
-from eai.world.effect import ANYTHING, Add, Delete, ForEach, When
-from eai.world.frame import AGENT
-from eai.world.operator import Operator, additional, affordance, missing
-from eai.world.state import Scene, State, WorldObject
-from eai.world.vocabulary import Defined, Predicate, Vocabulary, is_a
+from eai.world import (
+    AGENT,
+    ANYTHING,
+    Add,
+    Defined,
+    Delete,
+    Domain,
+    Exists,
+    ForEach,
+    Operator,
+    Predicate,
+    Scene,
+    State,
+    Variable,
+    Vocabulary,
+    When,
+    WorldObject,
+    additional,
+    affordance,
+    is_a,
+    missing,
+)
 
 X, Y = Variable("x"), Variable("y")
 at, holding, lit = Predicate("at", 2), Predicate("holding", 1), Predicate("lit", 1)

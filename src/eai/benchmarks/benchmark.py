@@ -7,10 +7,10 @@ from dataclasses import dataclass, field, replace
 
 from eai.abilities.protocol import Ability
 from eai.abilities.task import Task
+from eai.abilities.transition_modeling.declared import declared_tasks
 from eai.abilities.transition_modeling.task import TransitionTask
 from eai.abilities.verdict import Json
 from eai.benchmarks.source import OpenTasks, Source, TaskSet
-from eai.errors import InputError
 from eai.prompts.published import PublishedPrompts
 from eai.prompts.wording import Wording
 from eai.world.domain import Domain
@@ -64,14 +64,11 @@ class Benchmark:
         return TaskSet({i: task for i, task in tasks.items() if asks(task, ability)}, tasks.sha256)
 
     def operators(self, source: Source) -> TaskSet[TransitionTask]:
-        """The tasks of transition modeling in the order of the data set.
-
-        Raises:
-            InputError: the benchmark has none.
-        """
-        if self.open_operators is None:
-            raise InputError(f"{self.name} has no tasks of transition modeling")
-        return self.open_operators(source)
+        """The tasks of transition modeling in the order of the data set."""
+        if self.open_operators is not None:
+            return self.open_operators(source)
+        tasks = self.open_tasks(source)
+        return TaskSet(declared_tasks(self.domain, tasks), tasks.sha256)
 
     def wording(self, ability: Ability) -> Wording:
         """How prompts of an ability name things."""

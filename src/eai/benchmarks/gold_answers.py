@@ -11,8 +11,7 @@ from functools import cache
 from typing import TypeAlias
 
 from eai.abilities.action_sequencing.notation import JsonPlans, PlanNotation
-from eai.abilities.goal_interpretation import behavior_writer as behavior_goals
-from eai.abilities.goal_interpretation import virtualhome_writer as virtualhome_goals
+from eai.abilities.goal_interpretation.gold import write_goals
 from eai.abilities.planning import find_plan
 from eai.abilities.protocol import Ability
 from eai.abilities.subgoal_decomposition import behavior_planner
@@ -21,11 +20,13 @@ from eai.abilities.subgoal_decomposition import virtualhome_writer as virtualhom
 from eai.abilities.task import Task
 from eai.benchmarks.behavior import domain as behavior
 from eai.benchmarks.behavior import tasks as behavior_tasks
+from eai.benchmarks.behavior.goal_notation import BehaviorGoals
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.gold_operators import TransitionTasks, open_behavior, open_virtualhome
 from eai.benchmarks.source import Source
 from eai.benchmarks.virtualhome import domain as virtualhome
 from eai.benchmarks.virtualhome import tasks as virtualhome_tasks
+from eai.benchmarks.virtualhome.goal_notation import VirtualHomeGoals
 from eai.benchmarks.virtualhome.plan_notation import VirtualHomePlans
 from eai.data.store import Store
 from eai.errors import InputError
@@ -128,11 +129,10 @@ def _scripts(tasks: Mapping[str, Task], notation: PlanNotation) -> AnswerBook:
 
 def _virtualhome_goals(store: Store | None) -> AnswerBook:
     tasks = virtualhome_tasks.open_tasks(store)
+    domain, notation = virtualhome.as_meant(), VirtualHomeGoals()
     return AnswerBook(
         tuple(tasks),
-        lambda task_id: WrittenAnswer(
-            virtualhome_goals.write_goals(tasks[task_id]), virtualhome_goals.join_goals
-        ),
+        lambda task_id: WrittenAnswer(write_goals(tasks[task_id], domain, notation), notation.join),
     )
 
 
@@ -154,9 +154,10 @@ def _virtualhome_subgoals(store: Store | None) -> AnswerBook:
 
 def _behavior_goals(store: Store | None) -> AnswerBook:
     tasks = behavior_tasks.open_tasks(store)
+    domain, notation = behavior.as_meant(), BehaviorGoals()
     return AnswerBook(
         tuple(tasks),
-        lambda task_id: WrittenAnswer(behavior_goals.write_goals(tasks[task_id]), behavior_goals.join_goals),
+        lambda task_id: WrittenAnswer(write_goals(tasks[task_id], domain, notation), notation.join),
     )
 
 

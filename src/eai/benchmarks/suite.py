@@ -157,10 +157,17 @@ def _virtualhome_action_sequencing(
 def _virtualhome_goal_interpretation(
     benchmark: Benchmark, protocol: Protocol, form: Form, source: Source
 ) -> Opened:
-    from eai.abilities.goal_interpretation.virtualhome import GoalInterpretation
+    from eai.abilities.goal_interpretation.scorer import GoalInterpretation
+    from eai.benchmarks.reference.virtualhome_goals import ByLargestId
+    from eai.benchmarks.virtualhome.goal_notation import VirtualHomeGoals
 
-    tasks = benchmark.tasks_for(Ability.GOAL_INTERPRETATION, source)
-    return Opened(tuple(tasks), tasks.sha256, lambda task_id: GoalInterpretation(tasks[task_id], protocol))
+    tasks, domain = benchmark.tasks_for(Ability.GOAL_INTERPRETATION, source), benchmark.domain
+    if protocol is Protocol.EAI_1_0_5:
+        return Opened(tuple(tasks), tasks.sha256, lambda task_id: ByLargestId(tasks[task_id], domain))
+    notation = VirtualHomeGoals()
+    return Opened(
+        tuple(tasks), tasks.sha256, lambda task_id: GoalInterpretation(tasks[task_id], domain, notation)
+    )
 
 
 def _virtualhome_subgoal_decomposition(
@@ -194,11 +201,20 @@ def _behavior_action_sequencing(
 def _behavior_goal_interpretation(
     benchmark: Benchmark, protocol: Protocol, form: Form, source: Source
 ) -> Opened:
-    from eai.abilities.goal_interpretation.behavior import GoalInterpretation
+    from eai.abilities.goal_interpretation.scorer import GoalInterpretation
     from eai.benchmarks.behavior.benchmark import open_tasks as behavior_tasks
+    from eai.benchmarks.behavior.goal_notation import BehaviorGoals
+    from eai.benchmarks.reference import behavior_goals as reference
 
-    tasks = behavior_tasks(source)
-    return Opened(tuple(tasks), tasks.sha256, lambda task_id: GoalInterpretation(tasks[task_id], protocol))
+    tasks, domain = behavior_tasks(source), benchmark.domain
+    if protocol is Protocol.EAI_1_0_5:
+        return Opened(
+            tuple(tasks), tasks.sha256, lambda task_id: reference.GoalInterpretation(tasks[task_id])
+        )
+    notation = BehaviorGoals()
+    return Opened(
+        tuple(tasks), tasks.sha256, lambda task_id: GoalInterpretation(tasks[task_id], domain, notation)
+    )
 
 
 def _behavior_subgoal_decomposition(

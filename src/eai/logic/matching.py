@@ -87,15 +87,15 @@ class Cell(NamedTuple):
     column: int
 
 
-def heaviest_matching(weights: Sequence[Sequence[int | None]], size: int) -> int | None:
-    """The largest total weight of ``size`` cells of a table, no two in one row or column.
+def heaviest_matching(weights: Sequence[Sequence[int | None]], size: int) -> list[Cell] | None:
+    """The ``size`` cells of a table, no two in one row or column, of the largest total weight.
 
     Args:
         weights: the table, row by row; None marks a cell that must not be taken.
         size: how many cells to take.
 
     Returns:
-        The total weight, or None if there are no ``size`` such cells.
+        The cells in order of rows, or None if there are no ``size`` such cells.
 
     Takes O(size * cells * rows) time.
     """
@@ -103,7 +103,7 @@ def heaviest_matching(weights: Sequence[Sequence[int | None]], size: int) -> int
     for _ in range(size):
         if matching.grow() is None:
             return None
-    return sum(weights[row][column] or 0 for row, column in matching.cells())
+    return matching.cells()
 
 
 def heaviest_pairs(weights: Sequence[Sequence[int]]) -> list[Cell]:

@@ -83,6 +83,11 @@ def check_domain(domain: PddlDomain) -> tuple[PddlFinding, ...]:
     ]
     for predicate in domain.predicates:
         findings += _unknown_types(predicate.parameters, vocabulary, f"predicate {predicate.name}")
+    for axiom in domain.axioms:
+        scope = {parameter.name: type_of(parameter) for parameter in axiom.parameters}
+        place = f"condition of {axiom.name}"
+        findings += _unknown_types(axiom.parameters, vocabulary, f"derived predicate {axiom.name}")
+        findings += _Checker(vocabulary, place).formula(axiom.condition, scope)
     for action in domain.actions:
         findings += check_action(action, vocabulary)
     return tuple(findings)

@@ -1,28 +1,16 @@
 """Executing operators on explicit states: the plain semantics of PDDL, against which every plan is checked.
 
-A state is the set of the atoms that are true. Nothing here is shared with the search (`grounding`,
-`search`), so that a mistake there cannot hide itself.
+A state is the set of the atoms that are true and not derived. Nothing here is shared with the search
+(`grounding`, `search`), so that a mistake there cannot hide itself.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from eai.logic.formula import (
-    And,
-    Atom,
-    Constant,
-    Equals,
-    Exists,
-    ForAll,
-    Formula,
-    Implies,
-    Not,
-    Or,
-    Term,
-    Variable,
-)
+from eai.logic.formula import TRUE, And, Atom, Constant, Exists, Formula, Variable
+from eai.pddl.evaluation import DerivedPredicates, Evaluation, PddlState, Valuation, object_of
 from eai.pddl.model import (
     AddEffect,
     Both,
@@ -36,9 +24,6 @@ from eai.pddl.model import (
     objects_by_type,
     type_of,
 )
-
-PddlState = frozenset[Atom]
-Valuation = Mapping[str, Constant]
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,6 +55,8 @@ class Executor:
         self._actions = {action.name: action for action in domain.actions}
         self._objects = objects_by_type(domain, problem)
         self._problem = problem
+        self._derived = DerivedPredicates(domain.axioms)
+        self._last: tuple[PddlState, Evaluation] | None = None
 
     @property
     def initial(self) -> PddlState:
@@ -104,70 +91,59 @@ class Executor:
         Raises:
             ValueError: a part of the formula has no meaning in a single state, or a variable is unbound.
         """
-        match formula:
-            case Atom():
-                return _ground(formula, binding) in state
-            case Equals(left, right):
-                return _object(left, binding) == _object(right, binding)
-            case Not(operand):
-                return not self.holds(operand, state, binding)
-            case And(operands):
-                return all(self.holds(operand, state, binding) for operand in operands)
-            case Or(operands):
-                return any(self.holds(operand, state, binding) for operand in operands)
-            case Implies(premise, conclusion):
-                return not self.holds(premise, state, binding) or self.holds(conclusion, state, binding)
-            case ForAll(variable, body):
-                return all(self.holds(body, state, inner) for inner in self._extensions(variable, binding))
-            case Exists(variable, body):
-                return any(self.holds(body, state, inner) for inner in self._extensions(variable, binding))
-            case _:
-                raise ValueError(f"{type(formula).__name__} has no meaning in a single state")
+        return self._evaluation(state).holds(formula, binding)
+
+    def _evaluation(self, state: PddlState) -> Evaluation:
+        """The state, ready to be asked; the last one is kept."""
+        if self._last is None or self._last[0] is not state:
+            self._last = state, Evaluation(state, self._derived, self._objects)
+        return self._last[1]
 
     def _apply(self, action: PddlAction, state: PddlState, step: PlanStep) -> PddlState | str:
-        objects = map(Constant, step.arguments)
-        binding = {parameter.name: item for parameter, item in zip(action.parameters, objects, strict=True)}
-        if not self.holds(action.precondition, state, binding):
+        names = [parameter.name for parameter in action.parameters]
+        binding = dict(zip(names, step.arguments, strict=True))
+        now = self._evaluation(state)
+        if not now.holds(action.precondition, binding):
             return f"the precondition of ({step}) does not hold"
-        changes = list(self._changes(action.effect, state, binding))
+        changes = list(_changes(action.effect, now, binding))
         deleted = {change.atom for change in changes if isinstance(change, DeleteEffect)}
         added = {change.atom for change in changes if isinstance(change, AddEffect)}
         return (state - deleted) | added
 
-    def _changes(
-        self, effect: PddlEffect, state: PddlState, binding: Valuation
-    ) -> Iterator[AddEffect | DeleteEffect]:
-        """The ground additions and deletions of an effect; all conditions are read in the state before."""
-        match effect:
-            case AddEffect(atom):
-                yield AddEffect(_ground(atom, binding))
-            case DeleteEffect(atom):
-                yield DeleteEffect(_ground(atom, binding))
-            case Both(parts):
-                for part in parts:
-                    yield from self._changes(part, state, binding)
-            case Each(variable, part):
-                for inner in self._extensions(variable, binding):
-                    yield from self._changes(part, state, inner)
-            case WhenEffect(condition, part):
-                if self.holds(condition, state, binding):
-                    yield from self._changes(part, state, binding)
-
     def _members(self, variable: Variable) -> tuple[str, ...]:
         return self._objects.get(type_of(variable), ())
 
-    def _extensions(self, variable: Variable, binding: Valuation) -> Iterator[Valuation]:
-        return ({**binding, variable.name: Constant(name)} for name in self._members(variable))
+
+def _changes(effect: PddlEffect, now: Evaluation, binding: Valuation) -> Iterator[AddEffect | DeleteEffect]:
+    """The ground additions and deletions of an effect; all conditions are read in the state before."""
+    match effect:
+        case AddEffect(atom):
+            yield AddEffect(_ground(atom, binding))
+        case DeleteEffect(atom):
+            yield DeleteEffect(_ground(atom, binding))
+        case Both(parts):
+            for part in parts:
+                yield from _changes(part, now, binding)
+        case Each(variable, part):
+            for inner in now.extensions(variable, _guard(part, {variable.name}), binding):
+                yield from _changes(part, now, inner)
+        case WhenEffect(condition, part):
+            if now.holds(condition, binding):
+                yield from _changes(part, now, binding)
+
+
+def _guard(effect: PddlEffect, bound: set[str]) -> Formula:
+    """What holds wherever an effect changes anything, as far as that is easy to say."""
+    match effect:
+        case WhenEffect(condition, part):
+            return And((condition, _guard(part, bound)))
+        case Each(variable, part) if variable.name not in bound:
+            return Exists(variable, _guard(part, bound | {variable.name}))
+        case DeleteEffect(atom):
+            return atom
+        case _:
+            return TRUE
 
 
 def _ground(atom: Atom, binding: Valuation) -> Atom:
-    return Atom(atom.predicate, tuple(_object(term, binding) for term in atom.arguments))
-
-
-def _object(term: Term, binding: Valuation) -> Constant:
-    if isinstance(term, Constant):
-        return term
-    bound = binding.get(term.name)
-    if bound is None:
-        raise ValueError(f"unbound variable ?{term.name}")
-    return bound
+    return Atom(atom.predicate, tuple(Constant(object_of(term, binding)) for term in atom.arguments))

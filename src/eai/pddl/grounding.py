@@ -23,6 +23,7 @@ from eai.logic.formula import (
     Term,
     Variable,
 )
+from eai.pddl.evaluation import DerivedPredicates
 from eai.pddl.execute import PlanStep
 from eai.pddl.model import (
     AddEffect,
@@ -98,6 +99,8 @@ class Grounder:
         self._objects = objects_by_type(domain, problem)
         self._facts = {_key(atom, {}) for atom in problem.initial}
         self._changing = {atom.predicate for action in domain.actions for atom in effect_atoms(action.effect)}
+        self._changing |= {axiom.name for axiom in domain.axioms}
+        self._axioms = DerivedPredicates(domain.axioms).axioms
         self._numbers: dict[_Key, int] = {}
 
     @property
@@ -218,10 +221,25 @@ class Grounder:
                 raise ValueError(f"{type(formula).__name__} has no PDDL form")
 
     def _literal(self, atom: Atom, binding: _Binding, *, negated: bool) -> GroundCondition | None:
+        if atom.predicate in self._axioms:
+            return self._derived(atom, binding, negated=negated)
         if atom.predicate not in self._changing:
             return ALWAYS if (_key(atom, binding) in self._facts) != negated else None
         bit = self._bit(atom, binding)
         return GroundCondition(0, bit, ()) if negated else GroundCondition(bit, 0, ())
+
+    def _derived(self, atom: Atom, binding: _Binding, *, negated: bool) -> GroundCondition | None:
+        """The condition of a derived predicate; one that depends on itself has none."""
+        names = [_name(term, binding) for term in atom.arguments]
+        parts = (
+            self._condition(
+                axiom.condition,
+                {parameter.name: name for parameter, name in zip(axiom.parameters, names, strict=True)},
+                negated=negated,
+            )
+            for axiom in self._axioms[atom.predicate]
+        )
+        return _all_of(parts) if negated else _one_of(parts)
 
     def _bit(self, atom: Atom, binding: _Binding) -> int:
         key = _key(atom, binding)

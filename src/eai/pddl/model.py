@@ -86,8 +86,20 @@ class PddlAction:
 
 
 @dataclass(frozen=True, slots=True)
+class PddlAxiom:
+    """A derived predicate: it holds of its parameters where the condition does."""
+
+    name: str
+    parameters: tuple[Variable, ...]
+    condition: Formula
+
+
+@dataclass(frozen=True, slots=True)
 class PddlDomain:
-    """A planning domain. Declarations keep the order of the text."""
+    """A planning domain. Declarations keep the order of the text.
+
+    The names of derived predicates are declared among the predicates too.
+    """
 
     name: str
     requirements: tuple[str, ...]
@@ -95,6 +107,7 @@ class PddlDomain:
     constants: tuple[TypedName, ...]
     predicates: tuple[PddlPredicate, ...]
     actions: tuple[PddlAction, ...]
+    axioms: tuple[PddlAxiom, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

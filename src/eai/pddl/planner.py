@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
+from eai.pddl.evaluation import DerivedPredicates
 from eai.pddl.execute import Executor, PlanStep
 from eai.pddl.planning import PddlPlanner, PlannerOutcome, PlannerResult, PlanningTask
 from eai.pddl.search import Effort, SearchVerdict, search
@@ -21,9 +22,12 @@ class BuiltInPlanner:
     effort: Effort = field(default_factory=Effort)
 
     def solve(self, task: PlanningTask) -> PlannerResult:
-        """Look for a plan; a task with a fatal atom is `PlannerOutcome.UNSUPPORTED`."""
+        """Look for a plan; what it cannot ground is `PlannerOutcome.UNSUPPORTED`."""
         if task.fatal is not None:
             return PlannerResult(PlannerOutcome.UNSUPPORTED, detail="an effect adds an unbound variable")
+        if DerivedPredicates(task.domain.axioms).circles:
+            detail = "a derived predicate depends on itself"
+            return PlannerResult(PlannerOutcome.UNSUPPORTED, detail=detail)
         result = search(task.domain, task.problem, self.effort)
         match result.verdict:
             case SearchVerdict.SOLVED:

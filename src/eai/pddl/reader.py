@@ -34,6 +34,7 @@ from eai.pddl.model import (
     DeleteEffect,
     Each,
     PddlAction,
+    PddlAxiom,
     PddlDomain,
     PddlEffect,
     PddlPredicate,
@@ -96,6 +97,7 @@ class PddlReader:
             constants=self._typed_names(_body(sections, ":constants")),
             predicates=tuple(self._predicate(item) for item in _body(sections, ":predicates")),
             actions=tuple(actions),
+            axioms=tuple(self._axiom(section) for section in sections if _head(section) == ":derived"),
         )
 
     def problem(self, group: Group) -> PddlProblem:
@@ -232,6 +234,12 @@ class PddlReader:
     def _predicate(self, expression: SExpr) -> PddlPredicate:
         group, head = self._compound(expression)
         return PddlPredicate(head, self.variables(Group(group.items[1:], group.offset, group.end)))
+
+    def _axiom(self, section: Group) -> PddlAxiom:
+        if len(section.items) != 3:
+            raise error_at(self._text, section.offset, Offence.MALFORMED, "(:derived (NAME ...) CONDITION)")
+        head = self._predicate(section.items[1])
+        return PddlAxiom(head.name, head.parameters, self.condition(section.items[2]))
 
     def _literal(self, expression: SExpr) -> Formula:
         found = self.formula(expression)

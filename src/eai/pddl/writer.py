@@ -27,6 +27,7 @@ from eai.pddl.model import (
     DeleteEffect,
     Each,
     PddlAction,
+    PddlAxiom,
     PddlDomain,
     PddlEffect,
     PddlProblem,
@@ -34,6 +35,7 @@ from eai.pddl.model import (
     WhenEffect,
     type_of,
 )
+from eai.pddl.operator_text import OperatorText
 
 
 def write_domain(domain: PddlDomain) -> str:
@@ -43,6 +45,7 @@ def write_domain(domain: PddlDomain) -> str:
         f"(:types {_typed_names(domain.types)})" if domain.types else "",
         f"(:constants {_typed_names(domain.constants)})" if domain.constants else "",
         _block(":predicates", (_list([p.name, *_declared(p.parameters)]) for p in domain.predicates)),
+        *map(_axiom, domain.axioms),
         *map(write_action, domain.actions),
     ]
     return _definition(f"(domain {domain.name})", sections)
@@ -60,6 +63,11 @@ def write_problem(problem: PddlProblem) -> str:
     return _definition(f"(problem {problem.name})", sections)
 
 
+def _axiom(axiom: PddlAxiom) -> str:
+    head = _list([axiom.name, *_declared(axiom.parameters)])
+    return f"(:derived {head}\n    {write_formula(axiom.condition)})"
+
+
 def write_action(action: PddlAction) -> str:
     """The operator as text."""
     return "\n  ".join(
@@ -69,6 +77,14 @@ def write_action(action: PddlAction) -> str:
             f":precondition {write_formula(action.precondition)}",
             f":effect {write_effect(action.effect)})",
         )
+    )
+
+
+def operator_text(action: PddlAction) -> OperatorText:
+    """The operator as the text of its parts."""
+    parameters = _list(_declared(action.parameters))
+    return OperatorText(
+        action.name, parameters, write_formula(action.precondition), write_effect(action.effect)
     )
 
 

@@ -1,4 +1,4 @@
-"""Which operators make an atom true or false: the written changes of a domain, compiled, by predicate."""
+"""Achievers: which operators make an atom true or false, and what they need for it."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from eai.logic.formula import TRUE, Atom, Constant, Formula, Not, Variable
 from eai.logic.traversal import walk
-from eai.planning.effect_schema import WrittenChange, taking, written_changes
+from eai.planning.effect_schema import EffectSchema, effect_schemas, taking
 from eai.world.condition import Conditions
 from eai.world.domain import Domain
 from eai.world.effect import ANYTHING
@@ -19,8 +19,8 @@ from eai.world.state import State
 from eai.world.vocabulary import Defined, Vocabulary
 
 
-class Condition(NamedTuple):
-    """A formula over the variables of a change, and the function that reads it."""
+class Precondition(NamedTuple):
+    """A formula over the variables of an effect, and the function that reads it."""
 
     formula: Formula
     holds: Truth
@@ -46,10 +46,10 @@ class _Join(NamedTuple):
 
 
 class Achiever:
-    """A change of an operator, compiled.
+    """An effect of an operator, compiled: a way to make atoms of its predicate true, or false.
 
     Attributes:
-        change: the change.
+        schema: the effect.
         conditions: what must be brought about for it where it does not hold, in order.
         open_variables: how many of its variables the atom does not determine.
     """
@@ -60,30 +60,30 @@ class Achiever:
         "_frame",
         "_joins",
         "_vocabulary",
-        "change",
         "conditions",
         "open_variables",
+        "schema",
     )
 
-    def __init__(self, change: WrittenChange, vocabulary: Vocabulary) -> None:
-        self.change = change
+    def __init__(self, schema: EffectSchema, vocabulary: Vocabulary) -> None:
+        self.schema = schema
         self._vocabulary = vocabulary
-        self._frame = Frame([Variable(name) for name in change.variables])
+        self._frame = Frame([Variable(name) for name in schema.variables])
         self._compiler = Conditions(vocabulary, self._frame)
         self._joins: dict[tuple[str, ...], _Join] = {}
-        named = {term.name for term in change.atom.arguments if isinstance(term, Variable)}
-        self.open_variables = len(set(change.variables) - named)
-        own = [c for c in change.given if free_variables(c) <= named]
-        others = [c for c in change.given if c not in own]
-        needed = [c for c in (*own, *change.checks) if c != TRUE]
+        named = {term.name for term in schema.atom.arguments if isinstance(term, Variable)}
+        self.open_variables = len(set(schema.variables) - named)
+        own = [c for c in schema.given if free_variables(c) <= named]
+        others = [c for c in schema.given if c not in own]
+        needed = [c for c in (*own, *schema.checks) if c != TRUE]
         fixed = [c for c in needed if _is_fixed(c, vocabulary)]
         self._filters = (*fixed, *others)
-        self.conditions = tuple(Condition(c, self._compiler.truth(c)) for c in needed if c not in fixed)
+        self.conditions = tuple(Precondition(c, self._compiler.truth(c)) for c in needed if c not in fixed)
 
     def match(self, arguments: tuple[int, ...], agent: int | None) -> dict[str, int] | None:
-        """The variables' objects that make this a change of the atom with these arguments, or None."""
+        """The variables' objects that make this an achiever of the atom with these arguments, or None."""
         found: dict[str, int] = {}
-        for term, index in zip(self.change.atom.arguments, arguments, strict=True):
+        for term, index in zip(self.schema.atom.arguments, arguments, strict=True):
             if term == ANYTHING:
                 continue
             if isinstance(term, Constant):
@@ -102,9 +102,9 @@ class Achiever:
             usable: the mask of the objects that actions may be about.
 
         Yields:
-            One binding of `change.variables`, the same list each time.
+            One binding of `schema.variables`, the same list each time.
         """
-        names = self.change.variables
+        names = self.schema.variables
         join = self._join(tuple([name for name in names if name not in scope]))
         binding = self._frame.bind(state.scene, [scope.get(name, UNBOUND) for name in names])
         for holds in join.first:
@@ -124,11 +124,11 @@ class Achiever:
 
     def scope(self, binding: Binding) -> dict[str, int]:
         """The variables' objects in a binding."""
-        return dict(zip(self.change.variables, binding[1:], strict=False))
+        return dict(zip(self.schema.variables, binding[1:], strict=False))
 
     def arguments(self, binding: Binding) -> tuple[int, ...]:
         """The operator's arguments in a binding."""
-        return tuple(binding[1 : 1 + self.change.operator.arity])
+        return tuple(binding[1 : 1 + self.schema.operator.arity])
 
     def _join(self, unbound: tuple[str, ...]) -> _Join:
         join = self._joins.get(unbound)
@@ -139,7 +139,7 @@ class Achiever:
     def _make_join(self, unbound: tuple[str, ...]) -> _Join:
         scope = self._frame.scope
         pending = list(self._filters)
-        bound = set(self.change.variables) - set(unbound)
+        bound = set(self.schema.variables) - set(unbound)
         first = [c for c in pending if free_variables(c) <= bound]
         pending = [c for c in pending if c not in first]
         steps: list[_Step] = []
@@ -150,7 +150,7 @@ class Achiever:
             stored = [c for c in ready if _is_stored(c, self._vocabulary)]
             step = _Step(
                 scope[name],
-                scope[name] <= self.change.operator.arity,
+                scope[name] <= self.schema.operator.arity,
                 tuple(self._compiler.extension(c, scope[name], scope) for c in stored),
                 tuple(self._compiler.truth(c) for c in ready if c not in stored),
             )
@@ -174,26 +174,26 @@ def _complete(state: State, binding: Binding, steps: Sequence[_Step], usable: in
 
 
 class Achievers:
-    """All written changes of a domain."""
+    """The achievers of a domain: all effects of its operators, by what they make true or false."""
 
     def __init__(self, domain: Domain) -> None:
-        self._by_change: dict[tuple[str, bool], list[Achiever]] = {}
+        self._by_effect: dict[tuple[str, bool], list[Achiever]] = {}
         self._writers: dict[str, dict[str, Operator]] = {}
         self._taking = {o.name: Achiever(taking(o), domain.vocabulary) for o in domain.operators}
         for operator in domain.operators:
-            for change in written_changes(operator):
-                achiever = Achiever(change, domain.vocabulary)
-                self._by_change.setdefault((change.atom.predicate, change.adds), []).append(achiever)
-                self._writers.setdefault(change.atom.predicate, {})[operator.name] = operator
-        for changes in self._by_change.values():
-            changes.sort(key=lambda each: (each.open_variables, len(each.conditions)))
+            for schema in effect_schemas(operator):
+                achiever = Achiever(schema, domain.vocabulary)
+                self._by_effect.setdefault((schema.atom.predicate, schema.adds), []).append(achiever)
+                self._writers.setdefault(schema.atom.predicate, {})[operator.name] = operator
+        for achievers in self._by_effect.values():
+            achievers.sort(key=lambda each: (each.open_variables, len(each.conditions)))
 
     def of(self, predicate: str, *, adding: bool) -> Sequence[Achiever]:
-        """The changes that make atoms of a predicate true, or false: the straight ones first.
+        """The achievers that make atoms of a predicate true, or false: the straight ones first.
 
         Those are the ones that are about nothing but the objects of the atom, and need least.
         """
-        return self._by_change.get((predicate, adding), ())
+        return self._by_effect.get((predicate, adding), ())
 
     def taking(self, names: Iterable[str]) -> list[Achiever]:
         """The operators of these names, if there are any, as they are taken for their own sake."""

@@ -14,7 +14,16 @@ from typing import NamedTuple, TypeAlias
 from eai.logic.formula import Atom, Exists, ForAll
 from eai.planning.achievers import Achiever, Achievers
 from eai.planning.selection import exactly, in_pairs
-from eai.planning.wanted import AllOf, AnyOf, Exact, GroundAtom, Pairs, Parts, Unfolding, Wanted
+from eai.planning.subgoal import (
+    Conjunction,
+    Disjunction,
+    ExactNumber,
+    GroundAtom,
+    PairSelection,
+    Parts,
+    Subgoal,
+    Unfolding,
+)
 from eai.world.domain import Domain
 from eai.world.execution import Action
 from eai.world.reading import Readings, Scope
@@ -45,19 +54,19 @@ class _Instance(NamedTuple):
 _Key: TypeAlias = GroundAtom | _Instance
 
 
-class Way(NamedTuple):
-    """The cheapest action found for something, its cost, and what must be brought about before it."""
+class Supporter(NamedTuple):
+    """The cheapest action found to bring something about, its cost, and what it needs first."""
 
     cost: float
     action: Action | None
-    before: tuple[Wanted, ...]
+    before: tuple[Subgoal, ...]
 
 
-_NO_WAY = Way(INFINITE, None, ())
+_NO_SUPPORTER = Supporter(INFINITE, None, ())
 
 
-class Regression:
-    """What estimates need to know of a domain; made once."""
+class AdditiveHeuristic:
+    """The heuristic for one domain: what estimates from any state need to know of it; made once."""
 
     def __init__(self, domain: Domain) -> None:
         self.domain = domain
@@ -67,11 +76,11 @@ class Regression:
         self.static = frozenset(p.name for p in domain.vocabulary.predicates if p.static)
 
 
-class Distances:
+class Estimates:
     """Estimates from one state.
 
     Args:
-        regression: the domain.
+        heuristic: the heuristic for the domain.
         state: the state.
         objects: what actions may be about.
         kept: closed conditions; an action that undoes one of them costs one more.
@@ -82,132 +91,132 @@ class Distances:
     """
 
     def __init__(
-        self, regression: Regression, state: State, objects: Sequence[int], kept: Sequence[Wanted] = ()
+        self, heuristic: AdditiveHeuristic, state: State, objects: Sequence[int], kept: Sequence[Subgoal] = ()
     ) -> None:
         self.state = state
         self.objects = objects
-        self._domain = regression
-        self._unfolding = Unfolding(regression.readings, state, objects)
+        self._heuristic = heuristic
+        self._unfolding = Unfolding(heuristic.readings, state, objects)
         self.holds = self._unfolding.holds
         self.atom = self._unfolding.atom
         self._kept = [condition for condition in kept if self.holds(condition)]
         self._usable = sum(1 << index for index in set(objects))
-        self._ways: dict[GroundAtom, tuple[Way, float]] = {}
+        self._supporters: dict[GroundAtom, tuple[Supporter, float]] = {}
         self._costs: dict[_Key, tuple[float, float]] = {}
         self._undone: dict[Action, int] = {}
         self._open: set[_Key] = set()
 
-    def to(self, wanted: Wanted) -> float:
+    def to(self, subgoal: Subgoal) -> float:
         """The estimated number of actions until a condition holds; infinite if none brings it about."""
-        if self.holds(wanted):
+        if self.holds(subgoal):
             return 0.0
-        costs = (self._cost(wanted, most) for most in _HORIZONS)
+        costs = (self._cost(subgoal, most) for most in _HORIZONS)
         return next((cost for cost in costs if cost < INFINITE), INFINITE)
 
-    def to_action(self, names: Sequence[str]) -> Way:
-        """The cheapest way to take one of these actions, with any of the objects."""
+    def to_action(self, names: Sequence[str]) -> Supporter:
+        """The cheapest of these actions, with any of the objects."""
         for most in _HORIZONS:
-            best = Way(most, None, ())
-            for achiever in self._domain.achievers.taking(names):
+            best = Supporter(most, None, ())
+            for achiever in self._heuristic.achievers.taking(names):
                 best = self._cheapest(achiever, {}, best)
             if best.action is not None:
                 return best
-        return _NO_WAY
+        return _NO_SUPPORTER
 
-    def chosen(self, wanted: Wanted) -> tuple[Wanted, ...]:
+    def chosen(self, subgoal: Subgoal) -> tuple[Subgoal, ...]:
         """The conditions on single atoms that a condition comes down to by the cheapest choices."""
-        needed = None if isinstance(wanted.formula, Atom) else self.needed(wanted)
-        return (wanted,) if needed is None else tuple([c for part in needed for c in self.chosen(part)])
+        needed = None if isinstance(subgoal.formula, Atom) else self.needed(subgoal)
+        return (subgoal,) if needed is None else tuple([c for part in needed for c in self.chosen(part)])
 
-    def needed(self, wanted: Wanted) -> Sequence[Wanted] | None:
+    def needed(self, subgoal: Subgoal) -> Sequence[Subgoal] | None:
         """The conditions that one is made up of, all of them needed, by the cheapest choices.
 
         None for atoms of stored predicates and functions, and where no choice is known to bring it about.
         """
-        if isinstance(wanted.formula, Atom):
-            definition = self._definition(self.atom(wanted.formula, wanted))
+        if isinstance(subgoal.formula, Atom):
+            definition = self._definition(self.atom(subgoal.formula, subgoal))
             return None if definition is None else (definition,)
-        parts = self._unfolding.parts(wanted)
+        parts = self._unfolding.parts(subgoal)
         return None if parts is None else self._choice(parts)
 
-    def alternatives(self, wanted: Wanted) -> Sequence[Wanted]:
+    def alternatives(self, subgoal: Subgoal) -> Sequence[Subgoal]:
         """Where one of several conditions is enough, those that cost least; otherwise none."""
-        parts = None if isinstance(wanted.formula, Atom) else self._unfolding.parts(wanted)
-        costs = [(each, self.to(each)) for each in parts.conditions] if isinstance(parts, AnyOf) else []
+        parts = None if isinstance(subgoal.formula, Atom) else self._unfolding.parts(subgoal)
+        costs = [(each, self.to(each)) for each in parts.conditions] if isinstance(parts, Disjunction) else []
         least = min((cost for _, cost in costs), default=INFINITE)
         return [each for each, cost in costs if cost == least < INFINITE]
 
-    def way(self, atom: GroundAtom, most: float = INFINITE) -> Way:
-        """The cheapest way to make an atom of a stored predicate true or false that costs less than ``most``.
+    def supporter(self, atom: GroundAtom, most: float = INFINITE) -> Supporter:
+        """The cheapest action that makes an atom of a stored predicate true or false for less than ``most``.
 
-        What is needed to bring itself about is no way.
+        What is needed to bring itself about does not count.
         """
-        known, tried = self._ways.get(atom, (_NO_WAY, 0.0))
+        known, tried = self._supporters.get(atom, (_NO_SUPPORTER, 0.0))
         if known.cost < most:
             return known
         if known.action is not None or tried >= most or atom in self._open:
-            return _NO_WAY
-        if atom.predicate in self._domain.static:
-            return _NO_WAY
+            return _NO_SUPPORTER
+        if atom.predicate in self._heuristic.static:
+            return _NO_SUPPORTER
         self._open.add(atom)
-        best = Way(most, None, ())
-        for achiever in self._domain.achievers.of(atom.predicate, adding=atom.truth):
+        best = Supporter(most, None, ())
+        for achiever in self._heuristic.achievers.of(atom.predicate, adding=atom.truth):
             scope = achiever.match(atom.arguments, self.state.scene.agent)
             if scope is not None:
                 best = self._cheapest(achiever, scope, best)
             if best.cost <= _LEAST:
                 break
         self._open.discard(atom)
-        found = _NO_WAY if best.action is None else best
-        self._ways[atom] = (found, most)
+        found = _NO_SUPPORTER if best.action is None else best
+        self._supporters[atom] = (found, most)
         return found
 
     # The cost of conditions.
 
-    def _cost(self, wanted: Wanted, most: float) -> float:
+    def _cost(self, subgoal: Subgoal, most: float) -> float:
         """The cost of a condition that does not hold, or infinity if it is not less than ``most``.
 
         What is needed to bring itself about has no cost that is less.
         """
         if most <= _LEAST:
             return INFINITE
-        match wanted.formula:
+        match subgoal.formula:
             case Atom(predicate) as atom:
-                key: _Key = self.atom(atom, wanted)
-                if predicate not in self._domain.derived:
-                    return self.way(self.atom(atom, wanted), most).cost
+                key: _Key = self.atom(atom, subgoal)
+                if predicate not in self._heuristic.derived:
+                    return self.supporter(self.atom(atom, subgoal), most).cost
             case Exists() | ForAll() as formula:
-                names = self._domain.readings.names(formula)
-                values = tuple([wanted.scope[name] for name in names])
-                key = _Instance(id(formula), values, wanted.truth)
+                names = self._heuristic.readings.names(formula)
+                values = tuple([subgoal.scope[name] for name in names])
+                key = _Instance(id(formula), values, subgoal.truth)
             case _:
-                return self._cost_of_parts(wanted, most)
+                return self._cost_of_parts(subgoal, most)
         known, tried = self._costs.get(key, (INFINITE, 0.0))
         if known < most:
             return known
         if known < INFINITE or tried >= most or key in self._open:
             return INFINITE
         self._open.add(key)
-        cost = self._cost_of_parts(wanted, most)
+        cost = self._cost_of_parts(subgoal, most)
         self._open.discard(key)
         self._costs[key] = (cost, most)
         return cost
 
-    def _cost_of_parts(self, wanted: Wanted, most: float) -> float:
-        if isinstance(wanted.formula, Atom):
-            definition = self._definition(self.atom(wanted.formula, wanted))
+    def _cost_of_parts(self, subgoal: Subgoal, most: float) -> float:
+        if isinstance(subgoal.formula, Atom):
+            definition = self._definition(self.atom(subgoal.formula, subgoal))
             if definition is not None:
                 return self._cost(definition, most)
             return OPAQUE_COST if most > OPAQUE_COST else INFINITE
-        parts = self._unfolding.parts(wanted)
-        if isinstance(parts, AnyOf):
+        parts = self._unfolding.parts(subgoal)
+        if isinstance(parts, Disjunction):
             return self._least(parts.conditions, most)
         needed = None if parts is None else self._choice(parts)
         if needed is None:
             return INFINITE
         return self._sum([each for each in needed if not self.holds(each)], most)
 
-    def _least(self, conditions: Sequence[Wanted], most: float) -> float:
+    def _least(self, conditions: Sequence[Subgoal], most: float) -> float:
         """The cost of the cheapest of conditions none of which holds."""
         best = INFINITE
         for condition in conditions:
@@ -216,7 +225,7 @@ class Distances:
                 break
         return best
 
-    def _sum(self, failing: Sequence[Wanted], most: float) -> float:
+    def _sum(self, failing: Sequence[Subgoal], most: float) -> float:
         """The costs of conditions that do not hold together, or infinity if not less than ``most``."""
         others = len(failing) * _LEAST
         if others >= most:
@@ -231,20 +240,20 @@ class Distances:
 
     # Choices.
 
-    def _choice(self, parts: Parts) -> Sequence[Wanted] | None:
-        """The conditions that parts come down to, all of which are needed, or None if there is no way."""
+    def _choice(self, parts: Parts) -> Sequence[Subgoal] | None:
+        """The conditions that parts come down to, all of which are needed, or None if nothing does it."""
         match parts:
-            case AllOf(conditions):
+            case Conjunction(conditions):
                 return conditions
-            case AnyOf(conditions):
+            case Disjunction(conditions):
                 cheapest = self._cheapest_of(conditions)
                 return None if cheapest is None else (cheapest,)
-            case Exact(number, conditions):
+            case ExactNumber(number, conditions):
                 return exactly(number, conditions, self.to)
-            case Pairs(number, cells):
+            case PairSelection(number, cells):
                 return in_pairs(number, cells, self.to)
 
-    def _cheapest_of(self, conditions: Sequence[Wanted]) -> Wanted | None:
+    def _cheapest_of(self, conditions: Sequence[Subgoal]) -> Subgoal | None:
         for condition in conditions:
             if self.holds(condition):
                 return condition
@@ -260,26 +269,26 @@ class Distances:
 
     # Atoms.
 
-    def _definition(self, atom: GroundAtom) -> Wanted | None:
+    def _definition(self, atom: GroundAtom) -> Subgoal | None:
         """What defines a derived predicate, about the objects of the atom; None if it is not defined."""
-        derived = self._domain.derived.get(atom.predicate)
+        derived = self._heuristic.derived.get(atom.predicate)
         if not isinstance(derived, Defined):
             return None
         scope = {p.name: index for p, index in zip(derived.parameters, atom.arguments, strict=True)}
-        return Wanted(derived.definition, scope, atom.truth)
+        return Subgoal(derived.definition, scope, atom.truth)
 
-    def _cheapest(self, achiever: Achiever, scope: Scope, best: Way) -> Way:
-        """The best way by one change of an operator, or ``best`` if that is as good."""
+    def _cheapest(self, achiever: Achiever, scope: Scope, best: Supporter) -> Supporter:
+        """The best supporter by one effect of an operator, or ``best`` if that is as good."""
         for binding in achiever.bindings(self.state, scope, self._usable):
             failing = achiever.failing(self.state, binding, best.cost - _LEAST)
             if failing is None:
                 continue
             full = achiever.scope(binding) if failing else scope
-            before = tuple([Wanted(condition, full, True) for condition in failing])
-            action = Action(achiever.change.operator.name, achiever.arguments(binding))
+            before = tuple([Subgoal(condition, full, True) for condition in failing])
+            action = Action(achiever.schema.operator.name, achiever.arguments(binding))
             cost = _LEAST + (self._sum(before, best.cost - _LEAST) if before else self._harm(action))
             if cost < best.cost:
-                best = Way(cost, action, before)
+                best = Supporter(cost, action, before)
             if best.cost <= _LEAST:
                 break
         return best
@@ -290,9 +299,9 @@ class Distances:
             return 0
         undone = self._undone.get(action)
         if undone is None:
-            compiled = self._domain.domain.compiled[action.operator]
+            compiled = self._heuristic.domain.compiled[action.operator]
             after = compiled.apply(self.state, compiled.bind(self.state, action.arguments))
-            holds = self._domain.readings.holds
+            holds = self._heuristic.readings.holds
             undone = sum(holds(formula, scope, after) != truth for formula, scope, truth in self._kept)
             self._undone[action] = undone
         return undone

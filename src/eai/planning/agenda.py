@@ -10,13 +10,13 @@ from __future__ import annotations
 import heapq
 from collections.abc import Iterator, Sequence
 
-from eai.planning.additive_heuristic import Distances, Regression
-from eai.planning.best_first import BestFirst, Effort, Target
-from eai.planning.successor_generator import Moves, Node
-from eai.planning.wanted import Wanted
+from eai.planning.additive_heuristic import AdditiveHeuristic, Estimates
+from eai.planning.best_first import BestFirst, Budget, Target
+from eai.planning.subgoal import Subgoal
+from eai.planning.successor_generator import Node, SuccessorGenerator
 
 _WHOLE = 4
-"""How many times the effort for a part may be spent on a goal as a whole."""
+"""How many times the budget for a part may be spent on a goal as a whole."""
 
 _NEXT_ACTION = -1
 """The number of the goal to take the next action; conditions are numbered from 0."""
@@ -26,35 +26,39 @@ class Agenda:
     """Reaches the goals of one task one by one.
 
     Args:
-        regression: estimates with.
-        moves: moves by.
+        heuristic: estimates with.
+        successors: gives the states one action further.
         search: searches with.
         goals: closed conditions.
     """
 
     def __init__(
-        self, regression: Regression, moves: Moves, search: BestFirst, goals: Sequence[Wanted]
+        self,
+        heuristic: AdditiveHeuristic,
+        successors: SuccessorGenerator,
+        search: BestFirst,
+        goals: Sequence[Subgoal],
     ) -> None:
-        self._regression = regression
-        self._moves = moves
+        self._heuristic = heuristic
+        self._successors = successors
         self._goals = goals
         self._search = search
         self._costs: dict[int, float] = {}
         self._hard: set[int] = set()
         self._failed: set[int] = set()
 
-    def advance(self, node: Node, effort: Effort) -> Node | None:
-        """The node in which one goal more is reached, or None if this effort reaches none."""
-        holds = self._distances(node).holds
+    def advance(self, node: Node, budget: Budget) -> Node | None:
+        """The node in which one goal more is reached, or None if this budget reaches none."""
+        holds = self._estimates(node).holds
         kept = tuple([goal for goal in self._goals if holds(goal)])
         pending = [i for i, goal in enumerate(self._goals) if not holds(goal)]
-        if node.taken < len(self._moves.goals):
+        if node.taken < len(self._successors.goals):
             pending.append(_NEXT_ACTION)
         for i in self._nearest_first(node, pending):
             if i == _NEXT_ACTION:
-                found = self._reach(node, Target(kept, node.taken + 1), effort)
+                found = self._reach(node, Target(kept, node.taken + 1), budget)
             else:
-                found = self._achieve(node, self._goals[i], kept, effort)
+                found = self._achieve(node, self._goals[i], kept, budget)
             if found is not None:
                 return found
         self._failed = set(pending)
@@ -71,7 +75,7 @@ class Agenda:
 
         What a goal cost when last looked at stands until its turn comes; only then is it looked at again.
         """
-        distances = self._distances(node)
+        estimates = self._estimates(node)
         queue = [(i not in self._hard, self._costs.get(i, 0.0), i, False) for i in pending]
         heapq.heapify(queue)
         while queue:
@@ -80,39 +84,39 @@ class Agenda:
                 yield i
                 continue
             if i == _NEXT_ACTION:
-                cost = distances.to_action(self._moves.goals[node.taken]).cost
+                cost = estimates.to_action(self._successors.goals[node.taken]).cost
             else:
-                cost = distances.to(self._goals[i])
+                cost = estimates.to(self._goals[i])
             self._costs[i] = cost
             heapq.heappush(queue, (is_easy, cost, i, True))
 
-    def _achieve(self, node: Node, goal: Wanted, kept: tuple[Wanted, ...], effort: Effort) -> Node | None:
+    def _achieve(self, node: Node, goal: Subgoal, kept: tuple[Subgoal, ...], budget: Budget) -> Node | None:
         """Reach a goal part by part, or else as a whole."""
         while True:
-            part = self._next_part(node, goal, kept, effort)
+            part = self._next_part(node, goal, kept, budget)
             if part is None:
-                whole = effort._replace(states=_WHOLE * effort.states)
+                whole = budget._replace(states=_WHOLE * budget.states)
                 return self._reach(node, Target((*kept, goal), node.taken), whole)
             node = part
-            if self._distances(node).to(goal) == 0.0:
+            if self._estimates(node).to(goal) == 0.0:
                 return node
 
-    def _next_part(self, node: Node, goal: Wanted, kept: tuple[Wanted, ...], effort: Effort) -> Node | None:
-        distances = self._distances(node, kept)
-        parts = distances.chosen(goal)
+    def _next_part(self, node: Node, goal: Subgoal, kept: tuple[Subgoal, ...], budget: Budget) -> Node | None:
+        estimates = self._estimates(node, kept)
+        parts = estimates.chosen(goal)
         if len(parts) < 2:
             return None
-        costs = [distances.to(part) for part in parts]
+        costs = [estimates.to(part) for part in parts]
         held = tuple([part for part, cost in zip(parts, costs, strict=True) if cost == 0.0])
         for i in sorted(range(len(parts)), key=lambda i: costs[i]):
             if costs[i] > 0.0:
-                found = self._reach(node, Target((*kept, *held, parts[i]), node.taken), effort)
+                found = self._reach(node, Target((*kept, *held, parts[i]), node.taken), budget)
                 if found is not None:
                     return found
         return None
 
-    def _reach(self, node: Node, target: Target, effort: Effort) -> Node | None:
-        return self._search.search(node, target, effort).node
+    def _reach(self, node: Node, target: Target, budget: Budget) -> Node | None:
+        return self._search.search(node, target, budget).node
 
-    def _distances(self, node: Node, kept: Sequence[Wanted] = ()) -> Distances:
-        return Distances(self._regression, node.state, self._moves.objects, kept)
+    def _estimates(self, node: Node, kept: Sequence[Subgoal] = ()) -> Estimates:
+        return Estimates(self._heuristic, node.state, self._successors.objects, kept)

@@ -1,7 +1,7 @@
 """Greedy best-first search: the state that looks nearest is expanded next.
 
-It is expanded by its helpful actions (see `helpful`). If those lead nowhere, every possible action is
-tried where that is asked for.
+It is expanded by its preferred actions (see `preferred_operators`). If those lead nowhere, every applicable
+action is tried where that is asked for.
 """
 
 from __future__ import annotations
@@ -10,10 +10,10 @@ import heapq
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from eai.planning.additive_heuristic import INFINITE, Distances, Regression
-from eai.planning.preferred_operators import Helpful
-from eai.planning.successor_generator import Moves, Node
-from eai.planning.wanted import Wanted
+from eai.planning.additive_heuristic import INFINITE, AdditiveHeuristic, Estimates
+from eai.planning.preferred_operators import PreferredOperators
+from eai.planning.subgoal import Subgoal
+from eai.planning.successor_generator import Node, SuccessorGenerator
 from eai.world.execution import Action
 
 _STEP_COST = 0.2
@@ -24,27 +24,27 @@ class Target(NamedTuple):
     """What a search is for.
 
     Attributes:
-        wanted: closed conditions that shall hold at the end.
+        subgoals: closed conditions that shall hold at the end.
         taken: how many of the action goals shall have been taken.
     """
 
-    wanted: tuple[Wanted, ...]
+    subgoals: tuple[Subgoal, ...]
     taken: int
 
 
-class Effort(NamedTuple):
+class Budget(NamedTuple):
     """How much a search may do.
 
     Attributes:
         states: states that may be reached and estimated.
-        complete: whether to try every possible action where the helpful ones lead nowhere.
+        complete: whether to try every applicable action where the preferred ones lead nowhere.
     """
 
     states: int
     complete: bool
 
 
-class Found(NamedTuple):
+class SearchOutcome(NamedTuple):
     """How a search ended.
 
     Attributes:
@@ -58,32 +58,32 @@ class Found(NamedTuple):
 
 class _Estimate(NamedTuple):
     cost: float
-    helpful: tuple[Action, ...]
+    preferred: tuple[Action, ...]
 
 
 class BestFirst:
     """Searches in one domain, as long as there are states left to spend.
 
     Args:
-        regression: estimates with.
-        moves: moves by.
+        heuristic: estimates with.
+        successors: gives the states one action further.
         states: states that all searches together may reach and estimate.
 
     Attributes:
         states: how many of them are left.
     """
 
-    def __init__(self, regression: Regression, moves: Moves, states: int) -> None:
-        self._regression = regression
-        self._moves = moves
+    def __init__(self, heuristic: AdditiveHeuristic, successors: SuccessorGenerator, states: int) -> None:
+        self._heuristic = heuristic
+        self._successors = successors
         self.states = states
 
-    def search(self, start: Node, target: Target, effort: Effort) -> Found:
+    def search(self, start: Node, target: Target, budget: Budget) -> SearchOutcome:
         """Look for a way from a node to a target."""
         if self.states <= 0:
-            return Found(None)
-        affordable = effort._replace(states=min(effort.states, self.states))
-        run = _Run(self._regression, self._moves, start, target, affordable)
+            return SearchOutcome(None)
+        affordable = budget._replace(states=min(budget.states, self.states))
+        run = _Run(self._heuristic, self._successors, start, target, affordable)
         found = run.run()
         self.states -= run.states
         return found
@@ -93,45 +93,50 @@ class _Run:
     """The state of one search."""
 
     def __init__(
-        self, regression: Regression, moves: Moves, start: Node, target: Target, effort: Effort
+        self,
+        heuristic: AdditiveHeuristic,
+        successors: SuccessorGenerator,
+        start: Node,
+        target: Target,
+        budget: Budget,
     ) -> None:
-        self._regression = regression
-        self._moves = moves
+        self._heuristic = heuristic
+        self._successors = successors
         self._start = start
         self._target = target
-        self._effort = effort
+        self._effort = budget
         self._seen = {(start.state, start.taken)}
         self._queue: list[tuple[float, int, Node, tuple[Action, ...]]] = []
         self._later: list[tuple[float, int, Node]] = []
         self.states = 0
 
-    def run(self) -> Found:
+    def run(self) -> SearchOutcome:
         found = self._reach(self._start)
         while found is None:
             if self.states >= self._effort.states:
-                return Found(None)
+                return SearchOutcome(None)
             step = self._next()
             if step is None:
-                return Found(None, exhausted=True)
+                return SearchOutcome(None, exhausted=True)
             found = self._expand(*step)
-        return Found(found)
+        return SearchOutcome(found)
 
     def _next(self) -> tuple[Node, Sequence[Action]] | None:
-        """What to expand next: a state by its helpful actions, or else an expanded one by all others."""
+        """What to expand next: a state by its preferred actions, or else an expanded one by all others."""
         if self._queue:
-            rank, number, node, helpful = heapq.heappop(self._queue)
+            rank, number, node, preferred = heapq.heappop(self._queue)
             heapq.heappush(self._later, (rank, number, node))
-            return node, helpful
+            return node, preferred
         if self._later and self._effort.complete:
             _, _, node = heapq.heappop(self._later)
-            return node, tuple(self._moves.possible(node))
+            return node, tuple(self._successors.applicable(node))
         return None
 
     def _expand(self, node: Node, actions: Sequence[Action]) -> Node | None:
         for action in actions:
             if self.states >= self._effort.states:
                 return None
-            after = self._moves.after(node, action)
+            after = self._successors.successor(node, action)
             if after is None or (after.state, after.taken) in self._seen:
                 continue
             self._seen.add((after.state, after.taken))
@@ -147,21 +152,21 @@ class _Run:
         if estimate.cost == 0.0:
             return node
         rank = estimate.cost + _STEP_COST * (node.depth - self._start.depth)
-        heapq.heappush(self._queue, (rank, -self.states, node, estimate.helpful))
+        heapq.heappush(self._queue, (rank, -self.states, node, estimate.preferred))
         return None
 
     def _estimate(self, node: Node) -> _Estimate:
-        wanted, taken = self._target
-        distances = Distances(self._regression, node.state, self._moves.objects, wanted)
-        helpful = Helpful(self._regression, distances)
+        subgoals, taken = self._target
+        estimates = Estimates(self._heuristic, node.state, self._successors.objects, subgoals)
+        preferred = PreferredOperators(self._heuristic, estimates)
         total = 0.0
-        for condition in wanted:
-            cost = distances.to(condition)
+        for condition in subgoals:
+            cost = estimates.to(condition)
             total += cost
             if 0.0 < cost < INFINITE:
-                helpful.towards(condition)
-        for names in self._moves.goals[node.taken : taken]:
-            way = distances.to_action(names)
-            total += way.cost
-            helpful.along(way)
-        return _Estimate(total, tuple(helpful.actions))
+                preferred.towards(condition)
+        for names in self._successors.goals[node.taken : taken]:
+            supporter = estimates.to_action(names)
+            total += supporter.cost
+            preferred.along(supporter)
+        return _Estimate(total, tuple(preferred.actions))

@@ -1,4 +1,4 @@
-"""What the effects of operators add and delete, each with all that must hold for it to happen."""
+"""Effect schemas: what operators add and delete, each with all that must hold for it to happen."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ from eai.world.operator import Operator
 _NO_ATOM = Atom("")
 
 
-class WrittenChange(NamedTuple):
-    """One change that is written in the effects of an operator.
+class EffectSchema(NamedTuple):
+    """One addition or deletion in the effects of an operator.
 
     Attributes:
         operator: the operator.
         adds: whether it makes the atom true; otherwise it makes it false.
         atom: its variables are parameters of the operator or bound by the effects around it.
-        variables: the operator's parameters, then the variables of the effects around the change.
+        variables: the operator's parameters, then the variables of the effects around this one.
         checks: what the operator checks.
-        given: what the effects around the change ask for.
+        given: what the effects around this one ask for.
     """
 
     operator: Operator
@@ -32,41 +32,41 @@ class WrittenChange(NamedTuple):
     given: tuple[Formula, ...] = ()
 
 
-def taking(operator: Operator) -> WrittenChange:
+def taking(operator: Operator) -> EffectSchema:
     """The operator as it is taken for its own sake, whatever it changes."""
     names = tuple(p.name for p in operator.parameters)
-    return WrittenChange(operator, True, _NO_ATOM, names, tuple(check.condition for check in operator.checks))
+    return EffectSchema(operator, True, _NO_ATOM, names, tuple(check.condition for check in operator.checks))
 
 
-def written_changes(operator: Operator) -> Iterator[WrittenChange]:
-    """All changes of an operator, in the order in which they are written."""
+def effect_schemas(operator: Operator) -> Iterator[EffectSchema]:
+    """All additions and deletions of an operator, in the order in which they are written."""
     taken = taking(operator)
-    yield from _changes(operator.effects, taken)
+    yield from _schemas(operator.effects, taken)
     for each in operator.tries:
         own = (each.condition, *(check.condition for check in each.checks))
-        yield from _changes(each.effects, taken._replace(checks=(*taken.checks, *own)))
+        yield from _schemas(each.effects, taken._replace(checks=(*taken.checks, *own)))
 
 
-def _changes(effects: Iterable[Effect], around: WrittenChange) -> Iterator[WrittenChange]:
-    """The changes that effects make where all that is ``around`` them holds."""
+def _schemas(effects: Iterable[Effect], around: EffectSchema) -> Iterator[EffectSchema]:
+    """The additions and deletions that effects make where all that is ``around`` them holds."""
     for effect in effects:
         match effect:
             case Add(atom) | Delete(atom):
                 yield around._replace(atom=atom, adds=isinstance(effect, Add))
             case When(condition, inner, otherwise):
-                yield from _changes(inner, _given(around, condition))
-                yield from _changes(otherwise, _given(around, Not(condition)))
+                yield from _schemas(inner, _given(around, condition))
+                yield from _schemas(otherwise, _given(around, Not(condition)))
             case ForEach(variable, condition, inner) | Let(variable, condition, inner):
-                # Where the variable hides another one, the change is left out: estimates can do without it.
+                # Where the variable hides another one, the effect is left out: estimates can do without it.
                 if variable.name not in around.variables:
                     wider = around._replace(variables=(*around.variables, variable.name))
                     if isinstance(effect, Let):
                         checks = tuple(_of_this_one(c, variable, condition) for c in around.checks)
                         wider = wider._replace(checks=checks)
-                    yield from _changes(inner, _given(wider, condition))
+                    yield from _schemas(inner, _given(wider, condition))
 
 
-def _given(around: WrittenChange, condition: Formula) -> WrittenChange:
+def _given(around: EffectSchema, condition: Formula) -> EffectSchema:
     return around._replace(given=(*around.given, condition))
 
 

@@ -1,8 +1,8 @@
 """Planning by search on a declared domain: a plan that takes some actions in order and makes conditions hold.
 
 The goals are reached one after the other (`agenda`), each by greedy best-first search (`best_first`) that is
-guided by an estimate computed backwards from the goal (`regression`). Where no goal can be reached without
-giving up another one, all are searched for together. All actions of a plan are possible without any fault.
+guided by the additive heuristic, computed backwards from the goal (`additive_heuristic`). Where no goal can
+be reached without giving up another one, all are searched for together. All actions of a plan are applicable.
 Effort is bounded by a number of states, never by time: equal input gives equal output.
 """
 
@@ -13,11 +13,12 @@ from dataclasses import dataclass
 from enum import Enum
 
 from eai.logic.formula import Formula
-from eai.planning.additive_heuristic import INFINITE, Distances, Regression
+from eai.planning.action_elimination import without_needless_actions
+from eai.planning.additive_heuristic import INFINITE, AdditiveHeuristic, Estimates
 from eai.planning.agenda import Agenda
-from eai.planning.best_first import BestFirst, Effort, Target
-from eai.planning.successor_generator import CarryOut, Moves, Node
-from eai.planning.wanted import Wanted, conjuncts
+from eai.planning.best_first import BestFirst, Budget, Target
+from eai.planning.subgoal import Subgoal, conjuncts
+from eai.planning.successor_generator import CarryOut, Node, SuccessorGenerator
 from eai.world.domain import Domain
 from eai.world.execution import Action
 from eai.world.state import State
@@ -75,7 +76,7 @@ class Planned:
     blocked: tuple[Formula | tuple[str, ...], ...] = ()
 
 
-_FIRST_EFFORT = Effort(50, complete=False)
+_FIRST_BUDGET = Budget(50, complete=False)
 """What is spent on reaching one goal, at first."""
 
 _MORE = 4
@@ -100,7 +101,7 @@ class Planner:
     def __init__(self, domain: Domain, carry_out: CarryOut = alone) -> None:
         self._domain = domain
         self._carry_out = carry_out
-        self._regression = Regression(domain)
+        self._heuristic = AdditiveHeuristic(domain)
 
     def plan(
         self,
@@ -117,44 +118,48 @@ class Planner:
             objects: what actions may be about, by index.
             limits: how much to do.
         """
-        moves = Moves(self._domain, self._carry_out, objects, goal.actions)
-        return _Search(self._regression, moves, goal, limits or PlanningLimits()).run(Node(initial))
+        successors = SuccessorGenerator(self._domain, self._carry_out, objects, goal.actions)
+        return _PlanSearch(self._heuristic, successors, goal, limits or PlanningLimits()).run(Node(initial))
 
 
-class _Search:
+class _PlanSearch:
     """The state of one search."""
 
     def __init__(
-        self, regression: Regression, moves: Moves, goal: PlanningGoal, limits: PlanningLimits
+        self,
+        heuristic: AdditiveHeuristic,
+        successors: SuccessorGenerator,
+        goal: PlanningGoal,
+        limits: PlanningLimits,
     ) -> None:
-        self._regression = regression
-        self._moves = moves
+        self._heuristic = heuristic
+        self._successors = successors
         self._goal = goal
-        self._search = BestFirst(regression, moves, limits.states)
+        self._search = BestFirst(heuristic, successors, limits.states)
         self._limits = limits
 
     def run(self, start: Node) -> Planned:
         """Search until there is a plan, nothing is left, or the limits are reached."""
-        wanted = [Wanted(condition, {}, True) for condition in self._goal.conditions]
-        goals = tuple([goal for each in wanted for goal in conjuncts(each, start.state.scene)])
-        agenda = Agenda(self._regression, self._moves, self._search, goals)
+        subgoals = [Subgoal(condition, {}, True) for condition in self._goal.conditions]
+        goals = tuple([goal for each in subgoals for goal in conjuncts(each, start.state.scene)])
+        agenda = Agenda(self._heuristic, self._successors, self._search, goals)
         everything = Target(goals, len(self._goal.actions))
-        node, effort = start, _FIRST_EFFORT
+        node, budget = start, _FIRST_BUDGET
         while not self._is_reached(node):
-            further = agenda.advance(node, effort)
+            further = agenda.advance(node, budget)
             if self._search.states <= 0:
                 return self._failed(PlanningEnd.STATES, start)
             if further is not None:
-                node, effort = further, _FIRST_EFFORT
+                node, budget = further, _FIRST_BUDGET
             elif agenda.learn():
-                node, effort = start, _FIRST_EFFORT
+                node, budget = start, _FIRST_BUDGET
             else:
-                effort = Effort(_MORE * effort.states, complete=True)
-                found = self._search.search(start, everything, effort)
+                budget = Budget(_MORE * budget.states, complete=True)
+                found = self._search.search(start, everything, budget)
                 if found.exhausted:
                     return self._failed(PlanningEnd.UNREACHABLE, start)
                 node = found.node or node
-        end = self._moves.without_detours(start, node, self._is_reached)
+        end = without_needless_actions(self._successors, start, node, self._is_reached)
         return Planned(PlanningEnd.SOLVED, tuple(end.plan()), self._spent)
 
     @property
@@ -162,7 +167,7 @@ class _Search:
         return self._limits.states - self._search.states
 
     def _is_reached(self, node: Node) -> bool:
-        holds = self._regression.readings.holds
+        holds = self._heuristic.readings.holds
         conditions = self._goal.conditions
         return node.taken == len(self._goal.actions) and all(holds(c, {}, node.state) for c in conditions)
 
@@ -170,7 +175,7 @@ class _Search:
         return Planned(end, (), self._spent, self._blocked(start))
 
     def _blocked(self, start: Node) -> tuple[Formula | tuple[str, ...], ...]:
-        distances = Distances(self._regression, start.state, self._moves.objects)
-        conditions = (c for c in self._goal.conditions if distances.to(Wanted(c, {}, True)) == INFINITE)
-        actions = (names for names in self._goal.actions if distances.to_action(names).cost == INFINITE)
+        estimates = Estimates(self._heuristic, start.state, self._successors.objects)
+        conditions = (c for c in self._goal.conditions if estimates.to(Subgoal(c, {}, True)) == INFINITE)
+        actions = (names for names in self._goal.actions if estimates.to_action(names).cost == INFINITE)
         return (*conditions, *actions)

@@ -1,7 +1,7 @@
-"""Which actions lead towards a condition (Hoffmann and Nebel 2001).
+"""Preferred operators: the actions that lead towards a condition (Hoffmann and Nebel 2001).
 
-They are the ends of the chains that an estimate is made of (see `regression`): those actions on the cheapest
-way to the condition that are possible at once.
+They are the ends of the chains that an estimate is made of (see `additive_heuristic`): those actions on the
+cheapest way to the condition that are applicable at once.
 """
 
 from __future__ import annotations
@@ -9,66 +9,66 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from eai.logic.formula import Atom
-from eai.planning.additive_heuristic import Distances, Regression, Way
-from eai.planning.successor_generator import possible_actions
-from eai.planning.wanted import GroundAtom, Wanted
+from eai.planning.additive_heuristic import AdditiveHeuristic, Estimates, Supporter
+from eai.planning.subgoal import GroundAtom, Subgoal
+from eai.planning.successor_generator import applicable_actions
 from eai.world.execution import Action
 from eai.world.vocabulary import Defined
 
 
-class Helpful:
-    """Collects the helpful actions of one state.
+class PreferredOperators:
+    """Collects the preferred actions of one state.
 
     Args:
-        regression: the domain.
-        distances: the estimates from the state.
+        heuristic: the heuristic for the domain.
+        estimates: the estimates from the state.
 
     Attributes:
         actions: those found, each once, in order.
     """
 
-    def __init__(self, regression: Regression, distances: Distances) -> None:
-        self._domain = regression
-        self._distances = distances
+    def __init__(self, heuristic: AdditiveHeuristic, estimates: Estimates) -> None:
+        self._heuristic = heuristic
+        self._estimates = estimates
         self._seen: set[GroundAtom] = set()
         self.actions: dict[Action, None] = {}
 
-    def towards(self, goal: Wanted) -> None:
+    def towards(self, goal: Subgoal) -> None:
         """Collect those on the cheapest way to a goal, or on all the cheapest where it has alternatives."""
-        alternatives = self._distances.alternatives(goal)
+        alternatives = self._estimates.alternatives(goal)
         for condition in alternatives:
             self.towards(condition)
         if not alternatives:
             self._collect(goal)
 
-    def along(self, way: Way) -> None:
-        """Collect those on a way."""
-        if way.action is not None and not way.before:
-            self.actions[way.action] = None
-        for condition in way.before:
+    def along(self, supporter: Supporter) -> None:
+        """Collect an action, if it is applicable at once, or those that lead to what it needs first."""
+        if supporter.action is not None and not supporter.before:
+            self.actions[supporter.action] = None
+        for condition in supporter.before:
             self._collect(condition)
 
-    def _collect(self, wanted: Wanted) -> None:
+    def _collect(self, subgoal: Subgoal) -> None:
         """Collect those on the cheapest way to a condition, of which there is one."""
-        if self._distances.holds(wanted):
+        if self._estimates.holds(subgoal):
             return
-        if isinstance(wanted.formula, Atom):
-            atom = self._distances.atom(wanted.formula, wanted)
+        if isinstance(subgoal.formula, Atom):
+            atom = self._estimates.atom(subgoal.formula, subgoal)
             if atom in self._seen:
                 return
             self._seen.add(atom)
-            derived = self._domain.derived.get(atom.predicate)
+            derived = self._heuristic.derived.get(atom.predicate)
             if derived is None:
-                self.along(self._distances.way(atom))
+                self.along(self._estimates.supporter(atom))
                 return
             if not isinstance(derived, Defined):
                 self.actions.update((action, None) for action in self._changing(derived.reads))
-        for part in self._distances.needed(wanted) or ():
+        for part in self._estimates.needed(subgoal) or ():
             self._collect(part)
 
     def _changing(self, predicates: tuple[str, ...]) -> Iterator[Action]:
-        """All actions possible at once that change some of these predicates."""
-        for operator in self._domain.achievers.writers(predicates):
-            yield from possible_actions(
-                self._domain.domain, operator, self._distances.state, self._distances.objects
+        """All actions applicable at once that change some of these predicates."""
+        for operator in self._heuristic.achievers.writers(predicates):
+            yield from applicable_actions(
+                self._heuristic.domain, operator, self._estimates.state, self._estimates.objects
             )

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import TypeAlias
 
-from eai.planning.wanted import Wanted
+from eai.planning.subgoal import Subgoal
 
-Cost: TypeAlias = Callable[[Wanted], float]
+Cost: TypeAlias = Callable[[Subgoal], float]
 """What it costs to bring a condition about."""
 
 
-def exactly(number: int, conditions: Sequence[Wanted], cost: Cost) -> list[Wanted]:
+def exactly(number: int, conditions: Sequence[Subgoal], cost: Cost) -> list[Subgoal]:
     """Exactly so many of the conditions, and the opposite of the others, as cheaply as can be."""
     opposites = [each.negated for each in conditions]
 
@@ -23,7 +23,7 @@ def exactly(number: int, conditions: Sequence[Wanted], cost: Cost) -> list[Wante
     return [*(conditions[i] for i in order[:number]), *(opposites[i] for i in order[number:])]
 
 
-def in_pairs(number: int, cells: Sequence[Sequence[Wanted | None]], cost: Cost) -> list[Wanted] | None:
+def in_pairs(number: int, cells: Sequence[Sequence[Subgoal | None]], cost: Cost) -> list[Subgoal] | None:
     """So many cells, no two in one row or column, or None if that leads nowhere.
 
     The cheapest cell comes first, then the cheapest of those in other rows and columns, and so on.

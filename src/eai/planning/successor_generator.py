@@ -1,4 +1,4 @@
-"""Moving through states: what has been done on the way to one, and what can be done in it."""
+"""The successor generator: what has been done on the way to a state, and what can be done in it."""
 
 from __future__ import annotations
 
@@ -34,8 +34,8 @@ class Node(NamedTuple):
         return actions[::-1]
 
 
-class Moves:
-    """The moves of a domain.
+class SuccessorGenerator:
+    """Gives the states that one action leads to from a state, and the actions that are applicable in it.
 
     Args:
         domain: the domain.
@@ -52,7 +52,7 @@ class Moves:
         self.objects = objects
         self.goals = goals
 
-    def after(self, node: Node, action: Action) -> Node | None:
+    def successor(self, node: Node, action: Action) -> Node | None:
         """The node after an action is chosen, or None if it cannot be carried out without a fault."""
         state, taken = node.state, node.taken
         steps = self._carry_out(action, state)
@@ -66,33 +66,13 @@ class Moves:
             state = compiled.apply(state, binding)
         return Node(state, taken, node.depth + 1, node, action) if steps else None
 
-    def possible(self, node: Node) -> Iterator[Action]:
-        """All actions that no check forbids in a node."""
+    def applicable(self, node: Node) -> Iterator[Action]:
+        """All applicable actions: those that no check forbids in a node."""
         for operator in self._domain.operators:
-            yield from possible_actions(self._domain, operator, node.state, self.objects)
-
-    def without_detours(self, start: Node, end: Node, reached: Callable[[Node], bool]) -> Node:
-        """The end of a way from the start that has no action that it can do without.
-
-        This is action elimination (Nakhost and Mueller 2010): each action in turn is left out, and with it
-        those after it that are impossible then, until all are needed.
-        """
-        plan = end.plan()
-        position, needed = 0, 0
-        while needed < len(plan):
-            position %= len(plan)
-            node = start
-            for i, action in enumerate(plan):
-                after = self.after(node, action) if i != position else None
-                node = node if after is None else after
-            if reached(node):
-                end, plan, needed = node, node.plan(), 0
-            else:
-                position, needed = position + 1, needed + 1
-        return end
+            yield from applicable_actions(self._domain, operator, node.state, self.objects)
 
 
-def possible_actions(
+def applicable_actions(
     domain: Domain, operator: Operator, state: State, objects: Sequence[int]
 ) -> Iterator[Action]:
     """The actions by an operator on some objects that no check forbids in a state."""

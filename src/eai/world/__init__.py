@@ -1,1 +1,93 @@
-"""The typed core: objects, predicates, states, operators, domains; execution and diagnosis."""
+"""The typed core: objects, predicates, states, operators, domains; execution and diagnosis.
+
+The words of a declaration, and what can be done with one, are all here::
+
+    from eai.world import Add, Domain, Operator, Predicate, Variable, Vocabulary, missing
+"""
+
+from eai.logic.formula import (
+    FALSE,
+    TRUE,
+    And,
+    Atom,
+    Constant,
+    Equals,
+    Exactly,
+    Exists,
+    ForAll,
+    Formula,
+    ForPairs,
+    Implies,
+    Not,
+    Or,
+    Variable,
+)
+from eai.world.conformance import Finding, check
+from eai.world.domain import Domain, each_held_before, was_possible_before
+from eai.world.effect import ANYTHING, Add, Delete, Effect, ForEach, Let, When, both_ways
+from eai.world.execution import Action, Fault, Step, Trajectory, attempt, describe, execute
+from eai.world.fault import FaultKind
+from eai.world.frame import AGENT
+from eai.world.operator import Check, Operator, Try, additional, affordance, in_paper_order, missing
+from eai.world.state import Change, Fact, Scene, State, WorldObject, change
+from eai.world.vocabulary import Computed, Defined, Derived, Lookup, Predicate, Vocabulary, is_a
+
+__all__ = [
+    "AGENT",
+    "ANYTHING",
+    "FALSE",
+    "TRUE",
+    "Action",
+    "Add",
+    "And",
+    "Atom",
+    "Change",
+    "Check",
+    "Computed",
+    "Constant",
+    "Defined",
+    "Delete",
+    "Derived",
+    "Domain",
+    "Effect",
+    "Equals",
+    "Exactly",
+    "Exists",
+    "Fact",
+    "Fault",
+    "FaultKind",
+    "Finding",
+    "ForAll",
+    "ForEach",
+    "ForPairs",
+    "Formula",
+    "Implies",
+    "Let",
+    "Lookup",
+    "Not",
+    "Operator",
+    "Or",
+    "Predicate",
+    "Scene",
+    "State",
+    "Step",
+    "Trajectory",
+    "Try",
+    "Variable",
+    "Vocabulary",
+    "When",
+    "WorldObject",
+    "additional",
+    "affordance",
+    "attempt",
+    "both_ways",
+    "change",
+    "check",
+    "describe",
+    "each_held_before",
+    "execute",
+    "in_paper_order",
+    "is_a",
+    "missing",
+    "was_possible_before",
+]

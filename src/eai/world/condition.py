@@ -7,7 +7,8 @@ that make it true. Quantifiers are questions about extensions, so most of them c
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 
 from typing_extensions import assert_never
 
@@ -38,14 +39,15 @@ class Conditions:
     """A compiler of state formulas over one vocabulary into functions that share one frame.
 
     Raises:
-        DomainError: from its methods, for a predicate that is not declared, a wrong number of arguments, an
-            unbound variable, or a temporal operator.
+        DomainError: from its methods, for a predicate that is not declared or is defined by itself, a wrong
+            number of arguments, an unbound variable, or a temporal operator.
     """
 
     def __init__(self, vocabulary: Vocabulary, frame: Frame) -> None:
         self._vocabulary = vocabulary
         self._evaluated_as = vocabulary.evaluated_as
         self._frame = frame
+        self._unfolded: list[str] = []
 
     def truth(
         self, formula: Formula, scope: Mapping[str, int] | None = None, *, wanted: bool = True
@@ -150,7 +152,8 @@ class Conditions:
             case None:
                 return _stored_truth(self._vocabulary, atom.predicate, slots, wanted)
             case Defined(definition=definition):
-                return self.truth(definition, _inner_scope(derived, slots), wanted=wanted)
+                with self._unfolding(derived):
+                    return self.truth(definition, _inner_scope(derived, slots), wanted=wanted)
             case Computed(test=test):
                 return lambda state, binding: bool(test(state, tuple([binding[s] for s in slots]))) is wanted
             case Lookup():
@@ -166,12 +169,24 @@ class Conditions:
             truth = self._atom_truth(atom, scope, wanted=True)
             return lambda state, binding: state.scene.everything if truth(state, binding) else 0
         if isinstance(derived, Defined):
-            return self.extension(derived.definition, slot, _inner_scope(derived, slots))
+            with self._unfolding(derived):
+                return self.extension(derived.definition, slot, _inner_scope(derived, slots))
         if isinstance(derived, Lookup) and slots.index(slot) == len(slots) - 1:
             return _looked_up(derived, slots[:-1])
         if derived is not None or slots.count(slot) > 1:
             return self._by_trial(atom, slot, scope)
         return _stored_extension(self._vocabulary, atom.predicate, slots, slot)
+
+    @contextmanager
+    def _unfolding(self, derived: Defined) -> Iterator[None]:
+        """The definition of a predicate is put in its place; none stands in its own."""
+        if derived.name in self._unfolded:
+            raise DomainError(f"derived predicate {derived.name} is defined by itself")
+        self._unfolded.append(derived.name)
+        try:
+            yield
+        finally:
+            self._unfolded.pop()
 
     def _slots(self, atom: Atom, scope: Mapping[str, int]) -> tuple[int, ...]:
         arity = self._vocabulary.arity(atom.predicate)

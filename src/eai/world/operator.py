@@ -67,7 +67,6 @@ class Operator:
         checks: in order; the first one that fails is the verdict.
         effects: read in the state before, made in order.
         description: what it does, for prompts.
-        source: where the reference defines it.
         tries: where there are any, the action succeeds if one of those made succeeds, or if none is made; it
             has the effects of all that do. If all fail, what is wrong with each is reported together.
     """
@@ -77,7 +76,6 @@ class Operator:
     checks: tuple[Check, ...]
     effects: tuple[Effect, ...]
     description: str = ""
-    source: str = ""
     tries: tuple[Try, ...] = ()
 
     @property

@@ -49,17 +49,14 @@ class Scene:
         self.agent = agent
         self.index = {thing.name: i for i, thing in enumerate(self.objects)}
         self.everything = (1 << len(self.objects)) - 1
-        self._categories: dict[str, int] | None = None
+        self._categories: dict[str, int] = {}
+        for i, thing in enumerate(self.objects):
+            self._categories[thing.category] = self._categories.get(thing.category, 0) | 1 << i
 
     def category(self, name: str | None) -> int:
         """The mask of all objects of a category; None means every object."""
         if name is None:
             return self.everything
-        if self._categories is None:
-            masks: dict[str, int] = {}
-            for i, thing in enumerate(self.objects):
-                masks[thing.category] = masks.get(thing.category, 0) | 1 << i
-            self._categories = masks  # only when it is complete: other threads look, too
         return self._categories.get(name, 0)
 
     def names(self, mask: int) -> tuple[str, ...]:

@@ -23,13 +23,15 @@ class Predicate:
     """A stored predicate of arity 0, 1 or 2. Calling it with terms makes an atom.
 
     ``static`` says that no operator changes it. ``visible`` is False for memory that the simulator needs but
-    that no prompt, goal or PDDL text may mention.
+    that no prompt, goal or PDDL text may mention. ``single`` says that in every state that can be reached at
+    most one object makes it true as last argument, whatever the others: so "the first" such object is it.
     """
 
     name: str
     arity: int
     static: bool = False
     visible: bool = True
+    single: bool = False
 
     def __call__(self, *terms: Term) -> Atom:
         """The atom of this predicate with these terms."""
@@ -61,12 +63,16 @@ class Defined:
 
 @dataclass(frozen=True, slots=True)
 class Computed:
-    """A derived predicate given by a pure test of a state and object indices."""
+    """A derived predicate given by a pure test of a state and object indices.
+
+    ``meaning``, where there is one, says the same as a formula, for syntaxes that have no functions.
+    """
 
     name: str
     arity: int
     test: Callable[[State, tuple[int, ...]], bool]
     reads: tuple[str, ...]
+    meaning: Defined | None = None
 
     def __call__(self, *terms: Term) -> Atom:
         """The atom of this predicate with these terms."""
@@ -78,12 +84,18 @@ class Lookup:
     """A derived predicate whose last argument is looked up: a pure function from the others to a mask.
 
     ``values(state, arguments)`` is the mask of all objects that make the predicate true as last argument.
+    ``meaning``, where there is one, says the same as a formula, for syntaxes that have no functions;
+    ``single`` says that the mask never has more than one object; ``open_in_meaning``, what the formula leaves
+    open, in words.
     """
 
     name: str
     arity: int
     values: Callable[[State, tuple[int, ...]], int]
     reads: tuple[str, ...]
+    meaning: Defined | None = None
+    single: bool = False
+    open_in_meaning: str = ""
 
     def __call__(self, *terms: Term) -> Atom:
         """The atom of this predicate with these terms."""

@@ -6,7 +6,7 @@ from benchmarks.behavior.kitchen import make_task
 from eai.benchmarks.behavior import domain as behavior
 from eai.benchmarks.behavior.tasks import BehaviorTasks
 from eai.benchmarks.reference import behavior_domain
-from eai.world.check import check
+from eai.world.conformance import check
 from eai.world.domain import Domain
 
 BOTH = pytest.mark.parametrize(

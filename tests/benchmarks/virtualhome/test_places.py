@@ -31,9 +31,7 @@ def looked_up(predicate: str, *names: str) -> Atom:
     return Atom(predicate, tuple(Constant(name) for name in names))
 
 
-def test_of_several_places_the_first_in_the_data_set_counts_in_the_reference_that_of_a_hash_table() -> (
-    None
-):
+def test_of_several_places_the_first_in_the_data_set_counts_in_the_reference_that_of_a_hash_table() -> None:
     """Python iterates a set of 90 and 128 as 128, 90: they are in slots 0 and 2 of 8."""
     facts = ("-ONTOP cup.13 table.12", "ONTOP cup.13 shelf.90", "ONTOP cup.13 shelf.128")
     first, second = (looked_up("lies_on", "cup.13", shelf) for shelf in ("shelf.90", "shelf.128"))

@@ -1,8 +1,7 @@
-"""Goals as a model writes them in VirtualHome, before anyone knows whether the names mean something."""
+"""Goals as an answer states them, before anyone knows whether the names mean something."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -15,27 +14,33 @@ SECTIONS = {
 }
 """The keys under which an answer lists its goals."""
 
-FIELDS = {
-    GoalKind.STATE: ("name", "state"),
-    GoalKind.RELATION: ("from_name", "relation", "to_name"),
-    GoalKind.ACTION: ("action",),
-}
-"""What an entry of each section must have; the description of an action says nothing that is scored."""
+
+class WrittenGoal(NamedTuple):
+    """A literal, or an action that is to be taken.
+
+    Attributes:
+        predicate: the predicate or the action.
+        names: the objects.
+        positive: whether it is to hold or not to hold.
+        is_action: whether it is an action.
+    """
+
+    predicate: str
+    names: tuple[str, ...] = ()
+    positive: bool = True
+    is_action: bool = False
+
+    def __str__(self) -> str:
+        negation = "" if self.positive else "not "
+        arguments = "" if self.is_action and not self.names else f"({', '.join(self.names)})"
+        return f"{negation}{self.predicate}{arguments}"
 
 
-class StateGoal(NamedTuple):
-    """An object shall be in a state."""
+class IllFormed(NamedTuple):
+    """An entry that is no goal, as text; its kind is that of its section, None if that has none."""
 
-    name: str
-    state: str
-
-
-class RelationGoal(NamedTuple):
-    """Two objects shall stand in a relation."""
-
-    from_name: str
-    relation: str
-    to_name: str
+    kind: GoalKind | None
+    text: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,23 +48,14 @@ class WrittenGoals:
     """The goals of an answer, in order.
 
     Attributes:
-        states: predicted state goals.
-        relations: predicted relation goals.
-        actions: predicted action goals, in capitals.
-        ill_formed: how many entries of each section lack one of its fields.
+        goals: what is stated.
+        ill_formed: the entries that are no goals.
         repairs: the names of the repairs that were needed to read them.
     """
 
-    states: tuple[StateGoal, ...]
-    relations: tuple[RelationGoal, ...]
-    actions: tuple[str, ...]
-    ill_formed: Mapping[GoalKind, int]
+    goals: tuple[WrittenGoal, ...]
+    ill_formed: tuple[IllFormed, ...] = ()
     repairs: tuple[str, ...] = ()
-
-    @property
-    def number(self) -> int:
-        """How many entries there are, ill-formed ones included."""
-        return len(self.states) + len(self.relations) + len(self.actions) + sum(self.ill_formed.values())
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,21 +64,3 @@ class Unreadable:
 
     reason: str
     aborts: bool = False
-
-
-Entry = Sequence[str]
-"""The fields of one entry of a section."""
-
-
-def written_goals(
-    entries: Mapping[GoalKind, Sequence[Entry | None]], repairs: tuple[str, ...] = ()
-) -> WrittenGoals:
-    """Goals from the fields of their entries; None stands for an entry that is ill-formed."""
-    states, relations, actions = ([e for e in entries[kind] if e is not None] for kind in GoalKind)
-    return WrittenGoals(
-        states=tuple([StateGoal(*fields) for fields in states]),
-        relations=tuple([RelationGoal(*fields) for fields in relations]),
-        actions=tuple([action.upper() for (action,) in actions]),
-        ill_formed={kind: entries[kind].count(None) for kind in GoalKind},
-        repairs=repairs,
-    )

@@ -15,7 +15,7 @@ from eai.benchmarks.behavior.support import (
     standing_floor,
     targets,
 )
-from eai.logic.formula import Atom, Exists, ForAll, Implies, Or, Variable
+from eai.logic.formula import Atom, Equals, Exists, ForAll, Implies, Or, Variable
 from eai.world.vocabulary import Defined, Lookup, Predicate, Vocabulary
 
 X = Variable("x")
@@ -61,13 +61,13 @@ is_stained = Predicate("is_stained", 1)
 is_toggled_on = Predicate("is_toggled_on", 1)
 
 # Where objects are. An object has at most one support: it lies in one, on one, or is free.
-lies_in = Predicate("lies_in", 2)
-lies_on = Predicate("lies_on", 2)
+lies_in = Predicate("lies_in", 2, single=True)
+lies_on = Predicate("lies_on", 2, single=True)
 stands_on = Predicate("stands_on", 2)
 stands_under = Predicate("stands_under", 2)
 stands_by = Predicate("stands_by", 2)
-in_left_hand = Predicate("in_left_hand", 1)
-in_right_hand = Predicate("in_right_hand", 1)
+in_left_hand = Predicate("in_left_hand", 1, single=True)
+in_right_hand = Predicate("in_right_hand", 1, single=True)
 robot_on = Predicate("robot_on", 1)
 
 LABELS = (stands_on, stands_under, stands_by)
@@ -102,7 +102,19 @@ within = Defined(
     "within", (X, Y), lies_in(X, Y) | Exists(Z, carries(Z, X) & Atom("within", (Z, Y))), containers
 )
 shut_in = Defined("shut_in", (X,), Exists(Y, closed(Y) & within(X, Y)))
-floor_below = Lookup("floor_below", 2, standing_floor, (*_SUPPORT, "floor", "stands_on"))
+floor_below = Lookup(
+    "floor_below",
+    2,
+    standing_floor,
+    (*_SUPPORT, "floor", "stands_on"),
+    Defined(
+        "floor_below",
+        (X, Y),
+        (floor(X) & Equals(X, Y))
+        | (~floor(X) & ~Exists(Z, carries(Z, X)) & stands_on(X, Y))
+        | (~floor(X) & Exists(Z, carries(Z, X) & Atom("floor_below", (Z, Y)))),
+    ),
+)
 
 # Derived: what goals ask for.
 

@@ -1,22 +1,69 @@
-"""How eai-eval 1.0.5 reads the goals of a BEHAVIOR task (``evaluate_results.py`` parse_json).
-
-Its quirks: the whole answer is put in lower case, apostrophes become quotation marks, and what counts is what
-stands between the first opening brace and the next brace; names of sections do not matter. An answer that
-cannot be read predicts nothing. Values of an unexpected type abort the whole run.
-"""
+"""Goal interpretation of BEHAVIOR as in eai-eval 1.0.5 (``evaluate_results.py``)."""
 
 from __future__ import annotations
 
 import json
 import re
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import TypeAlias
 
-from eai.abilities.goal_interpretation.behavior_conditions import Unreadable, Value, Written, see
+from eai.abilities.explanation import Explanation, GoalReport
+from eai.abilities.goal_interpretation.scorer import ALL
+from eai.abilities.goal_interpretation.written import Unreadable
+from eai.abilities.scorer import Assessment, Scorer
+from eai.abilities.task import GoalKind
+from eai.abilities.verdict import Confusion, ErrorReport, GoalVerdict
+from eai.benchmarks.behavior.goal_notation import RELATIONS, STATES
+from eai.benchmarks.behavior.tasks import BehaviorTask
+from eai.world.fault import FaultKind
 
 _OBJECT = re.compile(r"{[^{}]*}")
 
+Value: TypeAlias = object
+"""What stands in an answer's list: a JSON value, lists as tuples."""
 
-def read_conditions(text: str) -> Written | Unreadable:
-    """The conditions that the reference finds in an answer."""
+
+@dataclass(frozen=True, slots=True)
+class Seen:
+    """What a condition says: the parts after ``not``, the first of which is its predicate."""
+
+    parts: tuple[Value, ...]
+
+    @property
+    def arguments(self) -> tuple[Value, ...]:
+        """The objects, if there is one or there are two."""
+        return self.parts[1:] if self.is_well_formed else ()
+
+    @property
+    def is_well_formed(self) -> bool:
+        """Whether there is one object, or there are two."""
+        return len(self.parts) in (2, 3)
+
+    @property
+    def kind(self) -> GoalKind | None:
+        """State or relation, by the predicate; None if there is no such predicate."""
+        if self.parts[0] in STATES:
+            return GoalKind.STATE
+        return GoalKind.RELATION if self.parts[0] in RELATIONS else None
+
+
+def see(condition: Value) -> Seen | None:
+    """What a condition says, or None if it is nothing of the kind; a string is a list of letters here."""
+    parts = _parts(condition)
+    if parts[:1] == ("not",):
+        parts = _parts(parts[1]) if len(parts) > 1 else ()
+    return Seen(parts) if parts else None
+
+
+def read_conditions(text: str) -> tuple[Value, ...] | Unreadable:
+    """The conditions that the reference finds in an answer.
+
+    Its quirks: the whole answer is put in lower case, apostrophes become quotation marks, and what counts is
+    what stands between the first opening brace and the next brace; names of sections do not matter. Values of
+    an unexpected type abort the whole run.
+    """
     match = _OBJECT.search(text.lower().replace("'", '"').replace("toggledon", "toggled_on"))
     if match is None:
         return Unreadable("there is no object in braces")
@@ -31,8 +78,97 @@ def read_conditions(text: str) -> Written | Unreadable:
         conditions += map(_frozen, section)
     if any(see(condition) is None for condition in conditions):
         return Unreadable("a condition is empty, or not a list", aborts=True)
-    return Written(tuple(conditions))
+    return tuple(conditions)
+
+
+class GoalInterpretation(Scorer):
+    """How the reference compares conditions with those of a task.
+
+    Its quirks: of several options that meet equally many conditions the first counts; a condition that stands
+    in two goals counts twice, and so does a wrong one that is said twice; ``nextto`` has a direction; a wrong
+    condition whose predicate does not exist is neither a state nor a relation; an answer that cannot be read
+    predicts nothing.
+    """
+
+    def __init__(self, task: BehaviorTask) -> None:
+        self._goals = task.interpretation_goals
+        self._objects = frozenset(thing.instance for thing in task.record.objects)
+
+    def assess(self, text: str) -> Assessment:
+        """The verdict on an answer, and which goals of the task it has, and what else it says."""
+        conditions = read_conditions(text)
+        if isinstance(conditions, Unreadable):
+            verdict = GoalVerdict(
+                error=ErrorReport(FaultKind.PARSING, None, conditions.reason),
+                counts=self._counts(()),
+                aborts=conditions.aborts,
+            )
+            return Assessment(verdict, partial(Explanation, (f"parsing: {conditions.reason}",)))
+        return Assessment(self._judge(conditions), partial(self._explain, conditions))
+
+    def _judge(self, conditions: Sequence[Value]) -> GoalVerdict:
+        seen = [each for each in map(see, conditions) if each is not None]
+        unknown = [[name for name in each.arguments if name not in self._objects] for each in seen]
+        return GoalVerdict(
+            counts=self._counts(conditions),
+            predicted=len(conditions),
+            ill_formed=sum(not each.is_well_formed for each in seen),
+            hallucinated=tuple(str(names[0]) for names in unknown if names),
+            unknown_predicates=tuple(str(each.parts[0]) for each in seen if each.kind is None),
+        )
+
+    def _counts(self, predicted: Sequence[Value]) -> dict[str, Confusion]:
+        said = frozenset(predicted)
+        wanted = [condition for option in self._chosen(said) for condition in option]
+        needed = frozenset[Value](wanted)
+        groups = (
+            [condition for condition in wanted if condition in said],
+            [condition for condition in predicted if condition not in needed],
+            [condition for condition in wanted if condition not in said],
+        )
+        return {
+            **{kind.value: Confusion(*(_number(kind, group) for group in groups)) for kind in GoalKind},
+            ALL: Confusion(*map(len, groups)),
+        }
+
+    def _chosen(self, said: frozenset[Value]) -> list[tuple[Value, ...]]:
+        """Of each goal the first of the options that meet most conditions."""
+        return [
+            max(options, key=lambda option: sum([condition in said for condition in option]))
+            for options in self._goals
+        ]
+
+    def _explain(self, predicted: Sequence[Value]) -> Explanation:
+        said = frozenset(predicted)
+        chosen = self._chosen(said)
+        wanted = {condition for option in chosen for condition in option}
+        wrong = dict.fromkeys(condition for condition in predicted if condition not in wanted)
+        return Explanation(
+            notes=tuple(f"wrong: {_text(condition)}" for condition in wrong),
+            goals=tuple(
+                GoalReport("condition", " and ".join(map(_text, option)), said.issuperset(option))
+                for option in chosen
+            ),
+        )
+
+
+def _number(kind: GoalKind, conditions: Iterable[Value]) -> int:
+    return sum([seen is not None and seen.kind is kind for seen in map(see, conditions)])
+
+
+def _parts(value: Value) -> tuple[Value, ...]:
+    return tuple(value) if isinstance(value, tuple | str) else ()
 
 
 def _frozen(value: object) -> Value:
     return tuple(map(_frozen, value)) if isinstance(value, list) else value
+
+
+def _text(condition: Value) -> str:
+    match condition:
+        case ("not", inner):
+            return f"not {_text(inner)}"
+        case (predicate, *arguments):
+            return f"{predicate}({', '.join(map(str, arguments))})"
+        case _:
+            return str(condition)

@@ -1,62 +1,157 @@
-"""How eai-eval 1.0.5 reads the goals of a VirtualHome task (spec sections b and f).
-
-Its quirks: JSON is not looked for in prose, and only a fence at the very start is removed; every apostrophe
-becomes a quotation mark; entries are duplicates only if all their fields agree, so that an action with two
-descriptions is predicted twice; much that is not of the expected type aborts the whole run, which is told
-here as `Unreadable.aborts`.
-"""
+"""Goal interpretation of VirtualHome as in eai-eval 1.0.5 (``scripts/evaluate_results.py``)."""
 
 from __future__ import annotations
 
 import json
+from collections.abc import Iterable
+from dataclasses import replace
 from typing import Any
 
+from eai.abilities.explanation import GoalReport
+from eai.abilities.goal_interpretation.scorer import ALL, GoalInterpretation
 from eai.abilities.goal_interpretation.written import (
-    FIELDS,
     SECTIONS,
-    Entry,
+    IllFormed,
     Unreadable,
+    WrittenGoal,
     WrittenGoals,
-    written_goals,
 )
-from eai.abilities.task import GoalKind
+from eai.abilities.task import GoalKind, Task
+from eai.abilities.verdict import Confusion, GoalVerdict
+from eai.benchmarks.virtualhome.goal_notation import FIELDS, VirtualHomeGoals, goal_of
+from eai.benchmarks.virtualhome.places import object_id
+from eai.logic.choice import literals
+from eai.world.domain import Domain
 
 _FENCE = "```json"
 _NAME_FIELDS = frozenset({"name", "from_name", "to_name"})
 
 
-def read_goals(text: str) -> WrittenGoals | Unreadable:
-    """The goals that the reference finds in an answer."""
-    text = text.replace("<|eot_id|>", "")
-    if text.startswith(_FENCE):
-        text = text.removeprefix(_FENCE).strip("`")
-    try:
-        value = json.loads(text.strip().replace("\n", "").replace("'", '"'))
-    except (ValueError, RecursionError) as error:
-        return Unreadable(f"the answer is not JSON: {error}")
-    if not isinstance(value, dict):
-        return Unreadable("the answer is not a JSON object", aborts=True)
-    try:
-        return written_goals({kind: _entries(kind, value.get(SECTIONS[kind], [])) for kind in GoalKind})
-    except (TypeError, AttributeError, RecursionError):
-        return Unreadable("a section or an entry of it is not of the expected type", aborts=True)
+class VirtualHomeGoalsOfReference(VirtualHomeGoals):
+    """How the reference reads goals.
+
+    Its quirks: JSON is not looked for in prose, and only a fence at the very start is removed; every
+    apostrophe becomes a quotation mark; entries are duplicates only if all their fields agree, so that an
+    action with two descriptions is predicted twice; much that is not of the expected type aborts the whole
+    run, which is told here as `Unreadable.aborts`.
+    """
+
+    def read(self, text: str) -> WrittenGoals | Unreadable:
+        """The goals that the reference finds in an answer."""
+        text = text.replace("<|eot_id|>", "")
+        if text.startswith(_FENCE):
+            text = text.removeprefix(_FENCE).strip("`")
+        try:
+            value = json.loads(text.strip().replace("\n", "").replace("'", '"'))
+        except (ValueError, RecursionError) as error:
+            return Unreadable(f"the answer is not JSON: {error}")
+        if not isinstance(value, dict):
+            return Unreadable("the answer is not a JSON object", aborts=True)
+        try:
+            read = [each for kind in GoalKind for each in _entries(kind, value.get(SECTIONS[kind], []))]
+        except (TypeError, AttributeError, RecursionError):
+            return Unreadable("a section or an entry of it is not of the expected type", aborts=True)
+        return WrittenGoals(
+            tuple([each for each in read if isinstance(each, WrittenGoal)]),
+            tuple([each for each in read if isinstance(each, IllFormed)]),
+        )
 
 
-def _entries(kind: GoalKind, values: Any) -> list[Entry | None]:
-    """The fields of each entry, None for one that lacks some; duplicates and empty entries are left out.
+class ByLargestId(GoalInterpretation):
+    """How the reference compares them with those of a task.
+
+    Its quirks: a name means the relevant object of its class with the largest id (in the reference the last
+    one of a set in hash order, which for all published counts is this one); predictions with an unknown name,
+    and entries that are ill-formed, count nothing; an action goal can be met many times, which may make false
+    negatives negative; an answer that cannot be read misses nothing.
+    """
+
+    def __init__(self, task: Task, domain: Domain) -> None:
+        notation = VirtualHomeGoalsOfReference()
+        super().__init__(task, domain, notation)
+        by_id = sorted(task.relevant, key=lambda i: object_id(task.initial, i))
+        self._objects = {task.scene.objects[i].category: task.scene.objects[i].name for i in by_id}
+        self._options = [
+            frozenset([self.lexicon.grounded(literal) for literal in literals(goal.options)])
+            for goal in notation.alternatives(task)
+        ]
+        self._needed = frozenset().union(*self._options)
+        self._totals = tuple((kind, len(task.goals_of(kind))) for kind in GoalKind)
+
+    def unread(self, goals: Unreadable) -> GoalVerdict:
+        """Nothing is counted."""
+        verdict = super().unread(goals)
+        return replace(verdict, counts=dict.fromkeys(verdict.counts or (), Confusion(0, 0, 0)))
+
+    def judge(self, goals: WrittenGoals) -> GoalVerdict:
+        """The counts of the predictions whose names are known."""
+        named = self._named(goals)
+        matches = [(_kind(goal), goal in self._needed) for goal in named if isinstance(goal, WrittenGoal)]
+        counts = {}
+        for kind, total in self._totals:
+            found = [is_goal for known, is_goal in matches if known is kind]
+            matched = sum(found)
+            counts[kind.value] = Confusion(matched, len(found) - matched, total - matched)
+        counts[ALL] = Confusion(*map(sum, zip(*counts.values(), strict=True)))
+        return GoalVerdict(
+            counts=counts,
+            predicted=len(goals.goals) + len(goals.ill_formed),
+            ill_formed=len(goals.ill_formed),
+            hallucinated=tuple([name for name in named if isinstance(name, str)]),
+        )
+
+    def wrong(self, goals: WrittenGoals) -> Iterable[WrittenGoal]:
+        """The predictions whose names are known and that are equal to no goal."""
+        named = self._named(goals)
+        return [goal for goal in named if isinstance(goal, WrittenGoal) and goal not in self._needed]
+
+    def reports(self, goals: WrittenGoals) -> tuple[GoalReport, ...]:
+        """Each goal is met by any prediction that is equal to it."""
+        named = frozenset(self._named(goals))
+        return tuple(
+            GoalReport(goal.kind, goal.text or "", not named.isdisjoint(options))
+            for goal, options in zip(self.gold.goals, self._options, strict=True)
+        )
+
+    def _named(self, goals: WrittenGoals) -> list[WrittenGoal | str]:
+        """The predictions, said of the objects that the names mean; or the first name that means none."""
+        objects = self._objects
+        named: list[WrittenGoal | str] = []
+        for predicate, names, positive, is_action in goals.goals:
+            for name in names:
+                if name not in objects:
+                    named.append(name)
+                    break
+            else:
+                meant = tuple([objects[name] for name in names])
+                named.append(WrittenGoal(predicate, meant, positive, is_action))
+        return named
+
+
+def _kind(goal: WrittenGoal) -> GoalKind:
+    """The section that a goal stands in."""
+    if goal.is_action:
+        return GoalKind.ACTION
+    return GoalKind.STATE if len(goal.names) == 1 else GoalKind.RELATION
+
+
+def _entries(kind: GoalKind, values: Any) -> list[WrittenGoal | IllFormed]:
+    """The goals of a section; duplicates and empty entries are left out.
 
     Raises:
         TypeError: the reference aborts, for a value that it cannot iterate, index, measure or look up.
     """
     unique = {_hashable(value): value for value in values}
-    return [_fields(FIELDS[kind], entry) for entry in unique.values() if len(entry)]
+    names = FIELDS[kind]
+    return [_goal(names, entry) or IllFormed(kind, str(entry)) for entry in unique.values() if len(entry)]
 
 
-def _fields(names: tuple[str, ...], entry: Any) -> Entry | None:
+def _goal(names: tuple[str, ...], entry: Any) -> WrittenGoal | None:
+    """What an entry states; None if it lacks a field."""
     for name in names:
         if name not in entry:
             return None
-    return [_text(name, entry[name]) for name in names]
+    return goal_of([_text(name, entry[name]) for name in names])
 
 
 def _hashable(value: Any) -> object:

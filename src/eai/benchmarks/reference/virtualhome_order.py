@@ -48,7 +48,8 @@ _LOOKUPS: Mapping[str, Values] = {
 
 
 def _in_this_order(derived: Derived) -> Derived:
-    return replace(derived, values=_LOOKUPS[derived.name]) if isinstance(derived, Lookup) else derived
+    lookup = _LOOKUPS.get(derived.name)
+    return replace(derived, values=lookup) if lookup and isinstance(derived, Lookup) else derived
 
 
 IN_SLOT_ORDER = Vocabulary(VOCABULARY.predicates, tuple(map(_in_this_order, VOCABULARY.derived)))

@@ -6,13 +6,17 @@ that scene graphs call ON, ``NEXT_TO`` the one that they call CLOSE.
 
 from __future__ import annotations
 
-from eai.benchmarks.virtualhome.places import full_bed, full_seat, origins, rooms
-from eai.logic.formula import Exists, Variable
+from collections.abc import Callable, Mapping
+
+from eai.benchmarks.virtualhome.places import BEDS, SEATS, full_bed, full_seat, origins, rooms
+from eai.logic.formula import And, Atom, Equals, Exists, Formula, Or, Variable
 from eai.world.frame import AGENT
-from eai.world.vocabulary import Computed, Defined, Lookup, Predicate, Vocabulary
+from eai.world.state import State
+from eai.world.vocabulary import Computed, Defined, Lookup, Predicate, Vocabulary, is_a
 
 X = Variable("x")
 Y = Variable("y")
+Z = Variable("z")
 R = Variable("r")
 
 # Properties: what an object is good for. They never change.
@@ -85,9 +89,9 @@ holds_lh = Predicate("HOLDS_LH", 2)
 between = Predicate("BETWEEN", 2, static=True)
 
 # Memory of where an object in the hand was taken from.
-taken_from_top_of = Predicate("TAKEN_FROM_TOP_OF", 2, visible=False)
-taken_from_inside = Predicate("TAKEN_FROM_INSIDE", 2, visible=False)
-taken_from_next_to = Predicate("TAKEN_FROM_NEXT_TO", 2, visible=False)
+taken_from_top_of = Predicate("TAKEN_FROM_TOP_OF", 2, visible=False, single=True)
+taken_from_inside = Predicate("TAKEN_FROM_INSIDE", 2, visible=False, single=True)
+taken_from_next_to = Predicate("TAKEN_FROM_NEXT_TO", 2, visible=False, single=True)
 
 # Derived.
 near = Defined(
@@ -107,15 +111,65 @@ taken = Defined(
     (X,),
     Exists(Y, taken_from_top_of(X, Y) | taken_from_inside(X, Y) | taken_from_next_to(X, Y)),
 )
-room_of = Lookup("room_of", 2, rooms(), reads=("ROOM", "INSIDE"))
+_only_container = inside(X, Y) & ~Exists(Z, inside(X, Z) & ~Equals(Y, Z))
+room_of = Lookup(
+    "room_of",
+    2,
+    rooms(),
+    reads=("ROOM", "INSIDE"),
+    meaning=Defined(
+        "room_of",
+        (X, R),
+        (room(X) & Equals(X, R))
+        | (~room(X) & room(R) & inside(X, R))
+        | (~room(X) & Exists(Y, _only_container & ~room(Y) & Atom("room_of", (Y, R)))),
+    ),
+    single=True,
+)
 in_same_room = Defined("in_same_room", (X,), Exists(R, room_of(AGENT, R) & room_of(X, R)))
 somewhere = Defined("somewhere", (X,), Exists(R, room_of(X, R)))
+
+
+def _lies(place: int, name: str) -> Lookup:
+    """The first object that something lies on, in or next to, by one relation if none before it holds."""
+    *earlier, relation = (ontop, inside, next_to)[: place + 1]
+    nowhere_else = tuple(~Exists(Z, other(X, Z) & ~room(Z)) for other in earlier)
+    meaning = Defined(name, (X, Y), And((relation(X, Y), ~room(Y), *nowhere_else)))
+    return Lookup(
+        name,
+        2,
+        origins(place),
+        ("ROOM", "ONTOP", "INSIDE", "NEXT_TO"),
+        meaning,
+        open_in_meaning="which of several objects is the first",
+    )
+
+
+def _so_many_on(place: Variable, count: int) -> Formula:
+    """So many different things, or more, are on a place."""
+    things = [Variable(f"y{i}") for i in range(count)]
+    found: Formula = And(())
+    for i, thing in reversed(list(enumerate(things))):
+        new = tuple(~Equals(thing, other) for other in things[:i])
+        found = Exists(thing, And((ontop(thing, place), *new, found)))
+    return found
+
+
+def _full(
+    name: str, capacities: Mapping[str, int], test: Callable[[State, tuple[int, ...]], bool]
+) -> Computed:
+    """As many things are on a place as fit there, by its category; 1 where nothing is said."""
+    by_size = {n: [c for c, fits in capacities.items() if fits == n] for n in sorted({*capacities.values()})}
+    sized = tuple(is_a(X, *categories) & _so_many_on(X, n) for n, categories in by_size.items())
+    others = ~is_a(X, *capacities) & Exists(Y, ontop(Y, X))
+    return Computed(name, 1, test, ("ONTOP",), Defined(name, (X,), Or((*sized, others))))
+
+
 lies_on, lies_in, lies_next_to = (
-    Lookup(name, 2, origins(place), reads=("ROOM", "ONTOP", "INSIDE", "NEXT_TO"))
-    for place, name in enumerate(("lies_on", "lies_in", "lies_next_to"))
+    _lies(place, name) for place, name in enumerate(("lies_on", "lies_in", "lies_next_to"))
 )
-seat_full = Computed("seat_full", 1, full_seat, reads=("ONTOP",))
-bed_full = Computed("bed_full", 1, full_bed, reads=("ONTOP",))
+seat_full = _full("seat_full", SEATS, full_seat)
+bed_full = _full("bed_full", BEDS, full_bed)
 
 VOCABULARY = Vocabulary(
     predicates=(

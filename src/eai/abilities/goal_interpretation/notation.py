@@ -1,0 +1,192 @@
+"""How answers state goals: what is particular to a benchmark, and the form for all others."""
+
+from __future__ import annotations
+
+import json
+from abc import ABC, abstractmethod
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from eai.abilities.explanation import formula_text
+from eai.abilities.goal_interpretation.written import (
+    SECTIONS,
+    IllFormed,
+    Unreadable,
+    WrittenGoal,
+    WrittenGoals,
+)
+from eai.abilities.json_text import Pairs, find_json
+from eai.abilities.task import GoalKind, Task
+from eai.logic.choice import Choice, ground
+from eai.world.domain import Domain
+from eai.world.state import Scene
+
+
+class Word(NamedTuple):
+    """A predicate as answers spell it, said of so many objects."""
+
+    spelling: str
+    arity: int
+
+
+@dataclass(frozen=True, slots=True)
+class Alternatives:
+    """One goal of a task with all ways to meet it.
+
+    Attributes:
+        kind: the kind of goal, for explanations.
+        text: the goal, for explanations; None for the option that an answer is compared with.
+        options: conditions on the objects of the scene, by their names there.
+    """
+
+    kind: str
+    text: str | None
+    options: Choice
+
+
+class GoalNotation(ABC):
+    """How answers to goal interpretation state goals.
+
+    Attributes:
+        symmetric: the predicates, as spelt, that hold both ways.
+    """
+
+    symmetric: frozenset[str] = frozenset()
+
+    @abstractmethod
+    def read(self, text: str) -> WrittenGoals | Unreadable:
+        """The goals of an answer, or why there are none."""
+
+    @abstractmethod
+    def write(self, goals: Iterable[WrittenGoal]) -> tuple[str, ...]:
+        """Each goal as a part of an answer."""
+
+    @abstractmethod
+    def join(self, parts: Iterable[str]) -> str:
+        """The parts as one answer."""
+
+    def words(self, domain: Domain) -> Mapping[Word, str]:
+        """The predicates that goals may speak of: as spelt, and as the vocabulary names them."""
+        vocabulary = domain.vocabulary
+        stored = (each for each in vocabulary.predicates if each.visible and not each.static)
+        return {Word(each.name, each.arity): each.name for each in (*stored, *vocabulary.derived)}
+
+    def names(self, task: Task) -> tuple[str, ...]:
+        """What each object of the scene is called; several may share one name."""
+        return tuple([thing.name for thing in task.scene.objects])
+
+    def alternatives(self, task: Task) -> tuple[Alternatives, ...]:
+        """The goals that an answer is compared with: those of the task.
+
+        Raises:
+            InputError: a goal leaves no finite choice of conditions (see `choice.ground`).
+        """
+        things = SceneObjects(task.scene)
+        return tuple(
+            Alternatives(goal.kind.value, formula_text(goal.formula), ground(goal.formula, things))
+            for goal in task.goals
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class SceneObjects:
+    """The objects of a scene by category, for quantifiers."""
+
+    scene: Scene
+
+    def objects(self, category: str | None) -> Sequence[str]:
+        """The names of the objects of a category, in the scene's order."""
+        return self.scene.names(self.scene.category(category))
+
+
+class JsonGoals(GoalNotation):
+    """An object of lists of ``["open", "jar"]``, ``["not", ["open", "jar"]]`` or names of actions.
+
+    It is found anywhere in the text; an object around it does not matter. What stands in the section of
+    actions is an action, and what stands in any other one is a literal.
+
+    Args:
+        sections: the sections that are written.
+    """
+
+    def __init__(self, sections: Iterable[GoalKind] = GoalKind) -> None:
+        self._kinds = {SECTIONS[kind]: kind for kind in sections}
+
+    def read(self, text: str) -> WrittenGoals | Unreadable:
+        """The goals in an answer, or why there are none."""
+        found = find_json(text, _sections)
+        if found is None:
+            return Unreadable("there is no JSON object of lists of conditions")
+        sections, repairs = found
+        goals: list[WrittenGoal] = []
+        ill_formed: list[IllFormed] = []
+        for key, entries in sections:
+            kind = self._kinds.get(key)
+            for entry in entries:
+                goal = self._goal(kind, entry)
+                if goal is None:
+                    ill_formed.append(IllFormed(kind, str(entry)))
+                else:
+                    goals.append(goal)
+        return WrittenGoals(tuple(goals), tuple(ill_formed), repairs)
+
+    def write(self, goals: Iterable[WrittenGoal]) -> tuple[str, ...]:
+        """Each goal as JSON."""
+        return tuple(json.dumps(_entry(goal)) for goal in goals)
+
+    def join(self, parts: Iterable[str]) -> str:
+        """The goals in their sections: actions by themselves, literals by their number of objects."""
+        sections: dict[str, list[object]] = {key: [] for key in self._kinds}
+        for entry in map(json.loads, parts):
+            sections[SECTIONS[_section(entry)]].append(entry)
+        return json.dumps(sections)
+
+    def word(self, text: str) -> str:
+        """A word of an answer as all spellings of it come out."""
+        return text
+
+    def _goal(self, kind: GoalKind | None, entry: object) -> WrittenGoal | None:
+        """What an entry states, or None if it is ill-formed."""
+        is_action = kind is GoalKind.ACTION
+        if is_action and isinstance(entry, str):
+            return WrittenGoal(self.word(entry), is_action=True)
+        words = self._words(entry)
+        positive = True
+        if words[:1] == ["not"] and isinstance(entry, list) and not is_action:
+            words, positive = self._words(entry[1]) if len(entry) == 2 else [], False
+        if not words or None in words:
+            return None
+        predicate, *names = [word for word in words if word is not None]
+        return WrittenGoal(predicate, tuple(names), positive, is_action)
+
+    def _words(self, entry: object) -> list[str | None]:
+        """The words of a list, None for what is none; nothing if it is no list."""
+        if not isinstance(entry, list):
+            return []
+        return [self.word(part) if isinstance(part, str) else None for part in entry]
+
+
+def _sections(value: object) -> list[tuple[str, list[object]]] | None:
+    """The members of an object whose members are lists or null, or of the one member that is one."""
+    if not isinstance(value, Pairs):
+        return None
+    if len(value.members) == 1 and isinstance(value.members[0][1], Pairs):
+        return _sections(value.members[0][1])
+    sections = [(key, section) for key, section in value.members if section is not None]
+    lists = [(key, section) for key, section in sections if isinstance(section, list)]
+    return lists if len(lists) == len(sections) else None
+
+
+def _entry(goal: WrittenGoal) -> object:
+    if goal.is_action and not goal.names:
+        return goal.predicate
+    literal = [goal.predicate, *goal.names]
+    return literal if goal.positive else ["not", literal]
+
+
+def _section(entry: object) -> GoalKind:
+    if not isinstance(entry, list):
+        return GoalKind.ACTION
+    literal = entry[1] if entry[0] == "not" else entry
+    return GoalKind.STATE if len(literal) < 3 else GoalKind.RELATION

@@ -1,0 +1,77 @@
+"""How answers to BEHAVIOR's goal interpretation state goals: objects by instance, as in ``rag.n.01_1``."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from eai.abilities.goal_interpretation.notation import Alternatives, JsonGoals, Word
+from eai.abilities.task import GoalKind, Task
+from eai.benchmarks.behavior.records import Condition
+from eai.benchmarks.behavior.tasks import BehaviorTask
+from eai.logic.choice import AllOf, AnyOf, Leaf, Literal
+from eai.logic.formula import Atom, Constant, Not
+from eai.world.domain import Domain
+
+STATES = ("cooked", "dusty", "frozen", "open", "sliced", "soaked", "stained", "toggled_on")
+RELATIONS = ("inside", "nextto", "onfloor", "ontop", "touching", "under")
+
+
+class BehaviorGoals(JsonGoals):
+    """Capitals do not matter, ``toggledon`` is another spelling of ``toggled_on``; there are no actions.
+
+    The goals are those of a published file, in which a few are not those of the problem files.
+    """
+
+    symmetric = frozenset({"nextto", "touching"})
+
+    def __init__(self) -> None:
+        super().__init__((GoalKind.STATE, GoalKind.RELATION))
+
+    def word(self, text: str) -> str:
+        """A word in small letters."""
+        return text.strip().lower().replace("toggledon", "toggled_on")
+
+    def words(self, domain: Domain) -> Mapping[Word, str]:
+        """The states and relations that goals of the published file speak of."""
+        arities = {**dict.fromkeys(STATES, 1), **dict.fromkeys(RELATIONS, 2)}
+        return {Word(name, arity): name for name, arity in arities.items()}
+
+    def names(self, task: Task) -> tuple[str, ...]:
+        """The instance that each object is; parts of objects are none."""
+        instances = _instances(task)
+        return tuple([instances.get(thing.name, thing.name) for thing in task.scene.objects])
+
+    def alternatives(self, task: Task) -> tuple[Alternatives, ...]:
+        """The published goals, each as its ground options."""
+        names = {instance: name for name, instance in _instances(task).items()}
+        return tuple(
+            Alternatives(
+                "condition",
+                None,
+                AnyOf(
+                    tuple(
+                        AllOf(tuple(Leaf(_literal(condition, names)) for condition in option))
+                        for option in options
+                    )
+                ),
+            )
+            for options in _task(task).interpretation_goals
+        )
+
+
+def _task(task: Task) -> BehaviorTask:
+    if not isinstance(task, BehaviorTask):
+        raise TypeError(f"{task.id} is no task of BEHAVIOR")
+    return task
+
+
+def _instances(task: Task) -> Mapping[str, str]:
+    """The instance that each object is, by the object's name."""
+    return {thing.name: thing.instance for thing in _task(task).record.objects}
+
+
+def _literal(condition: Condition, names: Mapping[str, str]) -> Literal:
+    predicate, *arguments = condition
+    if predicate == "not":
+        return Not(_literal(tuple(arguments[0]), names))
+    return Atom(str(predicate), tuple(Constant(names[str(argument)]) for argument in arguments))

@@ -1,0 +1,388 @@
+"""A declared domain with its problems as PDDL: what the engine does, for any planner.
+
+Checks become preconditions, derived predicates axioms, ordered effects conditional ones, categories types and
+static predicates, the agent a constant. Predicates that only the engine sees are exported too, unless they
+are to be left out; so exported operators lead from state to state as the engine does.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import product
+
+from eai.errors import DomainError
+from eai.logic.formula import And, Atom, Constant, Formula, Not, Or, Term, Variable
+from eai.logic.renaming import rename_objects
+from eai.pddl.evaluation import PddlState
+from eai.pddl.execute import PlanStep
+from eai.pddl.glossary import Conditions, Glossary, hidden_predicates, without
+from eai.pddl.model import (
+    OBJECT,
+    AddEffect,
+    Both,
+    PddlAction,
+    PddlAxiom,
+    PddlDomain,
+    PddlPredicate,
+    PddlProblem,
+    TypedName,
+)
+from eai.pddl.names import PddlNames
+from eai.pddl.ordered_effects import OrderedEffects
+from eai.pddl.simplify import conjunction
+from eai.world.domain import Domain
+from eai.world.execution import Action
+from eai.world.fault import FaultKind
+from eai.world.frame import AGENT
+from eai.world.operator import Check, Operator
+from eai.world.relation import bits
+from eai.world.state import Scene, State
+from eai.world.vocabulary import Computed, Derived, Lookup
+
+REQUIREMENTS = (":adl", ":derived-predicates")
+
+
+@dataclass(frozen=True, slots=True)
+class ExportOptions:
+    """How a domain is exported.
+
+    Attributes:
+        additional_steps: an action that is not needed any more is not applicable. The engine skips such
+            actions, so their effects, where they would have any, must not be made.
+        invisible: predicates that no text may mention are exported too. Without them a check asks for less,
+            and what depends on them does not happen.
+    """
+
+    additional_steps: bool = True
+    invisible: bool = True
+
+
+@dataclass(frozen=True, slots=True)
+class ProblemSource:
+    """A problem to be exported.
+
+    Attributes:
+        name: of the problem.
+        initial: the state in which plans start.
+        goals: state formulas, and actions that shall occur.
+        objects: the objects that the problem is about, as a mask; None for all of the scene. The agent is
+            always among them, and what the others are to the ones left out is left out.
+    """
+
+    name: str
+    initial: State
+    goals: tuple[Formula, ...]
+    objects: int | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Exported:
+    """A domain and problem in PDDL, and the way back.
+
+    Attributes:
+        domain: the domain.
+        problem: the problem.
+        unsupported: what is not said exactly, each with the reason.
+    """
+
+    domain: PddlDomain
+    problem: PddlProblem
+    unsupported: tuple[str, ...]
+    _operators: PddlNames
+    _objects: PddlNames
+    _predicates: PddlNames
+    _scene: Scene
+
+    def state(self, state: State) -> PddlState:
+        """A state of the same scene: the atoms that are true in it, of predicates that operators read."""
+        declared = {predicate.name for predicate in self.domain.predicates}
+        things = [self._name(i) for i in range(len(self._scene.objects))]
+        return frozenset(
+            [
+                Atom(name, tuple([Constant(things[i]) for i in arguments]))
+                for predicate, arguments in state.facts()
+                if (name := self._predicates[predicate]) in declared
+            ]
+        )
+
+    def step(self, action: Action) -> PlanStep:
+        """A ground action as a step of a plan."""
+        return PlanStep(self._operators[action.operator], tuple(map(self._name, action.arguments)))
+
+    def action(self, step: PlanStep) -> Action:
+        """A step of a plan as a ground action.
+
+        Raises:
+            KeyError: it names what was not exported.
+        """
+        index = {self._name(i): i for i in range(len(self._scene.objects))}
+        return Action(self._operators.meant(step.action), tuple([index[name] for name in step.arguments]))
+
+    def _name(self, index: int) -> str:
+        return self._objects[_key(self._scene, index)]
+
+
+def export(
+    domain: Domain,
+    initial: State,
+    goals: Sequence[Formula],
+    *,
+    name: str = "task",
+    objects: int | None = None,
+    options: ExportOptions | None = None,
+) -> Exported:
+    """A domain with one problem.
+
+    Raises:
+        DomainError: a goal is not about one state, or uses what is not declared.
+    """
+    source = ProblemSource(name, initial, tuple(goals), objects)
+    return export_problems(domain, (source,), options or ExportOptions())[0]
+
+
+def export_problems(
+    domain: Domain, sources: Sequence[ProblemSource], options: ExportOptions
+) -> tuple[Exported, ...]:
+    """A domain with several problems, which share it.
+
+    Raises:
+        DomainError: a goal is not about one state, or uses what is not declared.
+    """
+    glossary = Glossary(domain.vocabulary)
+    hidden = frozenset() if options.invisible else hidden_predicates(domain.vocabulary)
+    operators = PddlNames(operator.name for operator in domain.operators)
+    written = [_Operators(glossary, hidden, options, operators).write(each) for each in domain.operators]
+    things = [_things(glossary, source.initial.scene) for source in sources]
+    goals = [_goal(glossary, names, s, hidden) for names, s in zip(things, sources, strict=True)]
+    header = _header(glossary, domain.name, hidden, sources[0].initial.scene)
+    actions = tuple([_with_history(action, glossary, operators) for action in written])
+    exported = replace(header, actions=actions)
+    unsupported = tuple(_unsupported(glossary))
+    return tuple(
+        [
+            Exported(
+                exported,
+                _Problem(glossary, names, source, header).write(goal),
+                unsupported,
+                operators,
+                names,
+                glossary.predicates,
+                source.initial.scene,
+            )
+            for names, source, goal in zip(things, sources, goals, strict=True)
+        ]
+    )
+
+
+def _unsupported(glossary: Glossary) -> Iterator[str]:
+    for name in glossary.frozen:
+        yield f"{name}: it is computed by a function and has no formula, so it keeps its initial value"
+    for derived in map(glossary.vocabulary.derived_by_name.get, glossary.derived):
+        if isinstance(derived, Lookup) and derived.open_in_meaning:
+            yield f"{derived.name}: its formula leaves open {derived.open_in_meaning}"
+
+
+def _key(scene: Scene, index: int) -> str:
+    """What the table of names knows an object by: the agent, which conditions name, is known as that."""
+    name = scene.objects[index].name
+    if index == scene.agent:
+        return AGENT.name
+    return f"{name} " if name == AGENT.name else name
+
+
+def _things(glossary: Glossary, scene: Scene) -> PddlNames:
+    """The names of all objects of a scene: first those that operators name."""
+    names = glossary.things.copy()
+    for index in range(len(scene.objects)):
+        names[_key(scene, index)]
+    return names
+
+
+def _goal(glossary: Glossary, names: PddlNames, source: ProblemSource, hidden: frozenset[str]) -> Formula:
+    scene = source.initial.scene
+    about = Conditions(glossary, things=names, scene=scene)
+    agent = {} if scene.agent is None else {scene.objects[scene.agent].name: AGENT.name}
+    goals = [rename_objects(goal, agent) for goal in source.goals]
+    return conjunction([about.convert(without(goal, hidden), {}) for goal in goals])
+
+
+class _Operators:
+    """Writes operators."""
+
+    def __init__(
+        self, glossary: Glossary, hidden: frozenset[str], options: ExportOptions, names: PddlNames
+    ) -> None:
+        self._glossary = glossary
+        self._hidden = hidden
+        self._options = options
+        self._names = names
+
+    def write(self, operator: Operator) -> PddlAction:
+        """The operator, as yet without a memory of having been taken."""
+        try:
+            return self._write(operator)
+        except DomainError as error:
+            raise DomainError(f"operator {operator.name}: {error}") from error
+
+    def _write(self, operator: Operator) -> PddlAction:
+        conditions = Conditions(self._glossary)
+        parameters = conditions.parameters(operator.parameters)
+        scope: dict[str, Term] = dict(
+            zip([parameter.name for parameter in operator.parameters], parameters, strict=True)
+        )
+        asked = [check.condition for check in operator.checks if self._is_asked(check)]
+        if operator.tries:
+            asked.append(_some_try(operator))
+        precondition = conjunction(
+            [conditions.convert(without(formula, self._hidden), scope) for formula in asked]
+        )
+        effect = OrderedEffects(conditions, scope, self._hidden).of(operator)
+        return PddlAction(self._names[operator.name], parameters, precondition, effect)
+
+    def _is_asked(self, check: Check) -> bool:
+        return self._options.additional_steps or check.fault is not FaultKind.ADDITIONAL_STEP
+
+
+def _some_try(operator: Operator) -> Formula:
+    """One of the tries that are made succeeds, or none is made."""
+    succeeds = [And((t.condition, *(check.condition for check in t.checks))) for t in operator.tries]
+    return Or((And(tuple([Not(each.condition) for each in operator.tries])), *succeeds))
+
+
+def _with_history(action: PddlAction, glossary: Glossary, operators: PddlNames) -> PddlAction:
+    """The operator, which remembers that it was taken if a goal asks for it."""
+    done = glossary.performed.get(operators.meant(action.name))
+    if done is None:
+        return action
+    parts = action.effect.parts if isinstance(action.effect, Both) else (action.effect,)
+    return replace(action, effect=Both((*parts, AddEffect(Atom(done, ())))))
+
+
+def _header(glossary: Glossary, name: str, hidden: frozenset[str], scene: Scene) -> PddlDomain:
+    """The domain without operators: every predicate, type and constant that is in use."""
+    axioms = tuple(_axioms(glossary))
+    stored = [p for p in glossary.vocabulary.predicates if p.name not in hidden]
+    predicates = [_declared(glossary.predicates[each.name], each.arity) for each in stored]
+    derived = [*glossary.derived.values(), *glossary.frozen.values()]
+    predicates += [_declared(glossary.predicates[each.name], each.arity) for each in derived]
+    predicates += [_declared(kind, 1) for kind in glossary.kinds.values()]
+    predicates += [_declared(done, 0) for done in glossary.performed.values()]
+    if glossary.ordered:
+        predicates.append(_declared(_order(glossary), 2))
+    return PddlDomain(
+        name=PddlNames()[name],
+        requirements=REQUIREMENTS if axioms else REQUIREMENTS[:1],
+        types=tuple([TypedName(written) for _, written in glossary.types.items()]),
+        constants=tuple(_constants(glossary, scene)),
+        predicates=tuple(predicates),
+        actions=(),
+        axioms=axioms,
+    )
+
+
+def _type_of(glossary: Glossary, category: str) -> str:
+    """The type of the objects of a category, if anything ranges over them alone."""
+    return glossary.types[category] if category in glossary.types else OBJECT  # noqa: SIM401 - no mapping
+
+
+def _constants(glossary: Glossary, scene: Scene) -> Iterator[TypedName]:
+    """The objects that operators name; they are of one category in all problems."""
+    index = {_key(scene, i): i for i in range(len(scene.objects))}
+    for name, written in glossary.things.items():
+        category = scene.objects[index[name]].category if name in index else OBJECT
+        yield TypedName(written, _type_of(glossary, category))
+
+
+def _order(glossary: Glossary) -> str:
+    one, other = Variable("x"), Variable("y")
+    return glossary.precedes(one, other).predicate
+
+
+def _declared(name: str, arity: int) -> PddlPredicate:
+    return PddlPredicate(name, tuple([Variable(letter) for letter in ("x", "y", "z")[:arity]]))
+
+
+def _axioms(glossary: Glossary) -> Iterator[PddlAxiom]:
+    """The derived predicates in use, and those that their conditions use in turn."""
+    done: set[str] = set()
+    while rest := [each for each in glossary.derived.values() if each.name not in done]:
+        for derived in rest:
+            done.add(derived.name)
+            conditions = Conditions(glossary)
+            parameters = conditions.parameters(derived.parameters)
+            names = [parameter.name for parameter in derived.parameters]
+            condition = conditions.convert(derived.definition, dict(zip(names, parameters, strict=True)))
+            yield PddlAxiom(glossary.predicates[derived.name], parameters, condition)
+
+
+class _Problem:
+    """Writes the problem of one source."""
+
+    def __init__(
+        self, glossary: Glossary, names: PddlNames, source: ProblemSource, header: PddlDomain
+    ) -> None:
+        self._glossary = glossary
+        self._source = source
+        self._scene = source.initial.scene
+        agent = 0 if self._scene.agent is None else 1 << self._scene.agent
+        mask = self._scene.everything if source.objects is None else source.objects | agent
+        self._kept = dict.fromkeys(bits(mask))
+        self._names = [names[_key(self._scene, i)] for i in range(len(self._scene.objects))]
+        self._header = header
+
+    def write(self, goal: Formula) -> PddlProblem:
+        """The problem with this goal."""
+        constants = {item.name for item in self._header.constants}
+        return PddlProblem(
+            name=PddlNames()[self._source.name],
+            domain=self._header.name,
+            objects=tuple(
+                [
+                    TypedName(self._names[i], self._type(i))
+                    for i in self._kept
+                    if self._names[i] not in constants
+                ]
+            ),
+            initial=tuple(self._facts()),
+            denied=(),
+            goal=goal,
+        )
+
+    def _type(self, index: int) -> str:
+        category = self._scene.objects[index].category
+        return _type_of(self._glossary, category)
+
+    def _facts(self) -> Iterator[Atom]:
+        declared = {predicate.name for predicate in self._header.predicates}
+        for predicate, arguments in self._source.initial.facts():
+            name = self._glossary.predicates[predicate]
+            if name in declared and all(i in self._kept for i in arguments):
+                yield self._atom(name, *arguments)
+        for category, kind in self._glossary.kinds.items():
+            for i in bits(self._scene.category(category)):
+                if i in self._kept:
+                    yield self._atom(kind, i)
+        for derived in self._glossary.frozen.values():
+            for arguments in product(self._kept, repeat=derived.arity):
+                if _holds(derived, self._source.initial, arguments):
+                    yield self._atom(self._glossary.predicates[derived.name], *arguments)
+        if self._glossary.ordered:
+            order = _order(self._glossary)
+            kept = list(self._kept)
+            for place, i in enumerate(kept):
+                yield from (self._atom(order, i, j) for j in kept[place + 1 :])
+
+    def _atom(self, predicate: str, *arguments: int) -> Atom:
+        return Atom(predicate, tuple([Constant(self._names[i]) for i in arguments]))
+
+
+def _holds(derived: Derived, state: State, arguments: tuple[int, ...]) -> bool:
+    """Whether a derived predicate that has a function holds in a state."""
+    match derived:
+        case Lookup(values=values):
+            return bool(values(state, arguments[:-1]) >> arguments[-1] & 1)
+        case Computed(test=test):
+            return test(state, arguments)
+        case _:
+            raise DomainError(f"{derived.name} has no function")

@@ -1,0 +1,276 @@
+"""What an export writes about a vocabulary: its names in PDDL, and which of its parts have been used.
+
+Formulas of a declared domain become conditions of PDDL. Categories that quantifiers range over become types;
+"is of a category" becomes a static predicate; "exactly n" and pairings, which PDDL does not have, become
+quantifiers over that many different objects.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+
+from eai.errors import DomainError
+from eai.logic.formula import (
+    FALSE,
+    TRUE,
+    And,
+    Atom,
+    Constant,
+    Equals,
+    Exactly,
+    Exists,
+    ForAll,
+    Formula,
+    ForPairs,
+    Implies,
+    Not,
+    Occurs,
+    Or,
+    Term,
+    Variable,
+)
+from eai.logic.traversal import walk
+from eai.pddl.names import PddlNames
+from eai.pddl.simplify import conjunction, disjunction, equality, negation
+from eai.world.state import Scene
+from eai.world.vocabulary import Defined, Derived, Vocabulary
+
+ORDER = "precedes"
+"""The static predicate that says of two objects that the first has the lower index."""
+
+Scope = Mapping[str, Term]
+"""What stands in PDDL for the variables of a formula."""
+
+
+@dataclass(slots=True)
+class Glossary:
+    """The names of one export. What the methods give a name is thereby used.
+
+    Attributes:
+        vocabulary: the predicates of the declared domain.
+        predicates: names of predicates, and of what the export adds to them.
+        types: names of the categories that quantifiers range over.
+        things: names of the objects that the domain names; the agent is one of them.
+        derived: derived predicates in use that have a formula.
+        frozen: derived predicates in use that have none.
+        kinds: categories that conditions ask for.
+        performed: operators that conditions ask for.
+        ordered: whether the order of the objects is in use.
+    """
+
+    vocabulary: Vocabulary
+    predicates: PddlNames = field(init=False)
+    types: PddlNames = field(default_factory=PddlNames)
+    things: PddlNames = field(default_factory=PddlNames)
+    derived: dict[str, Defined] = field(default_factory=dict)
+    frozen: dict[str, Derived] = field(default_factory=dict)
+    kinds: dict[str, str] = field(default_factory=dict)
+    performed: dict[str, str] = field(default_factory=dict)
+    ordered: bool = False
+
+    def __post_init__(self) -> None:
+        stored = [predicate.name for predicate in self.vocabulary.predicates]
+        self.predicates = PddlNames([*stored, *self.vocabulary.derived_by_name])
+
+    def predicate(self, name: str) -> str:
+        """The name of a stored or derived predicate.
+
+        Raises:
+            DomainError: it is not declared.
+        """
+        derived = self.vocabulary.derived_by_name.get(name)
+        if derived is not None and name not in self.derived:
+            meaning = derived if isinstance(derived, Defined) else derived.meaning
+            if meaning is None:
+                self.frozen[name] = derived
+            else:
+                self.derived[name] = meaning
+        elif derived is None and self.vocabulary.stored(name) is None:
+            raise DomainError(f"predicate {name} is not declared")
+        return self.predicates[name]
+
+    def kind(self, category: str) -> str:
+        """The static predicate of the objects of a category."""
+        return self.kinds.setdefault(category, self.predicates[f"is-{category}"])
+
+    def done(self, operator: str) -> str:
+        """The predicate without arguments that says that an action has been taken."""
+        return self.performed.setdefault(operator, self.predicates[f"done-{operator}"])
+
+    def precedes(self, first: Term, second: Term) -> Atom:
+        """The first object has the lower index."""
+        self.ordered = True
+        return Atom(self.predicates[f" {ORDER}"], (first, second))
+
+
+class Conditions:
+    """Conditions of one operator, axiom or goal: every variable bound in it has a name of its own.
+
+    Args:
+        glossary: the names.
+        things: names of the objects that may be spoken of; those of the glossary by default.
+        scene: the objects, without which there are no pairings.
+    """
+
+    def __init__(
+        self, glossary: Glossary, things: PddlNames | None = None, scene: Scene | None = None
+    ) -> None:
+        self.glossary = glossary
+        self._things = glossary.things if things is None else things
+        self._variables = PddlNames()
+        self._count = 0
+        self._scene = scene
+
+    def parameters(self, variables: Sequence[Variable]) -> tuple[Variable, ...]:
+        """Parameters by their names in PDDL."""
+        return tuple([Variable(self._variables[variable.name]) for variable in variables])
+
+    def fresh(self, like: str, category: str | None = None) -> Variable:
+        """A variable that nothing else is called by."""
+        name = like if like not in self._variables else None
+        while name is None:
+            self._count += 1
+            tried = f"{like}{self._count}"
+            name = tried if tried not in self._variables else None
+        return Variable(self._variables[name], None if category is None else self.glossary.types[category])
+
+    def term(self, term: Term, scope: Scope) -> Term:
+        """A variable or constant in PDDL.
+
+        Raises:
+            DomainError: the variable is bound nowhere.
+        """
+        if isinstance(term, Constant):
+            return Constant(self._things[term.name])
+        if term.name not in scope:
+            raise DomainError(f"variable {term.name} is not bound")
+        return scope[term.name]
+
+    def convert(self, formula: Formula, scope: Scope) -> Formula:
+        """The condition that a state formula means.
+
+        Raises:
+            DomainError: it is not about one state, or uses what is not declared.
+        """
+        match formula:
+            case Atom(predicate, arguments):
+                terms = tuple([self.term(term, scope) for term in arguments])
+                return Atom(self.glossary.predicate(predicate), terms)
+            case Occurs(action):
+                return Atom(self.glossary.done(action), ())
+            case Equals(left, right):
+                return equality(self.term(left, scope), self.term(right, scope))
+            case Not(operand):
+                return negation(self.convert(operand, scope))
+            case And(operands):
+                return conjunction([self.convert(operand, scope) for operand in operands])
+            case Or(operands):
+                return disjunction([self.convert(operand, scope) for operand in operands])
+            case Implies(premise, conclusion):
+                return disjunction([negation(self.convert(premise, scope)), self.convert(conclusion, scope)])
+            case Exists(Variable(name, str(category)), Equals(left, right)) if (
+                Variable(name) in (left, right) and left != right
+            ):
+                other = right if left == Variable(name) else left
+                return Atom(self.glossary.kind(category), (self.term(other, scope),))
+            case ForAll(variable, body) | Exists(variable, body):
+                bound = self.fresh(variable.name, variable.category)
+                inner = self.convert(body, {**scope, variable.name: Variable(bound.name)})
+                return type(formula)(bound, inner)
+            case Exactly(count, variable, body):
+                return self._exactly(count, variable, body, scope)
+            case ForPairs():
+                return self._pairs(formula, scope)
+            case _:
+                raise DomainError(f"{type(formula).__name__} is not a condition on one state")
+
+    def _exactly(self, count: int, variable: Variable, body: Formula, scope: Scope) -> Formula:
+        """There are so many different ones, and every one is one of them."""
+        chosen = [self.fresh(variable.name, variable.category) for _ in range(count)]
+        terms: list[Term] = [Variable(each.name) for each in chosen]
+        met = [self.convert(body, {**scope, variable.name: term}) for term in terms]
+        other = self.fresh(variable.name, variable.category)
+        rest = self.convert(body, {**scope, variable.name: Variable(other.name)})
+        among = [equality(Variable(other.name), term) for term in terms]
+        only = ForAll(other, disjunction([negation(rest), *among]))
+        return _some(chosen, conjunction([*met, *_different(terms), only]))
+
+    def _pairs(self, formula: ForPairs, scope: Scope) -> Formula:
+        """As many pairs as the smaller category has objects, or as are asked for, all different."""
+        if self._scene is None:
+            raise DomainError("a pairing of objects has a PDDL form in goals only")
+        first, second, body, count = formula.first, formula.second, formula.body, formula.count
+        sizes = [self._scene.category(each.category).bit_count() for each in (first, second)]
+        if (min(sizes) if count is None else count) > min(sizes):
+            return FALSE
+        smaller, larger = (first, second) if sizes[0] <= sizes[1] else (second, first)
+        members: list[Term] = [Constant(self._things[name]) for name in self._members(smaller)]
+        chosen: list[Variable] = []
+        if count is not None and count < len(members):
+            chosen = [self.fresh(smaller.name, smaller.category) for _ in range(count)]
+            members = [Variable(each.name) for each in chosen]
+        partners = [self.fresh(larger.name, larger.category) for _ in members]
+        terms: list[Term] = [Variable(each.name) for each in partners]
+        parts: list[Formula] = [] if not chosen else list(_different(members))
+        for one, other in zip(members, terms, strict=True):
+            parts.append(negation(equality(one, other)))
+            parts.append(self.convert(body, {**scope, smaller.name: one, larger.name: other}))
+        return _some([*chosen, *partners], conjunction([*parts, *_different(terms)]))
+
+    def _members(self, variable: Variable) -> tuple[str, ...]:
+        scene = self._scene
+        return () if scene is None else scene.names(scene.category(variable.category))
+
+
+def _different(terms: Sequence[Term]) -> Iterator[Formula]:
+    for index, one in enumerate(terms):
+        for other in terms[:index]:
+            yield negation(equality(one, other))
+
+
+def _some(variables: Sequence[Variable], body: Formula) -> Formula:
+    for variable in reversed(variables):
+        body = Exists(variable, body)
+    return body
+
+
+def hidden_predicates(vocabulary: Vocabulary) -> frozenset[str]:
+    """The predicates that no text may mention: invisible ones, and what is derived from them."""
+    hidden = {predicate.name for predicate in vocabulary.predicates if not predicate.visible}
+    grown = True
+    while grown:
+        grown = False
+        for derived in vocabulary.derived:
+            if derived.name not in hidden and hidden & reads(derived):
+                hidden.add(derived.name)
+                grown = True
+    return frozenset(hidden)
+
+
+def reads(derived: Derived) -> frozenset[str]:
+    """The predicates that a derived predicate speaks of."""
+    if not isinstance(derived, Defined):
+        return frozenset(derived.reads)
+    return frozenset([part.predicate for part in walk(derived.definition) if isinstance(part, Atom)])
+
+
+def without(formula: Formula, hidden: frozenset[str], *, positive: bool = True) -> Formula:
+    """The formula in which what is hidden is as the formula needs it (or, not ``positive``, is not)."""
+    match formula:
+        case Atom(predicate):
+            return (TRUE if positive else FALSE) if predicate in hidden else formula
+        case Not(operand):
+            return negation(without(operand, hidden, positive=not positive))
+        case And(operands):
+            return conjunction([without(operand, hidden, positive=positive) for operand in operands])
+        case Or(operands):
+            return disjunction([without(operand, hidden, positive=positive) for operand in operands])
+        case Implies(premise, conclusion):
+            return without(Or((Not(premise), conclusion)), hidden, positive=positive)
+        case Exists(variable, body) | ForAll(variable, body):
+            inner = without(body, hidden, positive=positive)
+            return inner if inner in (TRUE, FALSE) else type(formula)(variable, inner)
+        case _:
+            mentions = any(isinstance(part, Atom) and part.predicate in hidden for part in walk(formula))
+            return formula if not mentions else TRUE if positive else FALSE

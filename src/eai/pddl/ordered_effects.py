@@ -1,0 +1,231 @@
+"""Ordered effects of a declared operator as PDDL's, which all take place at once.
+
+The engine makes changes one after the other, and a later one wins. In PDDL an addition wins over a deletion.
+So an addition takes place only where no later deletion of the same atom does; nothing else has to be said
+about the order. Conditions are read in the state before, here as there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import TypeAlias
+
+from typing_extensions import assert_never
+
+from eai.errors import DomainError
+from eai.logic.formula import FALSE, TRUE, And, Atom, Equals, Exists, Formula, Term, Variable
+from eai.pddl.glossary import Conditions, Scope, without
+from eai.pddl.model import AddEffect, Both, DeleteEffect, Each, PddlEffect, WhenEffect
+from eai.pddl.simplify import conjunction, disjunction, equality, negation, substitute
+from eai.world.effect import ANYTHING, Add, Delete, Effect, ForEach, Let, When
+from eai.world.operator import Operator
+from eai.world.vocabulary import Defined, Predicate, Vocabulary
+
+_Place: TypeAlias = "tuple[int | Variable, ...]"
+"""Where a change stands in the order: numbers in a sequence, and variables whose objects come by index."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Change:
+    """One addition or deletion, in PDDL's names.
+
+    Attributes:
+        adds: whether the atom becomes true.
+        variables: it takes place for all values of these ...
+        condition: ... for which this holds.
+    """
+
+    adds: bool
+    atom: Atom
+    variables: tuple[Variable, ...]
+    condition: Formula
+    place: _Place
+
+
+@dataclass(frozen=True, slots=True)
+class _Context:
+    """What the effects around an effect have fixed."""
+
+    scope: Scope
+    variables: tuple[Variable, ...] = ()
+    condition: Formula = TRUE
+    place: _Place = ()
+
+    def on(self, condition: Formula) -> _Context:
+        return replace(self, condition=conjunction((self.condition, condition)))
+
+    def at(self, *place: int | Variable) -> _Context:
+        return replace(self, place=(*self.place, *place))
+
+
+class OrderedEffects:
+    """The effects of one operator.
+
+    Args:
+        conditions: the names of the operator.
+        scope: its parameters.
+        hidden: predicates that are left out.
+    """
+
+    def __init__(self, conditions: Conditions, scope: Scope, hidden: frozenset[str] = frozenset()) -> None:
+        self._conditions = conditions
+        self._vocabulary = conditions.glossary.vocabulary
+        self._scope = scope
+        self._hidden = hidden
+
+    def of(self, operator: Operator) -> PddlEffect:
+        """All that the operator does, tries included."""
+        start = _Context(self._scope)
+        changes: list[_Change] = []
+        for number, each in enumerate(operator.tries):
+            made = And((each.condition, *(check.condition for check in each.checks)))
+            inside = start.on(self._read(made, start)).at(number)
+            changes += self._sequence(each.effects, inside)
+        changes += self._sequence(operator.effects, start.at(len(operator.tries)))
+        parts = [part for change in changes for part in self._written(change, changes)]
+        return parts[0] if len(parts) == 1 else Both(tuple(parts))
+
+    def _sequence(self, effects: Iterable[Effect], context: _Context) -> Iterator[_Change]:
+        for number, effect in enumerate(effects):
+            yield from self._effect(effect, context.at(number))
+
+    def _effect(self, effect: Effect, context: _Context) -> Iterator[_Change]:
+        match effect:
+            case Add(atom) | Delete(atom):
+                if atom.predicate not in self._hidden:
+                    yield self._change(atom, context, adds=isinstance(effect, Add))
+            case When(condition, effects, otherwise):
+                read = self._read(condition, context)
+                yield from self._sequence(effects, context.on(read).at(0))
+                yield from self._sequence(otherwise, context.on(negation(read)).at(1))
+            case ForEach(variable, condition, effects):
+                bound, inside = self._bound(variable, context)
+                matched = inside.on(self._read(condition, inside))
+                for number, each in enumerate(effects):
+                    yield from self._effect(each, matched.at(number, bound))
+            case Let(variable, condition, effects):
+                bound, inside = self._bound(variable, context)
+                first = self._first(variable, condition, bound, inside)
+                yield from self._sequence(effects, inside.on(first))
+            case _:
+                assert_never(effect)
+
+    def _bound(self, variable: Variable, context: _Context) -> tuple[Variable, _Context]:
+        bound = self._conditions.fresh(variable.name)
+        scope = {**context.scope, variable.name: bound}
+        return bound, replace(context, scope=scope, variables=(*context.variables, bound))
+
+    def _read(self, condition: Formula, context: _Context) -> Formula:
+        return self._conditions.convert(without(condition, self._hidden), context.scope)
+
+    def _first(self, variable: Variable, condition: Formula, bound: Variable, inside: _Context) -> Formula:
+        """The object is the first that meets the condition."""
+        meets = self._read(condition, inside)
+        if meets == TRUE or is_single(condition, variable, self._vocabulary):
+            return meets
+        other = self._conditions.fresh(variable.name)
+        as_well = self._read(condition, replace(inside, scope={**inside.scope, variable.name: other}))
+        earlier = conjunction((self._conditions.glossary.precedes(other, bound), as_well))
+        return conjunction((meets, negation(Exists(other, earlier))))
+
+    def _change(self, atom: Atom, context: _Context, *, adds: bool) -> _Change:
+        """The change of an atom; a pattern becomes a change of all atoms that it matches."""
+        stored = self._vocabulary.stored(atom.predicate)
+        if stored is None:
+            raise DomainError(f"an effect changes {atom.predicate}, which is not a stored predicate")
+        variables = list(context.variables)
+        terms: list[Term] = []
+        for term in atom.arguments:
+            if term == ANYTHING:
+                variables.append(self._conditions.fresh("other"))
+                terms.append(variables[-1])
+            else:
+                terms.append(self._conditions.term(term, context.scope))
+        written = Atom(self._conditions.glossary.predicate(atom.predicate), tuple(terms))
+        return _Change(adds, written, tuple(variables), context.condition, context.place)
+
+    def _written(self, change: _Change, changes: Sequence[_Change]) -> Iterator[PddlEffect]:
+        condition = change.condition
+        if change.adds:
+            undone = [self._undone(change, other) for other in changes if not other.adds]
+            condition = conjunction((condition, *map(negation, undone)))
+        if condition == FALSE:
+            return
+        effect: PddlEffect = AddEffect(change.atom) if change.adds else DeleteEffect(change.atom)
+        if condition != TRUE:
+            effect = WhenEffect(condition, effect)
+        for variable in reversed(change.variables):
+            effect = Each(variable, effect)
+        yield effect
+
+    def _undone(self, addition: _Change, deletion: _Change) -> Formula:
+        """A later deletion takes place of the atom that is added."""
+        if addition.atom.predicate != deletion.atom.predicate:
+            return FALSE
+        terms: dict[str, Term] = {}
+        own = {variable.name for variable in deletion.variables}
+        same: list[Formula] = []
+        for added, deleted in zip(addition.atom.arguments, deletion.atom.arguments, strict=True):
+            if isinstance(deleted, Variable) and deleted.name in own and deleted.name not in terms:
+                terms[deleted.name] = added
+            else:
+                same.append(equality(substitute_term(deleted, terms), added))
+        open_variables = [
+            self._conditions.fresh(variable.name)
+            for variable in deletion.variables
+            if variable.name not in terms
+        ]
+        rest = [variable.name for variable in deletion.variables if variable.name not in terms]
+        terms |= dict(zip(rest, open_variables, strict=True))
+        later = self._later(addition.place, deletion.place, terms)
+        found = conjunction((*same, later, substitute(deletion.condition, terms)))
+        if _denies(addition.condition, found):
+            return FALSE
+        for variable in reversed(open_variables):
+            found = found if found in (TRUE, FALSE) else Exists(variable, found)
+        return found
+
+    def _later(self, addition: _Place, deletion: _Place, terms: Scope) -> Formula:
+        """The deletion comes after the addition, its variables standing for ``terms``."""
+        for depth, (mine, other) in enumerate(zip(addition, deletion, strict=False)):
+            if isinstance(mine, Variable) and isinstance(other, Variable):
+                theirs = terms.get(other.name, other)
+                rest = self._later(addition[depth + 1 :], deletion[depth + 1 :], terms)
+                if theirs == mine:
+                    return rest
+                precedes = self._conditions.glossary.precedes(mine, theirs)
+                return disjunction((precedes, conjunction((Equals(mine, theirs), rest))))
+            if isinstance(mine, int) and isinstance(other, int) and mine != other:
+                return TRUE if mine < other else FALSE
+        return FALSE
+
+
+def is_single(condition: Formula, variable: Variable, vocabulary: Vocabulary) -> bool:
+    """Whether a condition says of itself that at most one value of a variable meets it."""
+    match condition:
+        case And(operands):
+            return any(is_single(operand, variable, vocabulary) for operand in operands)
+        case Equals(left, right):
+            return (left == Variable(variable.name)) != (right == Variable(variable.name))
+        case Atom(predicate, (*others, last)) if last == Variable(variable.name) and last not in others:
+            declared = vocabulary.stored(predicate) or vocabulary.derived_by_name.get(predicate)
+            match declared:
+                case Defined(parameters=parameters, definition=definition):
+                    return is_single(definition, parameters[-1], vocabulary)
+                case Predicate(single=single):
+                    return single
+                case _:
+                    return getattr(declared, "single", False)
+        case _:
+            return False
+
+
+def substitute_term(term: Term, terms: Scope) -> Term:
+    """What stands for a term."""
+    return terms.get(term.name, term) if isinstance(term, Variable) else term
+
+
+def _denies(condition: Formula, other: Formula) -> bool:
+    """Whether two conditions plainly cannot hold together."""
+    return conjunction((condition, other)) == FALSE and other != FALSE

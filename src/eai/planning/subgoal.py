@@ -1,0 +1,191 @@
+"""What must be brought about: conditions that shall hold or shall not, and what they come down to."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple, TypeAlias
+
+from eai.logic.formula import (
+    And,
+    Atom,
+    Exactly,
+    Exists,
+    ForAll,
+    Formula,
+    ForPairs,
+    Implies,
+    Not,
+    Or,
+    Term,
+    Variable,
+)
+from eai.world.frame import AGENT
+from eai.world.reading import Readings, Scope
+from eai.world.relation import bits
+from eai.world.state import Scene, State
+
+
+class Subgoal(NamedTuple):
+    """A condition that shall hold, or (``truth`` False) shall not, for the objects in ``scope``."""
+
+    formula: Formula
+    scope: Scope
+    truth: bool
+
+    @property
+    def negated(self) -> Subgoal:
+        """The opposite."""
+        return self._replace(truth=not self.truth)
+
+
+class GroundAtom(NamedTuple):
+    """An atom about objects, and whether it shall hold."""
+
+    predicate: str
+    arguments: tuple[int, ...]
+    truth: bool
+
+
+class Conjunction(NamedTuple):
+    """Every condition is needed."""
+
+    conditions: tuple[Subgoal, ...]
+
+
+class Disjunction(NamedTuple):
+    """One condition is enough."""
+
+    conditions: tuple[Subgoal, ...]
+
+
+class ExactNumber(NamedTuple):
+    """Exactly this number of the conditions shall be so, and the others not."""
+
+    number: int
+    conditions: tuple[Subgoal, ...]
+
+
+class PairSelection(NamedTuple):
+    """This number of cells is needed, no two in one row or column; None marks what is no pair."""
+
+    number: int
+    cells: tuple[tuple[Subgoal | None, ...], ...]
+
+
+Parts: TypeAlias = Conjunction | Disjunction | ExactNumber | PairSelection
+
+
+class Unfolding:
+    """Takes conditions apart in one state.
+
+    Args:
+        readings: reads the formulas of the domain.
+        state: the state.
+        objects: what actions may be about.
+    """
+
+    def __init__(self, readings: Readings, state: State, objects: Sequence[int]) -> None:
+        self._readings = readings
+        self._state = state
+        self._objects = objects
+
+    def holds(self, subgoal: Subgoal) -> bool:
+        """Whether a subgoal is reached already."""
+        formula, scope, truth = subgoal
+        return self._readings.holds(formula, scope, self._state) == truth
+
+    def atom(self, atom: Atom, subgoal: Subgoal) -> GroundAtom:
+        """An atom about the objects that its terms stand for in a subgoal."""
+        arguments = [self._index(term, subgoal.scope) for term in atom.arguments]
+        return GroundAtom(atom.predicate, tuple(arguments), subgoal.truth)
+
+    def parts(self, subgoal: Subgoal) -> Parts | None:
+        """What a compound condition comes down to; None for an atom and what nothing is known of."""
+        formula, scope, truth = subgoal
+        match formula:
+            case Not(operand):
+                return Conjunction((Subgoal(operand, scope, not truth),))
+            case And(operands) | Or(operands):
+                parts = tuple([Subgoal(f, scope, truth) for f in operands])
+                return Conjunction(parts) if isinstance(formula, And) == truth else Disjunction(parts)
+            case Implies(premise, conclusion):
+                either = (Subgoal(premise, scope, not truth), Subgoal(conclusion, scope, truth))
+                return Disjunction(either) if truth else Conjunction(either)
+            case Exists(variable, body) | ForAll(variable, body):
+                if isinstance(formula, Exists) == truth:
+                    values = self._promising(variable, body, scope) if truth else self._usable(variable)
+                    return Disjunction(self._instances(variable, body, scope, truth, values))
+                offending = self._offending(variable, body, scope, truth)
+                return Conjunction(self._instances(variable, body, scope, truth, offending))
+            case Exactly(count, variable, body) if truth:
+                return ExactNumber(count, self._instances(variable, body, scope, truth, self._all(variable)))
+            case ForPairs() if truth:
+                return self._pairs(formula, scope)
+            case _:
+                return None
+
+    def _index(self, term: Term, scope: Scope) -> int:
+        scene = self._state.scene
+        if isinstance(term, Variable):
+            return scope[term.name]
+        if term == AGENT and scene.agent is not None:
+            return scene.agent
+        return scene.index[term.name]
+
+    def _instances(
+        self, variable: Variable, body: Formula, scope: Scope, truth: bool, values: Sequence[int]
+    ) -> tuple[Subgoal, ...]:
+        return tuple([Subgoal(body, {**scope, variable.name: value}, truth) for value in values])
+
+    def _all(self, variable: Variable) -> list[int]:
+        return list(bits(self._state.scene.category(variable.category)))
+
+    def _usable(self, variable: Variable) -> list[int]:
+        allowed = self._state.scene.category(variable.category)
+        return [i for i in self._objects if allowed >> i & 1]
+
+    def _promising(self, variable: Variable, body: Formula, scope: Scope) -> list[int]:
+        """The usable values for which a part of the body holds already; all of them if there are none."""
+        usable = self._usable(variable)
+        parts = body.operands if isinstance(body, And) else ()
+        found = {i for part in parts for i in self._readings.witnesses(variable, part, scope, self._state)}
+        return [i for i in usable if i in found] or usable
+
+    def _offending(self, variable: Variable, body: Formula, scope: Scope, truth: bool) -> list[int]:
+        """The values for which the body is not as it should be for all."""
+        holding = self._readings.witnesses(variable, body, scope, self._state)
+        if not truth:
+            return list(holding)
+        held = set(holding)
+        return [i for i in self._all(variable) if i not in held]
+
+    def _pairs(self, formula: ForPairs, scope: Scope) -> PairSelection:
+        first, second, body = formula.first, formula.second, formula.body
+        rows, columns = self._all(first), self._all(second)
+        count = min(len(rows), len(columns)) if formula.count is None else formula.count
+        return PairSelection(
+            count,
+            tuple(
+                tuple(
+                    None if x == y else Subgoal(body, {**scope, first.name: x, second.name: y}, True)
+                    for y in columns
+                )
+                for x in rows
+            ),
+        )
+
+
+def conjuncts(subgoal: Subgoal, scene: Scene) -> Iterator[Subgoal]:
+    """The subgoals that one comes down to, all of them needed, each for itself."""
+    formula, scope, truth = subgoal
+    match formula:
+        case Not(operand):
+            yield from conjuncts(Subgoal(operand, scope, not truth), scene)
+        case And(operands) | Or(operands) if isinstance(formula, And) == truth:
+            for part in operands:
+                yield from conjuncts(Subgoal(part, scope, truth), scene)
+        case ForAll(variable, body) | Exists(variable, body) if isinstance(formula, ForAll) == truth:
+            for value in bits(scene.category(variable.category)):
+                yield from conjuncts(Subgoal(body, {**scope, variable.name: value}, truth), scene)
+        case _:
+            yield subgoal

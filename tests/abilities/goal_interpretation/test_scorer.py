@@ -1,0 +1,204 @@
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from abilities.goal_interpretation.lamps import DOMAIN, OBJECTS, atom, make_task
+from eai.abilities.goal_interpretation.gold import write_goals
+from eai.abilities.goal_interpretation.notation import JsonGoals
+from eai.abilities.goal_interpretation.scorer import GoalInterpretation
+from eai.abilities.task import Task
+from eai.abilities.verdict import Confusion, GoalVerdict
+from eai.errors import InputError
+from eai.logic.formula import FALSE, Eventually, Or
+from eai.world.fault import FaultKind
+
+SCORER = GoalInterpretation(make_task(), DOMAIN, JsonGoals())
+
+LAMPS = [["lit", "lamp_0"], ["lit", "lamp_1"]]
+SHUT = ["not", ["open", "box_0"]]
+
+
+class ByCategory(JsonGoals):
+    """Several things share a name."""
+
+    symmetric = frozenset({"together"})
+
+    def names(self, task: Task) -> tuple[str, ...]:
+        return tuple(thing.category for thing in task.scene.objects)
+
+
+def answer(states: object = (), relations: object = (), actions: object = ()) -> str:
+    return json.dumps({"node goals": states, "edge goals": relations, "action goals": actions})
+
+
+def judge(text: str, scorer: GoalInterpretation = SCORER) -> GoalVerdict:
+    verdict = scorer.score(text)
+    assert isinstance(verdict, GoalVerdict)
+    return verdict
+
+
+def counts(text: str, scorer: GoalInterpretation = SCORER) -> tuple[object, ...]:
+    found: Any = judge(text, scorer).counts
+    parts = tuple(tuple(found[kind]) for kind in ("state", "relation", "action"))
+    assert found["all"] == Confusion(*map(sum, zip(*parts, strict=True)))
+    return parts
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        (answer(), ((0, 0, 3), (0, 0, 1), (0, 0, 1))),
+        # A goal for all lamps is a condition for each.
+        (answer([*LAMPS, SHUT]), ((3, 0, 0), (0, 0, 1), (0, 0, 1))),
+        (answer([LAMPS[1]]), ((1, 0, 2), (0, 0, 1), (0, 0, 1))),
+        # A negated goal, and its contrary.
+        (answer([SHUT]), ((1, 0, 2), (0, 0, 1), (0, 0, 1))),
+        (answer([["open", "box_0"]]), ((0, 1, 3), (0, 0, 1), (0, 0, 1))),
+        # Either box will do, both are too much.
+        (answer(relations=[["inside", "ball_0", "box_1"]]), ((0, 0, 3), (1, 0, 0), (0, 0, 1))),
+        (
+            answer(relations=[["inside", "ball_0", "box_1"], ["inside", "ball_0", "box_0"]]),
+            ((0, 0, 3), (1, 1, 0), (0, 0, 1)),
+        ),
+        # Either action will do.
+        (answer(actions=["OPEN"]), ((0, 0, 3), (0, 0, 1), (1, 0, 0))),
+        (answer(actions=["OPEN", "PRESS", "FLY"]), ((0, 0, 3), (0, 0, 1), (1, 2, 0))),
+        (answer(actions=[["OPEN", "box_0"]]), ((0, 0, 3), (0, 0, 1), (0, 1, 1))),
+        # Said again.
+        (answer([*LAMPS, *LAMPS, ["open", "box_1"], ["open", "box_1"]]), ((2, 1, 1), (0, 0, 1), (0, 0, 1))),
+        # What does not exist, and what is ill-formed.
+        (answer([["lit", "sun"], ["shiny", "box_0"], ["open"]]), ((0, 3, 3), (0, 0, 1), (0, 0, 1))),
+        (answer(relations=[["beats", "box_0", "box_1"], 7]), ((0, 0, 3), (0, 2, 1), (0, 0, 1))),
+        # Kinds go by the predicate, not by the section.
+        (answer(relations=LAMPS), ((2, 0, 1), (0, 0, 1), (0, 0, 1))),
+        (answer([["inside", "ball_0"]]), ((0, 0, 3), (0, 1, 1), (0, 0, 1))),
+        ("Light all lamps.", ((0, 0, 3), (0, 0, 1), (0, 0, 1))),
+    ],
+)
+def test_counts(text: str, expected: tuple[object, ...]) -> None:
+    assert counts(text) == expected
+
+
+def test_what_is_wrong_with_goals_is_told() -> None:
+    verdict = judge(answer([["lit", "sun"], ["shiny", "box_0"], ["open"], 7], actions=["FLY"]))
+    assert verdict.predicted == 5
+    assert verdict.ill_formed == 2
+    assert verdict.hallucinated == ("sun", "shiny", "FLY")
+    assert verdict.unknown_predicates == ("shiny",)
+
+
+def test_what_is_fixed_or_hidden_is_no_goal() -> None:
+    verdict = judge(answer([["heavy", "box_0"], ["memory", "box_0"], ["together", "box_0", "ball_0"]]))
+    assert verdict.unknown_predicates == ("heavy", "memory")
+
+
+def test_what_cannot_be_read_is_a_parsing_error() -> None:
+    verdict = judge("Light all lamps.")
+    assert verdict.error is not None
+    assert verdict.error.kind is FaultKind.PARSING
+    assert SCORER.explain("Light all lamps.").notes[0].startswith("parsing: ")
+
+
+def test_an_explanation_tells_what_is_wrong_and_which_goals_are_met() -> None:
+    text = f"Sure! {answer([*LAMPS, ['lit', 'sun'], ['open']], actions=['OPEN'])}"
+    explanation = SCORER.explain(text)
+    assert explanation.notes == (
+        "read with repair: prose",
+        "ill-formed: 1 of the node goals",
+        "hallucination: there is no sun",
+        "state goals: 2 right, 2 wrong",
+        "relation goals: 0 right, 0 wrong",
+        "action goals: 1 right, 0 wrong",
+        "wrong: lit(sun)",
+    )
+    assert [(goal.kind, goal.satisfied) for goal in explanation.goals] == [
+        ("state", True),
+        ("state", False),
+        ("relation", False),
+        ("action", True),
+    ]
+    assert explanation.goals[3].goal == "PRESS or OPEN"
+
+
+def test_names_that_several_objects_share_are_matched_up_to_renaming() -> None:
+    task = make_task(atom("lit", "lamp_0"), atom("lit", "lamp_1"), atom("open", "box_1"))
+    scorer = GoalInterpretation(task, DOMAIN, ByCategory())
+    lamp, box = ["lit", "lamp"], ["open", "box"]
+    assert counts(answer([lamp, box]), scorer)[0] == (2, 0, 1)
+    assert counts(answer([lamp, lamp, lamp]), scorer)[0] == (2, 0, 1)
+    assert counts(answer([box, box, box]), scorer)[0] == (1, 1, 2)
+    reports = scorer.explain(answer([lamp, box])).goals
+    assert [goal.satisfied for goal in reports] == [True, False, True]
+    assert write_goals(task, DOMAIN, ByCategory()) == (
+        '["lit", "lamp"]',
+        '["lit", "lamp"]',
+        '["open", "box"]',
+    )
+
+
+def test_symmetric_relations_hold_both_ways() -> None:
+    scorer = GoalInterpretation(make_task(atom("together", "box_0", "ball_0")), DOMAIN, ByCategory())
+    for pair in (["ball", "box"], ["box", "ball"]):
+        assert counts(answer([["together", *pair]]), scorer)[1] == (1, 0, 0)
+
+
+def test_what_two_goals_ask_for_is_asked_once() -> None:
+    lamp = atom("lit", "lamp_0")
+    scorer = GoalInterpretation(make_task(lamp, lamp & atom("open", "box_0")), DOMAIN, JsonGoals())
+    assert counts(answer([LAMPS[0]]), scorer)[0] == (1, 0, 1)
+    assert [goal.satisfied for goal in scorer.explain(answer([LAMPS[0]])).goals] == [True, False]
+
+
+def test_the_option_that_an_answer_meets_best_is_what_it_is_compared_with() -> None:
+    one, other = atom("lit", "lamp_0"), atom("open", "box_0") & atom("open", "box_1") & atom("lit", "lamp_1")
+    scorer = GoalInterpretation(make_task(Or((other, one))), DOMAIN, JsonGoals())
+    assert counts(answer(), scorer)[0] == (0, 0, 1)
+    assert counts(answer([["open", "box_1"]]), scorer)[0] == (1, 0, 2)
+    assert counts(answer([["open", "box_1"], LAMPS[0]]), scorer)[0] == (1, 1, 0)
+
+
+def test_a_goal_that_nothing_can_meet_asks_for_nothing_and_is_not_met() -> None:
+    scorer = GoalInterpretation(make_task(FALSE), DOMAIN, JsonGoals())
+    assert counts(answer([LAMPS[0]]), scorer)[0] == (0, 1, 0)
+    assert [goal.satisfied for goal in scorer.explain(answer()).goals] == [False]
+
+
+def test_a_task_without_goals_can_only_be_answered_wrongly() -> None:
+    scorer = GoalInterpretation(replace(make_task(), goals=()), DOMAIN, JsonGoals())
+    assert counts(answer([LAMPS[0]]), scorer)[0] == (0, 1, 0)
+    assert judge("", scorer).error is not None
+
+
+def test_temporal_goals_cannot_be_interpreted() -> None:
+    with pytest.raises(InputError):
+        GoalInterpretation(make_task(Eventually(atom("lit", "lamp_0"))), DOMAIN, JsonGoals())
+
+
+def test_the_tasks_own_goals_score_in_full() -> None:
+    notation = JsonGoals()
+    text = notation.join(write_goals(make_task(), DOMAIN, notation))
+    assert json.loads(text) == {
+        "node goals": [*LAMPS, SHUT],
+        "edge goals": [["inside", "ball_0", "box_0"]],
+        "action goals": ["PRESS"],
+    }
+    assert counts(text) == ((3, 0, 0), (1, 0, 0), (1, 0, 0))
+
+
+WORDS = st.sampled_from(["lit", "open", "inside", "not", "PRESS", "sun", *OBJECTS])
+
+
+@given(st.text(max_size=40) | st.lists(WORDS | st.lists(WORDS | st.lists(WORDS))).map(answer))
+def test_what_is_right_and_wrong_is_what_is_predicted(text: str) -> None:
+    verdict = judge(text)
+    assert verdict.counts is not None
+    everything = verdict.counts["all"]
+    assert isinstance(everything, Confusion)
+    assert everything.true_positives + everything.false_positives == verdict.predicted
+    SCORER.explain(text)

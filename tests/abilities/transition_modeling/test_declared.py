@@ -1,0 +1,129 @@
+from __future__ import annotations
+
+import pytest
+
+from eai.abilities.task import Goal, GoalKind, Task
+from eai.abilities.transition_modeling.declared import declared_tasks
+from eai.abilities.transition_modeling.rules import PaperRules
+from eai.abilities.transition_modeling.scorer import TransitionModeling
+from eai.abilities.transition_modeling.task import Category, TransitionTask
+from eai.abilities.verdict import OperatorVerdict
+from eai.logic.formula import Constant, Exists, Formula, Occurs, Variable
+from eai.pddl.planner import BuiltInPlanner
+from eai.pddl.planning import PlannerOutcome
+from eai.world.domain import Domain
+from eai.world.effect import ANYTHING, Add, Delete, ForEach
+from eai.world.execution import Action
+from eai.world.frame import AGENT
+from eai.world.operator import Operator, additional, affordance, missing
+from eai.world.state import Scene, WorldObject
+from eai.world.vocabulary import Defined, Predicate, Vocabulary, is_a
+
+X, Y = Variable("x"), Variable("y")
+BRIGHT = Predicate("bright", 1)
+HEAVY = Predicate("heavy", 1, static=True)
+AT = Predicate("at", 2)
+TIRED = Predicate("tired", 0)
+SEEN = Predicate("seen", 1, visible=False)
+DARK = Defined("dark", (), ~Exists(Y, BRIGHT(Y)))
+VOCABULARY = Vocabulary((BRIGHT, HEAVY, AT, TIRED, SEEN), (DARK,))
+GO = Operator(
+    "GO",
+    (X,),
+    (additional(~AT(AGENT, X), "there"),),
+    (Delete(AT(AGENT, ANYTHING)), Add(AT(AGENT, X)), Add(SEEN(X))),
+)
+LIGHT = Operator(
+    "LIGHT",
+    (X,),
+    (
+        affordance(is_a(X, "lamp") & ~HEAVY(X), "no lamp"),
+        missing(AT(AGENT, X), "away"),
+        missing(DARK(), "bright"),
+    ),
+    (Add(BRIGHT(X)), ForEach(Y, HEAVY(Y), (Delete(BRIGHT(Y)),))),
+)
+REST = Operator("REST", (), (), (Delete(TIRED()),))
+ROOMS = Domain("rooms", VOCABULARY, (GO, LIGHT, REST))
+SCENE = Scene(
+    VOCABULARY, [WorldObject("me", "robot"), WorldObject("Lamp", "lamp"), WorldObject("box", "box")], agent=0
+)
+INITIAL = SCENE.state([("at", (0, 2)), ("heavy", (2,)), ("tired", ())])
+
+
+def task(name: str, *goals: Formula, script: tuple[Action, ...] = ()) -> Task:
+    kinds = [GoalKind.ACTION if isinstance(goal, Occurs) else GoalKind.STATE for goal in goals]
+    found = tuple(Goal(kind, goal) for kind, goal in zip(kinds, goals, strict=True))
+    return Task(name, name, name, INITIAL, found, (0, 1, 2), script)
+
+
+SCRIPT = (Action("REST", ()), Action("GO", (1,)), Action("LIGHT", (1,)))
+LIT = task("lit", BRIGHT(Constant("Lamp")))
+TASKS = {
+    each.id: each
+    for each in (
+        LIT,
+        task("there", AT(AGENT, Constant("Lamp"))),
+        task(
+            "scripted",
+            BRIGHT(Constant("Lamp")),
+            script=(Action("REST", ()), Action("GO", (1,)), Action("LIGHT", (1,))),
+        ),
+        task("act", Occurs("REST")),
+        task("never", HEAVY(Constant("Lamp"))),
+    )
+}
+
+
+@pytest.fixture(scope="module")
+def tasks() -> dict[str, TransitionTask]:
+    return declared_tasks(ROOMS, TASKS)
+
+
+def test_a_task_asks_for_the_operators_of_a_plan(tasks: dict[str, TransitionTask]) -> None:
+    assert {name: found.operators for name, found in tasks.items()} == {
+        "lit": ("go", "light"),
+        "there": ("go",),
+        "scripted": ("go", "light", "rest"),
+        "never": ("go", "light", "rest"),
+    }
+
+
+def test_predicates_and_tasks_have_categories(tasks: dict[str, TransitionTask]) -> None:
+    assert tasks["lit"].domain.categories == {
+        "bright": Category.OBJECT_STATES,
+        "heavy": Category.OBJECT_AFFORDANCE,
+        "at": Category.SPATIAL_RELATIONS,
+        "tired": Category.NON_SPATIAL_RELATIONS,
+        "dark": Category.NON_SPATIAL_RELATIONS,
+        "is-lamp": Category.OBJECT_AFFORDANCE,
+    }
+    assert tasks["there"].categories == (Category.SPATIAL_RELATIONS,)
+    own = declared_tasks(ROOMS, {"lit": LIT}, {"bright": Category.OBJECT_ORIENTATION})
+    assert own["lit"].categories == (Category.OBJECT_ORIENTATION,)
+
+
+def test_what_no_text_may_mention_is_left_out(tasks: dict[str, TransitionTask]) -> None:
+    assert "seen" not in tasks["lit"].gold_answer() + tasks["lit"].problem_text
+
+
+@pytest.mark.parametrize("name", ["lit", "there", "scripted"])
+def test_the_gold_answer_is_right_in_every_respect(tasks: dict[str, TransitionTask], name: str) -> None:
+    verdict = TransitionModeling(tasks[name], PaperRules.with_planner(BuiltInPlanner())).score(
+        tasks[name].gold_answer()
+    )
+    assert isinstance(verdict, OperatorVerdict)
+    assert verdict.planner is PlannerOutcome.SOLVED
+    sides = [side for report in verdict.operators for side in (report.precondition, report.effect)]
+    assert any(side.matched for side in sides)
+    assert not any(side.missing or side.additional for side in sides)
+
+
+def test_a_wrong_operator_cannot_reach_the_goal(tasks: dict[str, TransitionTask]) -> None:
+    text = tasks["lit"].gold_answer().replace("(bright ?x)", "(at ?x ?x)")
+    verdict = TransitionModeling(tasks["lit"], PaperRules.with_planner(BuiltInPlanner())).score(text)
+    assert verdict.planner is PlannerOutcome.UNSOLVABLE
+
+
+def test_no_tasks_with_conditions_are_no_tasks() -> None:
+    assert declared_tasks(ROOMS, {"act": TASKS["act"]}) == {}

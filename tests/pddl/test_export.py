@@ -1,0 +1,280 @@
+from __future__ import annotations
+
+import random
+from collections.abc import Iterator
+
+import pytest
+
+from eai.logic.formula import (
+    Atom,
+    Constant,
+    Equals,
+    Exactly,
+    Exists,
+    ForAll,
+    Formula,
+    ForPairs,
+    Occurs,
+    Variable,
+)
+from eai.pddl.check import check_domain, check_problem
+from eai.pddl.execute import Executor, PlanStep
+from eai.pddl.export import Exported, ExportOptions, export
+from eai.pddl.reader import read_domain, read_problem
+from eai.pddl.search import Effort, SearchVerdict, search
+from eai.pddl.writer import write_domain, write_formula, write_problem
+from eai.world.domain import Domain
+from eai.world.effect import ANYTHING, Add, Delete, Effect, ForEach, Let, When
+from eai.world.execution import Action, Fault, attempt
+from eai.world.frame import AGENT
+from eai.world.operator import Operator, Try, additional, affordance, missing
+from eai.world.relation import bits
+from eai.world.state import Scene, State, WorldObject
+from eai.world.vocabulary import Computed, Defined, Predicate, Vocabulary, is_a
+
+X, Y, Z = Variable("x"), Variable("y"), Variable("z")
+RED = Predicate("RED", 1)
+BIG = Predicate("big", 1)
+LIT = Predicate("lit", 0)
+ON = Predicate("ON", 2)
+NEAR = Predicate("near by", 2)
+MEMORY = Predicate("memory", 1, visible=False)
+
+
+def _below(state: State, arguments: tuple[int, ...]) -> int:
+    """Everything that an object is above of, along any chain."""
+    found, new = 0, state.relation("ON").row(arguments[0])
+    while new & ~found:
+        found |= new
+        for thing in bits(found):
+            new |= state.relation("ON").row(thing)
+    return found
+
+
+ABOVE = Defined("above", (X, Y), ON(X, Y) | Exists(Z, ON(X, Z) & Atom("above", (Z, Y))), _below)
+CLEAR = Defined("clear", (X,), ~Exists(Y, ON(Y, X)))
+RECALLED = Defined("recalled", (X,), MEMORY(X) & RED(X))
+ODD = Computed("odd", 1, lambda state, arguments: arguments[0] % 2 == 1, ())
+VOCABULARY = Vocabulary((RED, BIG, LIT, ON, NEAR, MEMORY), (ABOVE, CLEAR, RECALLED, ODD))
+SCENE = Scene(
+    VOCABULARY,
+    [
+        WorldObject(name, kind)
+        for name, kind in (("me", "person"), ("A.1", "cup"), ("a_1", "cup"), ("b", "box"))
+    ],
+    agent=0,
+)
+
+
+def domain(*operators: Operator) -> Domain:
+    return Domain("toy", VOCABULARY, operators)
+
+
+def test_engine_and_exported_operators_reach_the_same_states_whatever_the_effects() -> None:
+    """Random operators, with all kinds of effects in any order, tried with all arguments in random states."""
+    rng = random.Random(7)
+    compared = changed = 0
+    for _ in range(150):
+        operator = Operator("act", (X,), (), tuple(_effects(rng, 2, [X])))
+        toy = domain(operator)
+        for _ in range(3):
+            initial = _state(rng)
+            exported = export(toy, initial, ())
+            executor = Executor(exported.domain, exported.problem)
+            assert exported.state(initial) <= executor.initial
+            static = executor.initial - exported.state(initial)
+            for thing in range(len(SCENE.objects)):
+                action = Action("act", (thing,))
+                after = attempt(toy, [initial], action)
+                assert isinstance(after, State)
+                assert (
+                    executor.successor(executor.initial, exported.step(action))
+                    == exported.state(after) | static
+                )
+                compared += 1
+                changed += after != initial
+    assert compared == 1800
+    assert changed > 900
+
+
+def _state(rng: random.Random) -> State:
+    things = range(len(SCENE.objects))
+    facts = [(p.name, (i,)) for p in (RED, BIG, MEMORY) for i in things if rng.random() < 0.4]
+    pairs = [(p.name, (i, j)) for p in (ON, NEAR) for i in things for j in things if rng.random() < 0.3]
+    return SCENE.state([*facts, *pairs, *([(LIT.name, ())] if rng.random() < 0.5 else [])])
+
+
+def _effects(rng: random.Random, depth: int, terms: list[Variable]) -> Iterator[Effect]:
+    for _ in range(rng.randint(1, 3)):
+        kind = rng.choice(("write", "write", "write", "when", "each", "let")) if depth else "write"
+        new = Variable(f"v{depth}")
+        inside = tuple(_effects(rng, depth - 1, [*terms, new])) if kind in ("each", "let") else ()
+        match kind:
+            case "when":
+                then, otherwise = (tuple(_effects(rng, depth - 1, terms)) for _ in range(2))
+                yield When(_condition(rng, terms), then, otherwise)
+            case "each":
+                yield ForEach(new, _condition(rng, [*terms, new]), inside)
+            case "let":
+                yield Let(new, _condition(rng, [*terms, new]), inside)
+            case _:
+                yield _write(rng, terms)
+
+
+def _write(rng: random.Random, terms: list[Variable]) -> Effect:
+    predicate = rng.choice((RED, ON, ON, LIT))
+    effect = rng.choice((Add, Delete))
+    chosen = [rng.choice([*terms, AGENT]) for _ in range(predicate.arity)]
+    if effect is Delete and chosen and rng.random() < 0.4:
+        chosen[rng.randrange(len(chosen))] = ANYTHING
+    return effect(predicate(*chosen))
+
+
+def _condition(rng: random.Random, terms: list[Variable]) -> Formula:
+    a, b = rng.choice(terms), rng.choice(terms)
+    return rng.choice(
+        (
+            RED(a),
+            ~BIG(a),
+            ON(a, b),
+            NEAR(a, AGENT),
+            ABOVE(a, b),
+            CLEAR(a) & ~Equals(a, b),
+            Exists(Y, ON(Y, a) & RED(Y)),
+            ForAll(Y, ON(Y, a) | LIT()),
+            is_a(a, "cup", "box"),
+        )
+    )
+
+
+CHECKED = Operator(
+    "Check It",
+    (X,),
+    (affordance(BIG(X), "small"), additional(~RED(X), "red"), missing(CLEAR(X), "covered")),
+    (Add(RED(X)),),
+)
+
+
+def test_checks_are_preconditions_and_names_are_pddls() -> None:
+    initial = SCENE.state([("big", (1,))])
+    exported = export(domain(CHECKED), initial, (RED(Constant("A.1")),))
+    (action,) = exported.domain.actions
+    assert action.name == "check_it"
+    assert write_formula(action.precondition) == "(and (big ?x) (not (red ?x)) (clear ?x))"
+    assert write_formula(exported.problem.goal) == "(red a_1)"
+    assert exported.step(Action("Check It", (2,))) == PlanStep("check_it", ("a_1-2",))
+    assert exported.action(PlanStep("check_it", ("a_1-2",))) == Action("Check It", (2,))
+    asked = export(domain(CHECKED), initial, (), options=ExportOptions(additional_steps=False))
+    assert write_formula(asked.domain.actions[0].precondition) == "(and (big ?x) (clear ?x))"
+
+
+def test_what_is_exported_is_sound_pddl_and_reads_back() -> None:
+    rng = random.Random(3)
+    operators = [Operator(f"act{i}", (X,), (), tuple(_effects(rng, 2, [X]))) for i in range(20)]
+    exported = export(domain(*operators), _state(rng), (ABOVE(Constant("b"), Constant("a_1")),))
+    assert check_domain(exported.domain) == ()
+    assert check_problem(exported.problem, exported.domain) == ()
+    assert read_domain(write_domain(exported.domain)) == exported.domain
+    assert read_problem(write_problem(exported.problem)) == exported.problem
+
+
+def test_tries_are_conditional_effects_one_of_which_must_succeed() -> None:
+    tries = (
+        Try(RED(X), (missing(BIG(X), "small"),), (Delete(RED(X)),)),
+        Try(LIT(), (missing(CLEAR(X), "covered"),), (Delete(LIT()),)),
+    )
+    toy = domain(Operator("clean", (X,), (), (), tries=tries))
+    rng = random.Random(1)
+    outcomes = set()
+    for _ in range(60):
+        initial = _state(rng)
+        exported = export(toy, initial, ())
+        executor = Executor(exported.domain, exported.problem)
+        for thing in range(len(SCENE.objects)):
+            action = Action("clean", (thing,))
+            found = attempt(toy, [initial], action)
+            after = executor.successor(executor.initial, exported.step(action))
+            outcomes.add(isinstance(found, Fault))
+            if isinstance(found, Fault):
+                assert isinstance(after, str)
+            else:
+                assert after == exported.state(found) | (executor.initial - exported.state(initial))
+    assert outcomes == {True, False}
+
+
+PAIRS = ForPairs(Variable("c", "cup"), Variable("d", "cup"), NEAR(Variable("c"), Variable("d")))
+
+
+@pytest.mark.parametrize(
+    "goal",
+    [
+        *[Exactly(count, X, RED(X)) for count in range(4)],
+        Exactly(1, Variable("x", "cup"), RED(X) & ON(X, AGENT)),
+        PAIRS,
+        ForPairs(Variable("c", "cup"), Variable("d"), NEAR(Variable("c"), Variable("d"))),
+        ForPairs(Variable("c"), Variable("d", "cup"), NEAR(Variable("c"), Variable("d")), 1),
+        ForPairs(Variable("c", "cup"), Variable("d", "box"), NEAR(Variable("c"), Variable("d")), 2),
+        is_a(Constant("b"), "box") & ForAll(Variable("x", "cup"), BIG(X)),
+        ABOVE(Constant("b"), AGENT),
+        ABOVE(Constant("b"), Constant("me")),
+    ],
+)
+def test_goals_hold_where_they_hold_in_the_engine(goal: Formula) -> None:
+    rng = random.Random(5)
+    toy = domain(CHECKED)
+    found = set()
+    for _ in range(100):
+        initial = _state(rng)
+        exported = export(toy, initial, (goal,))
+        executor = Executor(exported.domain, exported.problem)
+        holds = toy.holds(goal, initial)
+        assert executor.holds(exported.problem.goal, executor.initial, {}) == holds
+        found.add(holds)
+    impossible = isinstance(goal, ForPairs) and goal.count == 2
+    assert found == ({False} if impossible else {True, False})
+
+
+def test_goals_on_actions_are_remembered() -> None:
+    toy = domain(Operator("rest", (), (), ()), Operator("paint", (X,), (), (Add(RED(X)),)))
+    exported = export(toy, SCENE.state(()), (Occurs("rest"), RED(Constant("b"))))
+    result = search(exported.domain, exported.problem, Effort())
+    assert result.verdict is SearchVerdict.SOLVED
+    assert sorted(exported.action(step).operator for step in result.plan) == ["paint", "rest"]
+
+
+def test_what_has_no_formula_is_named_and_keeps_its_initial_value() -> None:
+    toy = domain(Operator("paint", (X,), (affordance(ODD(X), "even"),), (Add(RED(X)),)))
+    exported = export(toy, SCENE.state(()), ())
+    assert exported.unsupported == (
+        "odd: it is computed by a function and has no formula, so it keeps its initial value",
+    )
+    assert set(_facts(exported, "odd")) == {"a_1", "b"}
+
+
+def test_invisible_predicates_can_be_left_out() -> None:
+    use = Operator(
+        "use",
+        (X,),
+        (missing(~RECALLED(X) & BIG(X), "?"),),
+        (Add(MEMORY(X)), When(MEMORY(X), (Add(RED(X)),)), Add(BIG(X))),
+    )
+    toy = domain(use)
+    exported = export(toy, SCENE.state([("memory", (1,))]), (), options=ExportOptions(invisible=False))
+    text = write_domain(exported.domain) + write_problem(exported.problem)
+    assert "memory" not in text
+    assert "recalled" not in text
+    assert write_formula(exported.domain.actions[0].precondition) == "(big ?x)"
+
+
+def test_a_problem_may_be_about_some_objects_only() -> None:
+    initial = SCENE.state([("RED", (1,)), ("RED", (3,)), ("ON", (1, 3)), ("ON", (0, 1))])
+    exported = export(domain(CHECKED), initial, (), objects=1 << 1)
+    assert {item.name for item in exported.problem.objects} == {"agent", "a_1"}
+    assert {fact.arguments for fact in exported.problem.initial} == {
+        (Constant("a_1"),),
+        (Constant("agent"), Constant("a_1")),
+    }
+
+
+def _facts(exported: Exported, predicate: str) -> Iterator[str]:
+    return (fact.arguments[0].name for fact in exported.problem.initial if fact.predicate == predicate)

@@ -1,0 +1,69 @@
+"""What is compiled once is used from any number of threads, each with bindings of its own."""
+
+from __future__ import annotations
+
+import random
+import sys
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+
+import pytest
+
+from eai.logic.formula import Atom, Equals, Exactly, Exists, ForAll, ForPairs, Variable
+from eai.world.domain import Domain
+from eai.world.execution import Action, execute
+from eai.world.operator import Operator, missing
+from eai.world.reading import Readings
+from eai.world.state import State
+from world import toy
+
+X, Y, Z = (Variable(name) for name in "xyz")
+BOX, PLACE = Variable("y", "box"), Variable("z", "place")
+CONDITIONS = (
+    Exists(Y, toy.at(X, Y) & Exactly(1, Z, toy.at(Z, Y) & ~Equals(Z, X))),
+    ForAll(BOX, Exists(PLACE, toy.at(Y, Z)) | toy.holding(Y)),
+    ForPairs(BOX, PLACE, toy.at(Y, Z), 1),
+    Exactly(2, BOX, ~Equals(Y, X)),
+)
+"""Quantifiers that put objects into the binding, one after the other."""
+
+WAIT = Operator("WAIT", (X,), tuple(missing(condition, "not yet") for condition in CONDITIONS), ())
+
+
+@pytest.fixture
+def restless() -> Iterator[None]:
+    """Threads take turns as often as can be."""
+    interval = sys.getswitchinterval()
+    sys.setswitchinterval(1e-5)
+    yield
+    sys.setswitchinterval(interval)
+
+
+def plans(seed: int) -> list[list[Action]]:
+    rng = random.Random(seed)
+    names = ("GO", "LIFT", "DROP", "PRESS", "WAIT")
+    return [[Action(rng.choice(names), (rng.randrange(6),)) for _ in range(20)] for _ in range(60)]
+
+
+def outcomes(domain: Domain, readings: Readings, initial: State, seed: int) -> list[object]:
+    """What becomes of some plans and what their last states say, as values without states."""
+    found: list[object] = []
+    for plan in plans(seed):
+        trajectory = execute(domain, initial, plan)
+        found.append(trajectory.steps)
+        final = trajectory.final
+        found += [readings.holds(c, {"x": i}, final) for c in CONDITIONS for i in range(6)]
+        found += [tuple(readings.witnesses(Y, Atom("at", (X, Y)), {"x": i}, final)) for i in range(6)]
+    return found
+
+
+@pytest.mark.usefixtures("restless")
+def test_a_domain_may_be_used_from_any_number_of_threads() -> None:
+    fresh = toy.DOMAIN.with_operators(WAIT)  # compiled by whoever comes first
+    readings, initial = Readings(fresh.vocabulary), toy.initial()
+    with ThreadPoolExecutor(8) as pool:
+        together = list(pool.map(lambda seed: outcomes(fresh, readings, initial, seed), range(16)))
+    again = toy.DOMAIN.with_operators(WAIT)
+    assert together == [
+        outcomes(again, Readings(again.vocabulary), toy.initial(), seed) for seed in range(16)
+    ]
