@@ -17,6 +17,7 @@ from eai.logic.formula import And, Atom, Formula, Not, Or
 from eai.logic.traversal import walk
 from eai.world.condition import Conditions
 from eai.world.frame import Binding, Frame, Truth
+from eai.world.scene_objects import SceneObjects
 from eai.world.state import Scene, State
 
 _NO_ACTIONS = Tally(0, 0)
@@ -77,17 +78,6 @@ def _share(goal: Goal) -> Share:
     relations = bool(predicates & RELATIONS)
     states = bool(predicates - RELATIONS)
     return Share(states / (states + relations), relations / (states + relations))
-
-
-@dataclass(frozen=True, slots=True)
-class SceneObjects:
-    """The objects of a scene by category, for quantifiers."""
-
-    scene: Scene
-
-    def objects(self, category: str | None) -> Sequence[str]:
-        """The names of the objects of a category, in the scene's order."""
-        return self.scene.names(self.scene.category(category))
 
 
 def _test(formula: Formula, scene: Scene) -> tuple[Truth, Binding]:
