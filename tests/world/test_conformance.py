@@ -71,7 +71,7 @@ def with_operator(operator: Operator) -> Domain:
     ],
 )
 def test_what_does_not_conform_is_found(domain: Domain, problem: str) -> None:
-    assert any(problem in str(finding) for finding in check(domain, [toy.initial()]))
+    assert any(problem in str(defect) for defect in check(domain, [toy.initial()]))
 
 
 def test_a_rule_that_points_outside_the_trajectory_is_found() -> None:

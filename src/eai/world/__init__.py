@@ -22,7 +22,7 @@ from eai.logic.formula import (
     Or,
     Variable,
 )
-from eai.world.conformance import Finding, check
+from eai.world.conformance import Defect, check
 from eai.world.domain import Domain, each_held_before, was_possible_before
 from eai.world.effect import ANYTHING, Add, Delete, Effect, ForEach, Let, When, both_ways
 from eai.world.execution import Action, Fault, Step, Trajectory, attempt, describe, execute
@@ -45,6 +45,7 @@ __all__ = [
     "Check",
     "Computed",
     "Constant",
+    "Defect",
     "Defined",
     "Delete",
     "Derived",
@@ -56,7 +57,6 @@ __all__ = [
     "Fact",
     "Fault",
     "FaultKind",
-    "Finding",
     "ForAll",
     "ForEach",
     "ForPairs",

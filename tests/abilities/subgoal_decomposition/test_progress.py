@@ -13,8 +13,7 @@ from eai.errors import InputError
 from eai.logic import semantics
 from eai.logic.ltl import parse
 from eai.logic.signature import Signature
-from eai.logic.trajectory import Action as TakenAction
-from eai.logic.trajectory import Trajectory
+from eai.logic.trace import TakenAction, Trace
 from eai.world.execution import Action, execute
 from eai.world.state import State
 
@@ -77,7 +76,7 @@ def test_progress_agrees_with_the_semantics_of_formulas(goal: str, steps: list[s
         TakenAction(a.operator, tuple(SCENE.objects[i].name for i in a.arguments))
         for a in trajectory.executed
     ]
-    expected = semantics.holds(formula, Trajectory([Seen(s) for s in trajectory.states], taken))
+    expected = semantics.holds(formula, Trace([Seen(s) for s in trajectory.states], taken))
     assert progress.reached(met, trajectory.final) == expected
 
 
