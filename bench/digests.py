@@ -21,8 +21,8 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
+from eai.abilities.codec import fields_of
 from eai.abilities.protocol import Ability, Protocol
-from eai.abilities.verdict import fields_of
 from eai.benchmarks.source import Source
 from eai.benchmarks.suite import open_suite
 from eai.pddl.planning import PlannerChoice

@@ -170,7 +170,7 @@ class Answers:
     def rates(self, rules: Rules) -> dict[str, Rate]:
         """The summary by some rules."""
         verdicts = [judge.score(text, rules) for judge, text in self.judged]
-        return summarise(verdicts, "virtualhome", Ability.ACTION_SEQUENCING, rules.counting)
+        return summarise(verdicts, Ability.ACTION_SEQUENCING)
 
     def check(self) -> None:
         """The parts put together are the protocols.
@@ -180,7 +180,7 @@ class Answers:
         """
         for protocol in Protocol:
             verdicts = [judge.scorers[protocol].score(text) for judge, text in self.judged]
-            rates = summarise(verdicts, "virtualhome", Ability.ACTION_SEQUENCING, protocol)
+            rates = summarise(verdicts, Ability.ACTION_SEQUENCING)
             if rates != self.rates(rules_of(protocol)):
                 raise AssertionError(f"{self.model}: the parts of {protocol.value} do not make the whole")
 

@@ -25,6 +25,7 @@ def scored(eai: Command, data_store: Store, tmp_path: Path, monkeypatch: pytest.
     rows = [{"identifier": task, "llm_output": text} for task, text in ANSWERS.items()]
     Path("m_outputs.json").write_text(json.dumps(rows))
     assert eai("score", "m_outputs.json", *HERE, "--out", "out").status == 0
+    monkeypatch.setenv("EAI_DATA_DIR", str(tmp_path / "nothing"))
 
 
 def damaged(**fields: object) -> Path:
@@ -62,14 +63,23 @@ def test_an_unreadable_answer_is_explained(eai: Command) -> None:
     assert "parsing: no step was found" in eai("explain", "out", "12_2").out
 
 
-def test_an_answer_is_read_as_it_was_scored(eai: Command) -> None:
-    """Under `eai-1.0.5` the form of most answers of the file decides."""
-    names_only = dict.fromkeys(("11_1", "120_1"), '{"WALK": ["floor_lamp"]}')
-    answers = {**names_only, "12_2": '{"WALK": ["character", "65"]}'}
-    rows = [{"identifier": task, "llm_output": text} for task, text in answers.items()]
-    Path("n_outputs.json").write_text(json.dumps(rows))
-    assert eai("score", "n_outputs.json", *HERE, "--protocol", "eai-1.0.5", "--out", "n").status == 0
-    assert "hallucination: step 1: WALK: there is no 65" in eai("explain", "n", "12_2").out
+def test_a_record_without_an_explanation_says_how_to_get_one(eai: Command) -> None:
+    outcome = eai("explain", damaged(explanation=None), "27_2")
+    assert (outcome.status, outcome.err) == (0, "")
+    lines = outcome.out.splitlines()
+    assert lines[2] == "the record has no explanation; score the answer with --explanations to get one"
+    assert lines[3] == "missing_step: the character does not hold soap.1002"
+    assert lines[-1] == "failure, not executable"
+
+
+def test_a_record_of_another_domain_is_shown_all_the_same(eai: Command) -> None:
+    assert eai("explain", damaged(domain="mars"), "27_2").out.startswith("mars action_sequencing 27_2\n")
+
+
+def test_goals_are_judged_by_what_they_came_to(eai: Command) -> None:
+    goals: dict[str, object] = {"ability": "goal_interpretation", "explanation": None, "error": None}
+    found = damaged(**goals, counts={"state": [1, 1, 0]})
+    assert eai("explain", found, "27_2").out.endswith("partly right\n")
 
 
 def test_what_is_wrong_with_the_records_is_told_in_one_line(eai: Command) -> None:
@@ -82,8 +92,7 @@ def test_what_is_wrong_with_the_records_is_told_in_one_line(eai: Command) -> Non
 @pytest.mark.parametrize(
     ("fields", "task", "complaint"),
     [
-        ({"domain": "mars"}, "27_2", "damaged.jsonl: there is no domain 'mars'"),
-        ({"task_id": "0_0"}, "0_0", "virtualhome action_sequencing has no task '0_0'"),
+        ({"explanation": {"steps": 3}}, "27_2", "damaged.jsonl, line 1: field explanation.steps: "),
         ({"response": "{}"}, "27_2", "damaged.jsonl, line 1: expected the response that was scored"),
         ({"protocol": "lenient"}, "27_2", "damaged.jsonl, line 1: field protocol: "),
     ],

@@ -4,7 +4,7 @@ import pytest
 
 from eai.abilities.protocol import Ability
 from eai.metrics.average import average_performance
-from eai.metrics.paper_tables import Column, paper_table
+from eai.metrics.paper_tables import PaperColumn, paper_table
 
 OFF_IN_THE_PAPER = {("behavior", "Cohere Command R+"), ("behavior", "o1-preview")}
 """Averages that do not follow from the paper's own columns."""
@@ -16,7 +16,7 @@ def test_paper_averages_follow_from_its_columns(domain: str) -> None:
     off = set()
     for model, row in overview.rows.items():
         figures = dict(zip(overview.columns, row, strict=True))
-        printed = figures.pop(Column("", "average_performance", domain))
+        printed = figures.pop(PaperColumn("", "average_performance", domain))
         found = average_performance(
             {
                 (Ability(c.ability), c.metric): v

@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from eai.abilities.share import Share
 from eai.metrics.bootstrap import Bootstrap
-from eai.metrics.rate import Rate
 
 halves = st.integers(0, 40).map(lambda n: n / 2)
 
@@ -15,7 +15,7 @@ halves = st.integers(0, 40).map(lambda n: n / 2)
 @given(st.lists(st.tuples(halves, halves), min_size=1, max_size=8))
 def test_replicates_are_ratios_of_the_sums_of_drawn_tasks(parts: list[tuple[float, float]]) -> None:
     bootstrap = Bootstrap(seed=3, repetitions=5)
-    found = bootstrap.replicates([{"x": Rate(*part)} for part in parts], ["x"])["x"]
+    found = bootstrap.replicates([{"x": Share(*part)} for part in parts], ["x"])["x"]
     generator = random.Random(f"3/{len(parts)}")
     for value in found:
         drawn = generator.choices(parts, k=len(parts))
@@ -26,7 +26,7 @@ def test_replicates_are_ratios_of_the_sums_of_drawn_tasks(parts: list[tuple[floa
 
 
 def test_interval_of_a_share_is_near_the_binomial_one() -> None:
-    rates = [{"x": Rate(int(i < 60), 1)} for i in range(100)]
+    rates = [{"x": Share(int(i < 60), 1)} for i in range(100)]
     found = Bootstrap().intervals(rates, ["x"])["x"]
     assert found is not None
     assert found.low == pytest.approx(50, abs=1.5)  # the quantiles of Binomial(100, 0.6) are 50 and 69
@@ -34,7 +34,7 @@ def test_interval_of_a_share_is_near_the_binomial_one() -> None:
 
 
 def test_same_seed_same_draws_and_another_seed_others() -> None:
-    rates = [{"x": Rate(i % 3, 2)} for i in range(30)]
+    rates = [{"x": Share(i % 3, 2)} for i in range(30)]
     assert Bootstrap().replicates(rates, ["x"]) == Bootstrap().replicates(rates, ["x"])
     assert Bootstrap().replicates(rates, ["x"]) != Bootstrap(seed=1).replicates(rates, ["x"])
 

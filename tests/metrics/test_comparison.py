@@ -3,7 +3,7 @@ from __future__ import annotations
 import pytest
 
 from eai.abilities.protocol import Ability
-from eai.abilities.verdict import Confusion, Verdict
+from eai.abilities.verdict import Confusion, GoalVerdict, Verdict
 from eai.metrics.bootstrap import Bootstrap
 from eai.metrics.comparison import compare, mcnemar
 from eai.metrics.rate import Rate
@@ -42,7 +42,7 @@ def test_tasks_that_differ_and_tasks_of_one_run_only() -> None:
 
 def test_f1_is_compared_by_bootstrap() -> None:
     def run(hits: int) -> list[Verdict]:
-        return [Verdict(counts={"state": Confusion(hits, 3 - hits, i % 2)}) for i in range(20)]
+        return [GoalVerdict(counts={"state": Confusion(hits, 3 - hits, i % 2)}) for i in range(20)]
 
     first, second = (
         [record(str(i), v, ability=Ability.GOAL_INTERPRETATION) for i, v in enumerate(run(hits))]

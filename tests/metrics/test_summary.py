@@ -4,10 +4,21 @@ from dataclasses import replace
 
 import pytest
 
-from eai.abilities.protocol import Ability, Protocol
-from eai.abilities.verdict import Confusion, Counted, ErrorReport, PlanVerdict, SubgoalCategory, Verdict
+from eai.abilities.declarations import DECLARATIONS
+from eai.abilities.protocol import Ability
+from eai.abilities.verdict import (
+    Confusion,
+    Counted,
+    ErrorReport,
+    GoalTallies,
+    GoalVerdict,
+    OperatorVerdict,
+    SubgoalCategory,
+    SubgoalVerdict,
+    Tally,
+)
 from eai.metrics.rate import Rate
-from eai.metrics.summary import MAIN_COLUMNS, TABLE_COLUMNS, contribution, summarise
+from eai.metrics.summary import summarise
 from eai.pddl.planning import PlannerOutcome
 from eai.world.fault import FaultKind
 from metrics.verdicts import SUCCEEDED, failed, goals
@@ -16,52 +27,63 @@ ARITY = ErrorReport(FaultKind.ARGUMENT_NUMBER, None, "OPEN takes 1 argument")
 
 
 @pytest.mark.parametrize("ability", Ability)
-def test_every_column_of_the_tables_is_a_metric(ability: Ability) -> None:
-    rates = summarise([Verdict()], "virtualhome", ability, Protocol.STRICT)
-    assert {*TABLE_COLUMNS[ability], *MAIN_COLUMNS[ability]} <= rates.keys()
+def test_every_column_that_is_shown_is_a_metric(ability: Ability) -> None:
+    declared = DECLARATIONS[ability]
+    rates = summarise([declared.verdict()], ability)
+    shown = {column.metric for column in declared.columns}
+    assert {*declared.terminal, *declared.main, *declared.averaged, *declared.yes_no} <= rates.keys()
+    assert shown <= rates.keys()
+    assert {*declared.terminal, *declared.main} <= shown
+
+
+def test_every_ability_is_declared() -> None:
+    assert list(DECLARATIONS) == list(Ability)
+    assert all(declared.ability is ability for ability, declared in DECLARATIONS.items())
 
 
 def test_excluded_answers_are_in_no_denominator() -> None:
     verdicts = [SUCCEEDED, replace(SUCCEEDED, excluded="why")]
-    rates = summarise(verdicts, "virtualhome", Ability.ACTION_SEQUENCING, Protocol.STRICT)
-    assert rates["task_success"] == Rate(1, 1)
+    assert summarise(verdicts, Ability.ACTION_SEQUENCING)["task_success"] == Rate(1, 1)
 
 
 def test_plans_by_the_kind_of_their_end() -> None:
     verdicts = [SUCCEEDED, failed(FaultKind.MISSING_STEP), failed(FaultKind.PARSING)]
-    rates = summarise(verdicts, "behavior", Ability.ACTION_SEQUENCING, Protocol.STRICT)
+    rates = summarise(verdicts, Ability.ACTION_SEQUENCING)
     assert rates["task_success"] == Rate(1, 3)
     assert rates["missing_step"] == rates["parsing"] == Rate(1, 3)
     assert rates["wrong_order"] == Rate(0, 3)
     assert rates["state_goal"] == rates["total_goal"] == Rate(1, 3)
 
 
-def test_answers_with_additional_steps_are_counted() -> None:
-    verdicts = [replace(SUCCEEDED, additional_steps=3), SUCCEEDED]
-    rates = summarise(verdicts, "virtualhome", Ability.ACTION_SEQUENCING, Protocol.STRICT)
-    assert rates["additional_step"] == Rate(1, 2)
+def test_additional_steps_count_by_answer_unless_the_verdict_says_otherwise() -> None:
+    three = replace(SUCCEEDED, additional_steps=3)
+    assert summarise([three, SUCCEEDED], Ability.ACTION_SEQUENCING)["additional_step"] == Rate(1, 2)
+    by_step = replace(three, counted=Counted(True, goals((1, 1)), ((FaultKind.ADDITIONAL_STEP, 3),)))
+    assert summarise([by_step, SUCCEEDED], Ability.ACTION_SEQUENCING)["additional_step"] == Rate(3, 2)
 
 
-def test_an_answer_may_count_as_something_else_than_its_verdict_says() -> None:
-    in_order = goals((1, 1), action=(1, 2))
-    counted = Counted(False, in_order, ((FaultKind.PARSING, 2), (FaultKind.ADDITIONAL_STEP, 3)))
-    verdict = PlanVerdict(executable=True, success=True, goals=goals((1, 1)), counted=counted)
-    rates = summarise([verdict], "virtualhome", Ability.ACTION_SEQUENCING, Protocol.EAI_1_0_5)
-    assert rates["task_success"] == Rate(0, 1)
-    assert rates["execution_success"] == Rate(1, 1)
-    assert (rates["parsing"], rates["additional_step"]) == (Rate(2, 1), Rate(3, 1))
-    assert (rates["affordance"], rates["action_goal"]) == (Rate(0, 1), Rate(1, 2))
+def test_what_an_answer_counts_as_comes_before_what_its_verdict_says() -> None:
+    failure = failed(FaultKind.PARSING)
+    twice = replace(failure, counted=Counted(False, goals((0, 1)), ((FaultKind.PARSING, 2),)))
+    missed = Counted(False, GoalTallies(Tally(0, 0), Tally(0, 0), Tally(1, 2)), ())
+    rates = summarise([twice, replace(SUCCEEDED, counted=missed)], Ability.ACTION_SEQUENCING)
+    assert rates["parsing"] == Rate(2, 2)
+    assert rates["task_success"] == Rate(0, 2)
+    assert rates["execution_success"] == Rate(1, 2)
+    assert rates["action_goal"] == Rate(1, 2)
 
 
 def test_predicted_goals() -> None:
-    read = Verdict(
+    read = GoalVerdict(
         counts={"state": Confusion(2, 1, 0), "action": Confusion(0, 0, 1)},
-        details={"predicted": 4, "ill_formed": 1, "hallucinated": ["sofaa", "x"]},
+        predicted=4,
+        ill_formed=1,
+        hallucinated=("sofaa", "x"),
     )
-    unread = Verdict(
+    unread = GoalVerdict(
         counts={"state": Confusion(0, 0, 2)}, error=ErrorReport(FaultKind.PARSING, None, "no JSON")
     )
-    rates = summarise([read, unread], "virtualhome", Ability.GOAL_INTERPRETATION, Protocol.STRICT)
+    rates = summarise([read, unread], Ability.GOAL_INTERPRETATION)
     assert rates["state.recall"] == Rate(2, 4)
     assert rates["overall.precision"] == Rate(2, 3)
     assert rates["overall.f1"] == Rate(4, 8)
@@ -71,51 +93,53 @@ def test_predicted_goals() -> None:
 
 
 def test_goals_of_no_kind_count_overall() -> None:
-    verdict = Verdict(counts={"state": Confusion(1, 0, 0), "all": Confusion(1, 2, 0)})
-    rates = summarise([verdict], "behavior", Ability.GOAL_INTERPRETATION, Protocol.STRICT)
+    verdict = GoalVerdict(counts={"state": Confusion(1, 0, 0), "all": Confusion(1, 2, 0)})
+    rates = summarise([verdict], Ability.GOAL_INTERPRETATION)
     assert rates["overall.precision"] == Rate(1, 3)
 
 
 def test_subgoals_by_outcome() -> None:
-    correct = Verdict(category=SubgoalCategory.CORRECT, additional_steps=2, goals=goals((1, 1)))
-    arity = Verdict(category=SubgoalCategory.HALLUCINATION, error=ARITY)
-    unknown = Verdict(
+    correct = SubgoalVerdict(category=SubgoalCategory.CORRECT, additional_steps=2, goals=goals((1, 1)))
+    arity = SubgoalVerdict(category=SubgoalCategory.HALLUCINATION, error=ARITY)
+    unknown = SubgoalVerdict(
         category=SubgoalCategory.HALLUCINATION, error=ErrorReport(FaultKind.HALLUCINATION, None, "x")
     )
-    unreadable = Verdict(category=SubgoalCategory.NOT_PARSEABLE)
+    unreadable = SubgoalVerdict(category=SubgoalCategory.NOT_PARSEABLE)
     verdicts = [correct, arity, unknown, unreadable]
-    rates = summarise(verdicts, "virtualhome", Ability.SUBGOAL_DECOMPOSITION, Protocol.STRICT)
+    rates = summarise(verdicts, Ability.SUBGOAL_DECOMPOSITION)
     for name in ("task_success", "execution_success", "parsing", "argument_number", "hallucination"):
         assert rates[name] == Rate(1, 4), name
     assert rates["additional_step"] == Rate(1, 4)
 
 
-def test_reference_counts_entries_but_not_those_of_unreachable_goals() -> None:
+def test_errors_of_subgoals_count_as_often_as_the_verdict_says() -> None:
     wrong_order = ErrorReport(FaultKind.WRONG_ORDER, 0, "why")
-    runtime = Verdict(
-        category=SubgoalCategory.RUNTIME,
-        error=wrong_order,
-        details={"errors": ["wrong_order", "additional_step", "wrong_order"]},
-    )
-    missed = replace(runtime, category=SubgoalCategory.GOAL_UNREACHABLE, additional_steps=1)
-    for protocol, counted, additional in ((Protocol.EAI_1_0_5, 2, 0), (Protocol.STRICT, 2, 1)):
-        rates = summarise([runtime, missed], "virtualhome", Ability.SUBGOAL_DECOMPOSITION, protocol)
+    runtime = SubgoalVerdict(category=SubgoalCategory.RUNTIME, error=wrong_order, additional_steps=1)
+    missed = replace(runtime, category=SubgoalCategory.GOAL_UNREACHABLE)
+    none = goals((0, 1))
+    entries = replace(runtime, counted=Counted(False, none, ((FaultKind.WRONG_ORDER, 2),)))
+    for verdicts, counted, additional in (
+        ([runtime, missed], 2, 2),
+        ([entries, missed], 3, 1),
+        ([entries, replace(missed, counted=Counted(False, none, ()))], 2, 0),
+    ):
+        rates = summarise(verdicts, Ability.SUBGOAL_DECOMPOSITION)
         assert rates["wrong_order"] == Rate(counted, 2)
         assert rates["additional_step"] == Rate(additional, 2)
-    assert rates["execution_success"] == Rate(1, 2)
+        assert rates["execution_success"] == Rate(1, 2)
 
 
 def test_operators_count_by_category_and_plans_by_task() -> None:
-    solved = Verdict(
+    solved = OperatorVerdict(
         counts={
             "precondition": {"object_states": Confusion(1, 0, 1)},
             "effect": {"object_states": Confusion(1, 2, 0), "object_tools": Confusion(3, 0, 0)},
         },
         planner=PlannerOutcome.SOLVED,
-        details={"task_categories": ["object_states", "spatial_relations"]},
+        task_categories=("object_states", "spatial_relations"),
     )
-    unsolved = replace(solved, planner=PlannerOutcome.TIME, counts=None, details=None)
-    rates = summarise([solved, unsolved], "behavior", Ability.TRANSITION_MODELING, Protocol.STRICT)
+    unsolved = replace(solved, planner=PlannerOutcome.TIME, counts=None, task_categories=())
+    rates = summarise([solved, unsolved], Ability.TRANSITION_MODELING)
     assert rates["object_states.f1"] == Rate(4, 7)
     assert rates["overall.precision"] == Rate(5, 7)
     assert rates["overall.planner_success"] == Rate(1, 2)
@@ -124,17 +148,15 @@ def test_operators_count_by_category_and_plans_by_task() -> None:
 
 
 def test_without_a_planner_there_is_no_planner_success() -> None:
-    foregone = Verdict(planner=PlannerOutcome.INPUT_ERROR)
-    verdicts = [foregone, Verdict(planner=PlannerOutcome.NOT_RUN)]
-    rates = summarise(verdicts, "virtualhome", Ability.TRANSITION_MODELING, Protocol.STRICT)
+    foregone = OperatorVerdict(planner=PlannerOutcome.INPUT_ERROR)
+    verdicts = [foregone, OperatorVerdict(planner=PlannerOutcome.NOT_RUN)]
+    rates = summarise(verdicts, Ability.TRANSITION_MODELING)
     assert rates["overall.planner_success"].percent is None
 
 
 @pytest.mark.parametrize("ability", list(Ability))
-@pytest.mark.parametrize("protocol", list(Protocol))
-def test_a_run_without_scored_answers_has_all_metrics_without_a_value(
-    ability: Ability, protocol: Protocol
-) -> None:
-    rates = summarise([Verdict(excluded="for a reason")], "virtualhome", ability, protocol)
-    assert rates.keys() == contribution(Verdict(), "virtualhome", ability, protocol).keys()
+def test_a_run_without_scored_answers_has_all_metrics_without_a_value(ability: Ability) -> None:
+    declared = DECLARATIONS[ability]
+    rates = summarise([declared.verdict(excluded="for a reason")], ability)
+    assert rates.keys() == declared.contributions(declared.verdict()).keys()
     assert all(rate.denominator == 0 for rate in rates.values())

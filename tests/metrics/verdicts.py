@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.record import Record
-from eai.abilities.verdict import ErrorReport, GoalTallies, Tally, Verdict
+from eai.abilities.verdict import ErrorReport, GoalTallies, PlanVerdict, Tally, Verdict
 from eai.world.fault import FaultKind
 
 
@@ -17,12 +17,14 @@ def goals(
     return GoalTallies(Tally(*state), Tally(*relation), Tally(*action))
 
 
-def failed(kind: FaultKind) -> Verdict:
+def failed(kind: FaultKind) -> PlanVerdict:
     """A plan that an error ended."""
-    return Verdict(executable=False, success=False, error=ErrorReport(kind, 0, "why"), goals=goals((0, 1)))
+    return PlanVerdict(
+        executable=False, success=False, error=ErrorReport(kind, 0, "why"), goals=goals((0, 1))
+    )
 
 
-SUCCEEDED = Verdict(executable=True, success=True, goals=goals((1, 1)))
+SUCCEEDED = PlanVerdict(executable=True, success=True, goals=goals((1, 1)))
 """A plan that reaches its goal."""
 
 

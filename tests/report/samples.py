@@ -4,13 +4,27 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from eai.abilities.explanation import Explanation, GoalReport, StepReport
 from eai.abilities.protocol import Ability, Protocol
-from eai.abilities.record import Record, write_records
-from eai.abilities.verdict import Confusion, ErrorReport, Json, SubgoalCategory, Verdict
+from eai.abilities.record import Origin, Record
+from eai.abilities.transition_modeling.report import OperatorReport, OperatorStatus
+from eai.abilities.verdict import (
+    Confusion,
+    ErrorReport,
+    GoalVerdict,
+    OperatorVerdict,
+    PlanVerdict,
+    SubgoalCategory,
+    SubgoalVerdict,
+    Verdict,
+)
+from eai.pddl.matching import SideMatch
+from eai.pddl.offence import Offence, PddlFinding
 from eai.pddl.planning import PlannerOutcome
+from eai.scoring.records import write_records
 from eai.world.fault import FaultKind
 from metrics.verdicts import goals, record
 
@@ -51,40 +65,35 @@ def _record(
     model: str = "first",
     domain: str = "virtualhome",
     protocol: str = "strict",
-    **details: Json,
+    origin: Origin | None = None,
 ) -> Record:
-    explained = Verdict(
-        **{
-            **{name: getattr(verdict, name) for name in Verdict.__dataclass_fields__},
-            "details": {**(verdict.details or {}), **details, "explanation": explanation.to_json()},
-        }
-    )
-    return record(
+    found = record(
         task,
-        explained,
+        verdict,
         ability=ability,
         model=model,
         domain=domain,
         protocol=Protocol(protocol),
         response=response,
     )
+    return replace(found, explanation=explanation, origin=origin)
 
 
-RIGHT = Verdict(executable=True, success=True, goals=goals((1, 1), (1, 1)), additional_steps=1)
-WRONG = Verdict(
+RIGHT = PlanVerdict(executable=True, success=True, goals=goals((1, 1), (1, 1)), additional_steps=1)
+WRONG = PlanVerdict(
     executable=False,
     success=False,
     error=ErrorReport(FaultKind.WRONG_ORDER, 3, "box.4 is open"),
     goals=goals((1, 1), (0, 2)),
     repairs=("prose",),
 )
-UNREADABLE = Verdict(
+UNREADABLE = PlanVerdict(
     executable=False,
     success=False,
     error=ErrorReport(FaultKind.PARSING, None, "no JSON"),
     goals=goals((0, 2)),
 )
-EXCLUDED = Verdict(excluded="the reference drops this task")
+EXCLUDED = PlanVerdict(excluded="the reference drops this task")
 
 
 def action_run(model: str = "first", protocol: str = "strict") -> list[Record]:
@@ -98,9 +107,10 @@ def action_run(model: str = "first", protocol: str = "strict") -> list[Record]:
 
 def goal_run() -> list[Record]:
     """Goals found, missed and invented."""
-    verdict = Verdict(
+    verdict = GoalVerdict(
         counts={"state": Confusion(1, 1, 1), "relation": Confusion(0, 0, 0)},
-        details={"predicted": 2, "ill_formed": 0, "hallucinated": ["sofaa"]},
+        predicted=2,
+        hallucinated=("sofaa",),
     )
     explanation = Explanation(
         notes=("wrong: OFF(bed)",),
@@ -111,36 +121,32 @@ def goal_run() -> list[Record]:
 
 def subgoal_run() -> list[Record]:
     """Subgoals of every outcome."""
-    return [
-        _record(f"{i}_1", Verdict(category=category, executable=i < 2, success=i == 0, goals=goals((1, 1))),
-                Explanation(steps=STEPS[:2]), Ability.SUBGOAL_DECOMPOSITION, "{}")
+    verdicts = [
+        SubgoalVerdict(category=category, executable=i < 2, success=i == 0, goals=goals((1, 1)))
         for i, category in enumerate(SubgoalCategory)
-    ]  # fmt: skip
+    ]
+    explanation = Explanation(steps=STEPS[:2])
+    return [
+        _record(f"{i}_1", verdict, explanation, Ability.SUBGOAL_DECOMPOSITION, "{}")
+        for i, verdict in enumerate(verdicts)
+    ]
 
 
 def operator_run() -> list[Record]:
     """Operators with missing and additional predicates."""
-    verdict = Verdict(
+    side = SideMatch(("closed",), ("near",), ("can_open",))
+    offence = PddlFinding(Offence.UNKNOWN_PREDICATE, "near", "precondition")
+    verdict = OperatorVerdict(
         success=True,
         counts={"precondition": {"object_states": Confusion(1, 1, 1)}, "effect": {}},
         planner=PlannerOutcome.SOLVED,
+        task_categories=("object_states", "spatial_relations"),
+        operators=(OperatorReport("open", OperatorStatus.COMPARED, side, offences=(offence,)),),
     )
-    operators: Json = [
-        {
-            "name": "open",
-            "status": "compared",
-            "precondition": {"matched": ["closed"], "additional": ["near"], "missing": ["can_open"]},
-            "effect": {"matched": [], "additional": [], "missing": []},
-            "offences": [{"offence": "unknown_predicate", "name": "near", "place": "precondition"}],
-        }
-    ]
     operator = "(:action open :parameters (?o) :precondition (and (closed ?o) (near ?o)) :effect (and))"
     answer = json.dumps({"output": operator})
     return [
-        _record(
-            f"{i}_1", verdict, Explanation(), Ability.TRANSITION_MODELING, answer,
-            operators=operators, task_categories=["object_states", "spatial_relations"],
-        )
+        _record(f"{i}_1", verdict, Explanation(), Ability.TRANSITION_MODELING, answer)
         for i in range(3)
     ]  # fmt: skip
 

@@ -3,10 +3,10 @@ from __future__ import annotations
 import pytest
 
 from eai.abilities.protocol import Ability, Protocol
-from eai.abilities.verdict import SubgoalCategory, Verdict
+from eai.abilities.verdict import SubgoalCategory, SubgoalVerdict, Verdict
 from eai.metrics.bootstrap import Bootstrap
 from eai.report.agreement import Agreement, agreements
-from eai.report.run_summary import digest
+from eai.report.run_summary import summary_of
 from eai.report.runs import Run, RunKey
 from metrics.verdicts import record
 from oracle import Oracle
@@ -21,18 +21,21 @@ def run_of(verdicts: list[Verdict], model: str, protocol: Protocol) -> Run:
 
 
 def compared(verdicts: list[Verdict], model: str, protocol: Protocol) -> list[Agreement]:
-    return agreements([digest(run_of(verdicts, model, protocol), Bootstrap(repetitions=2))])
+    return agreements([summary_of(run_of(verdicts, model, protocol), Bootstrap(repetitions=2))])
 
 
 def test_only_the_paper_s_models_under_its_protocol_are_compared() -> None:
-    verdicts = [Verdict(category=SubgoalCategory.CORRECT)]
+    verdicts: list[Verdict] = [SubgoalVerdict(category=SubgoalCategory.CORRECT)]
     assert compared(verdicts, GPT_4O, Protocol.EAI_1_0_5)
     assert not compared(verdicts, GPT_4O, Protocol.STRICT)
     assert not compared(verdicts, "my-model", Protocol.EAI_1_0_5)
 
 
 def test_cells_are_counted_by_their_distance() -> None:
-    half = [Verdict(category=SubgoalCategory.CORRECT), Verdict(category=SubgoalCategory.NOT_PARSEABLE)]
+    half = [
+        SubgoalVerdict(category=SubgoalCategory.CORRECT),
+        SubgoalVerdict(category=SubgoalCategory.NOT_PARSEABLE),
+    ]
     found = compared(half, GPT_4O, Protocol.EAI_1_0_5)
     table = next(item for item in found if item.table == "Subgoal decomposition: trajectory evaluation")
     assert len(table.pairs) == 9
@@ -46,7 +49,9 @@ def test_published_subgoal_categories_give_the_paper_s_success(oracle: Oracle) -
     rows = oracle("behavior", "subgoal_decomposition", GPT_4O)["records"]
     names = {"Correct": "correct", "Runtime": "runtime", "GoalUnreachable": "goal_unreachable"}
     names |= {"Hallucination": "hallucination", "NotParseable": "not_parseable"}
-    verdicts = [Verdict(category=SubgoalCategory(names[row["verdict"]["category"]])) for row in rows]
+    verdicts: list[Verdict] = [
+        SubgoalVerdict(category=SubgoalCategory(names[row["verdict"]["category"]])) for row in rows
+    ]
     overview = compared(verdicts, GPT_4O, Protocol.EAI_1_0_5)[0]
     printed = {pair.metric: pair.printed for pair in overview.pairs}
     assert printed == {"task_success": 49.0, "execution_success": 55.0}

@@ -12,7 +12,7 @@ from eai.metrics.paper_tables import OTHER_TABLES, paper_table
 from eai.report.besides import tables_besides
 from eai.report.data_files import tables_csv, tables_json
 from eai.report.latex import table_latex
-from eai.report.run_summary import Digest, digest
+from eai.report.run_summary import RunSummary, summary_of
 from eai.report.runs import Run, RunKey
 from eai.report.table import Table
 from report.samples import action_run, goal_run, operator_run
@@ -20,14 +20,14 @@ from report.samples import action_run, goal_run, operator_run
 BOOTSTRAP = Bootstrap(repetitions=50)
 
 
-def digested(records: Sequence[Record], protocol: Protocol = Protocol.EAI_1_0_5) -> Digest:
+def summary(records: Sequence[Record], protocol: Protocol = Protocol.EAI_1_0_5) -> RunSummary:
     renamed = tuple(replace(record, protocol=protocol) for record in records)
     first = renamed[0]
-    return digest(Run(RunKey(protocol, first.domain, first.ability, first.model), renamed), BOOTSTRAP)
+    return summary_of(Run(RunKey(protocol, first.domain, first.ability, first.model), renamed), BOOTSTRAP)
 
 
-def besides(*digests: Digest) -> dict[tuple[str, str], Table]:
-    return {(table.name, table.domain): table for table in tables_besides(digests)}
+def besides(*runs: RunSummary) -> dict[tuple[str, str], Table]:
+    return {(table.name, table.domain): table for table in tables_besides(runs)}
 
 
 def runs_in(table: Table) -> list[str]:
@@ -59,7 +59,7 @@ def test_every_figure_of_the_paper_is_there_in_its_order(name: str) -> None:
 
 
 def test_a_run_stands_only_where_it_measures_the_same() -> None:
-    found = besides(digested(action_run()), digested(goal_run()), digested(operator_run()))
+    found = besides(summary(action_run()), summary(goal_run()), summary(operator_run()))
     assert {key for key, table in found.items() if runs_in(table)} == {
         ("paper_replanning", "virtualhome"),
         ("paper_transition_modeling_summary", "virtualhome"),
@@ -73,14 +73,14 @@ def test_a_run_stands_only_where_it_measures_the_same() -> None:
 
 
 def test_a_strict_run_is_left_out_and_a_note_says_so() -> None:
-    found = besides(digested(action_run(), Protocol.STRICT))
+    found = besides(summary(action_run(), Protocol.STRICT))
     assert not any(runs_in(table) for table in found.values())
     noted = [key for key, table in found.items() if any("another protocol" in text for text in table.notes)]
     assert noted == [("paper_replanning", "virtualhome")]
 
 
 def test_a_behavior_run_stands_beside_the_modular_rows() -> None:
-    run = digested(action_run())
+    run = summary(action_run())
     found = besides(replace(run, key=run.key._replace(domain="behavior")))
     assert [key for key, table in found.items() if runs_in(table)] == [
         ("paper_pipeline_action_sequencing", "behavior")
@@ -96,21 +96,21 @@ def test_figures_that_the_paper_contradicts_itself_on_have_a_note() -> None:
 
 
 def test_every_note_is_marked_somewhere() -> None:
-    for table in besides(digested(action_run()), digested(action_run(), Protocol.STRICT)).values():
+    for table in besides(summary(action_run()), summary(action_run(), Protocol.STRICT)).values():
         used = {n for row in table.rows for cell in row.cells for n in cell.notes}
         used |= {n for notes in table.column_notes for n in notes}
         assert used == set(range(1, len(table.notes) + 1))
 
 
 def test_same_runs_same_bytes_in_every_format() -> None:
-    one, other = (tables_besides([digested(action_run()), digested(operator_run())]) for _ in range(2))
+    one, other = (tables_besides([summary(action_run()), summary(operator_run())]) for _ in range(2))
     assert tables_json(one) == tables_json(other)
     assert tables_csv(one) == tables_csv(other)
     assert [table_latex(table) for table in one] == [table_latex(table) for table in other]
 
 
 def test_latex_speaks_of_a_protocol_only_where_a_run_stands() -> None:
-    found = besides(digested(action_run()))
+    found = besides(summary(action_run()))
     assert "protocol eai-1.0.5" in table_latex(found["paper_replanning", "virtualhome"])
     caption = table_latex(found["paper_human", "virtualhome"]).split("caption")[1].splitlines()[0]
     assert "protocol" not in caption

@@ -4,9 +4,9 @@ from pathlib import Path
 
 import pytest
 
-from eai.abilities.record import write_records
 from eai.errors import InputError
 from eai.report.runs import read_runs
+from eai.scoring.records import write_records
 from report.samples import action_run, all_runs, goal_run, write_runs
 
 

@@ -2,11 +2,18 @@ from __future__ import annotations
 
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.record import Record
-from eai.abilities.verdict import Confusion, SubgoalCategory, Verdict
+from eai.abilities.verdict import (
+    Confusion,
+    GoalVerdict,
+    OperatorVerdict,
+    SubgoalCategory,
+    SubgoalVerdict,
+    Verdict,
+)
 from eai.metrics.bootstrap import Bootstrap
 from eai.metrics.rate import Rate
 from eai.pddl.planning import PlannerOutcome
-from eai.report.run_summary import digest
+from eai.report.run_summary import summary_of
 from eai.report.runs import Run, RunKey
 from eai.report.table import Table, make_table
 from eai.report.table_specs import TABLES
@@ -24,8 +31,8 @@ def run_of(verdicts: list[Verdict], ability: Ability, model: str) -> Run:
 
 
 def table(name: str, runs: list[Run], *, with_paper: bool = False) -> Table | None:
-    digests = [digest(run, BOOTSTRAP) for run in runs]
-    return make_table(SPECS[name], Protocol.STRICT, "virtualhome", digests, BOOTSTRAP, with_paper=with_paper)
+    runs = [summary_of(run, BOOTSTRAP) for run in runs]
+    return make_table(SPECS[name], Protocol.STRICT, "virtualhome", runs, BOOTSTRAP, with_paper=with_paper)
 
 
 def plans(good: int, model: str) -> Run:
@@ -76,10 +83,14 @@ def test_paper_stands_beside_with_notes_on_its_cells() -> None:
 
 
 def test_average_is_the_paper_s_mean_with_an_interval() -> None:
-    goals = run_of([Verdict(counts={"state": Confusion(1, 0, 1)})] * 4, Ability.GOAL_INTERPRETATION, "a")
-    subgoals = run_of([Verdict(category=SubgoalCategory.CORRECT)], Ability.SUBGOAL_DECOMPOSITION, "a")
+    goals = run_of([GoalVerdict(counts={"state": Confusion(1, 0, 1)})] * 4, Ability.GOAL_INTERPRETATION, "a")
+    subgoals = run_of([SubgoalVerdict(category=SubgoalCategory.CORRECT)], Ability.SUBGOAL_DECOMPOSITION, "a")
     operators = run_of(
-        [Verdict(counts={"effect": {"object_states": Confusion(1, 1, 1)}}, planner=PlannerOutcome.SOLVED)],
+        [
+            OperatorVerdict(
+                counts={"effect": {"object_states": Confusion(1, 1, 1)}}, planner=PlannerOutcome.SOLVED
+            )
+        ],
         Ability.TRANSITION_MODELING,
         "a",
     )
@@ -101,7 +112,7 @@ def test_no_average_where_an_ability_is_missing() -> None:
 def test_records_are_what_counts_not_their_order() -> None:
     def shuffled(records: tuple[Record, ...]) -> float | None:
         key = RunKey(Protocol.STRICT, "virtualhome", Ability.ACTION_SEQUENCING, "a")
-        return digest(Run(key, records), BOOTSTRAP).rates["task_success"].percent
+        return summary_of(Run(key, records), BOOTSTRAP).rates["task_success"].percent
 
     run = plans(4, "a")
     assert shuffled(run.records) == shuffled(run.records[::-1]) == 40

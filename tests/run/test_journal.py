@@ -8,8 +8,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from eai.abilities.record import Usage
 from eai.errors import InputError
-from eai.run.journal import Answer, Journal, Usage
+from eai.run.journal import Answer, Journal
 
 ANSWER = Answer("27_2", 1, "request", "prompt", "{}", "", "stop", ("reasoning",), Usage(3, 5, 2, 0.25))
 

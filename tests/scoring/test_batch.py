@@ -8,7 +8,7 @@ from eai.abilities.explanation import Explanation
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.responses import Response, ResponseFile
 from eai.abilities.scorer import Assessment, Scorer
-from eai.abilities.verdict import Verdict
+from eai.abilities.verdict import PlanVerdict
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import Suite
 from eai.scoring.batch import score_batch
@@ -25,7 +25,7 @@ class Echo(Scorer):
     task_id: str
 
     def assess(self, text: str) -> Assessment:
-        verdict = Verdict(success=text.endswith(self.task_id), details={"text": text})
+        verdict = PlanVerdict(success=text.endswith(self.task_id))
         return Assessment(verdict, lambda: Explanation(notes=(f"on {text}",)))
 
 
@@ -39,7 +39,7 @@ def test_records_come_in_the_order_of_the_answers(workers: int) -> None:
     records = score_batch(echo_suite(), ANSWERS, workers=workers)
     assert [record.task_id for record in records] == list(TASK_IDS)
     assert [record.response for record in records] == [r.text for r in ANSWERS.responses]
-    assert all(record.verdict.success for record in records)
+    assert all(record.verdict == PlanVerdict(success=True) for record in records)
     assert {(record.model, record.protocol, record.data_sha256) for record in records} == {
         ("m", Protocol.STRICT, "0" * 64)
     }
@@ -56,9 +56,7 @@ def test_nothing_to_score_gives_no_record(workers: int) -> None:
 
 
 @pytest.mark.parametrize("workers", [1, 2])
-def test_explanations_stand_beside_the_details(workers: int) -> None:
+def test_explanations_stand_in_the_records_where_they_are_asked_for(workers: int) -> None:
     first = score_batch(echo_suite(), ANSWERS, workers=workers, explanations=True)[0]
-    assert first.verdict.details == {
-        "text": "answer to 0_1",
-        "explanation": {"notes": ("on answer to 0_1",), "steps": (), "goals": ()},
-    }
+    assert first.explanation == Explanation(notes=("on answer to 0_1",))
+    assert score_batch(echo_suite(), ANSWERS, workers=workers)[0].explanation is None

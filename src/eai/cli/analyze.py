@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from eai.abilities.protocol import Ability
-from eai.abilities.record import Record, read_records
+from eai.abilities.record import Record
 from eai.abilities.transition_modeling.planners import make_planner
 from eai.analysis.sensitivity import Sensitivity, summarise, try_operators
 from eai.benchmarks.benchmark import Benchmark
@@ -21,6 +21,7 @@ from eai.cli.data import DataFolder, store
 from eai.errors import InputError
 from eai.pddl.planning import PlannerChoice
 from eai.report import plot_sensitivity
+from eai.scoring.records import read_records
 from eai.scoring.results import RECORDS
 
 app = typer.Typer(no_args_is_help=True, help="Analyses of records.")

@@ -9,42 +9,47 @@ import typer
 from rich.console import Console
 from rich.text import Text
 
+from eai.abilities.declaration import AnswerOutcome
 from eai.abilities.explanation import Explanation, StepReport
-from eai.abilities.record import Record, read_records
-from eai.abilities.verdict import Verdict
-from eai.benchmarks.source import Source
-from eai.benchmarks.suite import open_suite
-from eai.cli.console import data_progress, output
-from eai.cli.data import DataFolder, store
+from eai.abilities.record import Record
+from eai.abilities.verdict import PlanVerdict
+from eai.cli.console import output
 from eai.errors import InputError
+from eai.metrics.breakdown import outcome
+from eai.scoring.records import read_records
 from eai.scoring.results import RECORDS
 from eai.world.fault import FaultKind
+
+NOT_EXPLAINED = "the record has no explanation; score the answer with --explanations to get one"
 
 
 def explain(
     records: Annotated[Path, typer.Argument(help="A records.jsonl, or the folder it is in.")],
     task: Annotated[str, typer.Argument(help="The id of the task, say 27_2.")],
-    data: DataFolder = None,
 ) -> None:
     """Show what became of one answer: each step, what it changed, the failing check and why.
 
     Example: eai explain scores 27_2
     """
-    found = _find(records, task)
-    for record in found:
-        answers = [r.response for r in read_records(_records_file(records)) if r.model == record.model]
-        with data_progress() as report:
-            suite = open_suite(
-                record.domain, record.ability, record.protocol, source=Source(store(data), report)
-            ).over(answers)
-        explanation = suite.scorer(record.task_id).explain(record.response)
-        print_explanation(output(), record, explanation)
+    for record in _find(records, task):
+        print_record(output(), record)
 
 
-def print_explanation(console: Console, record: Record, explanation: Explanation) -> None:
-    """Print one explanation."""
+def print_record(console: Console, record: Record) -> None:
+    """Print what a record says of its answer, step by step where it holds an explanation."""
     console.print(Text(f"{record.domain} {record.ability.value} {record.task_id}", style="bold"))
     console.print(f"model {record.model}, protocol {record.protocol.value}", highlight=False)
+    if record.explanation is None:
+        console.print(NOT_EXPLAINED, style="yellow", highlight=False, soft_wrap=True)
+        error = record.verdict.error
+        if error is not None:
+            console.print(Text(f"{error.kind.value}: {error.detail}", style="red"))
+    else:
+        _print_explanation(console, record.explanation)
+    console.print(_verdict_text(record))
+
+
+def _print_explanation(console: Console, explanation: Explanation) -> None:
     for note in explanation.notes:
         console.print(Text(note, style="yellow"))
     width = max((len(step.action) for step in explanation.steps), default=0)
@@ -55,7 +60,6 @@ def print_explanation(console: Console, record: Record, explanation: Explanation
     for goal in explanation.goals:
         mark, style = ("✓", "green") if goal.satisfied else ("✗", "red")
         console.print(Text(f"  {mark} {goal.kind:8} {goal.goal}", style=style))
-    console.print(_verdict_text(record.verdict))
 
 
 def _print_step(console: Console, number: int, step: StepReport, width: int) -> None:
@@ -76,13 +80,20 @@ def _print_step(console: Console, number: int, step: StepReport, width: int) -> 
         console.print(Text(f"{indent}{step.hidden_changes} more changes to other objects", style="dim"))
 
 
-def _verdict_text(verdict: Verdict) -> Text:
-    if verdict.excluded is not None:
-        return Text(f"excluded: {verdict.excluded}", style="bold yellow")
-    if verdict.success:
-        return Text("success", style="bold green")
-    executed = "executable" if verdict.executable else "not executable"
-    return Text(f"failure, {executed}", style="bold red")
+def _verdict_text(record: Record) -> Text:
+    verdict = record.verdict
+    match outcome(verdict, record.ability):
+        case AnswerOutcome.EXCLUDED:
+            return Text(f"excluded: {verdict.excluded}", style="bold yellow")
+        case AnswerOutcome.SUCCESS:
+            return Text("success", style="bold green")
+        case AnswerOutcome.PARTLY_RIGHT:
+            return Text("partly right", style="bold yellow")
+        case _ if isinstance(verdict, PlanVerdict):
+            executed = "executable" if verdict.executable else "not executable"
+            return Text(f"failure, {executed}", style="bold red")
+        case _:
+            return Text("failure", style="bold red")
 
 
 def _find(path: Path, task: str) -> list[Record]:

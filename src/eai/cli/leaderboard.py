@@ -9,22 +9,16 @@ import typer
 from rich.table import Table as Grid
 from rich.text import Text
 
-from eai.abilities.protocol import Ability
+from eai.abilities.declarations import DECLARATIONS
 from eai.cli.console import output
 from eai.metrics.bootstrap import Bootstrap
-from eai.report.run_summary import digest
+from eai.report.run_summary import summary_of
 from eai.report.runs import read_runs
 from eai.report.table import Cell, Row, Table
 from eai.report.table_specs import ColumnSpec, domain_title
 from eai.report.writer import make_tables
 
 _OVERVIEW = "overview"
-_SHORT = {
-    Ability.GOAL_INTERPRETATION: "goals",
-    Ability.SUBGOAL_DECOMPOSITION: "subgoals",
-    Ability.ACTION_SEQUENCING: "actions",
-    Ability.TRANSITION_MODELING: "operators",
-}
 
 
 def leaderboard(
@@ -38,8 +32,9 @@ def leaderboard(
     Example: eai leaderboard scores --paper
     """
     bootstrap = Bootstrap()
-    digests = sorted((digest(run, bootstrap) for run in read_runs(runs)), key=lambda item: item.key.order)
-    for table in make_tables(digests, bootstrap, with_paper=paper):
+    summaries = [summary_of(run, bootstrap) for run in read_runs(runs)]
+    summaries.sort(key=lambda item: item.key.order)
+    for table in make_tables(summaries, bootstrap, with_paper=paper):
         if table.name == _OVERVIEW:
             output().print(_grid(table))
 
@@ -58,7 +53,7 @@ def _grid(table: Table) -> Grid:
 
 def _heading(column: ColumnSpec) -> str:
     label = column.label.lower() if column.label != "F1" else column.label
-    return label if column.ability is None else f"{_SHORT[column.ability]}\n{label}"
+    return label if column.ability is None else f"{DECLARATIONS[column.ability].short}\n{label}"
 
 
 def _model(row: Row) -> Text:

@@ -25,7 +25,7 @@ from eai.report.document import Plot
 from eai.report.explorer import explorer_html
 from eai.report.explorer_data import Background, ExplorerData
 from eai.report.plots import draw_plots
-from eai.report.run_summary import Digest, digest
+from eai.report.run_summary import RunSummary, summary_of
 from eai.report.runs import read_runs
 from eai.report.writer import make_tables, write_tables
 
@@ -53,27 +53,27 @@ def report(
     runs = list(read_runs(records))
     known = background(store(data), [run.key.domain for run in runs]) if prompts else Background()
     explorer = ExplorerData(known)
-    digests = []
+    summaries = []
     for run in runs:
-        digests.append(digest(run, bootstrap))
+        summaries.append(summary_of(run, bootstrap))
         explorer.add(run)
-    digests.sort(key=lambda item: item.key.order)
-    tables = make_tables(digests, bootstrap, with_paper=paper)
+    summaries.sort(key=lambda item: item.key.order)
+    tables = make_tables(summaries, bootstrap, with_paper=paper)
     try:
         out.mkdir(parents=True, exist_ok=True)
-        drawn = _draw(digests, out / PLOTS) if plots else []
-        written = write_tables(out, digests, tables, drawn, with_paper=paper)
+        drawn = _draw(summaries, out / PLOTS) if plots else []
+        written = write_tables(out, summaries, tables, drawn, with_paper=paper)
         (out / EXPLORER).write_text(explorer_html(explorer.to_json()), encoding="utf-8")
     except OSError as error:
         raise InputError(f"{out}: cannot be written ({error.strerror})") from error
-    message = f"{len(digests)} runs, {written} tables, {len(drawn)} plots; open {out / EXPLORER}"
+    message = f"{len(summaries)} runs, {written} tables, {len(drawn)} plots; open {out / EXPLORER}"
     output().print(message, soft_wrap=True, highlight=False)
 
 
-def _draw(digests: Sequence[Digest], folder: Path) -> list[Plot]:
+def _draw(summaries: Sequence[RunSummary], folder: Path) -> list[Plot]:
     """The plots, or none and a remark where matplotlib is not installed."""
     try:
-        return draw_plots(digests, folder)
+        return draw_plots(summaries, folder)
     except EaiError as error:
         errors().print(f"no plots: {error}", markup=False, highlight=False, soft_wrap=True)
         return []

@@ -10,6 +10,7 @@ from typing import Annotated
 
 import typer
 
+from eai.abilities.declarations import DECLARATIONS
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.responses import file_name
 from eai.abilities.verdict import Json
@@ -21,12 +22,11 @@ from eai.cli.console import DOMAIN_HELP, counted, data_progress, dollars, errors
 from eai.cli.data import DataFolder, store
 from eai.cli.progress import run_progress
 from eai.errors import EaiError, InputError
-from eai.metrics.summary import TABLE_COLUMNS
 from eai.pddl.planning import PlannerChoice
 from eai.prompts.prompt import Prompt, PromptSet
 from eai.run.job import Decoding, Endpoint, Job, Pace
 from eai.run.journal import JOURNAL
-from eai.scoring.epochs import Obtained, Outcome, Scoring, settle, undisturbed
+from eai.scoring.epochs import Obtained, Scoring, SuiteResult, settle, undisturbed
 
 LOGS = "logs"
 SHOWN_TASKS = 5
@@ -104,7 +104,7 @@ def run(
         of_suite = [_run_model(order, endpoint, asked, scoring) for endpoint in order.endpoints]
         if not order.quiet:
             title = f"{suite.domain}, {suite.ability.value}, protocol {protocol.value}"
-            print_rates(title, TABLE_COLUMNS[suite.ability], {o.model: o.rates for o in of_suite})
+            print_rates(title, DECLARATIONS[suite.ability].terminal, {o.model: o.rates for o in of_suite})
         outcomes += of_suite
     _report(outcomes, order, as_json=as_json)
 
@@ -132,7 +132,9 @@ def _refuse_twins(models: Sequence[str]) -> None:
             )
 
 
-def _run_model(order: _Order, endpoint: Endpoint, prompts: Mapping[str, Prompt], scoring: Scoring) -> Outcome:
+def _run_model(
+    order: _Order, endpoint: Endpoint, prompts: Mapping[str, Prompt], scoring: Scoring
+) -> SuiteResult:
     """Obtain one model's answers to one suite, through Inspect, which is imported only here; score them."""
     try:
         from eai.run.evaluation import obtain_answers
@@ -151,7 +153,7 @@ def _run_model(order: _Order, endpoint: Endpoint, prompts: Mapping[str, Prompt],
         return settle(obtained, folder, scoring)
 
 
-def _report(outcomes: Sequence[Outcome], order: _Order, *, as_json: bool) -> None:
+def _report(outcomes: Sequence[SuiteResult], order: _Order, *, as_json: bool) -> None:
     """Say what went wrong, what it took and where results are; end with status 1 if answers are missing."""
     if as_json:
         print(json.dumps([outcome.to_json() for outcome in outcomes], indent=2))
@@ -172,7 +174,7 @@ def _report(outcomes: Sequence[Outcome], order: _Order, *, as_json: bool) -> Non
         raise typer.Exit(1)
 
 
-def _effort(outcome: Outcome) -> str:
+def _effort(outcome: SuiteResult) -> str:
     """One line on what an outcome took and where it is."""
     usage = outcome.usage
     parts = [counted(outcome.answered, "answer"), f"{usage.input_tokens:,} + {usage.output_tokens:,} tokens"]

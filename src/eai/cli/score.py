@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from eai.abilities.declarations import DECLARATIONS
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.responses import Response, ResponseFile, find_response_files, model_name, read_responses
 from eai.benchmarks.source import Source
@@ -15,7 +16,7 @@ from eai.cli.console import DOMAIN_HELP, data_progress, output, print_rates
 from eai.cli.data import DataFolder, store
 from eai.errors import InputError
 from eai.metrics.rate import Rate
-from eai.metrics.summary import TABLE_COLUMNS, summarise
+from eai.metrics.summary import summarise
 from eai.pddl.planning import PlannerChoice
 from eai.scoring.batch import score_batch
 from eai.scoring.results import write_results
@@ -54,11 +55,11 @@ def score(
         answers = _in_order(read_responses(file, suite.task_ids), suite.task_ids)
         opened = suite.over([response.text for response in answers.responses])
         records = score_batch(opened, answers, workers=workers, explanations=explanations)
-        rates[answers.model] = summarise([r.verdict for r in records], suite.domain, ability, protocol)
+        rates[answers.model] = summarise([r.verdict for r in records], ability)
         if out is not None:
             write_results(out / answers.model if len(files) > 1 else out, records, rates[answers.model])
     title = f"{suite.domain}, {ability.value}, protocol {protocol.value}"
-    print_rates(title, TABLE_COLUMNS[ability], rates)
+    print_rates(title, DECLARATIONS[ability].terminal, rates)
     if out is not None:
         output().print(f"written to {out}", soft_wrap=True, highlight=False)
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from statistics import fmean
 
+from eai.abilities.declarations import DECLARATIONS
 from eai.abilities.protocol import Ability
-from eai.metrics.summary import AVERAGED
 
 AVERAGE = "average_performance"
 """The name of the metric."""
@@ -22,7 +22,8 @@ def average_performance(values: Mapping[tuple[Ability, str], float | None]) -> f
         values: (ability, metric) -> percent.
     """
     means = []
-    for ability, metrics in AVERAGED.items():
+    for ability, declared in DECLARATIONS.items():
+        metrics = declared.averaged
         known = [value for metric in metrics if (value := values.get((ability, metric))) is not None]
         if len(known) < len(metrics):
             return None

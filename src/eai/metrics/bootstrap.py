@@ -17,7 +17,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import NamedTuple
 
-from eai.metrics.rate import NOTHING, Rates
+from eai.abilities.share import NOTHING, Shares
 
 SEED = 20240901
 REPETITIONS = 2000
@@ -53,7 +53,7 @@ class Bootstrap:
     repetitions: int = REPETITIONS
     level: float = LEVEL
 
-    def replicates(self, contributions: Sequence[Rates], names: Sequence[str]) -> dict[str, Replicates]:
+    def replicates(self, contributions: Sequence[Shares], names: Sequence[str]) -> dict[str, Replicates]:
         """Each named metric in each repetition, in percent.
 
         Args:
@@ -69,7 +69,7 @@ class Bootstrap:
         }
 
     def intervals(
-        self, contributions: Sequence[Rates], names: Sequence[str]
+        self, contributions: Sequence[Shares], names: Sequence[str]
     ) -> Mapping[str, Interval | None]:
         """The percentile interval of each named metric; None for one that is not defined."""
         return {name: self.interval(values) for name, values in self.replicates(contributions, names).items()}
@@ -90,12 +90,11 @@ def _draws(size: int, seed: int, repetitions: int) -> tuple[list[int], ...]:
     return tuple(generator.choices(range(size), k=size) if size else [] for _ in range(repetitions))
 
 
-def _pack(contribution: Rates, names: Sequence[str]) -> int:
+def _pack(contribution: Shares, names: Sequence[str]) -> int:
     """Numerators and denominators as one integer."""
     packed = bytearray()
     for name in names:
-        rate = contribution.get(name, NOTHING)
-        for number in (rate.numerator, rate.denominator):
+        for number in contribution.get(name, NOTHING):
             packed += round(number * _UNIT).to_bytes(_BYTES, "little")
     return int.from_bytes(packed, "little")
 

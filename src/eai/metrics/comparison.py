@@ -6,13 +6,12 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+from eai.abilities.declarations import DECLARATIONS
 from eai.abilities.record import Record
+from eai.abilities.share import Shares
 from eai.metrics.bootstrap import Bootstrap, Interval
-from eai.metrics.rate import Rate, Rates, total
-from eai.metrics.summary import MAIN_COLUMNS, contributions
-
-SUCCESSES = ("task_success", "execution_success", "overall.planner_success")
-"""Metrics to which every task contributes a yes or a no, so that McNemar's test applies."""
+from eai.metrics.rate import Rate, total
+from eai.metrics.summary import contributions
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,10 +70,14 @@ def compare(first: Sequence[Record], second: Sequence[Record], bootstrap: Bootst
     """
     before, after = _by_task(first), _by_task(second)
     shared = [task for task in before if task in after]
-    columns = MAIN_COLUMNS[first[0].ability]
+    declared = DECLARATIONS[first[0].ability]
+    columns = tuple(declared.main)
     ours, theirs = [before[task] for task in shared], [after[task] for task in shared]
     return Comparison(
-        tuple(_difference(name, shared, ours, theirs, bootstrap) for name in columns),
+        tuple(
+            _difference(name, shared, ours, theirs, bootstrap, yes_no=name in declared.yes_no)
+            for name in columns
+        ),
         len(shared),
         tuple(t for t in shared if any(before[t].get(name) != after[t].get(name) for name in columns)),
         tuple(task for task in before if task not in after),
@@ -92,17 +95,25 @@ def mcnemar(only_first: int, only_second: int) -> float:
     return min(1.0, 2 * tail / (1 << flips))
 
 
-def _by_task(records: Sequence[Record]) -> Mapping[str, Rates]:
+def _by_task(records: Sequence[Record]) -> Mapping[str, Shares]:
     scored = [record for record in records if record.verdict.excluded is None]
-    key = records[0]
-    rates = contributions([r.verdict for r in scored], key.domain, key.ability, key.protocol)
+    rates = contributions([r.verdict for r in scored], records[0].ability)
     return {record.task_id: rate for record, rate in zip(scored, rates, strict=True)}
 
 
 def _difference(
-    metric: str, tasks: Sequence[str], first: Sequence[Rates], second: Sequence[Rates], bootstrap: Bootstrap
+    metric: str,
+    tasks: Sequence[str],
+    first: Sequence[Shares],
+    second: Sequence[Shares],
+    bootstrap: Bootstrap,
+    *,
+    yes_no: bool,
 ) -> Difference:
-    """Compare one metric; the contributions are of the same tasks in the same order."""
+    """Compare one metric; the contributions are of the same tasks in the same order.
+
+    McNemar's test applies where every task contributes a yes or a no.
+    """
     whole, other = total(first).get(metric, Rate(0, 0)), total(second).get(metric, Rate(0, 0))
     pairs = zip(
         bootstrap.replicates(first, [metric])[metric],
@@ -111,7 +122,7 @@ def _difference(
     )
     changes = [b - a for a, b in pairs if a is not None and b is not None]
     interval = bootstrap.interval(changes)
-    if metric not in SUCCESSES:
+    if not yes_no:
         return Difference(metric, whole, other, interval, _two_sided(changes), "paired bootstrap")
     right = [bool(rates[metric].numerator) for rates in first]
     also = [bool(rates[metric].numerator) for rates in second]

@@ -20,18 +20,6 @@ if sys.version_info >= (3, 11):
 else:
     import tomli as tomllib
 
-FULL_TABLES = (
-    "overview",
-    "goal_interpretation",
-    "action_sequencing_trajectory",
-    "subgoal_decomposition_trajectory",
-    "goal_satisfaction",
-    "transition_modeling_virtualhome_logic",
-    "transition_modeling_behavior_logic",
-    "transition_modeling_planner",
-)
-"""The tables of all 18 models, the overview first."""
-
 OTHER_TABLES = (
     "transition_modeling_summary",
     "human",
@@ -41,13 +29,13 @@ OTHER_TABLES = (
 )
 """The tables of a few models, or of other ways to ask."""
 
-_SAME_QUANTITY = (*FULL_TABLES, "transition_modeling_summary", "replanning")
-"""The tables whose figures should be those of the full tables, row by row of the same name."""
+_SAME_QUANTITY = ("transition_modeling_summary", "replanning")
+"""Those of `OTHER_TABLES` whose figures should be those of the full tables, row by row of the same name."""
 
 _FOLDER = "paper"
 
 
-class Column(NamedTuple):
+class PaperColumn(NamedTuple):
     """What a column shows; the average over all abilities has an empty ability."""
 
     ability: str
@@ -67,9 +55,9 @@ class PaperNote:
 
     text: str
     models: tuple[str, ...]
-    columns: tuple[Column, ...]
+    columns: tuple[PaperColumn, ...]
 
-    def is_on(self, model: str, column: Column) -> bool:
+    def is_on(self, model: str, column: PaperColumn) -> bool:
         """Whether it is on a cell."""
         return column in self.columns and (not self.models or model in self.models)
 
@@ -87,19 +75,47 @@ class PaperTable:
     name: str
     label: str
     title: str
-    columns: tuple[Column, ...]
+    columns: tuple[PaperColumn, ...]
     rows: Mapping[str, tuple[float | None, ...]]
     notes: tuple[PaperNote, ...]
 
-    def figure(self, model: str, column: Column) -> float | None:
+    def figure(self, model: str, column: PaperColumn) -> float | None:
         """A figure in percent, or None if the table does not have it."""
         if model not in self.rows or column not in self.columns:
             return None
         return self.rows[model][self.columns.index(column)]
 
 
+@dataclass(frozen=True, slots=True)
+class PaperSetting:
+    """What the paper's numbers are numbers of (``setting.toml``).
+
+    Attributes:
+        protocol: the protocol whose numbers are the same quantities.
+        domains: the name of a domain in records -> its name in the paper, in the paper's order.
+        tables: a report's table -> the paper's tables with the same columns, in order of preference.
+    """
+
+    protocol: str
+    domains: Mapping[str, str]
+    tables: Mapping[str, tuple[str, ...]]
+
+    @property
+    def full_tables(self) -> tuple[str, ...]:
+        """The tables of all 18 models, the overview first."""
+        return tuple(dict.fromkeys(name for names in self.tables.values() for name in names))
+
+
+@cache
+def paper_setting() -> PaperSetting:
+    """The paper's protocol, domains and tables."""
+    found = tomllib.loads(_text("setting.toml"))
+    tables = {name: tuple(papers) for name, papers in found["tables"].items()}
+    return PaperSetting(found["protocol"], found["domains"], tables)
+
+
 def paper_table(name: str) -> PaperTable:
-    """One of `FULL_TABLES` or `OTHER_TABLES`, with its notes."""
+    """One of the full tables or of `OTHER_TABLES`, with its notes."""
     label, title, columns, rows = _read_table(name)
     notes = (*_written_notes(name, columns), *_contradictions(name))
     return PaperTable(name, label, title, columns, rows, notes)
@@ -115,14 +131,14 @@ def paper_models() -> Mapping[str, str]:
 class _Content(NamedTuple):
     label: str
     title: str
-    columns: tuple[Column, ...]
+    columns: tuple[PaperColumn, ...]
     rows: Mapping[str, tuple[float | None, ...]]
 
 
 @cache
 def _read_table(name: str) -> _Content:
     found = json.loads(_text(f"{name}.json"))
-    columns = tuple(Column(*text.split("/")) for text in found["columns"])
+    columns = tuple(PaperColumn(*text.split("/")) for text in found["columns"])
     return _Content(
         found["label"], found["title"], columns, {model: tuple(row) for model, row in found["rows"].items()}
     )
@@ -132,14 +148,14 @@ def _text(name: str) -> str:
     return (resources.files("eai.metrics") / _FOLDER / name).read_text(encoding="utf-8")
 
 
-def _written_notes(name: str, columns: Sequence[Column]) -> Iterator[PaperNote]:
+def _written_notes(name: str, columns: Sequence[PaperColumn]) -> Iterator[PaperNote]:
     """The notes of ``notes.toml`` on a table."""
     for note in tomllib.loads(_text("notes.toml"))["note"]:
         if name in _listed(note["table"]):
             met = tuple(
                 column
                 for column in columns
-                if all(getattr(column, key) == note[key] for key in Column._fields if key in note)
+                if all(getattr(column, key) == note[key] for key in PaperColumn._fields if key in note)
             )
             yield PaperNote(note["text"], _listed(note.get("model", [])), met)
 
@@ -150,10 +166,11 @@ def _listed(value: str | list[str]) -> tuple[str, ...]:
 
 def _contradictions(name: str) -> Iterator[PaperNote]:
     """Cells for which another of the full tables prints another figure."""
-    if name not in _SAME_QUANTITY:
+    full = paper_setting().full_tables
+    if name not in (*full, *_SAME_QUANTITY):
         return
     ours = _read_table(name)
-    for other in FULL_TABLES:
+    for other in full:
         theirs = _read_table(other)
         shared = [column for column in ours.columns if column in theirs.columns and other != name]
         for model in [model for model in ours.rows if model in theirs.rows]:

@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from eai.abilities.protocol import Protocol
-from eai.metrics.paper_tables import FULL_TABLES, PaperTable, paper_models, paper_table
-from eai.report.run_summary import Digest
+from eai.metrics.paper_tables import PaperTable, paper_models, paper_setting, paper_table
+from eai.report.run_summary import RunSummary
 
 DIGIT = 0.056
 """A difference that the printed digit hides; the paper rounds to two digits and then to one."""
@@ -47,18 +46,19 @@ class Agreement:
         return max(self.pairs, key=lambda pair: pair.difference)
 
 
-def agreements(digests: Sequence[Digest]) -> list[Agreement]:
-    """The comparison of the runs under protocol `eai-1.0.5` that are of the paper's models.
+def agreements(runs: Sequence[RunSummary]) -> list[Agreement]:
+    """The comparison of the runs under the paper's protocol that are of its models.
 
     A run is of such a model if it has the name of the published response file.
     """
+    setting = paper_setting()
     ours = [
         item
-        for item in digests
-        if item.key.protocol is Protocol.EAI_1_0_5 and item.key.model in paper_models()
+        for item in runs
+        if item.key.protocol.value == setting.protocol and item.key.model in paper_models()
     ]
     found: dict[tuple[str, str, str], list[CellPair]] = {}
-    for table in map(paper_table, FULL_TABLES):
+    for table in map(paper_table, setting.full_tables):
         for item in ours:
             key = (table.title, item.key.ability.value, item.key.domain)
             pairs = list(_pairs(table, item))
@@ -67,7 +67,7 @@ def agreements(digests: Sequence[Digest]) -> list[Agreement]:
     return [Agreement(*key, tuple(pairs)) for key, pairs in found.items()]
 
 
-def _pairs(table: PaperTable, item: Digest) -> Iterator[CellPair]:
+def _pairs(table: PaperTable, item: RunSummary) -> Iterator[CellPair]:
     model = paper_models()[item.key.model]
     for column in table.columns:
         if (column.ability, column.domain) == (item.key.ability.value, item.key.domain):

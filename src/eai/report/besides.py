@@ -8,13 +8,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from eai.abilities.protocol import Protocol
-from eai.metrics.paper_tables import OTHER_TABLES, PaperTable, paper_table
-from eai.report.run_summary import Digest
+from eai.metrics.paper_tables import OTHER_TABLES, PaperTable, paper_setting, paper_table
+from eai.report.run_summary import RunSummary
 from eai.report.table import Cells, Notes, Row, Table, cell_of, cells_of_run, paper_rows, with_best_marked
 from eai.report.table_specs import COLUMNS_BESIDES, ColumnSpec
-
-PROTOCOL = Protocol.EAI_1_0_5
-"""The protocol whose numbers are the same quantities as the paper's."""
 
 _OTHER_SUBSET = ("human",)
 """Tables on tasks that no run is on."""
@@ -24,36 +21,36 @@ _LEFT_OUT = (
 )
 
 
-def tables_besides(digests: Sequence[Digest]) -> list[Table]:
+def tables_besides(runs: Sequence[RunSummary]) -> list[Table]:
     """Those tables, one a domain, in the paper's order, below the runs that measure the same.
 
     Args:
-        digests: the runs, sorted by the order of their keys.
+        runs: the runs, sorted by the order of their keys.
     """
     papers = map(paper_table, OTHER_TABLES)
     return [
-        _table(paper, domain, digests)
+        _table(paper, domain, runs)
         for paper in papers
         for domain in dict.fromkeys(column.domain for column in paper.columns)
     ]
 
 
-def _table(paper: PaperTable, domain: str, digests: Sequence[Digest]) -> Table:
+def _table(paper: PaperTable, domain: str, runs: Sequence[RunSummary]) -> Table:
     columns = tuple(column for column in COLUMNS_BESIDES[paper.name] if _has_figures(paper, column, domain))
     abilities = {column.ability for column in columns}
-    alike = [item for item in digests if item.key.domain == domain and item.key.ability in abilities]
+    alike = [item for item in runs if item.key.domain == domain and item.key.ability in abilities]
     if paper.name in _OTHER_SUBSET:
         alike = []
     notes = Notes()
     places = [column.place(domain) for column in columns]
-    left_out = any(item.key.protocol is not PROTOCOL for item in alike)
+    left_out = any(item.key.protocol.value != paper_setting().protocol for item in alike)
     remarks = (notes.number(_LEFT_OUT),) if left_out else ()
     column_notes = tuple((*remarks, *notes.on_column([paper], place)) for place in places)
     rows = [*_run_rows(columns, alike), *paper_rows(places, [paper], notes)]
     return Table(
         f"paper_{paper.name}",
         paper.title,
-        PROTOCOL,
+        Protocol(paper_setting().protocol),
         domain,
         columns,
         column_notes,
@@ -66,10 +63,10 @@ def _has_figures(paper: PaperTable, column: ColumnSpec, domain: str) -> bool:
     return any(paper.figure(model, column.place(domain)) is not None for model in paper.rows)
 
 
-def _run_rows(columns: Sequence[ColumnSpec], digests: Sequence[Digest]) -> Iterator[Row]:
+def _run_rows(columns: Sequence[ColumnSpec], runs: Sequence[RunSummary]) -> Iterator[Row]:
     """A row for each run; a table without a rank has them in the order of their names."""
-    for item in digests:
-        if item.key.protocol is PROTOCOL:
+    for item in runs:
+        if item.key.protocol.value == paper_setting().protocol:
             known: Cells = cells_of_run(item)
             cells = tuple(cell_of(known, column) for column in columns)
             if any(cell.percent is not None for cell in cells):

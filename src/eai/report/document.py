@@ -5,14 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
+from eai.abilities.declaration import AnswerOutcome, label_of
+from eai.abilities.declarations import DECLARATIONS
 from eai.abilities.protocol import Ability, Protocol
-from eai.metrics.breakdown import Outcome
-from eai.metrics.summary import MAIN_COLUMNS
+from eai.metrics.paper_tables import paper_setting
 from eai.report.agreement import DIGIT, Agreement
 from eai.report.markdown import escaped, grid, table_markdown
-from eai.report.run_summary import Digest
+from eai.report.run_summary import RunSummary
 from eai.report.table import Table
-from eai.report.table_specs import ABILITY_TITLES, domain_title, label_of
+from eai.report.table_specs import ability_title, domain_title
 
 _INTRODUCTION = """\
 All numbers are in percent. Under each run stand its 95 % intervals: percentile bootstrap over tasks, seeded.
@@ -36,7 +37,7 @@ class Plot:
 
 
 def report_markdown(
-    digests: Sequence[Digest],
+    runs: Sequence[RunSummary],
     tables: Sequence[Table],
     besides: Sequence[Table],
     agreements: Sequence[Agreement],
@@ -48,10 +49,10 @@ def report_markdown(
         _INTRODUCTION + "\n",
         *_tables(tables),
         *_besides(besides),
-        *_protocols(digests),
+        *_protocols(runs),
         *_agreement(agreements),
-        *_outcomes(digests),
-        *_runs(digests),
+        *_outcomes(runs),
+        *_runs(runs),
         *_plots(plots),
     ]
     return "\n".join(blocks)
@@ -76,19 +77,22 @@ def _besides(tables: Sequence[Table]) -> Iterator[str]:
         yield table_markdown(table)
 
 
-def _protocols(digests: Sequence[Digest]) -> Iterator[str]:
-    """The main metrics of runs that are there under both protocols."""
-    by_key = {item.key: item for item in digests}
+def _protocols(runs: Sequence[RunSummary]) -> Iterator[str]:
+    """The main metrics of runs that are there under every protocol of the report."""
+    by_key = {item.key: item for item in runs}
+    used = {key.protocol for key in by_key}
+    protocols = sorted(used, key=lambda each: (each.value != paper_setting().protocol, each.value))
     rows = []
-    for key, item in by_key.items():
-        strict = by_key.get(key._replace(protocol=Protocol.STRICT))
-        if key.protocol is Protocol.EAI_1_0_5 and strict is not None:
-            for metric in MAIN_COLUMNS[key.ability]:
-                numbers = [_percent(run.rates[metric].percent) for run in (item, strict)]
+    for key in by_key:
+        alike = [by_key.get(key._replace(protocol=protocol)) for protocol in protocols]
+        found = [run for run in alike if run is not None]
+        if key.protocol is protocols[0] and len(found) == len(protocols) > 1:
+            for metric in DECLARATIONS[key.ability].main:
+                numbers = [_percent(run.rates[metric].percent) for run in found]
                 rows.append([escaped(key.model), _suite(key.domain, key.ability), label_of(metric), *numbers])
     if rows:
         yield "## Both protocols\n"
-        header = ["model", "suite", "metric", Protocol.EAI_1_0_5.value, Protocol.STRICT.value]
+        header = ["model", "suite", "metric", *(protocol.value for protocol in protocols)]
         yield "\n".join(grid(header, rows)) + "\n"
 
 
@@ -113,21 +117,21 @@ def _agreement_row(item: Agreement) -> list[str]:
     ]
 
 
-def _outcomes(digests: Sequence[Digest]) -> Iterator[str]:
+def _outcomes(runs: Sequence[RunSummary]) -> Iterator[str]:
     yield "## What answers came to\n"
-    kinds = [kind for kind in Outcome if any(kind in item.breakdown.outcomes for item in digests)]
+    kinds = [kind for kind in AnswerOutcome if any(kind in item.breakdown.outcomes for item in runs)]
     rows = [
         [
             escaped(item.key.model),
             f"{_suite(item.key.domain, item.key.ability)}, {item.key.protocol.value}",
             *(str(item.breakdown.outcomes.get(kind, "")) for kind in kinds),
         ]
-        for item in digests
+        for item in runs
     ]
     yield "\n".join(grid(["model", "suite", *(label_of(kind.value) for kind in kinds)], rows)) + "\n"
 
 
-def _runs(digests: Sequence[Digest]) -> Iterator[str]:
+def _runs(runs: Sequence[RunSummary]) -> Iterator[str]:
     yield "## Runs\n"
     header = ["model", "suite", "answers", "excluded", "repaired", "data"]
     rows = [
@@ -139,10 +143,10 @@ def _runs(digests: Sequence[Digest]) -> Iterator[str]:
             str(item.repaired),
             " ".join(digest[:12] for digest in item.data_sha256),
         ]
-        for item in digests
+        for item in runs
     ]
     yield "\n".join(grid(header, rows)) + "\n"
-    reasons = {reason for item in digests for reason in item.excluded}
+    reasons = {reason for item in runs for reason in item.excluded}
     if reasons:
         yield "Excluded: " + "; ".join(escaped(reason) for reason in sorted(reasons)) + ".\n"
 
@@ -155,7 +159,7 @@ def _plots(plots: Sequence[Plot]) -> Iterator[str]:
 
 
 def _suite(domain: str, ability: Ability) -> str:
-    return f"{domain_title(domain)}, {ABILITY_TITLES[ability].lower()}"
+    return f"{domain_title(domain)}, {ability_title(ability).lower()}"
 
 
 def _percent(percent: float | None) -> str:

@@ -7,15 +7,15 @@ steps and operators numbers into ``steps`` and ``operators``; what is empty is l
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TypeAlias
 
-from eai.abilities.explanation import StepReport
+from eai.abilities.explanation import Explanation, StepReport
 from eai.abilities.record import Record
-from eai.abilities.verdict import Confusion, Json, Verdict
-from eai.metrics.breakdown import operators_of, outcome
-from eai.metrics.explained import explanation_of
+from eai.abilities.transition_modeling.report import OperatorReport
+from eai.abilities.verdict import GoalVerdict, Json, OperatorVerdict, PlanVerdict, SubgoalVerdict, Verdict
+from eai.metrics.breakdown import outcome
 from eai.report.runs import Run, RunKey
 
 VERSION = 1
@@ -62,7 +62,7 @@ class ExplorerData:
         asked = self._background.prompts.get((key.domain, key.ability.value), {})
         kept = self._prompts.setdefault(f"{key.domain}/{key.ability.value}", {})
         for record in run.records:
-            prompt = _prompt_of(record) or asked.get(record.task_id)
+            prompt = (record.origin and record.origin.prompt) or asked.get(record.task_id)
             if prompt and record.task_id not in kept:
                 kept[record.task_id] = [self._text(line) for line in prompt.split("\n")]
 
@@ -81,30 +81,52 @@ class ExplorerData:
 
     def _answer(self, record: Record) -> Json:
         verdict = record.verdict
-        explanation = explanation_of(verdict)
-        details = verdict.details or {}
+        explanation = record.explanation or Explanation()
         return _without_empty(
             {
                 "t": self._text(record.task_id),
                 "o": outcome(verdict, record.ability).value,
                 "x": self._text(verdict.excluded) if verdict.excluded else None,
                 "r": self._text(record.response) if record.response else None,
-                "e": None if verdict.executable is None else int(verdict.executable),
                 "f": self._error(verdict),
-                "a": verdict.additional_steps,
-                "c": verdict.category and verdict.category.value,
-                "g": None if verdict.goals is None else [list(tally) for tally in verdict.goals],
-                "n": _counts(verdict),
-                "p": verdict.planner and verdict.planner.value,
-                "m": list(verdict.repairs),
-                "k": details.get("task_categories"),
-                "h": self._listed(details.get("hallucinated")),
+                "m": list(record.repairs),
+                **self._own(verdict),
                 "w": [self._text(note) for note in explanation.notes],
                 "s": [self._step(step) for step in explanation.steps],
                 "G": [[goal.kind, self._text(goal.goal), int(goal.satisfied)] for goal in explanation.goals],
-                "q": [self._operator(operator) for operator in operators_of(verdict)],
             }
         )
+
+    def _own(self, verdict: Verdict) -> dict[str, Json]:
+        """What the verdicts of an ability say besides."""
+        match verdict:
+            case PlanVerdict():
+                return {
+                    "e": None if verdict.executable is None else int(verdict.executable),
+                    "a": verdict.additional_steps,
+                    "c": verdict.category and verdict.category.value
+                    if isinstance(verdict, SubgoalVerdict)
+                    else None,
+                    "g": None if verdict.goals is None else [list(tally) for tally in verdict.goals],
+                }
+            case GoalVerdict():
+                return {
+                    "n": {kind: list(counts) for kind, counts in (verdict.counts or {}).items()},
+                    "h": [self._text(name) for name in verdict.hallucinated],
+                }
+            case OperatorVerdict():
+                return {
+                    "n": {
+                        f"{side}/{category}": list(counts)
+                        for side, by_category in (verdict.counts or {}).items()
+                        for category, counts in by_category.items()
+                    },
+                    "p": verdict.planner and verdict.planner.value,
+                    "k": list(verdict.task_categories),
+                    "q": [self._operator(operator) for operator in verdict.operators],
+                }
+            case _:
+                return {}
 
     def _error(self, verdict: Verdict) -> Json:
         error = verdict.error
@@ -123,14 +145,17 @@ class ExplorerData:
         ]
         return _number(self._steps, json.dumps(packed))
 
-    def _operator(self, operator: Mapping[str, object]) -> int:
+    def _operator(self, operator: OperatorReport) -> int:
         """Name, status, the sides with matched, additional and missing predicates, and offences."""
-        sides = [_side(operator.get(side)) for side in ("precondition", "effect")]
-        packed = [operator.get("name"), operator.get("status"), *sides, operator.get("offences") or []]
-        return _number(self._operators, json.dumps(packed))
-
-    def _listed(self, value: Json) -> list[int]:
-        return [self._text(str(item)) for item in value] if isinstance(value, list | tuple) else []
+        sides = [
+            [list(side.matched), list(side.additional), list(side.missing)]
+            for side in (operator.precondition, operator.effect)
+        ]
+        offences = [
+            {"offence": offence.offence.value, "name": offence.name, "place": offence.place}
+            for offence in operator.offences
+        ]
+        return _number(self._operators, json.dumps([operator.name, operator.status.value, *sides, offences]))
 
     def _text(self, text: str) -> int:
         return _number(self._texts, text)
@@ -147,31 +172,6 @@ def for_script(content: Json) -> str:
 def _number(table: dict[str, int], item: str) -> int:
     """The place of an item in a table, into which it is put if it is not there."""
     return table.setdefault(item, len(table))
-
-
-def _prompt_of(record: Record) -> str | None:
-    prompt = (record.verdict.details or {}).get("prompt")
-    return prompt if isinstance(prompt, str) else None
-
-
-def _counts(verdict: Verdict) -> Json:
-    """Confusion counts, flat: ``side/category`` for operators."""
-    flat: dict[str, Json] = {}
-    for name, value in (verdict.counts or {}).items():
-        if isinstance(value, Confusion):
-            flat[name] = list(value)
-        else:
-            flat |= {f"{name}/{category}": list(counts) for category, counts in value.items()}
-    return flat
-
-
-def _side(side: object) -> list[list[str]]:
-    found = side if isinstance(side, Mapping) else {}
-    return [_names(found.get(part)) for part in ("matched", "additional", "missing")]
-
-
-def _names(value: object) -> list[str]:
-    return [str(item) for item in value] if isinstance(value, Sequence) and not isinstance(value, str) else []
 
 
 def _without_empty(values: Mapping[str, Json]) -> dict[str, Json]:

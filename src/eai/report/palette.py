@@ -2,21 +2,21 @@
 
 from __future__ import annotations
 
-from eai.metrics.breakdown import Outcome
+from eai.abilities.declaration import AnswerOutcome
 
 OUTCOME_COLORS = {
-    Outcome.SUCCESS: "#3f7f62",
-    Outcome.PARTLY_RIGHT: "#a3bf8f",
-    Outcome.GOAL_MISSED: "#d8b455",
-    Outcome.PARSING: "#5d5f72",
-    Outcome.HALLUCINATION: "#8a64a0",
-    Outcome.ARGUMENT_NUMBER: "#b99cc8",
-    Outcome.AFFORDANCE: "#e0905a",
-    Outcome.MISSING_STEP: "#bf5348",
-    Outcome.WRONG_ORDER: "#6f94bd",
-    Outcome.ADDITIONAL_STEP: "#a9a9a2",
-    Outcome.UNCATEGORISED: "#c9c6bd",
-    Outcome.EXCLUDED: "#e6e3db",
+    AnswerOutcome.SUCCESS: "#3f7f62",
+    AnswerOutcome.PARTLY_RIGHT: "#a3bf8f",
+    AnswerOutcome.GOAL_MISSED: "#d8b455",
+    AnswerOutcome.PARSING: "#5d5f72",
+    AnswerOutcome.HALLUCINATION: "#8a64a0",
+    AnswerOutcome.ARGUMENT_NUMBER: "#b99cc8",
+    AnswerOutcome.AFFORDANCE: "#e0905a",
+    AnswerOutcome.MISSING_STEP: "#bf5348",
+    AnswerOutcome.WRONG_ORDER: "#6f94bd",
+    AnswerOutcome.ADDITIONAL_STEP: "#a9a9a2",
+    AnswerOutcome.UNCATEGORISED: "#c9c6bd",
+    AnswerOutcome.EXCLUDED: "#e6e3db",
 }
 INK = "#2b2d33"
 MUTED = "#8b8d94"

@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
-from eai.metrics.breakdown import Flow, Outcome
+from eai.abilities.declaration import AnswerOutcome
+from eai.metrics.breakdown import Flow
 from eai.metrics.rate import Rate
 from eai.report.palette import INK, OUTCOME_COLORS
 from eai.report.plot_text import clipped
-from eai.report.run_summary import Digest
+from eai.report.run_summary import RunSummary
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -19,10 +20,10 @@ _PER_ROW = 3
 _SIZE = (3.6, 1.9)
 _STAGES = ("answers", "parsed", "names known", "executed", "goal reached")
 _LOSSES = (
-    ("unreadable", Outcome.PARSING),
-    ("unknown names", Outcome.HALLUCINATION),
-    ("failed step", Outcome.MISSING_STEP),
-    ("goal missed", Outcome.GOAL_MISSED),
+    ("unreadable", AnswerOutcome.PARSING),
+    ("unknown names", AnswerOutcome.HALLUCINATION),
+    ("failed step", AnswerOutcome.MISSING_STEP),
+    ("goal missed", AnswerOutcome.GOAL_MISSED),
 )
 _TOP = 100.0
 _GAP = 9.0
@@ -38,11 +39,11 @@ class Band(NamedTuple):
     thickness: float
 
 
-def draw(digests: Sequence[Digest]) -> Figure | None:
+def draw(runs: Sequence[RunSummary]) -> Figure | None:
     """The runs of one ability, a panel a model; None if they have no plans."""
     from matplotlib.figure import Figure
 
-    flows = [(item.key.model, flow) for item in digests if (flow := item.breakdown.flow) and flow.answers]
+    flows = [(item.key.model, flow) for item in runs if (flow := item.breakdown.flow) and flow.answers]
     if not flows:
         return None
     columns = min(_PER_ROW, len(flows))
@@ -64,7 +65,7 @@ def _draw_model(panel: Axes, model: str, flow: Flow) -> None:
     panel.set_title(clipped(model))
     for stage, (label, kind) in enumerate(_LOSSES):
         kept, lost = shares[stage + 1], shares[stage] - shares[stage + 1]
-        _band(panel, stage, Band(_TOP - kept, _TOP - kept, kept), OUTCOME_COLORS[Outcome.SUCCESS])
+        _band(panel, stage, Band(_TOP - kept, _TOP - kept, kept), OUTCOME_COLORS[AnswerOutcome.SUCCESS])
         if lost >= _SMALLEST_LABELLED:
             end = _TOP - kept - lost - _GAP
             _band(panel, stage, Band(_TOP - kept - lost, end, lost), OUTCOME_COLORS[kind])

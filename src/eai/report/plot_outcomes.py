@@ -6,12 +6,12 @@ from collections.abc import Sequence
 from itertools import groupby
 from typing import TYPE_CHECKING
 
-from eai.metrics.breakdown import Outcome
+from eai.abilities.declaration import AnswerOutcome, label_of
 from eai.metrics.rate import Rate
 from eai.report.palette import OUTCOME_COLORS
 from eai.report.plot_text import clipped
-from eai.report.run_summary import Digest
-from eai.report.table_specs import ABILITY_TITLES, label_of
+from eai.report.run_summary import RunSummary
+from eai.report.table_specs import ability_title
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -22,12 +22,12 @@ _BAR = 0.27
 _HEAD = 0.62
 
 
-def draw(digests: Sequence[Digest]) -> Figure | None:
+def draw(runs: Sequence[RunSummary]) -> Figure | None:
     """The runs of one domain and protocol, a panel an ability; None if there are none."""
     from matplotlib.figure import Figure
     from matplotlib.patches import Patch
 
-    panels = [list(items) for _, items in groupby(digests, key=lambda item: item.key.ability)]
+    panels = [list(items) for _, items in groupby(runs, key=lambda item: item.key.ability)]
     if not panels:
         return None
     heights = [_HEAD + _BAR * len(items) for items in panels]
@@ -35,14 +35,14 @@ def draw(digests: Sequence[Digest]) -> Figure | None:
     grid = figure.subplots(len(panels), 1, squeeze=False, gridspec_kw={"height_ratios": heights})
     for panel, items in zip(grid[:, 0], panels, strict=True):
         _draw_ability(panel, items)
-    kinds = [kind for kind in Outcome if any(_count(item, kind) for item in digests)]
+    kinds = [kind for kind in AnswerOutcome if any(_count(item, kind) for item in runs)]
     handles = [Patch(color=OUTCOME_COLORS[kind], label=label_of(kind.value)) for kind in kinds]
     figure.legend(handles=handles, loc="outside lower center", ncols=5, frameon=False, fontsize=7.5)
     return figure
 
 
-def _draw_ability(panel: Axes, items: Sequence[Digest]) -> None:
-    panel.set_title(ABILITY_TITLES[items[0].key.ability])
+def _draw_ability(panel: Axes, items: Sequence[RunSummary]) -> None:
+    panel.set_title(ability_title(items[0].key.ability))
     panel.set_xlim(0, 100)
     panel.set_xticks([0, 25, 50, 75, 100], labels=["0", "25", "50", "75", "100 %"])
     panel.set_yticks(range(len(items)), labels=[clipped(item.key.model) for item in items])
@@ -50,14 +50,14 @@ def _draw_ability(panel: Axes, items: Sequence[Digest]) -> None:
     panel.tick_params(axis="y", length=0)
     panel.spines["left"].set_visible(False)
     for place, item in enumerate(items):
-        scored = sum(_count(item, kind) for kind in Outcome)
+        scored = sum(_count(item, kind) for kind in AnswerOutcome)
         start = 0.0
-        for kind in Outcome:
+        for kind in AnswerOutcome:
             width = Rate(_count(item, kind), scored).percent or 0.0
             if width:
                 panel.barh(place, width, left=start, height=0.74, color=OUTCOME_COLORS[kind], linewidth=0)
                 start += width
 
 
-def _count(item: Digest, kind: Outcome) -> int:
-    return 0 if kind is Outcome.EXCLUDED else item.breakdown.outcomes.get(kind, 0)
+def _count(item: RunSummary, kind: AnswerOutcome) -> int:
+    return 0 if kind is AnswerOutcome.EXCLUDED else item.breakdown.outcomes.get(kind, 0)

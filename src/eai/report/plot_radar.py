@@ -6,36 +6,28 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from eai.metrics.summary import MAIN_COLUMNS
+from eai.abilities.declarations import DECLARATIONS
 from eai.report.palette import ACCENT, MUTED, RULE
 from eai.report.plot_text import clipped
-from eai.report.run_summary import Digest
+from eai.report.run_summary import RunSummary
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from matplotlib.projections.polar import PolarAxes
 
-_SHORT = {
-    "goal_interpretation/overall.f1": "goals\nF1",
-    "subgoal_decomposition/task_success": "subgoals\ntask",
-    "subgoal_decomposition/execution_success": "subgoals\nexecution",
-    "action_sequencing/task_success": "actions\ntask",
-    "action_sequencing/execution_success": "actions\nexecution",
-    "transition_modeling/overall.f1": "operators\nF1",
-    "transition_modeling/overall.planner_success": "operators\nplanner",
-}
 _PER_ROW = 4
 _SIDE = 2.7
 _FEWEST_AXES = 3
 
 
-def draw(digests: Sequence[Digest]) -> Figure | None:
+def draw(runs: Sequence[RunSummary]) -> Figure | None:
     """The models of one domain and protocol side by side; None if they have too few axes to span an area."""
     from matplotlib.figure import Figure
     from matplotlib.projections.polar import PolarAxes
 
-    values = _values(digests)
-    axes = [name for name in _SHORT if any(name in known for known in values.values())]
+    values = _values(runs)
+    labels = _labels()
+    axes = [name for name in labels if any(name in known for known in values.values())]
     if len(axes) < _FEWEST_AXES:
         return None
     columns = min(_PER_ROW, len(values))
@@ -44,14 +36,23 @@ def draw(digests: Sequence[Digest]) -> Figure | None:
     for place, (model, known) in enumerate(values.items(), 1):
         panel = figure.add_subplot(rows, columns, place, projection="polar")
         assert isinstance(panel, PolarAxes)  # noqa: S101 - what the projection gives
-        _draw_model(panel, model, axes, [known.get(name, 0.0) for name in axes])
+        _draw_model(panel, model, [labels[name] for name in axes], [known.get(name, 0.0) for name in axes])
     return figure
 
 
-def _values(digests: Sequence[Digest]) -> Mapping[str, Mapping[str, float]]:
+def _labels() -> Mapping[str, str]:
+    """The main metrics by ability and name, as they are called at the end of an axis."""
+    return {
+        f"{ability.value}/{metric}": f"{declared.short}\n{label if label.isupper() else label.lower()}"
+        for ability, declared in DECLARATIONS.items()
+        for metric, label in declared.main.items()
+    }
+
+
+def _values(runs: Sequence[RunSummary]) -> Mapping[str, Mapping[str, float]]:
     found: dict[str, dict[str, float]] = {}
-    for item in digests:
-        for metric in MAIN_COLUMNS[item.key.ability]:
+    for item in runs:
+        for metric in DECLARATIONS[item.key.ability].main:
             percent = item.rates[metric].percent if metric in item.rates else None
             if percent is not None:
                 found.setdefault(item.key.model, {})[f"{item.key.ability.value}/{metric}"] = percent
@@ -64,7 +65,7 @@ def _draw_model(panel: PolarAxes, model: str, axes: Sequence[str], values: Seque
     panel.set_theta_direction(-1)
     panel.set_ylim(0, 100)
     panel.set_yticks([25, 50, 75, 100], labels=["", "50", "", "100"], color=MUTED, fontsize=6)
-    panel.set_xticks(angles, labels=[_SHORT[name] for name in axes], fontsize=6.5)
+    panel.set_xticks(angles, labels=list(axes), fontsize=6.5)
     panel.grid(color=RULE, linewidth=0.7)
     panel.spines["polar"].set_color(RULE)
     closed = [*range(len(axes)), 0]

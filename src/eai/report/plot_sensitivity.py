@@ -5,9 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from eai.abilities.declaration import label_of
 from eai.analysis.sensitivity import Sensitivity
 from eai.report.plot_files import styled, write
-from eai.report.table_specs import label_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

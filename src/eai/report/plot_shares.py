@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from eai.metrics.rate import Rate
 from eai.report.palette import INK, LINES, RULE
 from eai.report.plot_text import clipped
-from eai.report.run_summary import Digest
+from eai.report.run_summary import RunSummary
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -23,13 +23,13 @@ _ROW = 0.2
 _COLUMN = 0.42
 
 
-def draw_difficulty(digests: Sequence[Digest]) -> Figure | None:
+def draw_difficulty(runs: Sequence[RunSummary]) -> Figure | None:
     """Success by number of goals and by length of plan, a line a model; None if neither is known."""
     from matplotlib.figure import Figure
 
     tables: list[tuple[str, list[Mapping[int, Rate]]]] = [
-        ("number of goals", [item.breakdown.by_goals for item in digests]),
-        ("steps of the plan", [_binned(item.breakdown.by_length) for item in digests]),
+        ("number of goals", [item.breakdown.by_goals for item in runs]),
+        ("steps of the plan", [_binned(item.breakdown.by_length) for item in runs]),
     ]
     tables = [(label, series) for label, series in tables if any(len(rates) > 1 for rates in series)]
     if not tables:
@@ -37,32 +37,32 @@ def draw_difficulty(digests: Sequence[Digest]) -> Figure | None:
     figure = Figure(figsize=(4.3 * len(tables) + 1.6, 3.1), layout="constrained")
     grid = figure.subplots(1, len(tables), squeeze=False, sharey=True)
     for panel, (label, series) in zip(grid[0], tables, strict=True):
-        _draw_lines(panel, label, series, [clipped(item.key.model) for item in digests])
+        _draw_lines(panel, label, series, [clipped(item.key.model) for item in runs])
     grid[0][0].set_ylabel("success in percent")
     handles, labels = grid[0][0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside right center", frameon=False, fontsize=6.5)
     return figure
 
 
-def draw_names(digests: Sequence[Digest]) -> Figure | None:
+def draw_names(runs: Sequence[RunSummary]) -> Figure | None:
     """Heat maps of the shares by action and by predicate, a column a model; None if neither is known."""
     from matplotlib.figure import Figure
 
     tables = [
-        ("by action", [item.breakdown.by_action for item in digests]),
-        ("by predicate", [item.breakdown.by_predicate for item in digests]),
+        ("by action", [item.breakdown.by_action for item in runs]),
+        ("by predicate", [item.breakdown.by_predicate for item in runs]),
     ]
     tables = [(title, columns) for title, columns in tables if any(columns)]
     if not tables:
         return None
     names = [_most_frequent(columns) for _, columns in tables]
     height = _ROW * max(map(len, names)) + 1.9
-    width = (_COLUMN * len(digests) + 2.1) * len(tables) + 0.4
+    width = (_COLUMN * len(runs) + 2.1) * len(tables) + 0.4
     figure = Figure(figsize=(width, height), layout="constrained")
     grid = figure.subplots(1, len(tables), squeeze=False)
     for panel, (title, columns), rows in zip(grid[0], tables, names, strict=True):
         panel.set_title(title)
-        _draw_map(panel, rows, columns, [clipped(item.key.model) for item in digests])
+        _draw_map(panel, rows, columns, [clipped(item.key.model) for item in runs])
     return figure
 
 

@@ -7,20 +7,20 @@ from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from eai.abilities.declarations import DECLARATIONS
 from eai.abilities.protocol import Ability
 from eai.abilities.responses import file_name
-from eai.metrics.breakdown import PLANS
 from eai.report import plot_flow, plot_outcomes, plot_radar, plot_shares
 from eai.report.document import Plot
 from eai.report.plot_files import styled, write
-from eai.report.run_summary import Digest
-from eai.report.table_specs import ABILITY_TITLES, domain_title
+from eai.report.run_summary import RunSummary
+from eai.report.table_specs import ability_title, domain_title
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-def draw_plots(digests: Sequence[Digest], folder: Path) -> list[Plot]:
+def draw_plots(runs: Sequence[RunSummary], folder: Path) -> list[Plot]:
     """Draw everything that the runs have numbers for; returns what was drawn, in order.
 
     Raises:
@@ -29,37 +29,37 @@ def draw_plots(digests: Sequence[Digest], folder: Path) -> list[Plot]:
     drawn = []
     with styled():
         folder.mkdir(parents=True, exist_ok=True)
-        for plot, figure in _figures(digests):
+        for plot, figure in _figures(runs):
             _save(figure, folder / plot.name)
             drawn.append(plot)
     return drawn
 
 
-def _figures(digests: Sequence[Digest]) -> Iterator[tuple[Plot, Figure]]:
-    ordered = sorted(digests, key=lambda item: item.key.order)
+def _figures(runs: Sequence[RunSummary]) -> Iterator[tuple[Plot, Figure]]:
+    ordered = sorted(runs, key=lambda item: item.key.order)
     for (protocol, domain), items in groupby(ordered, lambda item: (item.key.protocol, item.key.domain)):
         group = list(items)
         place = f"{domain_title(domain)}, protocol {protocol.value}"
         name = file_name(f"{domain}-{protocol.value}")
-        whole: Sequence[tuple[str, str, Callable[[Sequence[Digest]], Figure | None]]] = (
+        whole: Sequence[tuple[str, str, Callable[[Sequence[RunSummary]], Figure | None]]] = (
             ("radar", "Main results by model", plot_radar.draw),
             ("outcomes", "What answers came to", plot_outcomes.draw),
         )
         for kind, caption, draw in whole:
             yield from _drawn(f"{kind}-{name}", f"{caption}: {place}", draw(group))
         for ability in Ability:
-            runs = [item for item in group if item.key.ability is ability]
-            if not runs:
+            of_ability = [item for item in group if item.key.ability is ability]
+            if not of_ability:
                 continue
-            what = f"{ABILITY_TITLES[ability].lower()}, {place}"
+            what = f"{ability_title(ability).lower()}, {place}"
             slug = f"{ability.value}-{name}"
-            if ability in PLANS:
+            if DECLARATIONS[ability].has_plans:
                 caption = f"From answer to outcome: {what}"
-                yield from _drawn(f"flow-{slug}", caption, plot_flow.draw(runs))
+                yield from _drawn(f"flow-{slug}", caption, plot_flow.draw(of_ability))
             caption = f"Success by number of goals and length of plan: {what}"
-            yield from _drawn(f"difficulty-{slug}", caption, plot_shares.draw_difficulty(runs))
+            yield from _drawn(f"difficulty-{slug}", caption, plot_shares.draw_difficulty(of_ability))
             caption = f"By action and by predicate: {what}"
-            yield from _drawn(f"names-{slug}", caption, plot_shares.draw_names(runs))
+            yield from _drawn(f"names-{slug}", caption, plot_shares.draw_names(of_ability))
 
 
 def _drawn(name: str, caption: str, figure: Figure | None) -> Iterator[tuple[Plot, Figure]]:

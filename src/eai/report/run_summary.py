@@ -6,15 +6,16 @@ from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from eai.abilities.declarations import DECLARATIONS
 from eai.metrics.bootstrap import Bootstrap, Interval, Replicates
 from eai.metrics.breakdown import Breakdown, break_down
 from eai.metrics.rate import Rate, total
-from eai.metrics.summary import AVERAGED, contributions
+from eai.metrics.summary import contributions
 from eai.report.runs import Run, RunKey
 
 
 @dataclass(frozen=True, slots=True)
-class Digest:
+class RunSummary:
     """A run without its records.
 
     Attributes:
@@ -38,21 +39,21 @@ class Digest:
     breakdown: Breakdown
 
 
-def digest(run: Run, bootstrap: Bootstrap) -> Digest:
-    """The digest of a run."""
+def summary_of(run: Run, bootstrap: Bootstrap) -> RunSummary:
+    """What is kept of a run."""
     key = run.key
     verdicts = [record.verdict for record in run.records]
-    scored = contributions(verdicts, key.domain, key.ability, key.protocol)
+    scored = contributions(verdicts, key.ability)
     rates = total(scored)
     replicates = bootstrap.replicates(scored, list(rates))
-    return Digest(
+    return RunSummary(
         key,
         len(verdicts),
         dict(Counter(v.excluded for v in verdicts if v.excluded is not None)),
-        sum(bool(v.repairs) for v in verdicts),
+        sum(bool(record.repairs) for record in run.records),
         tuple(sorted({record.data_sha256 for record in run.records})),
         rates,
         {name: bootstrap.interval(values) for name, values in replicates.items()},
-        {name: replicates[name] for name in AVERAGED[key.ability] if name in replicates},
+        {name: replicates[name] for name in DECLARATIONS[key.ability].averaged if name in replicates},
         break_down(run.records, key.ability),
     )

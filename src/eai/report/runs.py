@@ -8,9 +8,10 @@ from pathlib import Path
 from typing import NamedTuple
 
 from eai.abilities.protocol import Ability, Protocol
-from eai.abilities.record import Record, read_records
+from eai.abilities.record import Record
 from eai.benchmarks.registry import registered
 from eai.errors import InputError
+from eai.scoring.records import read_records
 
 RECORDS = "records.jsonl"
 """The name of a file of records."""

@@ -8,9 +8,9 @@ from dataclasses import dataclass, replace
 from eai.abilities.protocol import Ability, Protocol
 from eai.metrics.average import AVERAGE, average_performance
 from eai.metrics.bootstrap import Bootstrap, Interval, Replicates
-from eai.metrics.paper_tables import Column, PaperTable, paper_table
+from eai.metrics.paper_tables import PaperColumn, PaperTable, paper_setting, paper_table
 from eai.metrics.rate import Rate
-from eai.report.run_summary import Digest
+from eai.report.run_summary import RunSummary
 from eai.report.table_specs import ColumnSpec, TableSpec
 
 
@@ -72,13 +72,13 @@ def make_table(
     spec: TableSpec,
     protocol: Protocol,
     domain: str,
-    digests: Sequence[Digest],
+    runs: Sequence[RunSummary],
     bootstrap: Bootstrap,
     *,
     with_paper: bool,
 ) -> Table | None:
-    """The table of the digests of one protocol and domain, or None if they have none of its numbers."""
-    known = cells_by_model(digests, bootstrap)
+    """The table of the runs of one protocol and domain, or None if they have none of its numbers."""
+    known = cells_by_model(runs, bootstrap)
     columns = tuple(
         column
         for column in spec.columns
@@ -88,7 +88,7 @@ def make_table(
         return None
     ours = [Row(model, False, tuple(cell_of(cells, c) for c in columns)) for model, cells in known.items()]
     ours = [row for row in ours if any(cell.percent is not None for cell in row.cells)]
-    papers = [paper_table(name) for name in spec.paper] if with_paper else []
+    papers = [paper_table(name) for name in paper_setting().tables[spec.name]] if with_paper else []
     notes = Notes()
     places = [column.place(domain) for column in columns]
     column_notes = tuple(notes.on_column(papers, place) for place in places)
@@ -97,11 +97,11 @@ def make_table(
     return Table(spec.name, spec.title, protocol, domain, columns, column_notes, tuple(rows), texts)
 
 
-def cells_by_model(digests: Sequence[Digest], bootstrap: Bootstrap) -> dict[str, Cells]:
+def cells_by_model(runs: Sequence[RunSummary], bootstrap: Bootstrap) -> dict[str, Cells]:
     """All numbers of each model of one protocol and domain, the average over abilities included."""
     found: dict[str, dict[tuple[Ability | None, str], Cell]] = {}
     averaged: dict[str, dict[tuple[Ability, str], Replicates]] = {}
-    for item in digests:
+    for item in runs:
         ability, model = item.key.ability, item.key.model
         found.setdefault(model, {}).update(cells_of_run(item))
         for metric, values in item.averaged.items():
@@ -111,7 +111,7 @@ def cells_by_model(digests: Sequence[Digest], bootstrap: Bootstrap) -> dict[str,
     return dict(found)
 
 
-def cells_of_run(item: Digest) -> Cells:
+def cells_of_run(item: RunSummary) -> Cells:
     """All numbers of one run."""
     return {
         (item.key.ability, metric): Cell(rate.percent, rate, item.intervals[metric])
@@ -149,18 +149,18 @@ class Notes:
             self.texts.append(text)
         return self.texts.index(text) + 1
 
-    def on_column(self, papers: Sequence[PaperTable], column: Column) -> tuple[int, ...]:
+    def on_column(self, papers: Sequence[PaperTable], column: PaperColumn) -> tuple[int, ...]:
         """The numbers of the notes on a whole column."""
         notes = [n for paper in papers for n in paper.notes if not n.models and column in n.columns]
         return tuple(sorted({self.number(note.text) for note in notes}))
 
-    def on_cell(self, paper: PaperTable, model: str, column: Column) -> tuple[int, ...]:
+    def on_cell(self, paper: PaperTable, model: str, column: PaperColumn) -> tuple[int, ...]:
         """The numbers of the notes on a cell in particular."""
         notes = [note for note in paper.notes if note.models and note.is_on(model, column)]
         return tuple(sorted({self.number(note.text) for note in notes}))
 
 
-def paper_rows(columns: Sequence[Column], papers: Sequence[PaperTable], notes: Notes) -> Iterator[Row]:
+def paper_rows(columns: Sequence[PaperColumn], papers: Sequence[PaperTable], notes: Notes) -> Iterator[Row]:
     """The paper's models; of two tables with a figure the first is taken."""
     for model in dict.fromkeys(model for paper in papers for model in paper.rows):
         cells = tuple(_paper_cell(model, column, papers, notes) for column in columns)
@@ -168,7 +168,7 @@ def paper_rows(columns: Sequence[Column], papers: Sequence[PaperTable], notes: N
             yield Row(model, True, cells)
 
 
-def _paper_cell(model: str, column: Column, papers: Sequence[PaperTable], notes: Notes) -> Cell:
+def _paper_cell(model: str, column: PaperColumn, papers: Sequence[PaperTable], notes: Notes) -> Cell:
     for paper in papers:
         figure = paper.figure(model, column)
         if figure is not None:

@@ -12,20 +12,20 @@ from eai.report.agreement import agreements
 from eai.report.besides import tables_besides
 from eai.report.data_files import tables_csv, tables_json
 from eai.report.document import Plot, report_markdown
-from eai.report.run_summary import Digest
+from eai.report.run_summary import RunSummary
 from eai.report.table import Table, make_table
 from eai.report.table_specs import TABLES
 
 
-def make_tables(digests: Sequence[Digest], bootstrap: Bootstrap, *, with_paper: bool) -> list[Table]:
+def make_tables(runs: Sequence[RunSummary], bootstrap: Bootstrap, *, with_paper: bool) -> list[Table]:
     """All tables, by protocol and domain, in the order of the paper's.
 
     Args:
-        digests: the runs, sorted by the order of their keys.
-        bootstrap: how the digests were made.
+        runs: the runs, sorted by the order of their keys.
+        bootstrap: how their intervals were made.
         with_paper: whether the paper's models appear beside ours.
     """
-    places = groupby(digests, key=lambda item: (item.key.protocol, item.key.domain))
+    places = groupby(runs, key=lambda item: (item.key.protocol, item.key.domain))
     return [
         table
         for (protocol, domain), group in ((place, list(items)) for place, items in places)
@@ -36,7 +36,7 @@ def make_tables(digests: Sequence[Digest], bootstrap: Bootstrap, *, with_paper: 
 
 def write_tables(
     folder: Path,
-    digests: Sequence[Digest],
+    runs: Sequence[RunSummary],
     tables: Sequence[Table],
     plots: Sequence[Plot],
     *,
@@ -49,11 +49,11 @@ def write_tables(
     Returns:
         how many tables were written.
     """
-    besides = tables_besides(digests) if with_paper else []
+    besides = tables_besides(runs) if with_paper else []
     written = [*tables, *besides]
-    compared = agreements(digests) if with_paper else []
+    compared = agreements(runs) if with_paper else []
     contents = {
-        "report.md": report_markdown(digests, tables, besides, compared, plots),
+        "report.md": report_markdown(runs, tables, besides, compared, plots),
         "tables.tex": "\n".join(latex.table_latex(table) for table in written),
         "report.tex": f"{latex.PREAMBLE}\\input{{tables}}\n{latex.ENDING}",
         "tables.json": tables_json(written),

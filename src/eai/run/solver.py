@@ -10,12 +10,13 @@ from inspect_ai.model import ChatMessage, ContentReasoning, GenerateConfig, Mode
 from inspect_ai.solver import Generate, Solver, TaskState, solver
 from tenacity import RetryError
 
+from eai.abilities.record import Usage
 from eai.prompts.prompt import Prompt
 from eai.run.job import Job
 from eai.run.reasoning import Parts, complete, part
 from eai.run.response_schema import response_schema
 from eai.run.state import Desk
-from eai.scoring.answer import Answer, Usage
+from eai.scoring.answer import Answer
 
 _REFUSED_PARAMETERS = (400, 422)
 """The HTTP statuses with which servers answer to parameters that they do not take."""

@@ -12,13 +12,15 @@ from inspect_ai.scorer import Score, Scorer, Target, mean, scorer, stderr
 from inspect_ai.solver import Solver, TaskState
 from inspect_ai.util import registry_info
 
+from eai.abilities.codec import fields_of
+from eai.abilities.declarations import DECLARATIONS
 from eai.abilities.protocol import Ability, Protocol
-from eai.abilities.verdict import Verdict, fields_of
+from eai.abilities.verdict import Verdict
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.prompt_library import Library
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import Suite, open_suite
-from eai.metrics.summary import MAIN_COLUMNS, contribution
+from eai.metrics.rate import Rate
 from eai.prompts.prompt import Prompt, PromptSet
 from eai.run.solver import ask_as_published
 
@@ -89,13 +91,13 @@ def verdict_scorer(benchmark: str, ability: str, protocol: str) -> Scorer:
         verdict = suite.score(str(state.sample_id), answer)
         if verdict.excluded is not None:
             return Score.unscored(answer=answer, explanation=verdict.excluded)
-        shares = contribution(verdict, suite.domain, suite.ability, suite.protocol)
-        percent = shares[MAIN_COLUMNS[suite.ability][0]].percent
+        declared = DECLARATIONS[suite.ability]
+        share = declared.contributions(verdict)[next(iter(declared.main))]
+        percent = Rate(*share).percent
         if percent is None:
             return Score.unscored(answer=answer, explanation="nothing to be right or wrong about")
-        return Score(
-            value=percent / 100, answer=answer, explanation=_explanation(verdict), metadata=fields_of(verdict)
-        )
+        told = fields_of(verdict)
+        return Score(value=percent / 100, answer=answer, explanation=_explanation(verdict), metadata=told)
 
     return score
 

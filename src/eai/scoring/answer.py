@@ -3,46 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TypeAlias, TypeVar
+from typing import TypeAlias
 
+from eai.abilities.record import Usage
 from eai.abilities.verdict import Json
-
-Number = TypeVar("Number", int, float)
-
-
-@dataclass(frozen=True, slots=True)
-class Usage:
-    """What an answer took.
-
-    Attributes:
-        input_tokens: tokens of the question, those read from a provider's cache included.
-        output_tokens: tokens of reasoning and answer.
-        reasoning_tokens: tokens of reasoning alone, where the provider counts them.
-        cost: dollars, where prices were given.
-    """
-
-    input_tokens: int = 0
-    output_tokens: int = 0
-    reasoning_tokens: int | None = None
-    cost: float | None = None
-
-    def __add__(self, other: Usage) -> Usage:
-        """Both together."""
-        return Usage(
-            self.input_tokens + other.input_tokens,
-            self.output_tokens + other.output_tokens,
-            _sum(self.reasoning_tokens, other.reasoning_tokens),
-            _sum(self.cost, other.cost),
-        )
-
-    def to_json(self) -> dict[str, Json]:
-        """The usage as journals, records and summaries have it."""
-        return {
-            "input_tokens": self.input_tokens,
-            "output_tokens": self.output_tokens,
-            "reasoning_tokens": self.reasoning_tokens,
-            "cost": self.cost,
-        }
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,10 +48,3 @@ class Answer:
 
 Place: TypeAlias = tuple[str, int]
 """Id of the task, and epoch."""
-
-
-def _sum(one: Number | None, other: Number | None) -> Number | None:
-    """The sum of what is known, or None."""
-    if one is None or other is None:
-        return other if one is None else one
-    return one + other

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import replace
 from functools import partial
 
+from eai.abilities.codec import record_to_json
 from eai.abilities.record import Record
 from eai.abilities.responses import Response, ResponseFile
+from eai.abilities.verdict import Verdict
+from eai.benchmarks.reference import schema_1
 from eai.benchmarks.suite import Suite
 
 
@@ -48,11 +50,7 @@ def _score(suite: Suite, model: str, responses: Iterable[Response], *, explanati
 
 def _record(suite: Suite, model: str, response: Response, *, explanations: bool) -> Record:
     assessment = suite.scorer(response.task_id).assess(response.text)
-    verdict = assessment.verdict
-    if explanations:
-        explanation = assessment.explain().to_json()
-        verdict = replace(verdict, details={**(verdict.details or {}), "explanation": explanation})
-    return Record(
+    record = Record(
         suite.protocol,
         suite.domain,
         suite.ability,
@@ -60,5 +58,9 @@ def _record(suite: Suite, model: str, response: Response, *, explanations: bool)
         response.task_id,
         response.text,
         suite.data_sha256,
-        verdict,
+        assessment.verdict,
+        assessment.explain() if explanations else None,
     )
+    if type(record.verdict) is Verdict:
+        return schema_1.record_from_json(record_to_json(record))
+    return record

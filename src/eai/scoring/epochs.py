@@ -9,16 +9,17 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from eai.abilities.declarations import DECLARATIONS
 from eai.abilities.protocol import Ability
-from eai.abilities.record import Record
+from eai.abilities.record import Origin, Record, Usage
 from eai.abilities.responses import SUFFIX, Response, ResponseFile
-from eai.abilities.verdict import Json, Verdict
+from eai.abilities.verdict import Json
 from eai.benchmarks.suite import Suite
 from eai.errors import InputError
 from eai.metrics.rate import Rate
 from eai.metrics.summary import summarise
 from eai.prompts.prompt import Prompt
-from eai.scoring.answer import Answer, Place, Usage
+from eai.scoring.answer import Answer, Place
 from eai.scoring.batch import score_batch
 from eai.scoring.majority import majority
 from eai.scoring.results import write_results
@@ -61,7 +62,7 @@ class Obtained:
 
 
 @dataclass(frozen=True, slots=True)
-class Outcome:
+class SuiteResult:
     """What came of one model on one suite.
 
     Attributes:
@@ -116,7 +117,7 @@ def undisturbed() -> Iterator[None]:
         gc.unfreeze()
 
 
-def settle(obtained: Obtained, folder: Path, scoring: Scoring) -> Outcome:
+def settle(obtained: Obtained, folder: Path, scoring: Scoring) -> SuiteResult:
     """Score answers and write the results: of each epoch, where there are several, and of their majority.
 
     Raises:
@@ -145,7 +146,7 @@ def _chosen(obtained: Obtained, ability: Ability) -> dict[str, Answer]:
     return chosen
 
 
-def _write(obtained: Obtained, answers: Mapping[str, Answer], folder: Path, scoring: Scoring) -> Outcome:
+def _write(obtained: Obtained, answers: Mapping[str, Answer], folder: Path, scoring: Scoring) -> SuiteResult:
     """Score one answer a task, and write answers, records and summary."""
     failed = {task_id: reason for (task_id, _), reason in obtained.failures.items()}
     lacking = [task_id for task_id in obtained.prompts if task_id not in answers]
@@ -156,11 +157,11 @@ def _write(obtained: Obtained, answers: Mapping[str, Answer], folder: Path, scor
     _write_answers(folder, file)
     records = _records(obtained, answers, file, why, scoring)
     verdicts, suite = [record.verdict for record in records], scoring.suite
-    outcome = Outcome(
+    outcome = SuiteResult(
         model=obtained.model,
         folder=folder,
         scoring=scoring,
-        rates=summarise(verdicts, suite.domain, suite.ability, suite.protocol),
+        rates=summarise(verdicts, suite.ability),
         answered=len(file.responses),
         failures=_grouped(why),
         truncated=sum(answer.truncated for answer in answers.values()),
@@ -191,7 +192,7 @@ def _records(
             task_id,
             "",
             suite.data_sha256,
-            Verdict(excluded=f"not answered: {why[task_id]}"),
+            DECLARATIONS[suite.ability].verdict(excluded=f"not answered: {why[task_id]}"),
         )
         records.append(_with_origin(record, prompt, answers.get(task_id)))
     return records
@@ -199,16 +200,16 @@ def _records(
 
 def _with_origin(record: Record, prompt: Prompt, answer: Answer | None) -> Record:
     """The record with where its answer comes from."""
-    details: dict[str, Json] = {**(record.verdict.details or {}), "prompt_sha256": prompt.sha256}
-    repairs = record.verdict.repairs
+    origin = Origin(prompt.sha256)
     if answer is not None:
-        details |= {
-            "stop_reason": answer.stop_reason,
-            "truncated": answer.truncated,
-            "usage": answer.usage.to_json(),
-        }
-        repairs = (*answer.repairs, *repairs)
-    return replace(record, verdict=replace(record.verdict, details=details, repairs=repairs))
+        origin = Origin(
+            prompt.sha256,
+            stop_reason=answer.stop_reason,
+            truncated=answer.truncated,
+            usage=answer.usage,
+            answer_repairs=answer.repairs,
+        )
+    return replace(record, origin=origin)
 
 
 def _grouped(why: Mapping[str, str]) -> dict[str, list[str]]:

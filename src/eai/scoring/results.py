@@ -6,10 +6,11 @@ import json
 from collections.abc import Mapping
 from pathlib import Path
 
-from eai.abilities.record import Record, write_records
+from eai.abilities.record import Record
 from eai.abilities.verdict import Json
 from eai.errors import InputError
 from eai.metrics.rate import Rate
+from eai.scoring.records import write_records
 
 SUMMARY = "summary.json"
 RECORDS = "records.jsonl"

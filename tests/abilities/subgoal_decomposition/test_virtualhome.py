@@ -8,10 +8,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from abilities.action_sequencing.household import make_task
+from eai.abilities.codec import fields_of
 from eai.abilities.protocol import Protocol
 from eai.abilities.subgoal_decomposition.search import Limits
 from eai.abilities.subgoal_decomposition.virtualhome import SubgoalDecomposition
-from eai.abilities.verdict import Tally, Verdict, fields_of
+from eai.abilities.verdict import Tally, Verdict
 
 GOALS = ("state OPEN fridge.10", "relation ONTOP cup.13 bed.20", "action TOUCH|PUSH")
 TASK = replace(

@@ -9,8 +9,9 @@ from hypothesis import strategies as st
 from benchmarks.behavior.kitchen import make_task
 from benchmarks.plan_scorers import behavior_scorer
 from eai.abilities.action_sequencing.scorer import ActionSequencing
+from eai.abilities.codec import fields_of
 from eai.abilities.protocol import Protocol
-from eai.abilities.verdict import Verdict, fields_of
+from eai.abilities.verdict import Verdict
 
 TASK = make_task()
 STRICT, REFERENCE = (behavior_scorer(TASK, protocol) for protocol in (Protocol.STRICT, Protocol.EAI_1_0_5))

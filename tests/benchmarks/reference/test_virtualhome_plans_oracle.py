@@ -190,7 +190,7 @@ def test_the_documentation_names_every_quirk_of_the_simulator() -> None:
 
 
 def summary(verdicts: Sequence[Verdict], protocol: Protocol = Protocol.EAI_1_0_5) -> dict[str, Rate]:
-    return summarise(verdicts, "virtualhome", Ability.ACTION_SEQUENCING, protocol)
+    return summarise(verdicts, Ability.ACTION_SEQUENCING)
 
 
 def in_order_of_hash_seed_0(verdict: Verdict) -> Verdict:

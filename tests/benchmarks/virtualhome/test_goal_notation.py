@@ -7,9 +7,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from abilities.action_sequencing.household import make_task
+from eai.abilities.codec import fields_of
 from eai.abilities.goal_interpretation.gold import write_goals
 from eai.abilities.goal_interpretation.scorer import GoalInterpretation
-from eai.abilities.verdict import GoalVerdict, Verdict, fields_of
+from eai.abilities.verdict import GoalVerdict, Verdict
 from eai.benchmarks.reference.virtualhome_goals import ByLargestId
 from eai.benchmarks.virtualhome import domain
 from eai.benchmarks.virtualhome.goal_notation import VirtualHomeGoals

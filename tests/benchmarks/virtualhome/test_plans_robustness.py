@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from abilities.action_sequencing.household import make_task
 from benchmarks.plan_scorers import virtualhome_scorer
 from eai.abilities.action_sequencing.scorer import ActionSequencing
+from eai.abilities.codec import fields_of
 from eai.abilities.protocol import Ability, Protocol
-from eai.abilities.verdict import fields_of
 from eai.benchmarks.source import Source
 from eai.benchmarks.suite import Suite, open_suite
 from eai.benchmarks.virtualhome import domain as virtualhome

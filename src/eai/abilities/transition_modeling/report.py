@@ -28,11 +28,11 @@ class OperatorReport:
     Attributes:
         precondition: predicates matched, additional and missing in the precondition.
         effect: the same for the effect.
-        findings: what is wrong with it, whatever the gold operator.
+        offences: what is wrong with it, whatever the gold operator.
     """
 
     name: str
     status: OperatorStatus
     precondition: SideMatch = NO_MATCH
     effect: SideMatch = NO_MATCH
-    findings: tuple[PddlFinding, ...] = ()
+    offences: tuple[PddlFinding, ...] = ()

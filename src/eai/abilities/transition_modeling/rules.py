@@ -49,7 +49,7 @@ class PaperRules:
         by_name = {operator.name: operator for operator in written.operators}
         asked = tuple(self._report(task, name, by_name.get(name)) for name in task.operators)
         others = tuple(
-            OperatorReport(name, OperatorStatus.HALLUCINATED, findings=self._findings(task, operator))
+            OperatorReport(name, OperatorStatus.HALLUCINATED, offences=self._findings(task, operator))
             for name, operator in by_name.items()
             if name not in task.operators
         )
@@ -104,7 +104,7 @@ class PaperRules:
     ) -> PlannerResult:
         readings = (written[name].reading for name in task.operators if name in written)
         actions = tuple(reading for reading in readings if isinstance(reading, PddlAction))
-        return self._solve(task, actions, tuple(finding for report in reports for finding in report.findings))
+        return self._solve(task, actions, tuple(finding for report in reports for finding in report.offences))
 
     def _solve(
         self, task: TransitionTask, actions: tuple[PddlAction, ...], findings: tuple[PddlFinding, ...]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from functools import partial
 
 from eai.abilities.explanation import Explanation, StepReport
@@ -11,7 +11,7 @@ from eai.abilities.transition_modeling.counting import count_by_category
 from eai.abilities.transition_modeling.judgement import Judgement, Rules
 from eai.abilities.transition_modeling.report import OperatorReport
 from eai.abilities.transition_modeling.task import TransitionTask
-from eai.abilities.verdict import Counts, OperatorVerdict
+from eai.abilities.verdict import Confusion, OperatorVerdict
 from eai.pddl.planning import PlannerOutcome
 
 
@@ -51,7 +51,7 @@ class TransitionModeling(Scorer):
             planner_detail=judgement.planning.detail,
         )
 
-    def _counts(self, reports: tuple[OperatorReport, ...]) -> Counts:
+    def _counts(self, reports: tuple[OperatorReport, ...]) -> Mapping[str, Mapping[str, Confusion]]:
         others, categories = self._rules.count_others, self.task.domain.categories
         return {
             "precondition": count_by_category(
@@ -76,7 +76,7 @@ def _notes(judgement: Judgement) -> Iterator[str]:
                 yield f"{report.name}: the {side} lacks {', '.join(match.missing)}"
             if match.additional:
                 yield f"{report.name}: the {side} has additional {', '.join(match.additional)}"
-        for finding in report.findings:
+        for finding in report.offences:
             yield f"{report.name}: {finding.offence.value} in the {finding.place}: {finding.name}"
     planning = judgement.planning
     yield f"planner: {planning.outcome.value}" + (f" ({planning.detail})" if planning.detail else "")

@@ -1,0 +1,176 @@
+"""The one form of records outside the program: JSON objects, of which ``docs/records.md`` tells every field.
+
+The dataclasses are the schema: their fields have the names that stand in a file. Enums are their values,
+tuples lists; goals by kind and errors by their number are objects. What an ability has no use for is null.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterable, Mapping
+from dataclasses import is_dataclass
+from enum import Enum
+from functools import cache
+from typing import Any, TypeVar
+
+from pydantic import TypeAdapter, ValidationError
+
+from eai.abilities.declarations import DECLARATIONS
+from eai.abilities.explanation import Explanation
+from eai.abilities.protocol import Ability
+from eai.abilities.record import Origin, Record
+from eai.abilities.verdict import Counted, GoalTallies, Json, Verdict
+from eai.errors import InputError
+
+SCHEMA = 2
+"""The version of the record format."""
+
+COMMON = ("executable", "success", "error", "additional_steps", "category", "goals", "counts", "planner")
+"""The fields that stand in the record of every ability, in their order; null where it has no use for them."""
+
+T = TypeVar("T")
+
+
+def sha256_of(text: str) -> str:
+    """The digest of a text; lone surrogates, which JSON can carry, are kept apart."""
+    return hashlib.sha256(text.encode("utf-8", "surrogatepass")).hexdigest()
+
+
+def record_to_json(record: Record) -> dict[str, Json]:
+    """A record as a JSON object."""
+    written: dict[str, Json] = {
+        "schema": SCHEMA,
+        "protocol": record.protocol.value,
+        "domain": record.domain,
+        "ability": record.ability.value,
+        "model": record.model,
+        "task_id": record.task_id,
+        "response_sha256": sha256_of(record.response),
+        "data_sha256": record.data_sha256,
+        **fields_of(record.verdict),
+        "repairs": list(record.repairs),
+    }
+    if record.origin is not None:
+        written |= _object(record.origin)
+    if record.explanation is not None:
+        written["explanation"] = _object(record.explanation)
+    return {**written, "response": record.response}
+
+
+def fields_of(verdict: Verdict) -> dict[str, Json]:
+    """A verdict's part of its record."""
+    own = _object(verdict)
+    own |= verdict.details or {}
+    own.pop("details", None)
+    reason = own.pop("excluded")
+    status = "scored" if reason is None else "excluded"
+    repairs = own.pop("repairs")
+    return {
+        "status": status,
+        "excluded_reason": reason,
+        **dict.fromkeys(COMMON),
+        "repairs": repairs,
+        **own,
+    }
+
+
+def record_from_json(values: Mapping[str, Any]) -> Record:
+    """The record that a JSON object is; fields that are not known are passed over.
+
+    Raises:
+        InputError: it is not a record; the message names the field.
+    """
+    ability = _read(Ability, _present(values, "ability"), "ability")
+    origin = _origin(values)
+    record = _read(
+        Record,
+        {
+            **{name: values[name] for name in _names(Record) if name in values},
+            "ability": ability,
+            "response": values.get("response") or "",
+            "verdict": _verdict(values, ability, 0 if origin is None else len(origin.answer_repairs)),
+            "explanation": _optional(Explanation, values, "explanation"),
+            "origin": origin,
+        },
+    )
+    sha256 = _read(str, _present(values, "response_sha256"), "response_sha256")
+    if values.get("response") is not None and sha256_of(record.response) != sha256:
+        raise InputError("expected the response that was scored; response_sha256 is another text's")
+    return record
+
+
+def _object(value: object) -> dict[str, Json]:
+    """A dataclass as a JSON object."""
+    return {name: _plain(getattr(value, name)) for name in _names(value)}
+
+
+def _plain(value: Any) -> Json:
+    if value is None or isinstance(value, Enum):
+        return None if value is None else value.value
+    if isinstance(value, str | int | float):
+        return value
+    if isinstance(value, GoalTallies):
+        return {kind: list(tally) for kind, tally in value._asdict().items()}
+    if isinstance(value, Counted):
+        return {**_object(value), "errors": {kind.value: times for kind, times in value.errors}}
+    if isinstance(value, Mapping):
+        return {key: _plain(part) for key, part in value.items()}
+    return _object(value) if is_dataclass(value) else [_plain(part) for part in value]
+
+
+def _verdict(values: Mapping[str, Any], ability: Ability, made_before: int) -> Verdict:
+    """The verdict; of the repairs those are its own that were not made before scoring."""
+    for name in COMMON:
+        _present(values, name)
+    status = _present(values, "status")
+    reason = _present(values, "excluded_reason")
+    if status != ("scored" if reason is None else "excluded"):
+        raise InputError(f"field status: expected 'excluded' with a reason, or 'scored', not {status!r}")
+    repairs = _read(tuple[str, ...], _present(values, "repairs"), "repairs")
+    declared: type[Verdict] = DECLARATIONS[ability].verdict
+    own = {name: values[name] for name in _names(declared) if name in values}
+    counted = own.get("counted")
+    if isinstance(counted, dict) and isinstance(counted.get("errors"), dict):
+        own["counted"] = {**counted, "errors": tuple(counted["errors"].items())}
+    return _read(declared, {**own, "excluded": reason, "repairs": repairs[made_before:]})
+
+
+def _origin(values: Mapping[str, Any]) -> Origin | None:
+    known = {name: values[name] for name in _names(Origin) if name in values}
+    return _read(Origin, known) if known else None
+
+
+def _optional(kind: type[T], values: Mapping[str, Any], name: str) -> T | None:
+    return None if values.get(name) is None else _read(kind, values[name], name)
+
+
+def _present(values: Mapping[str, Any], name: str) -> Any:
+    if name not in values:
+        raise InputError(f"field {name}: Field required")
+    return values[name]
+
+
+def _read(kind: type[T], value: object, *place: str) -> T:
+    """A value of a type, from JSON.
+
+    Raises:
+        InputError: it is not one.
+    """
+    hashable: Any = kind
+    try:
+        read: T = _adapter(hashable).validate_python(value)
+    except ValidationError as error:
+        first = error.errors()[0]
+        field = ".".join([*place, *map(str, first["loc"])])
+        raise InputError(f"field {field}: {first['msg']}") from error
+    return read
+
+
+@cache
+def _adapter(kind: Any) -> TypeAdapter[Any]:
+    return TypeAdapter(kind)
+
+
+def _names(declared: Any) -> Iterable[str]:
+    """The names of the fields of a dataclass, in order."""
+    return tuple(declared.__dataclass_fields__)

@@ -1,0 +1,73 @@
+"""Goal interpretation, as records, metrics and tables know it."""
+
+from __future__ import annotations
+
+from eai.abilities.declaration import (
+    AbilityDeclaration,
+    AnswerOutcome,
+    MetricColumn,
+    counts_outcome,
+    error_outcome,
+    score_columns,
+)
+from eai.abilities.protocol import Ability
+from eai.abilities.share import Share, add, confusion_shares, of_all
+from eai.abilities.task import GoalKind
+from eai.abilities.verdict import Confusion, GoalVerdict
+from eai.world.fault import FaultKind
+
+OVERALL = "overall"
+"""The prefix of the rates over all goals."""
+
+ALL = "all"
+"""The key in a verdict's counts of all goals, where they are more than those of the three kinds."""
+
+_GRAMMAR = "Grammar errors"
+_PARTS = (*(kind.value for kind in GoalKind), OVERALL)
+_SCORES = score_columns(_PARTS)
+_NONE = Confusion(0, 0, 0)
+
+
+def contributions(verdict: GoalVerdict) -> dict[str, Share]:
+    """What one answer contributes to each rate.
+
+    Besides the paper's columns: ``parsing``, unreadable answers among all; ``ill_formed`` and
+    ``hallucination``, predicted goals that lack a field or name what does not exist, among all predicted.
+    """
+    counts = verdict.counts or {}
+    by_kind = {kind.value: counts.get(kind.value, _NONE) for kind in GoalKind}
+    whole = counts.get(ALL, add(by_kind.values()))
+    shares: dict[str, Share] = {}
+    for name, confusion in {**by_kind, OVERALL: whole}.items():
+        shares |= confusion_shares(name, confusion)
+    unreadable = verdict.error is not None and verdict.error.kind is FaultKind.PARSING
+    return {
+        **shares,
+        "parsing": of_all(unreadable),
+        "ill_formed": Share(verdict.ill_formed, verdict.predicted),
+        "hallucination": Share(len(verdict.hallucinated), verdict.predicted),
+    }
+
+
+def outcome(verdict: GoalVerdict) -> AnswerOutcome:
+    """What an interpretation of goals came to."""
+    return error_outcome(verdict) or counts_outcome(add((verdict.counts or {}).values()))
+
+
+GOAL_INTERPRETATION = AbilityDeclaration(
+    ability=Ability.GOAL_INTERPRETATION,
+    title="Goal interpretation",
+    short="goals",
+    verdict=GoalVerdict,
+    contributions=contributions,
+    outcome=outcome,
+    columns=(
+        *_SCORES,
+        MetricColumn("parsing", _GRAMMAR, "Unreadable", False),
+        MetricColumn("ill_formed", _GRAMMAR, "Ill-formed", False),
+        MetricColumn("hallucination", _GRAMMAR, "Hallucination", False),
+    ),
+    terminal=tuple(column.metric for column in _SCORES),
+    main={f"{OVERALL}.f1": "F1"},
+    averaged=(f"{OVERALL}.f1",),
+)

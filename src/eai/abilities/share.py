@@ -1,0 +1,50 @@
+"""What one answer contributes to a metric: a numerator and a denominator, for `eai.metrics` to divide."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import NamedTuple, TypeAlias
+
+from eai.abilities.verdict import Confusion
+
+
+class Share(NamedTuple):
+    """What one answer adds to both sides of a rate."""
+
+    numerator: float
+    denominator: float
+
+
+Shares: TypeAlias = Mapping[str, Share]
+"""What one answer contributes to each metric, by the name of the metric."""
+
+NOTHING = Share(0, 0)
+"""What an answer contributes to a rate that is not about it."""
+
+
+def of_all(counted: bool | float | None) -> Share:
+    """What one answer contributes to a share of all answers."""
+    return Share(float(counted or 0), 1)
+
+
+def confusion_shares(prefix: str, confusion: Confusion) -> dict[str, Share]:
+    """What counts contribute to precision, recall and F1, each a ratio of sums over answers.
+
+    F1 is ``2 TP / (2 TP + FP + FN)``, which is the harmonic mean of the other two.
+    """
+    hit, extra, missed = confusion
+    return {
+        f"{prefix}.precision": Share(hit, hit + extra),
+        f"{prefix}.recall": Share(hit, hit + missed),
+        f"{prefix}.f1": Share(2 * hit, 2 * hit + extra + missed),
+    }
+
+
+def add(confusions: Iterable[Confusion]) -> Confusion:
+    """The sum of confusion counts."""
+    hits, extras, missed = 0, 0, 0
+    for confusion in confusions:
+        hits += confusion.true_positives
+        extras += confusion.false_positives
+        missed += confusion.false_negatives
+    return Confusion(hits, extras, missed)

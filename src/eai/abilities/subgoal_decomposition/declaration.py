@@ -1,0 +1,51 @@
+"""Subgoal decomposition, as records, metrics and tables know it."""
+
+from __future__ import annotations
+
+from eai.abilities import trajectory_metrics
+from eai.abilities.declaration import AbilityDeclaration
+from eai.abilities.protocol import Ability
+from eai.abilities.share import Share, of_all
+from eai.abilities.trajectory_metrics import goal_shares, times, times_additional
+from eai.abilities.verdict import SubgoalCategory, SubgoalVerdict
+from eai.world.fault import FaultKind
+
+_RUNTIME_FAULTS = (FaultKind.WRONG_ORDER, FaultKind.MISSING_STEP, FaultKind.AFFORDANCE)
+_EXECUTED = (SubgoalCategory.CORRECT, SubgoalCategory.GOAL_UNREACHABLE)
+
+
+def contributions(verdict: SubgoalVerdict) -> dict[str, Share]:
+    """What one answer contributes to each rate.
+
+    What cannot be carried out counts by its category, and as a wrong number of arguments where that is the
+    error; what goes wrong on the way counts as the verdict says, or as `Counted`.
+    """
+    category, counted = verdict.category, verdict.counted
+    wrong_arity = verdict.error is not None and verdict.error.kind is FaultKind.ARGUMENT_NUMBER
+    unknown = category is SubgoalCategory.HALLUCINATION and not wrong_arity
+    return {
+        "task_success": of_all(category is SubgoalCategory.CORRECT),
+        "execution_success": of_all(category in _EXECUTED),
+        "parsing": of_all(category is SubgoalCategory.NOT_PARSEABLE),
+        "hallucination": of_all(unknown),
+        "argument_number": of_all(wrong_arity),
+        **{kind.value: of_all(times(verdict, kind)) for kind in _RUNTIME_FAULTS},
+        "additional_step": of_all(times_additional(verdict)),
+        "goal_unreachable": of_all(category is SubgoalCategory.GOAL_UNREACHABLE),
+        **goal_shares(verdict.goals if counted is None else counted.goals),
+    }
+
+
+SUBGOAL_DECOMPOSITION = AbilityDeclaration(
+    ability=Ability.SUBGOAL_DECOMPOSITION,
+    title="Subgoal decomposition",
+    short="subgoals",
+    verdict=SubgoalVerdict,
+    contributions=contributions,
+    outcome=trajectory_metrics.plan_outcome,
+    columns=trajectory_metrics.COLUMNS,
+    terminal=trajectory_metrics.TERMINAL,
+    main=trajectory_metrics.MAIN,
+    averaged=trajectory_metrics.AVERAGED,
+    yes_no=trajectory_metrics.YES_NO,
+)

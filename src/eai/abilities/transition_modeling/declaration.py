@@ -1,0 +1,99 @@
+"""Transition modeling, as records, metrics and tables know it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from eai.abilities.declaration import (
+    AbilityDeclaration,
+    AnswerOutcome,
+    MetricColumn,
+    counts_outcome,
+    error_outcome,
+    label_of,
+    score_columns,
+)
+from eai.abilities.protocol import Ability
+from eai.abilities.share import NOTHING, Share, add, confusion_shares, of_all
+from eai.abilities.transition_modeling.task import Category
+from eai.abilities.verdict import Confusion, OperatorVerdict
+from eai.pddl.planning import PlannerOutcome
+
+OVERALL = "overall"
+"""The prefix of the rates over all categories."""
+
+PLANNER = "Planner"
+"""The group of the columns of planner success."""
+
+CATEGORIES = tuple(category.value for category in Category if category is not Category.OBJECT_TOOLS)
+"""The categories with columns of their own."""
+
+_PARTS = (*CATEGORIES, OVERALL)
+_PLANNER_SUCCESS = f"{OVERALL}.planner_success"
+_NONE = Confusion(0, 0, 0)
+
+
+def contributions(verdict: OperatorVerdict) -> dict[str, Share]:
+    """What one answer contributes to each rate.
+
+    Counts are of preconditions and effects together. A task's planner outcome counts in each of the task's
+    categories and once overall; one that no planner ran on counts in neither.
+    """
+    counts = _by_category(verdict)
+    planned = verdict.planner not in (None, PlannerOutcome.NOT_RUN)
+    solved = of_all(verdict.planner is PlannerOutcome.SOLVED)
+    shares: dict[str, Share] = {}
+    for name in CATEGORIES:
+        shares |= confusion_shares(name, counts.get(name, _NONE))
+        counts_here = planned and name in verdict.task_categories
+        shares[f"{name}.planner_success"] = solved if counts_here else NOTHING
+    shares |= confusion_shares(OVERALL, add(counts.values()))
+    shares[_PLANNER_SUCCESS] = solved if planned else NOTHING
+    return shares
+
+
+def outcome(verdict: OperatorVerdict) -> AnswerOutcome:
+    """What an answer came to: where a planner was asked, right operators alone are no success."""
+    if verdict.success:
+        return AnswerOutcome.SUCCESS
+    unplanned = verdict.planner in (None, PlannerOutcome.NOT_RUN)
+    return error_outcome(verdict) or counts_outcome(add(_by_category(verdict).values()), enough=unplanned)
+
+
+def of_run(verdicts: Sequence[OperatorVerdict]) -> Sequence[OperatorVerdict]:
+    """A run in which the planner was left out has no planner success.
+
+    Some of its answers are known to be unsolvable without planning; they do not count either.
+    """
+    if any(verdict.planner is PlannerOutcome.NOT_RUN for verdict in verdicts):
+        return [replace(verdict, planner=PlannerOutcome.NOT_RUN) for verdict in verdicts]
+    return verdicts
+
+
+def _by_category(verdict: OperatorVerdict) -> dict[str, Confusion]:
+    """The counts of both sides by category, all categories that are there."""
+    found: dict[str, Confusion] = {}
+    for side in (verdict.counts or {}).values():
+        for name, confusion in side.items():
+            found[name] = add((found.get(name, _NONE), confusion))
+    return found
+
+
+TRANSITION_MODELING = AbilityDeclaration(
+    ability=Ability.TRANSITION_MODELING,
+    title="Transition modeling",
+    short="operators",
+    verdict=OperatorVerdict,
+    contributions=contributions,
+    outcome=outcome,
+    columns=(
+        *score_columns(_PARTS),
+        *(MetricColumn(f"{part}.planner_success", PLANNER, label_of(part)) for part in _PARTS),
+    ),
+    terminal=tuple(f"{part}.{measure}" for part in _PARTS for measure in ("f1", "planner_success")),
+    main={f"{OVERALL}.f1": "F1", _PLANNER_SUCCESS: PLANNER},
+    averaged=(f"{OVERALL}.f1", _PLANNER_SUCCESS),
+    yes_no=frozenset({_PLANNER_SUCCESS}),
+    of_run=of_run,
+)

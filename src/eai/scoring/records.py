@@ -1,0 +1,51 @@
+"""Files of records: one JSON object a line."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+
+from eai.abilities.codec import SCHEMA, record_from_json, record_to_json
+from eai.abilities.record import Record
+from eai.benchmarks.reference import schema_1
+from eai.errors import InputError
+
+
+def write_records(path: Path, records: Iterable[Record]) -> None:
+    """Write one record a line."""
+    with path.open("w", encoding="utf-8") as file:
+        for record in records:
+            file.write(json.dumps(record_to_json(record), ensure_ascii=True) + "\n")
+
+
+def read_records(path: Path) -> Iterator[Record]:
+    """Read a file of records, of this schema or of the one before.
+
+    Raises:
+        InputError: the file cannot be read, a line is not a record, or its answer is not the one that was
+            scored.
+    """
+    try:
+        with path.open(encoding="utf-8") as file:
+            for number, line in enumerate(file, 1):
+                if line.strip():
+                    yield _parse(f"{path}, line {number}", line)
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(f"{path}: expected a readable records.jsonl ({error})") from error
+
+
+def _parse(place: str, line: str) -> Record:
+    try:
+        values = json.loads(line)
+    except (ValueError, RecursionError) as error:
+        raise InputError(f"{place}: expected a JSON object ({error})") from error
+    if not isinstance(values, dict):
+        raise InputError(f"{place}: expected a JSON object")
+    schema = values.get("schema")
+    if schema not in (SCHEMA, schema_1.SCHEMA):
+        raise InputError(f"{place}: schema {schema!r}, expected {schema_1.SCHEMA} or {SCHEMA}")
+    try:
+        return record_from_json(values) if schema == SCHEMA else schema_1.record_from_json(values)
+    except InputError as error:
+        raise InputError(f"{place}: {error}") from error

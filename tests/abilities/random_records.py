@@ -1,0 +1,53 @@
+"""Records of every ability, for laws that hold of all."""
+
+from __future__ import annotations
+
+from typing import Any, TypeVar, get_type_hints
+
+from hypothesis import strategies as st
+
+from eai.abilities.declarations import DECLARATIONS
+from eai.abilities.explanation import Explanation, GoalReport, StepReport
+from eai.abilities.protocol import Ability
+from eai.abilities.record import Origin, Record, Usage
+from eai.abilities.transition_modeling.report import OperatorReport
+from eai.abilities.verdict import Counted, ErrorReport, Tally
+from eai.pddl.matching import SideMatch
+from eai.world.fault import FaultKind
+
+T = TypeVar("T")
+
+COUNTS = st.integers(0, 9)
+HALVES = st.integers(0, 9).map(lambda n: n / 2 if n % 2 else n // 2)
+TEXTS = st.text(st.characters(), max_size=6)
+
+
+def with_every_field(declared: type[T], **given: st.SearchStrategy[Any]) -> st.SearchStrategy[T]:
+    """Values of a dataclass whose fields, those with a default too, are any value of their types."""
+    hints = {name: hint for name, hint in get_type_hints(declared).items() if name not in given}
+    return st.builds(declared, **{name: st.from_type(hint) for name, hint in hints.items()}, **given)
+
+
+def records() -> st.SearchStrategy[Record]:
+    """Records with any verdict, with and without explanation and origin."""
+    return st.sampled_from(list(Ability)).flatmap(_of)
+
+
+def _of(ability: Ability) -> st.SearchStrategy[Record]:
+    verdicts = with_every_field(DECLARATIONS[ability].verdict, details=st.none())
+    return with_every_field(Record, ability=st.just(ability), verdict=verdicts)
+
+
+st.register_type_strategy(str, TEXTS)
+st.register_type_strategy(float, st.floats(allow_nan=False, allow_infinity=False))
+st.register_type_strategy(Tally, st.builds(Tally, HALVES, COUNTS))
+for kind in (SideMatch, OperatorReport, ErrorReport, Usage, StepReport, GoalReport):
+    st.register_type_strategy(kind, with_every_field(kind))
+st.register_type_strategy(
+    Counted,
+    with_every_field(
+        Counted, errors=st.dictionaries(st.sampled_from(FaultKind), COUNTS).map(lambda d: tuple(d.items()))
+    ),
+)
+for kind in (Explanation, Origin):
+    st.register_type_strategy(kind, with_every_field(kind))

@@ -1,0 +1,243 @@
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from abilities.random_records import records
+from eai.abilities.codec import COMMON, SCHEMA, fields_of, record_from_json, record_to_json, sha256_of
+from eai.abilities.declarations import DECLARATIONS
+from eai.abilities.explanation import Explanation, GoalReport, StepReport
+from eai.abilities.protocol import Ability, Protocol
+from eai.abilities.record import Origin, Record, Usage
+from eai.abilities.transition_modeling.report import OperatorReport, OperatorStatus
+from eai.abilities.verdict import (
+    Confusion,
+    Counted,
+    ErrorReport,
+    GoalTallies,
+    GoalVerdict,
+    OperatorVerdict,
+    PlanVerdict,
+    SubgoalCategory,
+    SubgoalVerdict,
+    Tally,
+    Verdict,
+)
+from eai.errors import InputError
+from eai.pddl.matching import SideMatch
+from eai.pddl.offence import Offence, PddlFinding
+from eai.pddl.planning import PlannerOutcome
+from eai.world.fault import FaultKind
+
+GOALS = GoalTallies(Tally(1, 2), Tally(0.5, 1), Tally(0, 0))
+PLAN = PlanVerdict(
+    error=ErrorReport(FaultKind.WRONG_ORDER, 3, "the character is not next to soap.1002"),
+    repairs=("code_fence", "single_quotes"),
+    executable=False,
+    success=False,
+    additional_steps=2,
+    goals=GOALS,
+    goals_satisfied=(True, False, False),
+    counted=Counted(False, GOALS, ((FaultKind.WRONG_ORDER, 1), (FaultKind.ADDITIONAL_STEP, 2))),
+)
+SIDE = SideMatch(("closed",), ("near",), ("can_open",))
+OPERATORS = OperatorVerdict(
+    success=False,
+    counts={"precondition": {"object_states": Confusion(1, 0, 2)}, "effect": {}},
+    planner=PlannerOutcome.UNSOLVABLE,
+    operators=(
+        OperatorReport(
+            "open",
+            OperatorStatus.COMPARED,
+            SIDE,
+            offences=(PddlFinding(Offence.UNKNOWN_PREDICATE, "near", "precondition"),),
+        ),
+    ),
+)
+HEAD = ("schema", "protocol", "domain", "ability", "model", "task_id", "response_sha256", "data_sha256")
+FIRST = (*HEAD, "status", "excluded_reason", *COMMON, "repairs")
+
+
+def record(verdict: Verdict, ability: Ability = Ability.ACTION_SEQUENCING) -> Record:
+    return Record(Protocol.STRICT, "lamps", ability, "m", "27_2", '{"WALK": ["sofa"]}', "0" * 64, verdict)
+
+
+@given(records())
+def test_a_record_reads_as_it_was_written(written: Record) -> None:
+    line = json.dumps(record_to_json(written))
+    read = record_from_json(json.loads(line))
+    assert read == written
+    assert type(read.verdict) is type(written.verdict)
+    assert json.dumps(record_to_json(read)) == line
+
+
+@given(records(), st.dictionaries(st.text(max_size=3).map("x_".__add__), st.integers(), max_size=2))
+def test_fields_that_are_not_known_are_passed_over(written: Record, more: dict[str, int]) -> None:
+    assert record_from_json({**record_to_json(written), **more}) == written
+
+
+@pytest.mark.parametrize("ability", Ability)
+def test_every_ability_has_the_fields_of_the_contract_first(ability: Ability) -> None:
+    line = record_to_json(record(DECLARATIONS[ability].verdict(), ability))
+    assert tuple(line)[: len(FIRST)] == FIRST
+    assert list(line)[-1] == "response"
+    assert line["schema"] == SCHEMA
+
+
+def test_the_fields_of_a_plan() -> None:
+    assert fields_of(PLAN) == {
+        "status": "scored",
+        "excluded_reason": None,
+        "executable": False,
+        "success": False,
+        "error": {"kind": "wrong_order", "step": 3, "detail": "the character is not next to soap.1002"},
+        "additional_steps": 2,
+        "category": None,
+        "goals": {"state": [1, 2], "relation": [0.5, 1], "action": [0, 0]},
+        "counts": None,
+        "planner": None,
+        "repairs": ["code_fence", "single_quotes"],
+        "goals_satisfied": [True, False, False],
+        "counted": {
+            "success": False,
+            "goals": {"state": [1, 2], "relation": [0.5, 1], "action": [0, 0]},
+            "errors": {"wrong_order": 1, "additional_step": 2},
+        },
+    }
+
+
+@pytest.mark.parametrize(
+    ("verdict", "expected"),
+    [
+        (PlanVerdict(), {"status": "scored", "excluded_reason": None, "error": None, "repairs": []}),
+        (PlanVerdict(excluded="no goal"), {"status": "excluded", "excluded_reason": "no goal"}),
+        (GoalVerdict(counts={"state": Confusion(1, 2, 3)}), {"counts": {"state": [1, 2, 3]}}),
+        (GoalVerdict(hallucinated=("sofaa",)), {"hallucinated": ["sofaa"], "category": None}),
+        (SubgoalVerdict(category=SubgoalCategory.RUNTIME), {"category": "runtime", "counts": None}),
+        (SubgoalVerdict(errors=(FaultKind.AFFORDANCE,)), {"errors": ["affordance"]}),
+        (
+            OPERATORS,
+            {
+                "counts": {"precondition": {"object_states": [1, 0, 2]}, "effect": {}},
+                "planner": "unsolvable",
+                "operators": [
+                    {
+                        "name": "open",
+                        "status": "compared",
+                        "precondition": {
+                            "matched": ["closed"],
+                            "additional": ["near"],
+                            "missing": ["can_open"],
+                        },
+                        "effect": {"matched": [], "additional": [], "missing": []},
+                        "offences": [
+                            {"offence": "unknown_predicate", "name": "near", "place": "precondition"}
+                        ],
+                    }
+                ],
+            },
+        ),
+    ],
+)
+def test_a_verdict_as_json_fields(verdict: Verdict, expected: dict[str, Any]) -> None:
+    fields = fields_of(verdict)
+    assert {key: fields[key] for key in expected} == expected
+    assert json.loads(json.dumps(fields)) == fields
+
+
+def test_repairs_made_before_scoring_stand_first_and_are_told_apart() -> None:
+    origin = Origin("0" * 64, stop_reason="stop", usage=Usage(1, 2), answer_repairs=("reasoning",))
+    written = replace(record(PLAN), origin=origin)
+    line = record_to_json(written)
+    assert line["repairs"] == ["reasoning", "code_fence", "single_quotes"]
+    assert line["answer_repairs"] == ["reasoning"]
+    assert written.repairs == ("reasoning", "code_fence", "single_quotes")
+    assert record_from_json(line) == written
+
+
+def test_an_explanation_is_a_field_of_the_record() -> None:
+    explanation = Explanation(
+        ("read with repair: prose",),
+        (StepReport("WALK(bed.1)", "executed", added=("NEXT_TO(me.65, bed.1)",)),),
+        (GoalReport("state", "ON(light.2)", True),),
+    )
+    line = record_to_json(replace(record(PLAN), explanation=explanation))
+    assert line["explanation"] == {
+        "notes": ["read with repair: prose"],
+        "steps": [
+            {
+                "action": "WALK(bed.1)",
+                "outcome": "executed",
+                "reason": "",
+                "earlier": "",
+                "added": ["NEXT_TO(me.65, bed.1)"],
+                "removed": [],
+                "hidden_changes": 0,
+            }
+        ],
+        "goals": [{"kind": "state", "goal": "ON(light.2)", "satisfied": True}],
+    }
+    assert "explanation" not in record_to_json(record(PLAN))
+
+
+def test_the_digest_tells_texts_apart() -> None:
+    texts = ["", "a", "\ud800", "\udc00", "\ufffd", "?"]
+    assert len({sha256_of(text) for text in texts}) == len(texts)
+
+
+def changed(**fields: object) -> dict[str, Any]:
+    """A good record with other fields; a field is left out if it is `...`."""
+    line = {**record_to_json(record(PLAN)), **fields}
+    return {key: value for key, value in line.items() if value is not ...}
+
+
+@pytest.mark.parametrize(
+    ("values", "complaint"),
+    [
+        (changed(task_id=...), "field task_id: Field required"),
+        (changed(task_id=3), "field task_id"),
+        (changed(protocol="lenient"), "field protocol"),
+        (changed(ability="cooking"), "field ability"),
+        (changed(ability=...), "field ability: Field required"),
+        (changed(success=...), "field success: Field required"),
+        (changed(counts=...), "field counts: Field required"),
+        (changed(status="lost"), "field status"),
+        (changed(status="excluded"), "field status"),
+        (changed(excluded_reason="why"), "field status"),
+        (changed(error={"kind": "unlucky", "step": None, "detail": ""}), "field error.kind"),
+        (changed(error={"kind": "parsing"}), "field error.step"),
+        (changed(goals={"state": [1, 2]}), "field goals.relation"),
+        (changed(goals={"state": [1], "relation": [0, 0], "action": [0, 0]}), "field goals.state.1"),
+        (
+            changed(goals={"state": [1, 2], "relation": [0, 0], "action": [0, 0], "x": [0, 0]}),
+            "field goals.x",
+        ),
+        (changed(ability="goal_interpretation", counts={"state": [1, 2]}), "field counts.state"),
+        (changed(ability="transition_modeling", operators=[{"name": "o"}]), "field operators.0.status"),
+        (changed(additional_steps="many"), "field additional_steps"),
+        (changed(counted={"success": True}), "field counted.goals"),
+        (changed(repairs=[1]), "field repairs.0"),
+        (changed(answer_repairs="no list"), "field answer_repairs"),
+        (changed(explanation={"steps": 3}), "field explanation.steps"),
+        (changed(usage={"input_tokens": "many"}), "field usage.input_tokens"),
+        (changed(response="another"), "expected the response that was scored"),
+        (changed(response_sha256="0" * 64), "expected the response that was scored"),
+        (changed(response_sha256=...), "field response_sha256: Field required"),
+        (changed(response=""), "expected the response that was scored"),
+    ],
+    ids=lambda value: value if isinstance(value, str) else "",
+)
+def test_what_is_not_a_record_is_named_by_its_field(values: dict[str, Any], complaint: str) -> None:
+    with pytest.raises(InputError) as caught:
+        record_from_json(values)
+    assert str(caught.value).startswith(complaint)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_record_may_lack_its_response() -> None:
+    assert record_from_json(changed(response=...)).response == ""
