@@ -6,11 +6,12 @@ from eai.benchmarks.virtualhome import domain as virtualhome
 from eai.benchmarks.virtualhome.tasks import VirtualHomeTasks
 from eai.logic.formula import Atom, Variable
 from eai.world.conformance import check
+from eai.world.derived import Defined
 from eai.world.domain import Domain
 from eai.world.effect import Add
 from eai.world.fault import FaultKind
 from eai.world.operator import Check, Operator, missing
-from eai.world.vocabulary import Defined, Predicate, Vocabulary
+from eai.world.vocabulary import Predicate, Vocabulary
 from world import toy
 
 X = Variable("x")

@@ -22,9 +22,9 @@ from eai.errors import InputError
 from eai.logic.formula import And, Atom, Constant, Formula, Implies, Not, Occurs, Or, Then
 from eai.logic.ltl_printer import print_ltl
 from eai.logic.traversal import children
+from eai.world.derived import is_a
 from eai.world.operator import missing
 from eai.world.state import Scene, State
-from eai.world.vocabulary import is_a
 
 _IN_DOMAIN: Mapping[str, str] = {
     "toggledon": "toggled_on",
