@@ -123,7 +123,8 @@ DERIVED = """(define (domain d) (:predicates (on ?x ?y) (wet ?x) (clear ?x) (abo
     (:action splash :parameters (?x) :precondition (clear ?x) :effect (wet ?x))
     (:action lift :parameters (?x ?y) :precondition (and (clear ?x) (on ?x ?y)) :effect (not (on ?x ?y))))"""
 STACKED = read_problem(
-    "(define (problem p) (:domain d) (:objects a b c) (:init (on a b) (on b c)) (:goal (and (wet c) (clear b))))"
+    """(define (problem p) (:domain d) (:objects a b c)
+    (:init (on a b) (on b c)) (:goal (and (wet c) (clear b))))"""
 )
 
 
