@@ -21,6 +21,7 @@ from eai.abilities.responses import ResponseFile, find_response_files, read_resp
 from eai.abilities.task import Task
 from eai.abilities.unreadable import Unreadable
 from eai.abilities.verdict import Counted, ErrorReport, GoalTallies, PlanVerdict
+from eai.benchmarks.reference import virtualhome_domain
 from eai.benchmarks.reference.virtualhome_goal_test import VirtualHomeGoalTest
 from eai.benchmarks.reference.virtualhome_plans import (
     LIST_IS_NOT_JSON,
@@ -69,7 +70,7 @@ class Rules:
 
 def rules_of(protocol: Protocol) -> Rules:
     """The rules of one protocol throughout."""
-    simulator = virtualhome.as_meant() if protocol is STRICT else virtualhome.as_in_reference()
+    simulator = virtualhome.as_meant() if protocol is STRICT else virtualhome_domain.as_in_reference()
     return Rules(*(protocol,) * 8, simulator)
 
 

@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import pytest
 
+from eai.benchmarks.reference import virtualhome_domain
 from eai.benchmarks.virtualhome import domain as virtualhome
 from eai.benchmarks.virtualhome.tasks import VirtualHomeTasks
 from eai.logic.formula import Atom, Variable
@@ -21,7 +22,7 @@ def test_the_toy_domain_conforms() -> None:
 
 
 @pytest.mark.parametrize(
-    "domain", [virtualhome.as_meant(), virtualhome.as_in_reference()], ids=["strict", "eai"]
+    "domain", [virtualhome.as_meant(), virtualhome_domain.as_in_reference()], ids=["strict", "eai"]
 )
 def test_virtualhome_conforms(virtualhome_tasks: VirtualHomeTasks, domain: Domain) -> None:
     assert check(domain, [virtualhome_tasks[i].initial for i in ("27_2", "1003_2")], steps=150) == ()

@@ -135,9 +135,10 @@ def _virtualhome_action_sequencing(
 ) -> Opened:
     from eai.abilities.action_sequencing.scorer import ActionSequencing
     from eai.benchmarks.reference.virtualhome_plans import VirtualHomeActionSequencing, written_with_ids
+    from eai.benchmarks.virtualhome.benchmark import open_tasks as virtualhome_tasks
     from eai.benchmarks.virtualhome.plan_notation import VirtualHomePlans
 
-    tasks = benchmark.tasks_for(Ability.ACTION_SEQUENCING, source)
+    tasks = virtualhome_tasks(source)
     if protocol is Protocol.EAI_1_0_5:
         return Opened(
             tuple(tasks),

@@ -115,7 +115,7 @@ _only_container = inside(X, Y) & ~Exists(Z, inside(X, Z) & ~Equals(Y, Z))
 room_of = Lookup(
     "room_of",
     2,
-    rooms,
+    rooms(),
     reads=("ROOM", "INSIDE"),
     meaning=Defined(
         "room_of",
