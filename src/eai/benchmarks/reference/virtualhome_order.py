@@ -9,9 +9,10 @@ from eai.benchmarks.reference.slot_order import slot_order, union_order
 from eai.benchmarks.virtualhome.places import PLACES, Values, object_id, origins, rooms
 from eai.benchmarks.virtualhome.predicates import VOCABULARY
 from eai.benchmarks.virtualhome.tasks import VirtualHomeTask
+from eai.world.derived import Lookup
 from eai.world.relation import bits
 from eai.world.state import State
-from eai.world.vocabulary import Derived, Lookup, Vocabulary
+from eai.world.vocabulary import Derived, Vocabulary
 
 
 def first_target(state: State, predicate: str, source: int, wanted: int) -> int:
