@@ -12,7 +12,7 @@ from eai.benchmarks.virtualhome.tasks import VirtualHomeTask
 from eai.world.derived import Lookup
 from eai.world.relation import bits
 from eai.world.state import State
-from eai.world.vocabulary import Derived, Vocabulary
+from eai.world.vocabulary import DerivedPredicate, Vocabulary
 
 
 def first_target(state: State, predicate: str, source: int, wanted: int) -> int:
@@ -48,7 +48,7 @@ _LOOKUPS: Mapping[str, Values] = {
 }
 
 
-def _in_this_order(derived: Derived) -> Derived:
+def _in_this_order(derived: DerivedPredicate) -> DerivedPredicate:
     lookup = _LOOKUPS.get(derived.name)
     return replace(derived, values=lookup) if lookup and isinstance(derived, Lookup) else derived
 
