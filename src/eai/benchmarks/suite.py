@@ -212,9 +212,7 @@ def _behavior_goal_interpretation(
 
     tasks, domain = behavior_tasks(source), benchmark.domain
     if protocol is Protocol.EAI_1_0_5:
-        return Opened(
-            tuple(tasks), tasks.sha256, lambda task_id: reference.GoalInterpretation(tasks[task_id])
-        )
+        return Opened(tuple(tasks), tasks.sha256, lambda task_id: reference.ByFirstOption(tasks[task_id]))
     notation = BehaviorGoals()
     return Opened(
         tuple(tasks), tasks.sha256, lambda task_id: GoalInterpretation(tasks[task_id], domain, notation)

@@ -82,7 +82,7 @@ def read_conditions(text: str) -> tuple[Value, ...] | Unreadable:
     return tuple(conditions)
 
 
-class GoalInterpretation(Scorer):
+class ByFirstOption(Scorer):
     """How the reference compares conditions with those of a task.
 
     Its quirks: of several options that meet equally many conditions the first counts; a condition that stands
