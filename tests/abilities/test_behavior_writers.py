@@ -5,8 +5,8 @@ import pytest
 from eai.abilities.protocol import Protocol
 from eai.benchmarks.behavior.subgoal_notation import BehaviorSubgoals
 from eai.benchmarks.behavior.tasks import BehaviorTasks, open_tasks
-from eai.benchmarks.subgoals import behavior_subgoals
 from eai.data.store import Store
+from subgoal_scorers import behavior_subgoals
 
 WORDS = BehaviorSubgoals()
 

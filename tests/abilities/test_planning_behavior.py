@@ -9,10 +9,10 @@ from eai.benchmarks.behavior import domain as behavior
 from eai.benchmarks.behavior.subgoal_notation import BehaviorSubgoals
 from eai.benchmarks.behavior.subgoal_writer import carried_out
 from eai.benchmarks.behavior.tasks import BehaviorTask, BehaviorTasks
-from eai.benchmarks.subgoals import behavior_subgoals
 from eai.planning.planner import Planner
 from eai.world.execution import Action, attempt
 from eai.world.state import State
+from subgoal_scorers import behavior_subgoals
 
 DOMAIN = behavior.as_meant()
 

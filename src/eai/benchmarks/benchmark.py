@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import NamedTuple, TypeAlias
 
-from eai.abilities.protocol import Ability
+from eai.abilities.action_sequencing.notation import JsonPlans, PlanNotation
+from eai.abilities.goal_interpretation.notation import GoalNotation, JsonGoals
+from eai.abilities.protocol import Ability, Protocol
+from eai.abilities.scorer import Scorer
+from eai.abilities.subgoal_decomposition.notation import SubgoalNotation
+from eai.abilities.subgoal_decomposition.translation import Translation
 from eai.abilities.task import Task
 from eai.abilities.transition_modeling.declared import declared_tasks
 from eai.abilities.transition_modeling.task import TransitionTask
@@ -14,6 +20,30 @@ from eai.benchmarks.source import OpenTasks, Source, TaskSet
 from eai.prompts.published import PublishedPrompts
 from eai.prompts.wording import Wording
 from eai.world.domain import Domain
+
+Form: TypeAlias = bool | None
+"""How all answers that are scored together are written, where that decides how each is read; else None."""
+
+FormOf: TypeAlias = Callable[[Sequence[str]], Form]
+"""Finds out how all answers that are scored together are written."""
+
+
+def no_form(answers: Sequence[str]) -> Form:
+    """Each answer is read by itself."""
+    return None
+
+
+class Opened(NamedTuple):
+    """What is particular to a suite: its tasks in order, the digest of its data, and its scorers."""
+
+    task_ids: tuple[str, ...]
+    data_sha256: str
+    make: Callable[[str], Scorer]
+    form_of: FormOf = no_form
+
+
+Wing: TypeAlias = Callable[["Benchmark", Ability, Form, Source], Opened]
+"""How a protocol opens the suites of a benchmark."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,6 +55,11 @@ class Benchmark:
         domain: the declaration, as it is meant.
         open_tasks: opens the tasks; `eai.benchmarks.source.given` for tasks written down in a program.
         title: what tables and pages call it; the name if empty.
+        plans: how plans are written; by default as a JSON list of actions with their objects.
+        goals: how goals are stated; by default as JSON lists of conditions.
+        subgoals: how subgoals are written; by default as formulas with the declared names.
+        translation: what is done for subgoals; by default a few actions that are searched for.
+        wings: how other protocols than ``strict`` open the suites.
         open_operators: opens the tasks of transition modeling; exported from the declaration if None.
         asks: whether an ability is asked for in a task; by default each is in all.
         wordings: how prompts name things, by ability; by default as declared.
@@ -40,6 +75,11 @@ class Benchmark:
     domain: Domain
     open_tasks: OpenTasks[Task]
     title: str = ""
+    plans: PlanNotation = field(default_factory=JsonPlans)
+    goals: GoalNotation = field(default_factory=JsonGoals)
+    subgoals: SubgoalNotation | None = None
+    translation: Translation | None = None
+    wings: Mapping[Protocol, Wing] = field(default_factory=dict)
     open_operators: OpenTasks[TransitionTask] | None = None
     asks: Callable[[Task, Ability], bool] | None = None
     wordings: Callable[[Ability], Wording] | None = None

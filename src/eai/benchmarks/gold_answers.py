@@ -5,30 +5,18 @@ from __future__ import annotations
 import hashlib
 import json
 import random
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from functools import cache
-from typing import TypeAlias
 
-from eai.abilities.action_sequencing.notation import JsonPlans, PlanNotation
+from typing_extensions import assert_never
+
 from eai.abilities.goal_interpretation.gold import write_goals
 from eai.abilities.planning import find_plan
 from eai.abilities.protocol import Ability
 from eai.abilities.subgoal_decomposition.notation import SubgoalNotation
-from eai.abilities.task import Task
-from eai.benchmarks.behavior import domain as behavior
-from eai.benchmarks.behavior import tasks as behavior_tasks
-from eai.benchmarks.behavior.goal_notation import BehaviorGoals
-from eai.benchmarks.behavior.subgoal_notation import BehaviorSubgoals
 from eai.benchmarks.benchmark import Benchmark
-from eai.benchmarks.gold_operators import TransitionTasks, open_behavior, open_virtualhome
 from eai.benchmarks.source import Source
-from eai.benchmarks.virtualhome import domain as virtualhome
-from eai.benchmarks.virtualhome import tasks as virtualhome_tasks
-from eai.benchmarks.virtualhome.goal_notation import VirtualHomeGoals
-from eai.benchmarks.virtualhome.plan_notation import VirtualHomePlans
-from eai.benchmarks.virtualhome.subgoal_notation import VirtualHomeSubgoals
-from eai.data.store import Store
 from eai.errors import InputError
 from eai.planning.planner import Planner
 
@@ -55,16 +43,23 @@ class AnswerBook:
 
 
 def open_answer_book(benchmark: Benchmark, ability: Ability, source: Source | None = None) -> AnswerBook:
-    """The gold answers of a benchmark to an ability.
+    """The gold answers of a benchmark: those of its data set, or else what the built-in search finds.
 
     Raises:
-        InputError: there are none.
         DataError: the data cannot be had.
     """
-    opener = _BOOKS.get((benchmark.name, ability))
-    if opener is None:
-        raise InputError(f"{benchmark.name} has no {ability.value} yet")
-    return opener((source or Source()).store)
+    source = source or Source()
+    match ability:
+        case Ability.GOAL_INTERPRETATION:
+            return _goals(benchmark, source)
+        case Ability.TRANSITION_MODELING:
+            return _operators(benchmark, source)
+        case Ability.ACTION_SEQUENCING:
+            return _plans(benchmark, source, scripts=True)
+        case Ability.SUBGOAL_DECOMPOSITION:
+            return _subgoals(benchmark, source, scripts=True)
+        case _:
+            assert_never(ability)
 
 
 def open_planned_book(benchmark: Benchmark, ability: Ability, source: Source | None = None) -> AnswerBook:
@@ -73,13 +68,17 @@ def open_planned_book(benchmark: Benchmark, ability: Ability, source: Source | N
     An answer is empty where the search finds no plan.
 
     Raises:
-        InputError: a plan is no answer to this ability, or the domain has no writer for it.
+        InputError: a plan is no answer to this ability.
         DataError: the data cannot be had.
     """
-    opener = _PLANNED_BOOKS.get((benchmark.name, ability))
-    if opener is None:
-        raise InputError(f"eai/planner has no answer to {benchmark.name} {ability.value}")
-    return opener((source or Source()).store)
+    source = source or Source()
+    match ability:
+        case Ability.ACTION_SEQUENCING:
+            return _plans(benchmark, source, scripts=False)
+        case Ability.SUBGOAL_DECOMPOSITION:
+            return _subgoals(benchmark, source, scripts=False)
+        case _:
+            raise InputError(f"eai/planner has no answer to {benchmark.name} {ability.value}")
 
 
 def noisy_answer(book: AnswerBook, task_id: str, *, rate: float, seed: str) -> WrittenAnswer:
@@ -109,125 +108,51 @@ def noisy_answer(book: AnswerBook, task_id: str, *, rate: float, seed: str) -> W
     return replace(answer, parts=tuple(parts))
 
 
-def _virtualhome_plans(store: Store | None) -> AnswerBook:
-    return _scripts(virtualhome_tasks.open_tasks(store), VirtualHomePlans())
-
-
-def _behavior_plans(store: Store | None) -> AnswerBook:
-    return _scripts(behavior_tasks.open_tasks(store), JsonPlans())
-
-
-def _scripts(tasks: Mapping[str, Task], notation: PlanNotation) -> AnswerBook:
-    """The data set's own plans."""
-
-    def gold(task_id: str) -> WrittenAnswer:
-        task = tasks[task_id]
-        return WrittenAnswer(notation.write(task.script, task.scene), notation.join)
-
-    return AnswerBook(tuple(tasks), gold)
-
-
-def _virtualhome_goals(store: Store | None) -> AnswerBook:
-    tasks = virtualhome_tasks.open_tasks(store)
-    domain, notation = virtualhome.as_meant(), VirtualHomeGoals()
+def _goals(benchmark: Benchmark, source: Source) -> AnswerBook:
+    notation = benchmark.goals
+    tasks = benchmark.tasks_for(Ability.GOAL_INTERPRETATION, source)
     return AnswerBook(
         tuple(tasks),
-        lambda task_id: WrittenAnswer(write_goals(tasks[task_id], domain, notation), notation.join),
+        lambda task_id: WrittenAnswer(write_goals(tasks[task_id], benchmark.domain, notation), notation.join),
     )
 
 
-def _virtualhome_subgoals(store: Store | None) -> AnswerBook:
-    """The data set has no subgoals of its own: those of a plan that the built-in search finds, if it does."""
-    tasks = virtualhome_tasks.open_tasks(store)
-    words = VirtualHomeSubgoals()
-    return _planned_subgoals({i: t for i, t in tasks.items() if t.temporal_goal is not None}, words)
+def _plans(benchmark: Benchmark, source: Source, *, scripts: bool) -> AnswerBook:
+    """Plans: the data set's own, where it has them and they are asked for, or else what the search finds."""
+    tasks, notation = benchmark.tasks_for(Ability.ACTION_SEQUENCING, source), benchmark.plans
+    planner = Planner(benchmark.domain)
+
+    @cache
+    def answer(task_id: str) -> WrittenAnswer:
+        task = tasks[task_id]
+        plan = (scripts and task.script) or find_plan(task, planner).plan
+        return WrittenAnswer(notation.write(plan, task.scene), notation.join)
+
+    return AnswerBook(tuple(tasks), answer)
 
 
-def _planned_subgoals(tasks: Mapping[str, Task], notation: SubgoalNotation) -> AnswerBook:
-    """The subgoals of plans that the built-in search finds."""
+def _subgoals(benchmark: Benchmark, source: Source, *, scripts: bool) -> AnswerBook:
+    """Subgoals that stand for plans: those of the data set, where they can be written, or of the search."""
+    tasks = benchmark.tasks_for(Ability.SUBGOAL_DECOMPOSITION, source)
+    notation = benchmark.subgoals or SubgoalNotation(benchmark.domain)
     planner = notation.planner()
 
     @cache
-    def planned(task_id: str) -> WrittenAnswer:
+    def answer(task_id: str) -> WrittenAnswer:
         task = tasks[task_id]
+        if scripts and task.script and notation.writes_scripts:
+            return WrittenAnswer(notation.write(task, task.script), notation.join)
         return WrittenAnswer(notation.planned(task, planner), notation.join)
 
-    return AnswerBook(tuple(tasks), planned)
+    return AnswerBook(tuple(tasks), answer)
 
 
-def _behavior_goals(store: Store | None) -> AnswerBook:
-    tasks = behavior_tasks.open_tasks(store)
-    domain, notation = behavior.as_meant(), BehaviorGoals()
-    return AnswerBook(
-        tuple(tasks),
-        lambda task_id: WrittenAnswer(write_goals(tasks[task_id], domain, notation), notation.join),
-    )
-
-
-def _behavior_subgoals(store: Store | None) -> AnswerBook:
-    """The data set has no subgoals of its own: what its plans bring about."""
-    tasks = behavior_tasks.open_tasks(store)
-    words = BehaviorSubgoals()
+def _operators(benchmark: Benchmark, source: Source) -> AnswerBook:
+    tasks = benchmark.operators(source)
 
     def gold(task_id: str) -> WrittenAnswer:
         task = tasks[task_id]
-        return WrittenAnswer(words.write(task, task.script), words.join)
+        parts = tuple(task.domain.operators[name].pddl for name in task.operators)
+        return WrittenAnswer(parts, lambda operators: json.dumps({"output": "\n".join(operators)}))
 
     return AnswerBook(tuple(tasks), gold)
-
-
-def _operators(open_transition_tasks: Callable[[Store | None], TransitionTasks]) -> Opener:
-    def open_book(store: Store | None) -> AnswerBook:
-        tasks = open_transition_tasks(store)
-
-        def gold(task_id: str) -> WrittenAnswer:
-            task = tasks[task_id]
-            parts = tuple(task.domain.operators[name].pddl for name in task.operators)
-            return WrittenAnswer(parts, lambda operators: json.dumps({"output": "\n".join(operators)}))
-
-        return AnswerBook(tuple(tasks), gold)
-
-    return open_book
-
-
-def _planned_virtualhome_plans(store: Store | None) -> AnswerBook:
-    return _plans(virtualhome_tasks.open_tasks(store), Planner(virtualhome.as_meant()), VirtualHomePlans())
-
-
-def _planned_behavior_plans(store: Store | None) -> AnswerBook:
-    return _plans(behavior_tasks.open_tasks(store), Planner(behavior.as_meant()), JsonPlans())
-
-
-def _plans(tasks: Mapping[str, Task], planner: Planner, notation: PlanNotation) -> AnswerBook:
-    """Plans that are searched for."""
-
-    def planned(task_id: str) -> WrittenAnswer:
-        task = tasks[task_id]
-        return WrittenAnswer(notation.write(find_plan(task, planner).plan, task.scene), notation.join)
-
-    return AnswerBook(tuple(tasks), planned)
-
-
-def _planned_behavior_subgoals(store: Store | None) -> AnswerBook:
-    return _planned_subgoals(behavior_tasks.open_tasks(store), BehaviorSubgoals())
-
-
-Opener: TypeAlias = Callable[[Store | None], AnswerBook]
-
-_BOOKS: Mapping[tuple[str, Ability], Opener] = {
-    ("virtualhome", Ability.GOAL_INTERPRETATION): _virtualhome_goals,
-    ("virtualhome", Ability.SUBGOAL_DECOMPOSITION): _virtualhome_subgoals,
-    ("virtualhome", Ability.ACTION_SEQUENCING): _virtualhome_plans,
-    ("virtualhome", Ability.TRANSITION_MODELING): _operators(open_virtualhome),
-    ("behavior", Ability.GOAL_INTERPRETATION): _behavior_goals,
-    ("behavior", Ability.SUBGOAL_DECOMPOSITION): _behavior_subgoals,
-    ("behavior", Ability.ACTION_SEQUENCING): _behavior_plans,
-    ("behavior", Ability.TRANSITION_MODELING): _operators(open_behavior),
-}
-
-_PLANNED_BOOKS: Mapping[tuple[str, Ability], Opener] = {
-    ("virtualhome", Ability.SUBGOAL_DECOMPOSITION): _virtualhome_subgoals,
-    ("virtualhome", Ability.ACTION_SEQUENCING): _planned_virtualhome_plans,
-    ("behavior", Ability.SUBGOAL_DECOMPOSITION): _planned_behavior_subgoals,
-    ("behavior", Ability.ACTION_SEQUENCING): _planned_behavior_plans,
-}

@@ -15,10 +15,14 @@ from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 
 from eai.benchmarks.benchmark import Benchmark
+from eai.benchmarks.pddl_files import open_pddl
 from eai.errors import InputError
 
 GROUP = "eai.benchmarks"
 """The group of entry points."""
+
+PDDL = "pddl"
+"""What stands before the colon in a reference to PDDL files."""
 
 FIRST = ("virtualhome", "behavior")
 """The benchmarks that come with the package, in the order of the paper; the others follow by name."""
@@ -40,9 +44,10 @@ def registered() -> tuple[str, ...]:
 
 
 def find_benchmark(reference: str) -> Benchmark:
-    """The benchmark that a name or ``module:object`` means.
+    """The benchmark that a name, ``module:object`` or ``pddl:DOMAIN,PROBLEMS`` means.
 
-    A module is also looked for in the working directory.
+    A module is also looked for in the working directory; a domain file in PDDL comes with a file of a problem
+    or a folder of them.
 
     Raises:
         InputError: there is none, or it cannot be loaded.
@@ -60,12 +65,24 @@ def _find(reference: str) -> Benchmark:
     if reference in _entry_points():
         return _as_benchmark(_entry_points()[reference].load(), reference)
     module, separator, name = reference.partition(":")
+    if module == PDDL:
+        return _open_pddl(name).referred_to_as(reference)
     if separator:
         return _as_benchmark(_load(module, name, reference), reference)
     known = registered()
     near = get_close_matches(reference, known, 1)
     hint = f"; did you mean {near[0]}?" if near else ""
-    raise InputError(f"{reference!r} is no benchmark: expected {', '.join(known)} or module:object{hint}")
+    expected = f"{', '.join(known)}, module:object or pddl:DOMAIN,PROBLEMS"
+    raise InputError(f"{reference!r} is no benchmark: expected {expected}{hint}")
+
+
+def _open_pddl(files: str) -> Benchmark:
+    """The benchmark of ``DOMAIN,PROBLEMS``: a file, and a file or a folder."""
+    domain, separator, problems = files.partition(",")
+    if not separator:
+        raise InputError(f"{PDDL}:{files}: expected {PDDL}:DOMAIN,PROBLEMS, a file and a file or folder")
+    opened = open_pddl(Path(domain), Path(problems))
+    return Benchmark(opened.domain.name, opened.domain, lambda source: opened.tasks)
 
 
 def _load(module: str, name: str, reference: str) -> object:

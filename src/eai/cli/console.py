@@ -14,7 +14,9 @@ from eai.data.progress import Progress as Step
 from eai.data.progress import Report, Stage
 from eai.metrics.rate import Rate
 
-DOMAIN_HELP = "A benchmark: virtualhome, behavior, another one by its name, or module:object."
+DOMAIN_HELP = (
+    "A benchmark: virtualhome, behavior, another one by its name, module:object, or pddl:DOMAIN,PROBLEMS."
+)
 """What ``--domain`` takes."""
 
 _COLUMN_WIDTH = 18

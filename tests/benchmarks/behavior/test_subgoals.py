@@ -12,9 +12,9 @@ from eai.abilities.protocol import Protocol
 from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
 from eai.abilities.task import Goal, GoalKind
 from eai.abilities.verdict import Tally, Verdict
-from eai.benchmarks.subgoals import behavior_subgoals
 from eai.logic.formula import Atom, Constant
 from eai.world.fault import FaultKind
+from subgoal_scorers import behavior_subgoals
 from threading_tests import asked_by_threads
 
 TASK = make_task()

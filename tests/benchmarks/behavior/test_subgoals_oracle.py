@@ -13,8 +13,8 @@ import pytest
 from eai.abilities.protocol import Protocol
 from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
 from eai.benchmarks.behavior.tasks import BehaviorTasks
-from eai.benchmarks.subgoals import behavior_subgoals
 from oracle import MODELS, SUBGOAL_CATEGORIES, Oracle
+from subgoal_scorers import behavior_subgoals
 
 SETS = (*MODELS, "gt", "perturb0", "perturb1", "perturb2")
 

@@ -8,10 +8,10 @@ from abilities.action_sequencing.household import make_task
 from benchmarks.virtualhome import flat
 from eai.abilities.planning import find_plan
 from eai.abilities.protocol import Protocol
-from eai.benchmarks.subgoals import virtualhome_subgoals
 from eai.benchmarks.virtualhome.subgoal_notation import VirtualHomeSubgoals
 from eai.benchmarks.virtualhome.tasks import VirtualHomeTasks
 from eai.planning.planner import PlanningEnd
+from subgoal_scorers import virtualhome_subgoals
 
 WORDS = VirtualHomeSubgoals()
 

@@ -13,8 +13,8 @@ from eai.abilities.protocol import Protocol
 from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
 from eai.abilities.subgoal_decomposition.search import Limits
 from eai.abilities.verdict import Tally, Verdict
-from eai.benchmarks.subgoals import virtualhome_subgoals
 from eai.world.fault import FaultKind
+from subgoal_scorers import virtualhome_subgoals
 from threading_tests import asked_by_threads
 
 GOALS = ("state OPEN fridge.10", "relation ONTOP cup.13 bed.20", "action TOUCH|PUSH")

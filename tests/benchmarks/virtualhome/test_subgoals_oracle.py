@@ -12,9 +12,9 @@ import pytest
 
 from eai.abilities.protocol import Protocol
 from eai.abilities.verdict import SubgoalVerdict
-from eai.benchmarks.subgoals import virtualhome_subgoals
 from eai.benchmarks.virtualhome.tasks import VirtualHomeTasks
 from oracle import MODELS, SUBGOAL_CATEGORIES, Oracle
+from subgoal_scorers import virtualhome_subgoals
 
 SETS = (*MODELS, "gold", "perturbed", "perturbed2")
 SEEDED = ("gold", "perturbed", "perturbed2")

@@ -37,7 +37,12 @@ class SubgoalNotation:
 
     Args:
         domain: the domain.
+
+    Attributes:
+        writes_scripts: whether `write` takes any plan; otherwise those that `planner` finds, no others.
     """
+
+    writes_scripts = True
 
     def __init__(self, domain: Domain) -> None:
         self.domain = domain

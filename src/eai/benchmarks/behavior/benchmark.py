@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+from eai.abilities.protocol import Protocol
 from eai.abilities.transition_modeling.task import TransitionTask
 from eai.benchmarks.behavior.domain import as_meant
+from eai.benchmarks.behavior.goal_notation import BehaviorGoals
+from eai.benchmarks.behavior.subgoal_notation import BehaviorSubgoals
+from eai.benchmarks.behavior.subgoal_translation import BehaviorTranslation
 from eai.benchmarks.behavior.tasks import BehaviorTask
 from eai.benchmarks.behavior.tasks import open_tasks as open_behavior_tasks
 from eai.benchmarks.behavior.wording import wording
@@ -12,6 +16,7 @@ from eai.benchmarks.formats import formats_of
 from eai.benchmarks.gold_operators import open_behavior
 from eai.benchmarks.identifiers import task_id_of
 from eai.benchmarks.published_prompts import OfficialPrompts
+from eai.benchmarks.reference.wing import behavior_wing
 from eai.benchmarks.source import Source, TaskSet, once_per_store
 
 NAME = "behavior"
@@ -38,6 +43,10 @@ def behavior() -> Benchmark:
         title="BEHAVIOR",
         domain=as_meant(),
         open_tasks=open_tasks,
+        goals=BehaviorGoals(),
+        subgoals=BehaviorSubgoals(),
+        translation=BehaviorTranslation(),
+        wings={Protocol.EAI_1_0_5: behavior_wing},
         open_operators=open_operators,
         wordings=wording,
         formats=formats_of("eai.benchmarks.behavior"),

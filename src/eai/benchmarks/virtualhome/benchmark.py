@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from eai.abilities.protocol import Ability
+from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.transition_modeling.task import TransitionTask
 from eai.abilities.verdict import Json
 from eai.benchmarks.benchmark import Benchmark
@@ -12,9 +12,14 @@ from eai.benchmarks.formats import formats_of
 from eai.benchmarks.gold_operators import open_virtualhome
 from eai.benchmarks.identifiers import task_id_of
 from eai.benchmarks.published_prompts import OfficialPrompts
+from eai.benchmarks.reference.wing import virtualhome_wing
 from eai.benchmarks.source import Source, TaskSet, once_per_store
 from eai.benchmarks.virtualhome.domain import as_meant
+from eai.benchmarks.virtualhome.goal_notation import VirtualHomeGoals
 from eai.benchmarks.virtualhome.goal_prompts import goal_interpretation_prompts
+from eai.benchmarks.virtualhome.plan_notation import VirtualHomePlans
+from eai.benchmarks.virtualhome.subgoal_notation import VirtualHomeSubgoals
+from eai.benchmarks.virtualhome.subgoal_translation import VirtualHomeTranslation
 from eai.benchmarks.virtualhome.tasks import VirtualHomeTask
 from eai.benchmarks.virtualhome.tasks import open_tasks as open_virtualhome_tasks
 from eai.benchmarks.virtualhome.wording import wording
@@ -54,6 +59,11 @@ def virtualhome() -> Benchmark:
         title="VirtualHome",
         domain=as_meant(),
         open_tasks=open_tasks,
+        plans=VirtualHomePlans(),
+        goals=VirtualHomeGoals(),
+        subgoals=VirtualHomeSubgoals(),
+        translation=VirtualHomeTranslation(),
+        wings={Protocol.EAI_1_0_5: virtualhome_wing},
         open_operators=open_operators,
         asks=lambda task, ability: (
             ability is not Ability.SUBGOAL_DECOMPOSITION or task.temporal_goal is not None

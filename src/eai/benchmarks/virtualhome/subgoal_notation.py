@@ -51,6 +51,8 @@ class VirtualHomeSubgoals(SubgoalNotation):
         actions: the actions that subgoals may name.
     """
 
+    writes_scripts = False
+
     def __init__(self, actions: Sequence[str] = (*ACTIONS, FORGOTTEN)) -> None:
         super().__init__(virtualhome.as_meant())
         self._actions: dict[str, int | None] = {

@@ -1,0 +1,64 @@
+"""The wing of the reference: how protocol `eai-1.0.5` opens the suites of the two households."""
+
+from __future__ import annotations
+
+from eai.abilities.protocol import Ability
+from eai.benchmarks.benchmark import Benchmark, Form, Opened
+from eai.benchmarks.source import Source
+
+
+def virtualhome_wing(benchmark: Benchmark, ability: Ability, form: Form, source: Source) -> Opened:
+    """A suite of VirtualHome. All answers to plans have ids, or none has: ``form`` says which."""
+    if ability is Ability.TRANSITION_MODELING:
+        return _transition_modeling(benchmark, source)
+    from eai.benchmarks.virtualhome.benchmark import open_tasks
+
+    tasks, task_ids = open_tasks(source), tuple(benchmark.tasks_for(ability, source))
+    match ability:
+        case Ability.ACTION_SEQUENCING:
+            from eai.benchmarks.reference.virtualhome_plans import VirtualHomeActionSequencing as Plans
+            from eai.benchmarks.reference.virtualhome_plans import written_with_ids
+
+            return Opened(task_ids, tasks.sha256, lambda i: Plans(tasks[i], with_ids=form), written_with_ids)
+        case Ability.GOAL_INTERPRETATION:
+            from eai.benchmarks.reference.virtualhome_goals import ByLargestId
+
+            return Opened(task_ids, tasks.sha256, lambda i: ByLargestId(tasks[i], benchmark.domain))
+        case Ability.SUBGOAL_DECOMPOSITION:
+            from eai.benchmarks.reference.virtualhome_subgoals import (
+                VirtualHomeSubgoalDecomposition as Subgoals,
+            )
+
+            return Opened(task_ids, tasks.sha256, lambda i: Subgoals(tasks[i]))
+
+
+def behavior_wing(benchmark: Benchmark, ability: Ability, form: Form, source: Source) -> Opened:
+    """A suite of BEHAVIOR."""
+    if ability is Ability.TRANSITION_MODELING:
+        return _transition_modeling(benchmark, source)
+    from eai.benchmarks.behavior.benchmark import open_tasks
+
+    tasks = open_tasks(source)
+    match ability:
+        case Ability.ACTION_SEQUENCING:
+            from eai.benchmarks.reference.behavior_plans import BehaviorActionSequencing as Plans
+
+            return Opened(tuple(tasks), tasks.sha256, lambda task_id: Plans(tasks[task_id]))
+        case Ability.GOAL_INTERPRETATION:
+            from eai.benchmarks.reference.behavior_goals import ByFirstOption as Goals
+
+            return Opened(tuple(tasks), tasks.sha256, lambda task_id: Goals(tasks[task_id]))
+        case Ability.SUBGOAL_DECOMPOSITION:
+            from eai.benchmarks.reference.behavior_subgoals import BehaviorSubgoalDecomposition as Subgoals
+
+            return Opened(tuple(tasks), tasks.sha256, lambda task_id: Subgoals(tasks[task_id]))
+
+
+def _transition_modeling(benchmark: Benchmark, source: Source) -> Opened:
+    from eai.abilities.transition_modeling.planners import make_planner
+    from eai.abilities.transition_modeling.scorer import TransitionModeling
+    from eai.benchmarks.reference.operator_rules import ReferenceRules
+
+    tasks = benchmark.operators(source)
+    rules = ReferenceRules.with_planner(make_planner(source.planner, benchmark.planner_seconds))
+    return Opened(tuple(tasks), tasks.sha256, lambda task_id: TransitionModeling(tasks[task_id], rules))
