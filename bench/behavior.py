@@ -26,19 +26,18 @@ from statistics import median
 from typing import Any, NamedTuple
 
 from eai.abilities.action_sequencing.notation import JsonPlans
-from eai.abilities.protocol import Protocol
 from eai.abilities.scorer import Scorer
 from eai.abilities.verdict import Verdict
 from eai.benchmarks.behavior.evidence import load_evidence
 from eai.benchmarks.behavior.tasks import BehaviorTask, initial_relations, initial_states, open_tasks
 from eai.benchmarks.packs import fetch_published
-from eai.benchmarks.reference.behavior_goal_test import SceneObjects
 from eai.benchmarks.reference.behavior_plans import BehaviorActionSequencing
 from eai.benchmarks.reference.behavior_subgoals import BehaviorSubgoalDecomposition
 from eai.benchmarks.reference.truncated_options import truncated_options
 from eai.logic.formula import Atom, Formula, Not
 from eai.logic.traversal import walk
 from eai.world.execution import Action
+from eai.world.scene_objects import SceneObjects
 from eai.world.state import Scene
 from reference import CACHE, REFERENCE, environment, read_responses
 
@@ -271,7 +270,6 @@ def main() -> int:
     tasks = dict(islice(open_tasks().items(), arguments.limit))
     plans = answers(tasks, arguments.plans, made_plan)
     goals = answers(tasks, arguments.subgoals, made_subgoals)
-    reference = Protocol.EAI_1_0_5
     ours = {
         "action_sequencing": scoring(BehaviorActionSequencing, tasks, plans),
         "subgoal_decomposition": scoring(BehaviorSubgoalDecomposition, tasks, goals),

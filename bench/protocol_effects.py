@@ -18,7 +18,6 @@ from eai.abilities.action_sequencing.scorer import ActionSequencing
 from eai.abilities.goal_test import GoalTest
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.responses import ResponseFile, find_response_files, read_responses
-from eai.abilities.task import Task
 from eai.abilities.unreadable import Unreadable
 from eai.abilities.verdict import Counted, ErrorReport, GoalTallies, PlanVerdict
 from eai.benchmarks.identifiers import task_id_of
@@ -34,7 +33,7 @@ from eai.benchmarks.virtualhome import domain as virtualhome
 from eai.benchmarks.virtualhome.operators import declared_operators
 from eai.benchmarks.virtualhome.plan_notation import VirtualHomePlans
 from eai.benchmarks.virtualhome.predicates import VOCABULARY, R, X, room_of
-from eai.benchmarks.virtualhome.tasks import VirtualHomeTasks, open_tasks
+from eai.benchmarks.virtualhome.tasks import VirtualHomeTask, VirtualHomeTasks, open_tasks
 from eai.metrics.rate import Rate
 from eai.metrics.summary import summarise
 from eai.world.domain import Domain as Simulator
@@ -96,7 +95,7 @@ def variants() -> dict[str, Rules]:
 class Judge:
     """Scores the answers to one task by any rules."""
 
-    task: Task
+    task: VirtualHomeTask
     with_ids: bool
 
     @cached_property

@@ -25,6 +25,7 @@ from pathlib import Path
 import inspect_ai
 from inspect_ai.solver import generate
 
+from eai.abilities.codec import record_to_json
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.responses import Response, ResponseFile
 from eai.benchmarks.benchmark import Benchmark
@@ -96,7 +97,7 @@ def parts_of(suite: Suite, task_id: str, text: str) -> Iterator[tuple[str, float
     start = time.process_time()
     (record,) = score_batch(suite, answers, explanations=True)
     yield "explaining", max(1000 * (time.process_time() - start) - scoring, 0.0)
-    yield "recording", processor_ms(lambda: json.dumps(record.to_json()))
+    yield "recording", processor_ms(lambda: json.dumps(record_to_json(record)))
 
 
 def asking(asked: Questions, folder: Path, rounds: int) -> dict[str, float]:

@@ -3,46 +3,21 @@
 from __future__ import annotations
 
 import json
-import os
 import re
-import subprocess
-import sys
 from pathlib import Path
-from typing import NamedTuple
 
 import pytest
 from inspect_ai.log import read_eval_log
 
 from eai.abilities.protocol import Ability
 from eai.data.store import Store
+from processes import Outcome, eai
 from run.server import Reply, serve
 from suites import answer_book, official_prompts
 
 DOMAINS = ("virtualhome", "behavior")
 SUITE = ("virtualhome", Ability.ACTION_SEQUENCING)
 NAMED = ("--domain", "virtualhome", "--ability", "action_sequencing")
-
-
-class Outcome(NamedTuple):
-    """What a command left: its exit status and what it printed."""
-
-    status: int
-    out: str
-    err: str
-
-
-def eai(*arguments: object, **environment: str) -> Outcome:
-    """Run `eai` in a process of its own, since Inspect's warnings are none of ours."""
-    command = [sys.executable, "-c", "from eai.cli import main; main()", *map(str, arguments)]
-    done = subprocess.run(
-        command,
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=120,
-        env={**os.environ, "COLUMNS": "120", **environment},
-    )
-    return Outcome(done.returncode, done.stdout, done.stderr)
 
 
 def test_results_of_a_run(data_store: Store, tmp_path: Path) -> None:

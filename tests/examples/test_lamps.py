@@ -12,7 +12,8 @@ import pytest
 import eai as library
 from cli.conftest import Command
 from eai.abilities.protocol import Ability
-from eai.world.check import check
+from eai.world import check
+from processes import eai as in_own_process
 
 FOLDER = Path(__file__).parents[2] / "examples" / "lamps"
 LAMPS = "lamps:lamps"
@@ -88,13 +89,13 @@ def test_goals_are_counted(eai: Command) -> None:
 
 
 @pytest.mark.parametrize("model", ["eai/oracle", "eai/noisy", "eai/planner"])
-def test_built_in_models_run_in_every_ability(eai: Command, model: str) -> None:
+def test_built_in_models_run_in_every_ability(model: str) -> None:
     pytest.importorskip("inspect_ai")
     abilities = [each.value for each in Ability]
     if model == "eai/planner":
         abilities = ["action_sequencing", "subgoal_decomposition"]
     for ability in abilities:
-        outcome = eai(
+        outcome = in_own_process(
             "run",
             "--model",
             model,
