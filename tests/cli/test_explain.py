@@ -72,6 +72,24 @@ def test_a_record_without_an_explanation_says_how_to_get_one(eai: Command) -> No
     assert lines[-1] == "failure, not executable"
 
 
+def test_the_parts_of_a_temporal_goal_are_shown_with_when_and_why_not(eai: Command) -> None:
+    parts = [
+        {"part": "TOUCH(x)", "met_after": 0, "missing": []},
+        {"part": "OPEN(x)", "met_after": 2, "missing": []},
+        {"part": "ON(x) and OFF(y)", "met_after": None, "missing": ["OFF(y)"]},
+        {"part": "ON(y)", "met_after": None, "missing": ["ON(y)"]},
+    ]
+    explanation = {"notes": [], "steps": [], "goals": [], "parts": parts}
+    lines = eai("explain", damaged(explanation=explanation), "27_2").out.splitlines()
+    assert [line.rstrip() for line in lines[2:7]] == [
+        "temporal goal",
+        "  ✓ at the start: TOUCH(x)",
+        "  ✓ after step 2: OPEN(x)",
+        "  ✗ ON(x) and OFF(y) (from there on never OFF(y))",
+        "  ✗ ON(y)",
+    ]
+
+
 def test_a_record_of_another_domain_is_shown_all_the_same(eai: Command) -> None:
     assert eai("explain", damaged(domain="mars"), "27_2").out.startswith("mars action_sequencing 27_2\n")
 

@@ -80,9 +80,13 @@ class Explanation:
     parts: tuple[PartReport, ...] = ()
 
     def to_json(self) -> dict[str, Json]:
-        """The explanation as JSON; ``parts`` only where there are any."""
-        fields = {"notes": self.notes, "steps": _plain(self.steps), "goals": _plain(self.goals)}
-        return {**fields, "parts": _plain(self.parts)} if self.parts else {**fields}
+        """The explanation as JSON."""
+        return {
+            "notes": self.notes,
+            "steps": _plain(self.steps),
+            "goals": _plain(self.goals),
+            "parts": _plain(self.parts),
+        }
 
 
 def _plain(reports: Iterable[StepReport | GoalReport | PartReport]) -> tuple[Json, ...]:

@@ -10,7 +10,7 @@ from rich.console import Console
 from rich.text import Text
 
 from eai.abilities.declaration import AnswerOutcome
-from eai.abilities.explanation import Explanation, StepReport
+from eai.abilities.explanation import Explanation, PartReport, StepReport
 from eai.abilities.record import Record
 from eai.abilities.verdict import PlanVerdict
 from eai.cli.console import output
@@ -60,6 +60,20 @@ def _print_explanation(console: Console, explanation: Explanation) -> None:
     for goal in explanation.goals:
         mark, style = ("✓", "green") if goal.satisfied else ("✗", "red")
         console.print(Text(f"  {mark} {goal.kind:8} {goal.goal}", style=style))
+    if explanation.parts:
+        console.print(Text("temporal goal", style="bold"))
+    for part in explanation.parts:
+        _print_part(console, part)
+
+
+def _print_part(console: Console, part: PartReport) -> None:
+    if part.met_after is not None:
+        when = f"after step {part.met_after}" if part.met_after else "at the start"
+        console.print(Text(f"  ✓ {when}: {part.part}", style="green"))
+        return
+    missing = [text for text in part.missing if text != part.part]
+    why = f" (from there on never {' nor '.join(missing)})" if missing else ""
+    console.print(Text(f"  ✗ {part.part}{why}", style="red"))
 
 
 def _print_step(console: Console, number: int, step: StepReport, width: int) -> None:
