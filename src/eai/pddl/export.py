@@ -31,13 +31,13 @@ from eai.pddl.model import (
 from eai.pddl.names import PddlNames
 from eai.pddl.ordered_effects import OrderedEffects
 from eai.pddl.simplify import conjunction
+from eai.world.derived import Lookup
 from eai.world.domain import Domain
 from eai.world.execution import Action
 from eai.world.fault import FaultKind
 from eai.world.frame import AGENT
 from eai.world.operator import Check, Operator
 from eai.world.state import Scene, State
-from eai.world.vocabulary import Lookup
 
 REQUIREMENTS = (":adl", ":derived-predicates")
 

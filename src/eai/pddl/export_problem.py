@@ -10,10 +10,11 @@ from eai.logic.formula import Atom, Constant, Formula, Variable
 from eai.pddl.glossary import Glossary
 from eai.pddl.model import OBJECT, PddlDomain, PddlProblem, TypedName
 from eai.pddl.names import PddlNames
+from eai.world.derived import Computed, Lookup
 from eai.world.frame import AGENT
 from eai.world.relation import bits
 from eai.world.state import Scene, State
-from eai.world.vocabulary import Computed, Derived, Lookup
+from eai.world.vocabulary import DerivedPredicate
 
 
 def object_key(scene: Scene, index: int) -> str:
@@ -102,7 +103,7 @@ class ProblemWriter:
         return Atom(predicate, tuple([Constant(self._names[i]) for i in arguments]))
 
 
-def _holds(derived: Derived, state: State, arguments: tuple[int, ...]) -> bool:
+def _holds(derived: DerivedPredicate, state: State, arguments: tuple[int, ...]) -> bool:
     """Whether a derived predicate that has a function holds in a state."""
     match derived:
         case Lookup(values=values):

@@ -10,9 +10,10 @@ from collections.abc import Callable, Mapping
 
 from eai.benchmarks.virtualhome.places import BEDS, SEATS, full_bed, full_seat, origins, rooms
 from eai.logic.formula import And, Atom, Equals, Exists, Formula, Or, Variable
+from eai.world.derived import Computed, Defined, Lookup, is_a
 from eai.world.frame import AGENT
 from eai.world.state import State
-from eai.world.vocabulary import Computed, Defined, Lookup, Predicate, Vocabulary, is_a
+from eai.world.vocabulary import Predicate, Vocabulary
 
 X = Variable("x")
 Y = Variable("y")
@@ -135,14 +136,7 @@ def _lies(place: int, name: str) -> Lookup:
     *earlier, relation = (ontop, inside, next_to)[: place + 1]
     nowhere_else = tuple(~Exists(Z, other(X, Z) & ~room(Z)) for other in earlier)
     meaning = Defined(name, (X, Y), And((relation(X, Y), ~room(Y), *nowhere_else)))
-    return Lookup(
-        name,
-        2,
-        origins(place),
-        ("ROOM", "ONTOP", "INSIDE", "NEXT_TO"),
-        meaning,
-        open_in_meaning="which of several objects is the first",
-    )
+    return Lookup(name, 2, origins(place), ("ROOM", "ONTOP", "INSIDE", "NEXT_TO"), meaning)
 
 
 def _so_many_on(place: Variable, count: int) -> Formula:
