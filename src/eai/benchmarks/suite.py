@@ -16,6 +16,9 @@ from eai.benchmarks.source import Source
 from eai.data.progress import silent
 from eai.errors import InputError
 
+DEFAULT_PROTOCOL = Protocol.STRICT
+"""The rules for scoring where nothing else is asked for."""
+
 Form: TypeAlias = bool | None
 """How all answers that are scored together are written, where that decides how each is read; else None."""
 
@@ -90,7 +93,7 @@ Opener: TypeAlias = Callable[[Benchmark, Protocol, Form, Source], Opened]
 def open_suite(
     benchmark: Benchmark | str,
     ability: Ability,
-    protocol: Protocol = Protocol.STRICT,
+    protocol: Protocol = DEFAULT_PROTOCOL,
     *,
     source: Source | None = None,
     form: Form = None,

@@ -70,7 +70,8 @@ class GoalNotation(ABC):
         """The predicates that goals may speak of: as spelt, and as the vocabulary names them."""
         vocabulary = domain.vocabulary
         stored = (each for each in vocabulary.predicates if each.visible and not each.static)
-        return {Word(each.name, each.arity): each.name for each in (*stored, *vocabulary.derived)}
+        words = {Word(each.name, each.arity): each.name for each in stored}
+        return words | {Word(each.name, each.arity): each.name for each in vocabulary.derived}
 
     def names(self, task: Task) -> tuple[str, ...]:
         """What each object of the scene is called; several may share one name."""

@@ -11,7 +11,6 @@ import ast
 import json
 import re
 import warnings
-from dataclasses import replace
 
 from eai.abilities.action_sequencing.notation import JsonPlans, named
 from eai.abilities.action_sequencing.plan import WrittenPlan, WrittenStep
@@ -45,9 +44,8 @@ class BehaviorActionSequencing(ActionSequencing):
     """
 
     def __init__(self, task: BehaviorTask) -> None:
-        published = replace(task, initial=task.initial_as_published)
         domain = behavior_domain.as_in_reference()
-        super().__init__(published, domain, BehaviorPlansInReference(), behavior_goal_test(published))
+        super().__init__(task, domain, BehaviorPlansInReference(), behavior_goal_test(task))
 
     def _reached(self, trajectory: Trajectory) -> tuple[bool, ...]:
         """What holds in the state in which a plan leaves the world, which an action may leave half done."""

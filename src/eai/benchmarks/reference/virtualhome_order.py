@@ -9,9 +9,10 @@ from eai.benchmarks.reference.slot_order import slot_order, union_order
 from eai.benchmarks.virtualhome.places import PLACES, Values, object_id, origins, rooms
 from eai.benchmarks.virtualhome.predicates import VOCABULARY
 from eai.benchmarks.virtualhome.tasks import VirtualHomeTask
+from eai.world.derived import Lookup
 from eai.world.relation import bits
 from eai.world.state import State
-from eai.world.vocabulary import Derived, Lookup, Vocabulary
+from eai.world.vocabulary import DerivedPredicate, Vocabulary
 
 
 def first_target(state: State, predicate: str, source: int, wanted: int) -> int:
@@ -47,7 +48,7 @@ _LOOKUPS: Mapping[str, Values] = {
 }
 
 
-def _in_this_order(derived: Derived) -> Derived:
+def _in_this_order(derived: DerivedPredicate) -> DerivedPredicate:
     lookup = _LOOKUPS.get(derived.name)
     return replace(derived, values=lookup) if lookup and isinstance(derived, Lookup) else derived
 

@@ -10,6 +10,7 @@ from eai.abilities.verdict import Json
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.formats import formats_of
 from eai.benchmarks.gold_operators import open_virtualhome
+from eai.benchmarks.identifiers import task_id_of
 from eai.benchmarks.published_prompts import OfficialPrompts
 from eai.benchmarks.source import Source, TaskSet, once_per_store
 from eai.benchmarks.virtualhome.domain import as_meant
@@ -61,5 +62,6 @@ def virtualhome() -> Benchmark:
         formats=formats_of("eai.benchmarks.virtualhome"),
         response_schemas={Ability.ACTION_SEQUENCING: _PLAN},
         published_prompts=OfficialPrompts(NAME, {Ability.GOAL_INTERPRETATION: _rendered}),
+        task_id_of=task_id_of,
         planner_seconds=100,
     )
