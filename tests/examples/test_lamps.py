@@ -8,11 +8,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from eai.world.check import check
 
 import eai as library
 from cli.conftest import Command
 from eai.abilities.protocol import Ability
+from eai.world.conformance import check
 
 FOLDER = Path(__file__).parents[2] / "examples" / "lamps"
 LAMPS = "lamps:lamps"
