@@ -24,9 +24,8 @@ from eai.scoring.records import read_records, write_records
 from eai.world.fault import FaultKind
 
 FOLDER = Path(__file__).with_name("schema_1")
-LINES: Sequence[dict[str, Any]] = [
-    json.loads(line) for line in (FOLDER / "records.jsonl").read_text().splitlines()
-]
+RECORDS = FOLDER / "records.jsonl"
+LINES: Sequence[dict[str, Any]] = [json.loads(line) for line in RECORDS.read_text().splitlines()]
 SUMMARIES: Mapping[str, Mapping[str, list[float]]] = json.loads((FOLDER / "summaries.json").read_text())
 
 
