@@ -28,7 +28,6 @@ from typing import Any, NamedTuple
 from eai.abilities.action_sequencing.notation import JsonPlans
 from eai.abilities.protocol import Protocol
 from eai.abilities.scorer import Scorer
-from eai.abilities.subgoal_decomposition.behavior import SubgoalDecomposition
 from eai.abilities.verdict import Verdict
 from eai.benchmarks.behavior.evidence import load_evidence
 from eai.benchmarks.behavior.tasks import BehaviorTask, initial_relations, initial_states, open_tasks
@@ -36,6 +35,7 @@ from eai.benchmarks.packs import fetch_published
 from eai.benchmarks.reference.behavior_goal_test import SceneObjects
 from eai.benchmarks.reference.behavior_plans import BehaviorActionSequencing
 from eai.benchmarks.reference.truncated_options import truncated_options
+from eai.benchmarks.subgoals import behavior_subgoals
 from eai.logic.formula import Atom, Formula, Not
 from eai.logic.traversal import walk
 from eai.world.execution import Action
@@ -274,7 +274,7 @@ def main() -> int:
     reference = Protocol.EAI_1_0_5
     ours = {
         "action_sequencing": scoring(BehaviorActionSequencing, tasks, plans),
-        "subgoal_decomposition": scoring(lambda task: SubgoalDecomposition(task, reference), tasks, goals),
+        "subgoal_decomposition": scoring(behavior_subgoals(reference), tasks, goals),
     }
     scenes = {task_id: described(task) for task_id, task in tasks.items()}
     given = {"scenes": scenes, "action_sequencing": plans, "subgoal_decomposition": goals}

@@ -26,8 +26,8 @@ def main(ability: str, paths: list[Path]) -> None:
         for row in json.loads(path.read_text(encoding="utf-8"))
     ]
     from eai.abilities.protocol import Ability, Protocol
-    from eai.abilities.subgoal_decomposition.virtualhome import SubgoalDecomposition
     from eai.benchmarks.reference.virtualhome_goals import ByLargestId
+    from eai.benchmarks.subgoals import virtualhome_subgoals
     from eai.benchmarks.virtualhome import domain as virtualhome
     from eai.benchmarks.virtualhome.tasks import open_tasks
     from eai.errors import ParseError
@@ -35,11 +35,10 @@ def main(ability: str, paths: list[Path]) -> None:
 
     tasks = dict(open_tasks())
     goals = Ability(ability) is Ability.GOAL_INTERPRETATION
+    subgoals = virtualhome_subgoals(Protocol.EAI_1_0_5)
     make = cache(
         lambda task_id: (
-            ByLargestId(tasks[task_id], virtualhome.as_meant())
-            if goals
-            else SubgoalDecomposition(tasks[task_id], Protocol.EAI_1_0_5)
+            ByLargestId(tasks[task_id], virtualhome.as_meant()) if goals else subgoals(tasks[task_id])
         )
     )
     with suppress(ParseError):

@@ -20,14 +20,13 @@ from pathlib import Path
 from typing import TypeVar
 
 from eai.abilities.goal_interpretation.gold import write_goals
-from eai.abilities.protocol import Ability, Protocol
-from eai.abilities.subgoal_decomposition.virtualhome_signature import signature
-from eai.abilities.subgoal_decomposition.virtualhome_writer import join_subgoals, write_subgoals
+from eai.abilities.protocol import Ability
 from eai.abilities.task import Task
 from eai.benchmarks.gold_answers import AnswerBook, WrittenAnswer, noisy_answer
 from eai.benchmarks.packs import fetch_published
 from eai.benchmarks.virtualhome.domain import as_meant
 from eai.benchmarks.virtualhome.goal_notation import VirtualHomeGoals
+from eai.benchmarks.virtualhome.subgoal_notation import ACTIONS, VirtualHomeSubgoals
 from eai.benchmarks.virtualhome.tasks import open_tasks
 from eai.logic.ltl import parse
 from reference import CACHE, REFERENCE, Response, environment, evaluate, read_responses, write_responses
@@ -83,15 +82,16 @@ def open_book(ability: Ability) -> AnswerBook:
             lambda task_id: WrittenAnswer(write_goals(tasks[task_id], domain, notation), notation.join),
         )
     with_goal = tuple(task_id for task_id, task in tasks.items() if task.temporal_goal is not None)
-    return AnswerBook(with_goal, lambda task_id: WrittenAnswer(script(tasks[task_id]), join_subgoals))
+    return AnswerBook(
+        with_goal, lambda task_id: WrittenAnswer(script(tasks[task_id]), VirtualHomeSubgoals().join)
+    )
 
 
 def script(task: Task) -> tuple[str, ...]:
     """The steps of a task's script as subgoals, without those that no subgoal can stand for."""
-    known = signature(task.scene, Protocol.EAI_1_0_5)
-    return tuple(
-        subgoal for subgoal in write_subgoals(task, task.script) if not parse(subgoal, known).offences
-    )
+    words = VirtualHomeSubgoals(ACTIONS)
+    known = words.lexicon(task.scene).signature
+    return tuple(subgoal for subgoal in words.write(task, task.script) if not parse(subgoal, known).offences)
 
 
 def spread(rows: Sequence[_T], size: int) -> Sequence[_T]:

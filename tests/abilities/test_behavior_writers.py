@@ -3,10 +3,12 @@ from __future__ import annotations
 import pytest
 
 from eai.abilities.protocol import Protocol
-from eai.abilities.subgoal_decomposition.behavior import SubgoalDecomposition
-from eai.abilities.subgoal_decomposition.behavior_writer import join_subgoals, write_subgoals
+from eai.benchmarks.behavior.subgoal_notation import BehaviorSubgoals
 from eai.benchmarks.behavior.tasks import BehaviorTasks, open_tasks
+from eai.benchmarks.subgoals import behavior_subgoals
 from eai.data.store import Store
+
+WORDS = BehaviorSubgoals()
 
 
 @pytest.fixture(scope="module")
@@ -19,7 +21,7 @@ def test_subgoals_of_the_annotated_plans_reach_the_goals(
     tasks: BehaviorTasks, protocol: Protocol, reached: int
 ) -> None:
     verdicts = [
-        SubgoalDecomposition(task, protocol).score(join_subgoals(write_subgoals(task, task.script)))
+        behavior_subgoals(protocol)(task).score(WORDS.join(WORDS.write(task, task.script)))
         for task in tasks.values()
     ]
     assert sum(bool(verdict.success) for verdict in verdicts) == reached
@@ -27,7 +29,7 @@ def test_subgoals_of_the_annotated_plans_reach_the_goals(
 
 def test_a_plan_is_written_by_what_its_actions_bring_about(tasks: BehaviorTasks) -> None:
     task = next(t for t in tasks.values() if t.id.startswith("bringing_in_wood"))
-    assert write_subgoals(task, task.script)[:4] == (
+    assert WORDS.write(task, task.script)[:4] == (
         "holds_rh(plywood.2)",
         "holds_lh(plywood.0)",
         "onfloor(plywood.0, room_floor_kitchen.0)",

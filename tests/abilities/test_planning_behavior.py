@@ -5,11 +5,11 @@ from collections.abc import Sequence
 from benchmarks.plan_scorers import behavior_scorer
 from eai.abilities.planning import find_plan
 from eai.abilities.protocol import Protocol
-from eai.abilities.subgoal_decomposition.behavior import SubgoalDecomposition
-from eai.abilities.subgoal_decomposition.behavior_planner import carried_out, subgoal_planner
-from eai.abilities.subgoal_decomposition.behavior_writer import join_subgoals, write_subgoals
 from eai.benchmarks.behavior import domain as behavior
+from eai.benchmarks.behavior.subgoal_notation import BehaviorSubgoals
+from eai.benchmarks.behavior.subgoal_writer import carried_out
 from eai.benchmarks.behavior.tasks import BehaviorTask, BehaviorTasks
+from eai.benchmarks.subgoals import behavior_subgoals
 from eai.planning.planner import Planner
 from eai.world.execution import Action, attempt
 from eai.world.state import State
@@ -51,11 +51,11 @@ def test_plans_score_and_no_step_can_be_left_out(behavior_tasks: BehaviorTasks) 
 
 
 def test_plans_of_subgoals_score(behavior_tasks: BehaviorTasks) -> None:
-    planner = subgoal_planner()
+    words = BehaviorSubgoals()
+    planner = words.planner()
     for task in sample(behavior_tasks):
-        steps = carried_out(task, find_plan(task, planner).plan)
-        text = join_subgoals(write_subgoals(task, steps))
-        verdict = SubgoalDecomposition(task, Protocol.STRICT).score(text)
+        text = words.join(words.planned(task, planner))
+        verdict = behavior_subgoals(Protocol.STRICT)(task).score(text)
         assert (verdict.success, verdict.executable) == (True, True), task.id
 
 

@@ -7,12 +7,14 @@ from dataclasses import dataclass
 
 from eai.abilities.task import Goal, Task
 from eai.abilities.verdict import Json
-from eai.logic.formula import Atom, Formula, Occurs, Or
+from eai.logic.evidence import explain
+from eai.logic.formula import Atom, Formula, Occurs, Or, Then
 from eai.logic.ltl_printer import print_ltl
 from eai.world.domain import Domain
 from eai.world.execution import Action, Fault, Trajectory, describe
 from eai.world.fault import FaultKind
 from eai.world.state import Fact, Scene, change
+from eai.world.timeline import timeline
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,22 +50,42 @@ class GoalReport:
 
 
 @dataclass(frozen=True, slots=True)
+class PartReport:
+    """A part of the task's temporal goal; its parts are to be met one after the other.
+
+    Attributes:
+        part: the part as text.
+        met_after: how many executed steps came before the state in which it was first met after the part
+            before it; None if it was not. An action belongs to the state in which it is taken.
+        missing: if it is the first that was not met, what of it never held, as texts: the whole part where
+            its pieces held only apart from each other.
+    """
+
+    part: str
+    met_after: int | None
+    missing: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
 class Explanation:
     """What became of an answer.
 
-    ``notes`` are sentences on the answer as a whole: why it could not be run, or how it was read.
+    ``notes`` are sentences on the answer as a whole: why it could not be run, or how it was read. ``parts``
+    are those of the task's temporal goal, if it has one.
     """
 
     notes: tuple[str, ...] = ()
     steps: tuple[StepReport, ...] = ()
     goals: tuple[GoalReport, ...] = ()
+    parts: tuple[PartReport, ...] = ()
 
     def to_json(self) -> dict[str, Json]:
-        """The explanation as JSON."""
-        return {"notes": self.notes, "steps": _plain(self.steps), "goals": _plain(self.goals)}
+        """The explanation as JSON; ``parts`` only where there are any."""
+        fields = {"notes": self.notes, "steps": _plain(self.steps), "goals": _plain(self.goals)}
+        return {**fields, "parts": _plain(self.parts)} if self.parts else {**fields}
 
 
-def _plain(reports: Iterable[StepReport | GoalReport]) -> tuple[Json, ...]:
+def _plain(reports: Iterable[StepReport | GoalReport | PartReport]) -> tuple[Json, ...]:
     return tuple([{name: getattr(report, name) for name in report.__slots__} for report in reports])
 
 
@@ -158,6 +180,22 @@ def goal_reports(goals: Sequence[Goal], satisfied: Sequence[bool]) -> tuple[Goal
         GoalReport(goal.kind.value, formula_text(goal.formula), held)
         for goal, held in zip(goals, satisfied, strict=True)
     )
+
+
+def part_reports(goal: Formula | None, trajectory: Trajectory) -> tuple[PartReport, ...]:
+    """A report on each part of a temporal goal in the words of the domain; none where there is no goal."""
+    if goal is None:
+        return ()
+    evidence = explain(goal, timeline(trajectory))
+    parts = goal.parts if isinstance(goal, Then) else (goal,)
+    met: list[int | None] = [*evidence.positions[: len(parts)]]
+    blamed = [tuple([print_ltl(formula) for formula in evidence.failed])]
+    reports = []
+    for number, part in enumerate(parts):
+        after = met[number] if number < len(met) else None
+        missing = blamed.pop() if after is None and blamed else ()
+        reports.append(PartReport(print_ltl(part), after, missing))
+    return tuple(reports)
 
 
 def formula_text(formula: Formula) -> str:

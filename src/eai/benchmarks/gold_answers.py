@@ -14,13 +14,12 @@ from eai.abilities.action_sequencing.notation import JsonPlans, PlanNotation
 from eai.abilities.goal_interpretation.gold import write_goals
 from eai.abilities.planning import find_plan
 from eai.abilities.protocol import Ability
-from eai.abilities.subgoal_decomposition import behavior_planner
-from eai.abilities.subgoal_decomposition import behavior_writer as behavior_subgoals
-from eai.abilities.subgoal_decomposition import virtualhome_writer as virtualhome_subgoals
+from eai.abilities.subgoal_decomposition.notation import SubgoalNotation
 from eai.abilities.task import Task
 from eai.benchmarks.behavior import domain as behavior
 from eai.benchmarks.behavior import tasks as behavior_tasks
 from eai.benchmarks.behavior.goal_notation import BehaviorGoals
+from eai.benchmarks.behavior.subgoal_notation import BehaviorSubgoals
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.gold_operators import TransitionTasks, open_behavior, open_virtualhome
 from eai.benchmarks.source import Source
@@ -28,6 +27,7 @@ from eai.benchmarks.virtualhome import domain as virtualhome
 from eai.benchmarks.virtualhome import tasks as virtualhome_tasks
 from eai.benchmarks.virtualhome.goal_notation import VirtualHomeGoals
 from eai.benchmarks.virtualhome.plan_notation import VirtualHomePlans
+from eai.benchmarks.virtualhome.subgoal_notation import VirtualHomeSubgoals
 from eai.data.store import Store
 from eai.errors import InputError
 from eai.planning.planner import Planner
@@ -139,17 +139,20 @@ def _virtualhome_goals(store: Store | None) -> AnswerBook:
 def _virtualhome_subgoals(store: Store | None) -> AnswerBook:
     """The data set has no subgoals of its own: those of a plan that the built-in search finds, if it does."""
     tasks = virtualhome_tasks.open_tasks(store)
-    planner = virtualhome_subgoals.subgoal_planner()
+    words = VirtualHomeSubgoals()
+    return _planned_subgoals({i: t for i, t in tasks.items() if t.temporal_goal is not None}, words)
+
+
+def _planned_subgoals(tasks: Mapping[str, Task], notation: SubgoalNotation) -> AnswerBook:
+    """The subgoals of plans that the built-in search finds."""
+    planner = notation.planner()
 
     @cache
-    def gold(task_id: str) -> WrittenAnswer:
+    def planned(task_id: str) -> WrittenAnswer:
         task = tasks[task_id]
-        subgoals = virtualhome_subgoals.write_subgoals(task, find_plan(task, planner).plan)
-        return WrittenAnswer(subgoals, virtualhome_subgoals.join_subgoals)
+        return WrittenAnswer(notation.planned(task, planner), notation.join)
 
-    return AnswerBook(
-        tuple(task_id for task_id, task in tasks.items() if task.temporal_goal is not None), gold
-    )
+    return AnswerBook(tuple(tasks), planned)
 
 
 def _behavior_goals(store: Store | None) -> AnswerBook:
@@ -164,11 +167,11 @@ def _behavior_goals(store: Store | None) -> AnswerBook:
 def _behavior_subgoals(store: Store | None) -> AnswerBook:
     """The data set has no subgoals of its own: what its plans bring about."""
     tasks = behavior_tasks.open_tasks(store)
+    words = BehaviorSubgoals()
 
     def gold(task_id: str) -> WrittenAnswer:
         task = tasks[task_id]
-        subgoals = behavior_subgoals.write_subgoals(task, task.script)
-        return WrittenAnswer(subgoals, behavior_subgoals.join_subgoals)
+        return WrittenAnswer(words.write(task, task.script), words.join)
 
     return AnswerBook(tuple(tasks), gold)
 
@@ -206,15 +209,7 @@ def _plans(tasks: Mapping[str, Task], planner: Planner, notation: PlanNotation) 
 
 
 def _planned_behavior_subgoals(store: Store | None) -> AnswerBook:
-    tasks = behavior_tasks.open_tasks(store)
-    planner = behavior_planner.subgoal_planner()
-
-    def planned(task_id: str) -> WrittenAnswer:
-        task = tasks[task_id]
-        steps = behavior_planner.carried_out(task, find_plan(task, planner).plan)
-        return WrittenAnswer(behavior_subgoals.write_subgoals(task, steps), behavior_subgoals.join_subgoals)
-
-    return AnswerBook(tuple(tasks), planned)
+    return _planned_subgoals(behavior_tasks.open_tasks(store), BehaviorSubgoals())
 
 
 Opener: TypeAlias = Callable[[Store | None], AnswerBook]

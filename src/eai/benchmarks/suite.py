@@ -172,10 +172,11 @@ def _virtualhome_goal_interpretation(
 def _virtualhome_subgoal_decomposition(
     benchmark: Benchmark, protocol: Protocol, form: Form, source: Source
 ) -> Opened:
-    from eai.abilities.subgoal_decomposition.virtualhome import SubgoalDecomposition
+    from eai.benchmarks.subgoals import virtualhome_subgoals
 
     tasks = benchmark.tasks_for(Ability.SUBGOAL_DECOMPOSITION, source)
-    return Opened(tuple(tasks), tasks.sha256, lambda task_id: SubgoalDecomposition(tasks[task_id], protocol))
+    make = virtualhome_subgoals(protocol)
+    return Opened(tuple(tasks), tasks.sha256, lambda task_id: make(tasks[task_id]))
 
 
 def _behavior_action_sequencing(
@@ -219,11 +220,12 @@ def _behavior_goal_interpretation(
 def _behavior_subgoal_decomposition(
     benchmark: Benchmark, protocol: Protocol, form: Form, source: Source
 ) -> Opened:
-    from eai.abilities.subgoal_decomposition.behavior import SubgoalDecomposition
     from eai.benchmarks.behavior.benchmark import open_tasks as behavior_tasks
+    from eai.benchmarks.subgoals import behavior_subgoals
 
     tasks = behavior_tasks(source)
-    return Opened(tuple(tasks), tasks.sha256, lambda task_id: SubgoalDecomposition(tasks[task_id], protocol))
+    make = behavior_subgoals(protocol)
+    return Opened(tuple(tasks), tasks.sha256, lambda task_id: make(tasks[task_id]))
 
 
 def _transition_modeling(benchmark: Benchmark, protocol: Protocol, form: Form, source: Source) -> Opened:

@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
+from eai.abilities.subgoal_decomposition.notation import WrittenSubgoals
 from eai.abilities.subgoal_decomposition.program import Program
-from eai.abilities.subgoal_decomposition.written import Unreadable, WrittenSubgoals
+from eai.abilities.unreadable import Unreadable
 from eai.abilities.verdict import ErrorReport, SubgoalCategory
 from eai.errors import InputError, ParseError
 from eai.logic.formula import Formula
-from eai.logic.ltl import Dialect, parse
+from eai.logic.ltl import parse
 from eai.logic.signature import Offence, OffenceKind, Signature
 from eai.world.fault import FaultKind
 
@@ -39,23 +40,12 @@ def unparseable(reason: str, repairs: tuple[str, ...] = ()) -> Rejected:
     return Rejected(SubgoalCategory.NOT_PARSEABLE, ErrorReport(FaultKind.PARSING, None, reason), repairs)
 
 
-def parse_at_once(written: WrittenSubgoals | Unreadable, signature: Signature) -> Formula | Rejected:
-    """The formula of an answer whose subgoals are one text, as the reference takes them."""
-    if isinstance(written, Unreadable):
-        return unparseable(written.reason)
-    try:
-        reading = parse(" then ".join(written.subgoals), signature, Dialect.RELEASE)
-    except ParseError as error:
-        return unparseable(str(error))
-    return _offending(reading.offences, written.repairs) if reading.offences else reading.formula
-
-
 def compile_each(
     written: WrittenSubgoals | Unreadable,
     signature: Signature,
     program: Callable[[Sequence[Formula]], Program],
 ) -> Compiled | Rejected:
-    """An answer whose subgoals are each a text of its own, as protocol `strict` takes them.
+    """An answer whose subgoals are each a text of its own, each read by itself.
 
     ``program`` makes a program of them, or raises an `InputError` that says why there is none.
     """
@@ -71,7 +61,7 @@ def compile_each(
         formulas.append(reading.formula)
         offences += reading.offences
     if offences:
-        return _offending(offences, written.repairs)
+        return offending(offences, written.repairs)
     try:
         return Compiled(tuple(formulas), program(formulas), written.repairs)
     except InputError as error:
@@ -81,7 +71,7 @@ def compile_each(
 _PRECEDENCE = (OffenceKind.UNKNOWN_PREDICATE, OffenceKind.WRONG_ARITY, OffenceKind.UNKNOWN_OBJECT)
 
 
-def _offending(offences: Sequence[Offence], repairs: tuple[str, ...]) -> Rejected:
+def offending(offences: Sequence[Offence], repairs: tuple[str, ...]) -> Rejected:
     """The rejection for names that are not allowed: unknown predicates first, then numbers of objects."""
     worst = min(offences, key=lambda offence: _PRECEDENCE.index(offence.kind))
     wrong_number = worst.kind is OffenceKind.WRONG_ARITY

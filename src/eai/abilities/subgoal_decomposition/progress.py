@@ -3,18 +3,19 @@
 The goal is a sequence of state formulas, ``f1 then f2 then ...`` (as all goals of the data set are): the
 first part is met at the earliest position at which it holds, each further part at the earliest one after
 that. An action belongs to the position of the state in which it is taken; the last position has none. So the
-number of parts met so far is all that a search has to know of the past.
+number of parts met so far is all that a search has to know of the past. This is `eai.logic.semantics` for
+such sequences, step by step (held equal by a test).
 """
 
 from __future__ import annotations
 
 from eai.abilities.subgoal_decomposition.rewriting import Leaf, rewrite
 from eai.errors import InputError
-from eai.logic.formula import FALSE, And, Equals, Formula, Occurs, Then, Variable
+from eai.logic.formula import FALSE, TRUE, And, Equals, Formula, Occurs, Then, Variable
 from eai.logic.traversal import is_state_formula, walk
 from eai.world.condition import Conditions
 from eai.world.execution import Action
-from eai.world.frame import UNBOUND, Binding, Frame, Truth
+from eai.world.frame import UNBOUND, Frame, Truth
 from eai.world.state import Scene, State
 
 _ARGUMENTS = (Variable("argument 1"), Variable("argument 2"))
@@ -33,13 +34,12 @@ class StateTest:
     def __init__(self, formula: Formula, scene: Scene) -> None:
         frame = Frame(_ARGUMENTS)
         self._truth: Truth = Conditions(scene.vocabulary, frame).truth(formula)
-        self._binding: Binding = frame.bind(scene, (UNBOUND, UNBOUND))
+        self._binding = tuple(frame.bind(scene, (UNBOUND, UNBOUND)))
 
     def __call__(self, state: State, arguments: tuple[int, ...] = ()) -> bool:
         """Whether it holds in the state; ``arguments`` are those of the action taken there."""
-        binding = self._binding
+        binding = [*self._binding]  # quantifiers write into it, in any number of threads
         if arguments:
-            binding = [*binding]
             binding[1 : 1 + len(arguments)] = arguments
         return self._truth(state, binding)
 
@@ -86,17 +86,23 @@ def _with_action(leaf: Leaf, name: str | None) -> Formula:
 class GoalProgress:
     """The parts of a goal over a scene.
 
+    Args:
+        goal: the parts, to be met one after the other.
+        scene: the scene.
+        at_end: what must hold in the last state besides.
+
     Raises:
         InputError: the goal is not a sequence of state formulas.
         DomainError: it uses a predicate or an object that there is not.
     """
 
-    def __init__(self, goal: Formula, scene: Scene) -> None:
+    def __init__(self, goal: Formula, scene: Scene, at_end: Formula = TRUE) -> None:
         parts = goal.parts if isinstance(goal, Then) else (goal,)
         for part in parts:
             if not is_state_formula(part):
                 raise InputError("a goal must be a sequence of state formulas, 'f then g then ...'")
         self._parts = tuple(_Part(part, scene) for part in parts)
+        self._at_end = StateTest(at_end, scene)
 
     def advance(self, met: int, state: State, action: Action) -> int:
         """How many parts are met after a position, of which ``met`` were before it."""
@@ -105,6 +111,7 @@ class GoalProgress:
         return met
 
     def reached(self, met: int, final: State) -> bool:
-        """Whether all parts are met by the end, that is, after the last position."""
+        """Whether the goal is reached where a trajectory ends; its last state may meet the last part."""
         missing = len(self._parts) - met
-        return missing == 0 or (missing == 1 and self._parts[-1].holds(final, None))
+        met_by_now = missing == 0 or (missing == 1 and self._parts[-1].holds(final, None))
+        return met_by_now and self._at_end(final)

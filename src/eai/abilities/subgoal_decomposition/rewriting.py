@@ -10,7 +10,6 @@ from eai.errors import InputError
 from eai.logic.formula import (
     And,
     Atom,
-    Constant,
     Equals,
     Exactly,
     Exists,
@@ -53,8 +52,8 @@ def rewrite(
             raise InputError(f"{type(formula).__name__} is not an operator of goals and subgoals")
 
 
-def substitute(formula: Formula, values: Mapping[Term, Constant]) -> Formula:
-    """The formula with constants, and variables where they are free, replaced by objects.
+def substitute(formula: Formula, values: Mapping[Term, Term]) -> Formula:
+    """The formula with constants, and variables where they are free, replaced.
 
     Raises:
         InputError: the formula has a temporal operator other than `Then`.

@@ -1,156 +1,175 @@
-"""Scoring subgoals: from an answer that is compiled to its verdict, the same for every domain."""
+"""Subgoal decomposition: from the text of an answer to its verdict, the same for every domain."""
 
 from __future__ import annotations
 
-from abc import abstractmethod
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Sequence
 from functools import partial
 
-from eai.abilities.explanation import Explanation, goal_reports, repairs_told, step_reports
-from eai.abilities.protocol import Protocol
+from eai.abilities.explanation import Explanation, goal_reports, part_reports, repairs_told, step_reports
+from eai.abilities.goal_test import GoalTest
 from eai.abilities.scorer import Assessment, Scorer
 from eai.abilities.subgoal_decomposition.branch import Branch
-from eai.abilities.subgoal_decomposition.compiled import Compiled, Rejected, unparseable
+from eai.abilities.subgoal_decomposition.builder import program_of
+from eai.abilities.subgoal_decomposition.compiled import Compiled, Rejected, compile_each, unparseable
+from eai.abilities.subgoal_decomposition.notation import SubgoalNotation
+from eai.abilities.subgoal_decomposition.progress import GoalProgress
 from eai.abilities.subgoal_decomposition.reporting import category_of, error_of
-from eai.abilities.subgoal_decomposition.search import (
-    Goal,
-    Limits,
-    Outcome,
-    SearchEnd,
-    search,
-    uncategorised,
-)
-from eai.abilities.task import Task
-from eai.abilities.verdict import GoalTallies, Json, Verdict
+from eai.abilities.subgoal_decomposition.search import Limits, Outcome, SearchEnd, search, uncategorised
+from eai.abilities.subgoal_decomposition.shortest_plans import ShortestPlans
+from eai.abilities.subgoal_decomposition.translation import Translation
+from eai.abilities.task import NO_GOALS, GoalKind, Task
+from eai.abilities.verdict import SubgoalVerdict
+from eai.logic.formula import And, Formula, Then
+from eai.logic.ltl import parse
 from eai.logic.ltl_printer import print_ltl
 from eai.world.domain import Domain
 from eai.world.execution import Fault
 from eai.world.fault import FaultKind
-from eai.world.state import State
 
 
-@dataclass(frozen=True, slots=True)
-class Reached:
-    """The goals that an answer reaches, by kind, and what a verdict's details say of them."""
+class SubgoalDecomposition(Scorer):
+    """The scorer of the subgoals for one task.
 
-    tallies: GoalTallies
-    details: Mapping[str, Json] = field(default_factory=dict)
-
-
-class SubgoalScorer(Scorer):
-    """The scorer of one task under one protocol.
+    Whole answers are tested before anything is executed: whether there are subgoals, then all names. Then
+    every way to carry them out is tried (`search`). An answer succeeds if one way reaches the goal: the parts
+    of the task's temporal goal, or else its action goals, are met in order, and all goals about states hold
+    at the end. One that is not carried out reaches no goal.
 
     Args:
         task: the task.
-        protocol: the rules.
         domain: the world in which subgoals are carried out.
-        initial: the state in which they are.
-        goal: what they are to reach; None where the reference cannot read it.
+        notation: how they are written; by default with the names that the domain declares.
+        translation: what is done for them; by default a few actions that are searched for.
+        goals: what tests the goals of the task; by default as `GoalTest` does.
         limits: how long the search may take. Only answers with a great many alternatives get there.
     """
 
     def __init__(
         self,
         task: Task,
-        protocol: Protocol,
         domain: Domain,
-        initial: State,
-        goal: Goal | None,
-        limits: Limits | None,
+        notation: SubgoalNotation | None = None,
+        translation: Translation | None = None,
+        *,
+        goals: GoalTest | None = None,
+        limits: Limits | None = None,
     ) -> None:
         self.task = task
-        self.protocol = protocol
         self.domain = domain
-        self._initial = initial
-        self._goal = goal
+        self.notation = notation or SubgoalNotation(domain)
+        self.translation = translation or ShortestPlans(domain)
+        self.goals = goals or GoalTest(task)
+        self.excluded = None if task.goals else NO_GOALS
+        self.halts: Callable[[Fault], bool] = uncategorised
+        self.lexicon = self.notation.lexicon(task.scene)
+        self.temporal_goal = self._temporal_goal()
+        self._goal = self._goal_to_reach()
         self._limits = limits or Limits()
-        self._halts: Callable[[Fault], bool] = uncategorised
-
-    @abstractmethod
-    def compile(self, text: str) -> Compiled | Rejected:
-        """The answer as a program for the search, or what is wrong with it."""
-
-    @abstractmethod
-    def _reached(self, branch: Branch | None) -> Reached:
-        """What a branch reaches, or an answer that is not carried out."""
-
-    @abstractmethod
-    def _satisfied(self, branch: Branch) -> Sequence[bool]:
-        """For each goal of the task, in order, whether a branch reaches it."""
-
-    @abstractmethod
-    def _details(self, rejected: Rejected) -> Mapping[str, Json]:
-        """What else a verdict says of an answer that is not carried out."""
 
     def assess(self, text: str) -> Assessment:
         """The verdict on an answer, and what becomes of it step by step in the reported branch."""
+        assessment = self._assess(text)
+        if self.excluded is None:
+            return assessment
+        return Assessment(SubgoalVerdict(excluded=self.excluded), assessment.explain)
+
+    def compile(self, text: str) -> Compiled | Rejected:
+        """The answer as a program for the search, or what is wrong with it."""
+        program = partial(program_of, self.task, self.lexicon, self.translation)
+        return compile_each(self.notation.read(text), self.lexicon.signature, program)
+
+    def _assess(self, text: str) -> Assessment:
+        """The assessment as if the task were not excluded."""
         compiled = self.compile(text)
         if isinstance(compiled, Rejected):
             return self._refuse(compiled, compiled.repairs)
         outcome = self._carry_out(compiled)
         if isinstance(outcome, Rejected):
             return self._refuse(outcome, compiled.repairs)
-        verdict = self._judge(compiled.repairs, outcome)
-        return Assessment(verdict, partial(self._explain, compiled, outcome))
+        return Assessment(self._judge(compiled, outcome), partial(self._explain, compiled, outcome))
 
-    def _refuse(self, rejected: Rejected, repairs: Sequence[str]) -> Assessment:
-        """The assessment of an answer that cannot be carried out, with the repairs made until then."""
-        return Assessment(self._rejection(rejected), partial(_refusal, rejected, repairs))
+    def _temporal_goal(self) -> Formula | None:
+        """The temporal goal in the words of the domain."""
+        text = self.task.temporal_goal
+        return None if text is None else self.lexicon.meaning(parse(text, self.lexicon.signature).formula)
 
-    def _explain(self, compiled: Compiled, outcome: Outcome) -> Explanation:
-        notes = [*repairs_told(compiled.repairs)]
-        notes += [f"subgoal {i + 1}: {print_ltl(f)}" for i, f in enumerate(compiled.subgoals)]
-        if outcome.end is not SearchEnd.COMPLETE:
-            notes.append(f"the search was ended: {outcome.end.value} {outcome.reason}".rstrip())
-        error = error_of(outcome.reported, self.domain, self.task.scene)
-        if error is not None and error.step is not None:
-            notes.append(f"subgoal {error.step + 1} fails: {error.kind.value}, {error.detail}")
-        return Explanation(
-            (category_of(outcome).value, *notes),
-            step_reports(self.task, self.domain, outcome.reported.trajectory),
-            goal_reports(self.task.goals, self._satisfied(outcome.reported)),
-        )
+    def _goal_to_reach(self) -> GoalProgress:
+        """What the search is for."""
+        task = self.task
+        actions = Then(tuple([goal.formula for goal in task.goals_of(GoalKind.ACTION)]))
+        lasting = And(tuple([goal.formula for goal in task.goals if goal.kind is not GoalKind.ACTION]))
+        return GoalProgress(self.temporal_goal or actions, task.scene, lasting)
 
     def _carry_out(self, compiled: Compiled) -> Outcome | Rejected:
-        if self._goal is None:
-            return unparseable("the reference cannot read the goal of this task")
-        outcome = search(self.domain, self._initial, compiled.program, self._goal, self._limits, self._halts)
+        initial, limits = self.task.initial, self._limits
+        outcome = search(self.domain, initial, compiled.program, self._goal, limits, self.halts)
         return unparseable(outcome.reason) if outcome.end is SearchEnd.HALTED else outcome
 
-    def _judge(self, repairs: tuple[str, ...], outcome: Outcome) -> Verdict:
+    def _judge(self, compiled: Compiled, outcome: Outcome) -> SubgoalVerdict:
         branch = outcome.reported
         reached = self._reached(branch)
-        kinds = [fault.kind for fault in branch.faults]
-        details = {
-            **reached.details,
-            "errors": [kind.value for kind in kinds],
-            "search": outcome.end.value,
-            "attempts": outcome.attempts,
-        }
-        return Verdict(
+        kinds = tuple([fault.kind for fault in branch.faults])
+        return SubgoalVerdict(
             executable=outcome.executable,
             success=outcome.success,
             error=error_of(branch, self.domain, self.task.scene),
             additional_steps=kinds.count(FaultKind.ADDITIONAL_STEP),
             category=category_of(outcome),
-            goals=reached.tallies,
-            repairs=repairs,
-            details=details,
+            goals=self.goals.tallies(reached),
+            repairs=compiled.repairs,
+            goals_satisfied=reached,
+            errors=kinds,
+            search=outcome.end.value,
+            attempts=outcome.attempts,
         )
 
-    def _rejection(self, rejected: Rejected) -> Verdict:
-        reached = self._reached(None)
-        return Verdict(
+    def _refuse(self, rejected: Rejected, repairs: tuple[str, ...]) -> Assessment:
+        """The assessment of an answer that cannot be carried out, with the repairs made until then."""
+        verdict = self._rejection(rejected)
+        return Assessment(verdict, partial(_refusal, rejected, repairs))
+
+    def _rejection(self, rejected: Rejected) -> SubgoalVerdict:
+        reached = self._reached_without_running()
+        return SubgoalVerdict(
             executable=False,
             success=False,
             error=rejected.error,
             additional_steps=0,
             category=rejected.category,
-            goals=reached.tallies,
+            goals=self.goals.tallies(reached),
             repairs=rejected.repairs,
-            details={**reached.details, **self._details(rejected)},
+            goals_satisfied=reached,
+            offences=tuple(dict.fromkeys([offence.kind.value for offence in rejected.offences])),
         )
+
+    def _reached(self, branch: Branch) -> tuple[bool, ...]:
+        """For each goal, in order, whether a branch reaches it."""
+        return self.goals.reached(branch.states[-1], executed(branch))
+
+    def _reached_without_running(self) -> tuple[bool, ...]:
+        """For each goal, in order, whether an answer that is not carried out reaches it."""
+        return self.goals.none_reached
+
+    def _explain(self, compiled: Compiled, outcome: Outcome) -> Explanation:
+        branch = outcome.reported
+        notes = [category_of(outcome).value, *repairs_told(compiled.repairs)]
+        notes += [f"subgoal {i + 1}: {print_ltl(f)}" for i, f in enumerate(compiled.subgoals)]
+        if outcome.end is not SearchEnd.COMPLETE:
+            notes.append(f"the search was ended: {outcome.end.value} {outcome.reason}".rstrip())
+        error = error_of(branch, self.domain, self.task.scene)
+        if error is not None and error.step is not None:
+            notes.append(f"subgoal {error.step + 1} fails: {error.kind.value}, {error.detail}")
+        return Explanation(
+            tuple(notes),
+            step_reports(self.task, self.domain, branch.trajectory),
+            goal_reports(self.task.goals, self._reached(branch)),
+            part_reports(self.temporal_goal, branch.trajectory),
+        )
+
+
+def executed(branch: Branch) -> Sequence[str]:
+    """The names of the actions that were executed in a branch, in order."""
+    return [step.action.operator for step in branch.steps if step.fault is None]
 
 
 def _refusal(rejected: Rejected, repairs: Sequence[str]) -> Explanation:

@@ -8,18 +8,105 @@ scene has.
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
-from eai.abilities.subgoal_decomposition.behavior_vocabulary import ACTIONS, STATES
-from eai.abilities.subgoal_decomposition.written import Unreadable, WrittenSubgoals
+from eai.abilities.goal_test import GoalTest
+from eai.abilities.subgoal_decomposition.compiled import Compiled, Rejected, unparseable
+from eai.abilities.subgoal_decomposition.lexicon import Lexicon
+from eai.abilities.subgoal_decomposition.notation import WrittenSubgoals
+from eai.abilities.subgoal_decomposition.program import Do, End, Instruction, Program
+from eai.abilities.subgoal_decomposition.progress import GoalProgress
+from eai.abilities.subgoal_decomposition.search import Limits
+from eai.abilities.unreadable import Unreadable
+from eai.abilities.verdict import ErrorReport, SubgoalCategory
+from eai.benchmarks.behavior import domain as behavior
+from eai.benchmarks.behavior.subgoal_notation import BehaviorSubgoals
+from eai.benchmarks.behavior.subgoal_translation import BehaviorTranslation
+from eai.benchmarks.behavior.subgoal_vocabulary import (
+    ACTIONS,
+    STATES,
+    category_predicates,
+    meant,
+    published_names,
+)
+from eai.benchmarks.behavior.tasks import BehaviorTask
+from eai.benchmarks.reference.behavior_goal_test import asked_formulas
 from eai.benchmarks.reference.lots import Lots
-from eai.benchmarks.reference.subgoals import read_output
-from eai.logic.formula import Atom, Formula, Occurs
+from eai.benchmarks.reference.subgoals import ReferenceSubgoals, literals, parse_at_once, read_output
+from eai.logic.formula import And, Atom, Formula, Occurs, Then
+from eai.logic.signature import Signature
 from eai.logic.traversal import walk
+from eai.planning.subgoal import GroundAtom
 from eai.world.fault import FaultKind
+from eai.world.state import Scene
 
 _QUANTIFIERS = ("forall", "exists", "forpairs", "forn")
+
+
+class PublishedSubgoals(BehaviorSubgoals):
+    """The reference's names; it checks numbers of objects and names of objects in an order of its own."""
+
+    def lexicon(self, scene: Scene) -> Lexicon:
+        """The names of the data set, where parts of objects have none."""
+        predicates = dict.fromkeys((*category_predicates(scene), *STATES))
+        return meant(scene, Signature(predicates, dict.fromkeys(ACTIONS), None), published_names(scene))
+
+
+class BehaviorSubgoalDecomposition(ReferenceSubgoals):
+    """BEHAVIOR subgoals as the reference scores them.
+
+    What needs no action is passed over, and so are actions. An answer that is not carried out leaves the
+    goals as they are in the initial state.
+    """
+
+    def __init__(self, task: BehaviorTask, *, limits: Limits | None = None) -> None:
+        task = replace(task, initial=task.initial_as_published)
+        domain, table = behavior.as_in_reference_subgoals(), BehaviorTranslation(by_substring=True)
+        self._asked = asked_formulas(task)
+        goals = GoalTest(task, self._asked)
+        super().__init__(task, domain, PublishedSubgoals(), table, goals=goals, limits=limits)
+        self.excluded = None
+
+    def compile_by_lot(self, text: str, lots: Lots) -> Compiled | Rejected:
+        """The answer as a program for the search, or what is wrong with it."""
+        formula = parse_at_once(read_subgoals(text, lots), self.lexicon.signature)
+        if isinstance(formula, Rejected):
+            return formula
+        wrong = wrong_use(formula, self.lexicon.objects)
+        if wrong is not None:
+            kind, detail = wrong
+            parsing = kind is FaultKind.PARSING
+            category = SubgoalCategory.NOT_PARSEABLE if parsing else SubgoalCategory.HALLUCINATION
+            return Rejected(category, ErrorReport(kind, None, detail))
+        found = literals(formula, lots)
+        if found is None:
+            return unparseable("the reference cannot make a plan of this formula")
+        return Compiled(tuple(found), self._program(found))
+
+    def _goal_to_reach(self) -> GoalProgress:
+        return GoalProgress(Then(()), self.task.scene, And(self._asked))
+
+    def _program(self, found: Sequence[Formula]) -> Program:
+        """One literal, or two that are done together, after the other; nothing is tested."""
+        asked = [self.lexicon.literal(literal) for literal in found]
+        steps: list[tuple[int, tuple[GroundAtom, ...]]] = []
+        number = 0
+        while number < len(asked):
+            pair = tuple([literal for literal in asked[number : number + 2] if literal is not None])
+            width = 2 if len(pair) == 2 and self.translation.are_done_together(*pair) else 1
+            first = asked[number]
+            if first is not None:
+                steps.append((number, pair[:width]))
+            number += width
+        program: list[Instruction] = [End()]
+        for number, together in reversed(steps):
+            program.append(Do(self.translation.plans(together, self.task), number, len(program) - 1))
+        return program
+
+    def _reached_without_running(self) -> tuple[bool, ...]:
+        return self.goals.reached(self.task.initial, ())
 
 
 def read_subgoals(text: str, lots: Lots) -> WrittenSubgoals | Unreadable:

@@ -4,13 +4,75 @@ from __future__ import annotations
 
 import json
 import re
+from abc import abstractmethod
+from collections import Counter
+from dataclasses import replace
 
-from eai.abilities.subgoal_decomposition.written import Unreadable
+from eai.abilities.subgoal_decomposition.compiled import Compiled, Rejected, offending, unparseable
+from eai.abilities.subgoal_decomposition.notation import WrittenSubgoals
+from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
+from eai.abilities.subgoal_decomposition.search import Outcome
+from eai.abilities.unreadable import Unreadable
+from eai.abilities.verdict import Counted, SubgoalCategory, SubgoalVerdict
 from eai.benchmarks.reference.lots import Lots
+from eai.errors import ParseError
 from eai.logic.formula import And, Atom, Formula, Not, Occurs, Or, Then
+from eai.logic.ltl import Dialect, parse
+from eai.logic.signature import Signature
 from eai.logic.traversal import children
+from eai.world.fault import FaultKind
 
 _OBJECT = re.compile(r"{[^{}]*}")
+
+_COUNTED = (FaultKind.WRONG_ORDER, FaultKind.MISSING_STEP, FaultKind.AFFORDANCE)
+"""The errors that are counted by entry of the report."""
+
+
+class ReferenceSubgoals(SubgoalDecomposition):
+    """Subgoals as the reference scores them in every domain.
+
+    All subgoals of an answer are one text; its literals are done one after the other, and nothing is tested.
+    Tasks without goals are scored like others. Runtime errors are counted by entry of the report, and those
+    of answers that run but miss the goal not at all (``subgoal_eval_utils.py``).
+    """
+
+    def compile(self, text: str) -> Compiled | Rejected:
+        """The answer as a program for the search, or what is wrong with it; `Lots` are drawn anew."""
+        return self.compile_by_lot(text, Lots())
+
+    @abstractmethod
+    def compile_by_lot(self, text: str, lots: Lots) -> Compiled | Rejected:
+        """The same with these lots."""
+
+    def _judge(self, compiled: Compiled, outcome: Outcome) -> SubgoalVerdict:
+        verdict = super()._judge(compiled, outcome)
+        entries = Counter(kind for kind in verdict.errors if kind in _COUNTED)
+        if verdict.additional_steps:
+            entries[FaultKind.ADDITIONAL_STEP] = 1
+        if verdict.category is SubgoalCategory.GOAL_UNREACHABLE:
+            entries.clear()
+        return _counting(verdict, tuple(entries.items()))
+
+    def _rejection(self, rejected: Rejected) -> SubgoalVerdict:
+        return _counting(super()._rejection(rejected), ())
+
+
+def _counting(verdict: SubgoalVerdict, errors: tuple[tuple[FaultKind, int], ...]) -> SubgoalVerdict:
+    """The verdict where these errors count in summaries."""
+    if verdict.goals is None:
+        return verdict
+    return replace(verdict, counted=Counted(bool(verdict.success), verdict.goals, errors))
+
+
+def parse_at_once(written: WrittenSubgoals | Unreadable, signature: Signature) -> Formula | Rejected:
+    """The formula of an answer whose subgoals are one text."""
+    if isinstance(written, Unreadable):
+        return unparseable(written.reason)
+    try:
+        reading = parse(" then ".join(written.subgoals), signature, Dialect.RELEASE)
+    except ParseError as error:
+        return unparseable(str(error))
+    return offending(reading.offences, written.repairs) if reading.offences else reading.formula
 
 
 def read_output(text: str) -> list[str] | Unreadable:

@@ -9,17 +9,89 @@ only when the search gets to it.
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 
-from eai.abilities.subgoal_decomposition.search import uncategorised
-from eai.abilities.subgoal_decomposition.written import Unreadable, WrittenSubgoals
+from eai.abilities.goal_test import GoalTest
+from eai.abilities.subgoal_decomposition.compiled import Compiled, Rejected, unparseable
+from eai.abilities.subgoal_decomposition.notation import WrittenSubgoals
+from eai.abilities.subgoal_decomposition.program import Do, End, Halt, Instruction, Program
+from eai.abilities.subgoal_decomposition.progress import GoalProgress
+from eai.abilities.subgoal_decomposition.search import Limits, Outcome, uncategorised
+from eai.abilities.task import Task
+from eai.abilities.unreadable import Unreadable
 from eai.benchmarks.reference.lots import Lots
-from eai.benchmarks.reference.subgoals import read_output
-from eai.logic.formula import FALSE, And, Formula
+from eai.benchmarks.reference.subgoals import ReferenceSubgoals, literals, parse_at_once, read_output
+from eai.benchmarks.virtualhome import domain as virtualhome
+from eai.benchmarks.virtualhome.subgoal_notation import ACTIONS, VirtualHomeSubgoals
+from eai.benchmarks.virtualhome.subgoal_translation import VirtualHomeTranslation
+from eai.logic.formula import FALSE, And, Atom, Formula, Occurs
+from eai.logic.ltl import Dialect, parse
+from eai.logic.ltl_printer import print_ltl
 from eai.logic.traversal import children, is_state_formula, walk
 from eai.world.execution import Fault
 
 _PRIMITIVE = re.compile(r"\w+\(.*?\)")
 _WITHOUT_ARGUMENTS = frozenset({"SLEEP", "WAKEUP", "STANDUP"})
+
+
+class VirtualHomeSubgoalDecomposition(ReferenceSubgoals):
+    """VirtualHome subgoals as the reference scores them: the goal counts if it held at any time."""
+
+    def __init__(self, task: Task, *, limits: Limits | None = None) -> None:
+        domain, words = virtualhome.as_in_reference(), VirtualHomeSubgoals(ACTIONS)
+        table = VirtualHomeTranslation(either_way=False)
+        super().__init__(task, domain, words, table, goals=_ActionsSingly(task), limits=limits)
+        self.halts = halts
+        self.excluded = None
+
+    def compile_by_lot(self, text: str, lots: Lots) -> Compiled | Rejected:
+        """The answer as a program for the search, or what is wrong with it."""
+        formula = parse_at_once(read_subgoals(text, lots), self.lexicon.signature)
+        if isinstance(formula, Rejected):
+            return formula
+        found = literals(formula, lots)
+        if found is None or conjoins_moments(formula):
+            return unparseable("the reference cannot make a plan of this formula")
+        return Compiled(tuple(found), self._program(found))
+
+    def _temporal_goal(self) -> Formula | None:
+        text = self.task.temporal_goal
+        reading = None if text is None else parse(text, self.lexicon.signature, Dialect.RELEASE)
+        return None if reading is None or reading.offences else reading.formula
+
+    def _goal_to_reach(self) -> GoalProgress:
+        return GoalProgress(self.temporal_goal or FALSE, self.task.scene)
+
+    def _carry_out(self, compiled: Compiled) -> Outcome | Rejected:
+        if self.temporal_goal is None:
+            return unparseable("the reference cannot read the goal of this task")
+        return super()._carry_out(compiled)
+
+    def _program(self, found: Sequence[Formula]) -> Program:
+        """One literal after the other, nothing tested; what cannot be translated ends the search."""
+        program: list[Instruction] = [End()]
+        for number in reversed(range(len(found))):
+            program.append(self._instruction(found[number], number, len(program) - 1))
+        return program
+
+    def _instruction(self, literal: Formula, number: int, then: int) -> Instruction:
+        if not isinstance(literal, (Atom, Occurs)):
+            return Halt("a negation cannot be translated")
+        if any(term.name not in self.lexicon.objects for term in literal.arguments):
+            return Halt(f"{print_ltl(literal)}: an object without an id cannot be translated")
+        if isinstance(literal, Occurs):
+            action = self.lexicon.action(literal)
+            return Do(self.translation.plans_to_take(action, self.task), number, then)
+        asked = [each for each in (self.lexicon.literal(literal),) if each is not None]
+        return Do(self.translation.plans(asked, self.task), number, then)
+
+
+class _ActionsSingly(GoalTest):
+    """Action goals are met in any order, up to the first that is not met (``my_scene_evaluate``)."""
+
+    def _met(self, goals: Sequence[tuple[str, ...]], actions: Sequence[str]) -> Sequence[int]:
+        met = [not set(wanted).isdisjoint(actions) for wanted in goals]
+        return range((*met, False).index(False))
 
 
 def read_subgoals(text: str, lots: Lots) -> WrittenSubgoals | Unreadable:

@@ -11,8 +11,8 @@ from typing import Any
 import pytest
 
 from eai.abilities.protocol import Protocol
-from eai.abilities.subgoal_decomposition.virtualhome import SubgoalDecomposition
-from eai.abilities.verdict import Verdict
+from eai.abilities.verdict import SubgoalVerdict
+from eai.benchmarks.subgoals import virtualhome_subgoals
 from eai.benchmarks.virtualhome.tasks import VirtualHomeTasks
 from oracle import MODELS, SUBGOAL_CATEGORIES, Oracle
 
@@ -47,17 +47,16 @@ def of_reference(row: Mapping[str, Any]) -> tuple[object, ...]:
     return (category, [KINDS[kind] for kind in noted if kind != "GOAL_FAILED"], goals)
 
 
-def of_ours(verdict: Verdict) -> tuple[object, ...]:
+def of_ours(verdict: SubgoalVerdict) -> tuple[object, ...]:
     assert verdict.category is not None
-    details: Mapping[str, Any] = verdict.details or {}
     category = verdict.category.value
     if category == "not_parseable":
         return (category,)
     if category == "hallucination":
-        offences = set(details["offences"])
+        offences = set(verdict.offences)
         return (category, {"unknown_predicate"} if "unknown_predicate" in offences else offences)
     assert verdict.goals is not None
-    return (category, details["errors"], [tuple(tally) for tally in verdict.goals])
+    return (category, [kind.value for kind in verdict.errors], [tuple(tally) for tally in verdict.goals])
 
 
 @pytest.mark.parametrize("name", SETS)
@@ -99,8 +98,8 @@ def test_a_row_with_known_lots_has_the_verdict_of_the_reference(
     assert {r["id"]: scored[r["id"]] for r in rows if scored[r["id"]] != of_reference(r)} == {}
 
 
-def score(tasks: VirtualHomeTasks, row_id: str, text: str) -> Verdict:
-    return SubgoalDecomposition(tasks[row_id.partition("@")[0]], Protocol.EAI_1_0_5).score(text)
+def score(tasks: VirtualHomeTasks, row_id: str, text: str) -> SubgoalVerdict:
+    return virtualhome_subgoals(Protocol.EAI_1_0_5)(tasks[row_id.partition("@")[0]]).score(text)
 
 
 def choices(text: str) -> Iterator[str]:

@@ -8,14 +8,12 @@ from abilities.action_sequencing.household import make_task
 from benchmarks.virtualhome import flat
 from eai.abilities.planning import find_plan
 from eai.abilities.protocol import Protocol
-from eai.abilities.subgoal_decomposition.virtualhome import SubgoalDecomposition
-from eai.abilities.subgoal_decomposition.virtualhome_writer import (
-    join_subgoals,
-    subgoal_planner,
-    write_subgoals,
-)
+from eai.benchmarks.subgoals import virtualhome_subgoals
+from eai.benchmarks.virtualhome.subgoal_notation import VirtualHomeSubgoals
 from eai.benchmarks.virtualhome.tasks import VirtualHomeTasks
 from eai.planning.planner import PlanningEnd
+
+WORDS = VirtualHomeSubgoals()
 
 WITHOUT_A_PLAN = {
     *("149_1", "158_1", "173_1", "180_1", "180_2", "241_2", "259_1", "26_1"),  # the character sits
@@ -46,24 +44,22 @@ COFFEE = {"183_2", "229_1", "310_2", "721_2", "764_2"}
 )
 def test_each_step_has_a_subgoal(step: str, subgoal: str) -> None:
     task = make_task()
-    assert write_subgoals(task, [flat.action(step, task.scene)]) == (subgoal,)
+    assert WORDS.write(task, [flat.action(step, task.scene)]) == (subgoal,)
 
 
 def test_the_second_thing_is_taken_with_the_left_hand() -> None:
     task = make_task("HOLDS_RH character.65 book.16")
-    assert write_subgoals(task, [flat.action("GRAB cup.13", task.scene)]) == (
-        "HOLDS_LH(character.65, cup.13)",
-    )
+    assert WORDS.write(task, [flat.action("GRAB cup.13", task.scene)]) == ("HOLDS_LH(character.65, cup.13)",)
 
 
 def test_subgoals_are_joined_into_an_answer() -> None:
-    assert json.loads(join_subgoals(["A(x)", "B(y)"]))["output"] == ["A(x)", "B(y)"]
+    assert json.loads(WORDS.join(["A(x)", "B(y)"]))["output"] == ["A(x)", "B(y)"]
 
 
 def test_the_planners_subgoals_reach_every_goal_that_subgoals_can_reach(
     virtualhome_tasks: VirtualHomeTasks,
 ) -> None:
-    planner = subgoal_planner()
+    planner = WORDS.planner()
     unsolved, wrong = set(), {}
     for task in virtualhome_tasks.values():
         if not task.goals:
@@ -72,8 +68,8 @@ def test_the_planners_subgoals_reach_every_goal_that_subgoals_can_reach(
         if found.end is not PlanningEnd.SOLVED:
             unsolved.add(task.id)
             continue
-        text = join_subgoals(write_subgoals(task, found.plan))
-        verdicts = [SubgoalDecomposition(task, protocol).score(text) for protocol in Protocol]
+        text = WORDS.join(WORDS.write(task, found.plan))
+        verdicts = [virtualhome_subgoals(protocol)(task).score(text) for protocol in Protocol]
         categories = tuple(v.category.value for v in verdicts if v.category is not None)
         expected = ("correct", "not_parseable" if task.id in COFFEE else "correct")
         if categories != expected:

@@ -2,7 +2,6 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
-from typing import Any
 
 import pytest
 from hypothesis import given, settings
@@ -10,15 +9,16 @@ from hypothesis import strategies as st
 
 from benchmarks.behavior.kitchen import make_task
 from eai.abilities.protocol import Protocol
-from eai.abilities.subgoal_decomposition.behavior import SubgoalDecomposition
+from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
 from eai.abilities.task import Goal, GoalKind
 from eai.abilities.verdict import Tally, Verdict
+from eai.benchmarks.subgoals import behavior_subgoals
 from eai.logic.formula import Atom, Constant
+from eai.world.fault import FaultKind
+from threading_tests import asked_by_threads
 
 TASK = make_task()
-STRICT, REFERENCE = (
-    SubgoalDecomposition(TASK, protocol) for protocol in (Protocol.STRICT, Protocol.EAI_1_0_5)
-)
+STRICT, REFERENCE = (behavior_subgoals(protocol)(TASK) for protocol in (Protocol.STRICT, Protocol.EAI_1_0_5))
 REACHED = (
     "open(fridge.1)",
     "inside(peach.1, saucepan.1)",
@@ -132,12 +132,11 @@ def test_a_hand_holds_what_its_content_is_named_after_in_the_reference() -> None
 
 def test_errors_and_goals_are_told() -> None:
     verdict = STRICT.score(answer("open(carton.1)", *REACHED))
-    details: Any = verdict.details
     assert (told(verdict), verdict.additional_steps) == ("correct", 1)
-    assert details["errors"] == ["additional_step"]
-    assert details["goals_satisfied"] == [True, True]
-    rejected: Any = STRICT.score("?").details
-    assert rejected == {"goals_satisfied": [False, False], "errors": []}
+    assert verdict.errors == (FaultKind.ADDITIONAL_STEP,)
+    assert verdict.goals_satisfied == (True, True)
+    rejected = STRICT.score("?")
+    assert (rejected.goals_satisfied, rejected.errors) == ((False, False), ())
 
 
 def test_an_answer_that_is_not_carried_out_meets_no_goal() -> None:
@@ -145,7 +144,7 @@ def test_an_answer_that_is_not_carried_out_meets_no_goal() -> None:
     task = replace(TASK, goals=(dusty,))
     for protocol, state in ((Protocol.STRICT, Tally(0, 1)), (Protocol.EAI_1_0_5, Tally(1, 1))):
         for text in ("?", answer("flies(rag.1)")):
-            goals = SubgoalDecomposition(task, protocol).score(text).goals
+            goals = behavior_subgoals(protocol)(task).score(text).goals
             assert goals is not None
             assert goals.state == state, "the reference tests the initial state"
 
@@ -186,3 +185,10 @@ def test_any_text_has_a_verdict_and_an_explanation(text: str) -> None:
     for scorer in (STRICT, REFERENCE):
         assert scorer.score(text) == scorer.score(text)
         scorer.explain(text)
+
+
+@pytest.mark.parametrize("scorer", [STRICT, REFERENCE])
+def test_any_number_of_threads_may_ask_one_scorer(scorer: SubgoalDecomposition) -> None:
+    answers = [answer(*subgoals) for subgoals in (REACHED, REACHED[:2], [EITHER], ["stained(fridge.1)"])]
+    expected = [scorer.score(text) for text in answers]
+    assert asked_by_threads(lambda i: scorer.score(answers[i % 4]) == expected[i % 4], 1_500)

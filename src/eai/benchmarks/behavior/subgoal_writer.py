@@ -1,13 +1,18 @@
-"""Plans of BEHAVIOR written as subgoals: what each action brings about."""
+"""Plans of BEHAVIOR written as subgoals: what each action brings about.
+
+A subgoal is translated into the action that brings it about and, before it, what that action needs of the
+hands; so the planner chooses actions and carries out those translations.
+"""
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterable, Iterator
 
-from eai.abilities.subgoal_decomposition.behavior_vocabulary import object_names
 from eai.abilities.task import Task
 from eai.benchmarks.behavior import domain as behavior
+from eai.benchmarks.behavior.subgoal_translation import held
+from eai.benchmarks.behavior.subgoal_vocabulary import object_names
+from eai.planning.planner import Planner
 from eai.world.execution import Action, attempt
 from eai.world.state import State
 
@@ -30,6 +35,17 @@ HANDS = {"LEFT": ("in_left_hand", "holds_lh"), "RIGHT": ("in_right_hand", "holds
 PLACES = {"PLACE_INSIDE": "inside", "PLACE_NEXTTO": "nextto", "PLACE_UNDER": "under"}
 """The relation that stands for putting an object somewhere, but for putting it on something."""
 
+_UNWRITTEN = (
+    "NAVIGATE_TO",
+    "DRY",
+    *(
+        f"{hand}_{verb}"
+        for hand in HANDS
+        for verb in ("TRANSFER_CONTENTS_INSIDE", "TRANSFER_CONTENTS_ONTOP", "PLACE_NEXTTO_ONTOP")
+    ),
+)
+"""Actions for which no single subgoal stands."""
+
 
 def write_subgoals(task: Task, plan: Iterable[Action]) -> tuple[str, ...]:
     """The subgoals that stand for a plan, in order.
@@ -50,9 +66,31 @@ def write_subgoals(task: Task, plan: Iterable[Action]) -> tuple[str, ...]:
     return tuple(subgoals)
 
 
-def join_subgoals(subgoals: Iterable[str]) -> str:
-    """The subgoals as one answer."""
-    return json.dumps({"output": list(subgoals)})
+def subgoal_planner() -> Planner:
+    """A planner whose steps can each be written as a subgoal."""
+    return Planner(behavior.as_meant().with_operators(without=_UNWRITTEN), _carry_out)
+
+
+def carried_out(task: Task, plan: Iterable[Action]) -> tuple[Action, ...]:
+    """All that is done when a plan of `subgoal_planner` is carried out."""
+    compiled = behavior.as_meant().compiled
+    state = task.initial
+    steps: list[Action] = []
+    for action in plan:
+        for step in _carry_out(action, state):
+            steps.append(step)
+            operator = compiled[step.operator]
+            state = operator.apply(state, operator.bind(state, step.arguments))
+    return tuple(steps)
+
+
+def _carry_out(action: Action, state: State) -> tuple[Action, ...]:
+    """The action; if it wants a free hand and there is none, the right one first lets go of what it holds."""
+    hand, _, _ = action.operator.partition("_")
+    hands = held(state)
+    if hand in HANDS or hands.left is None or hands.right is None:
+        return (action,)
+    return Action("RIGHT_RELEASE", (hands.right,)), action
 
 
 class _Writer:

@@ -11,8 +11,9 @@ from typing import Any
 import pytest
 
 from eai.abilities.protocol import Protocol
-from eai.abilities.subgoal_decomposition.behavior import SubgoalDecomposition
+from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
 from eai.benchmarks.behavior.tasks import BehaviorTasks
+from eai.benchmarks.subgoals import behavior_subgoals
 from oracle import MODELS, SUBGOAL_CATEGORIES, Oracle
 
 SETS = (*MODELS, "gt", "perturb0", "perturb1", "perturb2")
@@ -23,11 +24,11 @@ KINDS = {"wrong_temporal_order": "wrong_order", "affordance_error": "affordance"
 
 def told_by_us(scorer: SubgoalDecomposition, text: str) -> tuple[object, ...]:
     verdict = scorer.score(text)
-    details: Any = verdict.details
     assert verdict.category is not None
     rejected = verdict.category.value in ("hallucination", "not_parseable")
-    goals = None if rejected else details["goals_satisfied"]
-    return verdict.category.value, verdict.success, details["errors"], goals
+    goals = None if rejected else list(verdict.goals_satisfied)
+    errors = [kind.value for kind in verdict.errors]
+    return verdict.category.value, verdict.success, errors, goals
 
 
 def told_by_reference(verdict: Any) -> tuple[object, ...]:
@@ -49,7 +50,7 @@ def test_every_row_has_the_references_verdict(
     behavior_tasks: BehaviorTasks, oracle: Oracle, name: str
 ) -> None:
     for row in oracle("behavior", "subgoal_decomposition", name)["records"]:
-        scorer = SubgoalDecomposition(behavior_tasks[row["identifier"]], Protocol.EAI_1_0_5)
+        scorer = behavior_subgoals(Protocol.EAI_1_0_5)(behavior_tasks[row["identifier"]])
         expected = told_by_reference(row["verdict"])
         if not row["contains_or"]:
             assert (row["identifier"], told_by_us(scorer, row["response"])) == (row["identifier"], expected)
@@ -63,9 +64,8 @@ def test_strict_finds_at_least_what_the_reference_finds(
 ) -> None:
     """Whatever ends well there ends well here, in the data set's own subgoals."""
     rows = oracle("behavior", "subgoal_decomposition", "gt")["records"]
+    make = behavior_subgoals(Protocol.STRICT)
     for row in rows:
         if row["verdict"]["task_success"]:
-            verdict = SubgoalDecomposition(behavior_tasks[row["identifier"]], Protocol.STRICT).score(
-                row["response"]
-            )
+            verdict = make(behavior_tasks[row["identifier"]]).score(row["response"])
             assert verdict.success, row["identifier"]

@@ -1,4 +1,4 @@
-"""Plans and answers made of VirtualHome subgoals: for built-in models and tests.
+"""Plans made of VirtualHome subgoals: for built-in models and tests.
 
 Since each subgoal is translated into several actions, and every translation turns the character away from
 what it faces, a plan of actions is not a plan of subgoals. `subgoal_planner` therefore chooses actions that
@@ -7,15 +7,12 @@ subgoals can stand for, and carries out what those are translated into.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterable
 
-from eai.abilities.protocol import Protocol
 from eai.abilities.subgoal_decomposition.program import Plan
-from eai.abilities.subgoal_decomposition.virtualhome_signature import allowed_actions
-from eai.abilities.subgoal_decomposition.virtualhome_translation import BROUGHT_ABOUT_BY, Translation
 from eai.abilities.task import Task
 from eai.benchmarks.virtualhome import domain as virtualhome
+from eai.benchmarks.virtualhome.subgoal_translation import BROUGHT_ABOUT_BY, VirtualHomeTranslation
 from eai.logic.formula import Atom, Constant, Formula, Occurs
 from eai.logic.ltl_printer import print_ltl
 from eai.planning.planner import Planner
@@ -35,9 +32,9 @@ OTHERS = ("WALK", "GRAB", "PUTON")
 """Actions for which the state at hand decides what stands for them."""
 
 
-def subgoal_planner() -> Planner:
-    """A planner under protocol `strict` whose steps can each be written as a subgoal."""
-    written = {*STATES, *PLACES, *POSITIONS, *OTHERS, *allowed_actions(Protocol.STRICT)}
+def subgoal_planner(actions: Iterable[str]) -> Planner:
+    """A planner whose steps can each be written as a subgoal, where these actions stand for themselves."""
+    written = {*STATES, *PLACES, *POSITIONS, *OTHERS, *actions}
     meant = virtualhome.as_meant()
     unwritten = [operator.name for operator in meant.operators if operator.name not in written]
     return Planner(meant.with_operators(without=unwritten), _carry_out)
@@ -55,12 +52,6 @@ def write_subgoals(task: Task, plan: Iterable[Action]) -> tuple[str, ...]:
             operator = compiled[step.operator]
             state = operator.apply(state, operator.bind(state, step.arguments))
     return tuple(subgoals)
-
-
-def join_subgoals(subgoals: Iterable[str]) -> str:
-    """The subgoals as one answer."""
-    answer = {"necessity_to_use_action": "no", "actions_to_include": [], "output": list(subgoals)}
-    return json.dumps(answer, indent=1)
 
 
 def _literal(action: Action, state: State) -> Action | Fact:
@@ -87,7 +78,7 @@ def _literal(action: Action, state: State) -> Action | Fact:
 def _carry_out(action: Action, state: State) -> Plan:
     """The translation of what stands for an action that ends in it; for walking up to a thing, finding it."""
     literal = _literal(action, state)
-    translation = Translation(state.scene)
+    translation = VirtualHomeTranslation()
     if isinstance(literal, Fact):
         plans = translation.of_state(literal.predicate, literal.arguments, state)
     else:

@@ -5,7 +5,8 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 
-from eai.abilities.protocol import Protocol
+from eai.abilities.subgoal_decomposition.lexicon import Lexicon
+from eai.benchmarks.behavior import predicates as p
 from eai.logic.signature import Signature
 from eai.world.state import Scene
 
@@ -60,6 +61,15 @@ STATES: Mapping[str, int] = {
 UNOBSERVED = frozenset(STATES) - {*_ONE_OBJECT, *_TWO_OBJECTS, "inHandOfRobot"}
 """Predicates about rooms, sight and reach, of which the symbolic scene knows nothing."""
 
+IN_DOMAIN: Mapping[str, str] = {
+    "toggledon": "toggled_on",
+    "touching": "nextto",
+    "inHandOfRobot": p.held.name,
+    "holds_rh": p.in_right_hand.name,
+    "holds_lh": p.in_left_hand.name,
+}
+"""What the domain calls the states that it has under another name."""
+
 ACTIONS: Mapping[str, int | None] = {
     **dict.fromkeys(("navigate_to", "open", "close", "cook", "clean", "freeze", "unfreeze"), 1),
     **dict.fromkeys(("slice", "soak", "dry", "toggle_on", "toggle_off"), 1),
@@ -85,21 +95,30 @@ ACTIONS: Mapping[str, int | None] = {
 _NUMBERED = re.compile(r"(.+)_(\d+)")
 
 
-def signature(scene: Scene, protocol: Protocol) -> Signature:
-    """The names to check formulas against.
-
-    Under `eai-1.0.5` numbers of objects and names of objects are left unchecked: the reference checks them in
-    an order of its own.
-    """
-    categories = {each.category.replace(".", "_"): 1 for each in scene.objects if "." in each.category}
-    if protocol is Protocol.EAI_1_0_5:
-        return Signature(dict.fromkeys((*categories, *STATES)), dict.fromkeys(ACTIONS), None)
+def lexicon(scene: Scene) -> Lexicon:
+    """What subgoals about a scene may say."""
     known = {name: arity for name, arity in ACTIONS.items() if arity is not None}
-    return Signature({**categories, **STATES}, known, object_names(scene))
+    objects = object_names(scene)
+    categories = category_predicates(scene)
+    predicates = {**dict.fromkeys(categories, 1), **STATES}
+    return meant(scene, Signature(predicates, known, objects), objects)
+
+
+def meant(scene: Scene, signature: Signature, objects: Mapping[str, int]) -> Lexicon:
+    """What these names mean in the domain."""
+    categories = {n: c for n, c in category_predicates(scene).items() if scene.vocabulary.arity(n) is None}
+    actions = {name: name.upper() for name in ACTIONS}
+    return Lexicon(scene, signature, objects, IN_DOMAIN, actions, categories, UNOBSERVED)
+
+
+def category_predicates(scene: Scene) -> dict[str, str]:
+    """The predicates that say that an object is of a category -> the category."""
+    categories = dict.fromkeys(thing.category for thing in scene.objects)
+    return {category.replace(".", "_"): category for category in categories if "." in category}
 
 
 def object_names(scene: Scene) -> dict[str, int]:
-    """What an object may be called under `strict` -> the object: ``jar.0``, also ``jar_0``.
+    """What an object may be called -> the object: ``jar.0``, also ``jar_0``.
 
     Names of formulas have no hyphens; where an object's name does, an underscore stands for it.
     """

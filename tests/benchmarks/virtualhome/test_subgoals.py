@@ -10,9 +10,12 @@ from hypothesis import strategies as st
 from abilities.action_sequencing.household import make_task
 from eai.abilities.codec import fields_of
 from eai.abilities.protocol import Protocol
+from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
 from eai.abilities.subgoal_decomposition.search import Limits
-from eai.abilities.subgoal_decomposition.virtualhome import SubgoalDecomposition
 from eai.abilities.verdict import Tally, Verdict
+from eai.benchmarks.subgoals import virtualhome_subgoals
+from eai.world.fault import FaultKind
+from threading_tests import asked_by_threads
 
 GOALS = ("state OPEN fridge.10", "relation ONTOP cup.13 bed.20", "action TOUCH|PUSH")
 TASK = replace(
@@ -20,7 +23,7 @@ TASK = replace(
     temporal_goal="(exists x. ((TOUCH(x) or PUSH(x))) then (OPEN(fridge.10) and ONTOP(cup.13, bed.20)))",
 )
 SCORERS = STRICT, REFERENCE = tuple(
-    SubgoalDecomposition(TASK, protocol) for protocol in (Protocol.STRICT, Protocol.EAI_1_0_5)
+    virtualhome_subgoals(protocol)(TASK) for protocol in (Protocol.STRICT, Protocol.EAI_1_0_5)
 )
 REACHED = ("TOUCH(table.12)", "OPEN(fridge.10)", "ONTOP(cup.13, bed.20)")
 
@@ -122,12 +125,25 @@ def test_repairs_are_named() -> None:
 
 def test_errors_and_goals_are_those_of_the_reported_branch() -> None:
     verdict = STRICT.score(answer("OPEN(fridge.10)", "OPEN(fridge.10)", "HOLDS_RH(character.65, table.12)"))
-    assert verdict.details is not None
-    assert verdict.details["errors"] == ["additional_step", "affordance"]
+    assert verdict.errors == (FaultKind.ADDITIONAL_STEP, FaultKind.AFFORDANCE)
     assert verdict.additional_steps == 1
     assert verdict.goals is not None
     assert verdict.goals == (Tally(1, 1), Tally(0, 1), Tally(0, 1))
     assert (verdict.executable, verdict.success) == (False, False)
+
+
+def test_the_reference_counts_entries_but_not_those_of_unreachable_goals() -> None:
+    twice = ("OPEN(fridge.10)", "OPEN(fridge.10)")
+    failed = REFERENCE.score(answer(*twice, "HOLDS_RH(character.65, table.12)"))
+    assert failed.counted is not None
+    assert failed.counted.errors == ((FaultKind.AFFORDANCE, 1), (FaultKind.ADDITIONAL_STEP, 1))
+    missed, reached = (REFERENCE.score(answer(*subgoals)) for subgoals in (twice, (*REACHED[:1], *REACHED)))
+    assert missed.errors == (FaultKind.ADDITIONAL_STEP,)
+    assert missed.counted is not None
+    assert (missed.counted.success, missed.counted.errors) == (False, ())
+    assert reached.counted is not None
+    assert (reached.counted.success, reached.counted.goals) == (True, reached.goals)
+    assert STRICT.score(answer(*twice)).counted is None
 
 
 def test_action_goals_count_up_to_the_first_that_is_missing_in_the_reference() -> None:
@@ -135,11 +151,11 @@ def test_action_goals_count_up_to_the_first_that_is_missing_in_the_reference() -
         make_task(goals=("action TOUCH", "action TYPE", "action PUSH")), temporal_goal="exists x. (PUSH(x))"
     )
     plan = answer("PUSH(table.12)", "TOUCH(table.12)")
-    strict, reference = (SubgoalDecomposition(task, p).score(plan).goals for p in Protocol)
+    strict, reference = (virtualhome_subgoals(p)(task).score(plan).goals for p in Protocol)
     assert strict is not None
     assert reference is not None
     assert (strict.action, reference.action) == (Tally(1, 3), Tally(1, 3))
-    other = SubgoalDecomposition(task, Protocol.EAI_1_0_5).score(answer("PUSH(table.12)")).goals
+    other = virtualhome_subgoals(Protocol.EAI_1_0_5)(task).score(answer("PUSH(table.12)")).goals
     assert other is not None
     assert other.action == Tally(0, 3)
 
@@ -147,30 +163,27 @@ def test_action_goals_count_up_to_the_first_that_is_missing_in_the_reference() -
 def test_a_goal_that_the_reference_cannot_read_makes_every_plan_unparseable() -> None:
     task = replace(TASK, temporal_goal="exists x. (exists y. (POUR(x, y)))")
     assert (
-        told(SubgoalDecomposition(task, Protocol.EAI_1_0_5).score(answer(*REACHED)))
+        told(virtualhome_subgoals(Protocol.EAI_1_0_5)(task).score(answer(*REACHED)))
         == "not_parseable parsing"
     )
-    assert told(SubgoalDecomposition(task, Protocol.STRICT).score(answer(*REACHED))) == "goal_unreachable"
+    assert told(virtualhome_subgoals(Protocol.STRICT)(task).score(answer(*REACHED))) == "goal_unreachable"
 
 
 def test_a_task_without_goals_is_excluded_or_unparseable() -> None:
     task = replace(make_task(goals=()), temporal_goal=None)
-    assert SubgoalDecomposition(task, Protocol.STRICT).score(answer(*REACHED)).excluded is not None
+    assert virtualhome_subgoals(Protocol.STRICT)(task).score(answer(*REACHED)).excluded is not None
     assert (
-        told(SubgoalDecomposition(task, Protocol.EAI_1_0_5).score(answer(*REACHED)))
+        told(virtualhome_subgoals(Protocol.EAI_1_0_5)(task).score(answer(*REACHED)))
         == "not_parseable parsing"
     )
 
 
 def test_the_end_of_the_search_is_told() -> None:
-    scorer = SubgoalDecomposition(TASK, Protocol.STRICT, limits=Limits(attempts=3))
+    scorer = virtualhome_subgoals(Protocol.STRICT, Limits(attempts=3))(TASK)
     verdict = scorer.score(answer(*REACHED))
-    assert verdict.details is not None
-    assert (verdict.details["search"], verdict.details["attempts"]) == ("attempts", 4)
+    assert (verdict.search, verdict.attempts) == ("attempts", 4)
     assert any("the search was ended" in note for note in scorer.explain(answer(*REACHED)).notes)
-    complete = STRICT.score(answer(*REACHED)).details
-    assert complete is not None
-    assert complete["search"] == "complete"
+    assert STRICT.score(answer(*REACHED)).search == "complete"
 
 
 def test_too_many_alternatives_are_refused() -> None:
@@ -256,7 +269,22 @@ def test_extreme_subgoals_have_a_verdict(subgoal: str) -> None:
 
 def test_forty_choices_do_not_cost_two_to_the_forty_executions() -> None:
     verdict = STRICT.score(answer(*["ONTOP(character.65, bed.20)"] * 40))
-    assert verdict.details is not None
-    assert verdict.details["search"] == "complete"
-    assert isinstance(verdict.details["attempts"], int)
-    assert verdict.details["attempts"] < 2_000
+    assert verdict.search == "complete"
+    assert verdict.attempts is not None
+    assert verdict.attempts < 2_000
+
+
+@pytest.mark.parametrize("scorer", SCORERS)
+def test_any_number_of_threads_may_ask_one_scorer(scorer: SubgoalDecomposition) -> None:
+    answers = [
+        answer(*subgoals)
+        for subgoals in (
+            REACHED,
+            (*REACHED, "forall x. (not HOLDS_RH(character.65, x))"),
+            ("exists x. (TOUCH(x))", *REACHED[1:]),
+            (*REACHED, "exists x. (exists y. (HOLDS_RH(x, y)))"),
+            ("OPEN(fridge.10)", "ONTOP(cup.13, bed.20)", "TOUCH(table.12)"),
+        )
+    ]
+    expected = [scorer.score(text) for text in answers]
+    assert asked_by_threads(lambda i: scorer.score(answers[i % 5]) == expected[i % 5], 1_500)

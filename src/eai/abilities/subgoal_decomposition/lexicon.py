@@ -1,0 +1,169 @@
+"""What subgoals about one scene may say, and what that means in the words of the domain."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Collection, Iterable, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+
+from eai.abilities.subgoal_decomposition.rewriting import Leaf, rewrite
+from eai.errors import InputError
+from eai.logic.formula import Atom, Constant, Equals, Formula, Not, Occurs, Term
+from eai.logic.signature import Signature
+from eai.logic.traversal import walk
+from eai.planning.subgoal import GroundAtom
+from eai.world.execution import Action
+from eai.world.state import Scene
+from eai.world.vocabulary import is_a
+
+_UNSPEAKABLE = re.compile(r"\W")
+_NUMBERED = re.compile(r"(.+)\.([0-9]+)")
+
+
+@dataclass(frozen=True)
+class Lexicon:
+    """The words of subgoals about one scene.
+
+    Attributes:
+        scene: the scene.
+        signature: the names that are allowed: predicates, actions, and objects, perhaps also by class.
+        objects: the objects by the names that they go by; of several names of one the last is written.
+        predicates: for predicates that the domain calls otherwise, its name of them.
+        actions: likewise.
+        categories: for predicates that say what kind of thing an object is, the category.
+        unobserved: predicates of which the domain knows nothing: what is said with them is passed over.
+    """
+
+    scene: Scene
+    signature: Signature
+    objects: Mapping[str, int]
+    predicates: Mapping[str, str] = field(default_factory=dict)
+    actions: Mapping[str, str] = field(default_factory=dict)
+    categories: Mapping[str, str] = field(default_factory=dict)
+    unobserved: Collection[str] = frozenset()
+
+    @cached_property
+    def _names(self) -> Mapping[int, str]:
+        return {index: name for name, index in self.objects.items()}
+
+    @cached_property
+    def _predicate_words(self) -> Mapping[str, str]:
+        return {name: word for word, name in self.predicates.items()}
+
+    @cached_property
+    def _action_words(self) -> Mapping[str, str]:
+        return {name: word for word, name in self.actions.items()}
+
+    def name(self, index: int) -> str:
+        """What an object is called."""
+        return self._names[index]
+
+    def said(self, literal: GroundAtom) -> Formula:
+        """A literal as subgoals say it."""
+        name = literal.predicate
+        spoken = name in self.signature.predicates and name not in self.predicates
+        word = name if spoken else self._predicate_words.get(name, name)
+        atom = Atom(word, self._terms(literal.arguments))
+        return atom if literal.truth else Not(atom)
+
+    def said_action(self, action: Action) -> Occurs:
+        """An action as subgoals say it."""
+        return Occurs(self._action_words.get(action.operator, action.operator), self._terms(action.arguments))
+
+    def literal(self, formula: Formula) -> GroundAtom | None:
+        """What an atom or a negated one asks for; None if the domain cannot say it, or not of objects."""
+        atom, truth = (formula.operand, False) if isinstance(formula, Not) else (formula, True)
+        if not isinstance(atom, Atom) or atom.predicate in self.unobserved:
+            return None
+        arguments = self._indices(atom.arguments)
+        if arguments is None or atom.predicate in self.categories:
+            return None
+        return GroundAtom(self.predicates.get(atom.predicate, atom.predicate), arguments, truth)
+
+    def action(self, formula: Occurs) -> Action:
+        """The action that a subgoal asks for.
+
+        Raises:
+            InputError: an argument is no object.
+        """
+        arguments = self._indices(formula.arguments)
+        if arguments is None:
+            raise InputError(f"{formula.action}: an argument is no object")
+        return Action(self.actions.get(formula.action, formula.action), arguments)
+
+    def is_unobserved(self, formula: Formula) -> bool:
+        """Whether a formula says anything of which the domain knows nothing."""
+        return any(isinstance(part, Atom) and part.predicate in self.unobserved for part in walk(formula))
+
+    def meaning(self, formula: Formula) -> Formula:
+        """A formula of subgoals in the words of the domain, with the names that objects have in the scene.
+
+        Raises:
+            InputError: it has a temporal operator other than ``then``.
+        """
+        return rewrite(formula, lambda leaf, bound: self._meaning(leaf))
+
+    def _meaning(self, leaf: Leaf) -> Formula:
+        match leaf:
+            case Equals(left, right):
+                left, right = self._meant((left, right))
+                return Equals(left, right)
+            case Atom(predicate, arguments):
+                terms = self._meant(arguments)
+                if predicate in self.categories:
+                    return is_a(terms[0], self.categories[predicate])
+                return Atom(self.predicates.get(predicate, predicate), terms)
+            case Occurs(action, arguments):
+                return Occurs(self.actions.get(action, action), self._meant(arguments))
+
+    def _meant(self, terms: Iterable[Term]) -> tuple[Term, ...]:
+        """Terms with objects by their names in the scene."""
+        things, index = self.scene.objects, self.objects
+        return tuple(
+            [
+                Constant(things[index[term.name]].name)
+                if isinstance(term, Constant) and term.name in index
+                else term
+                for term in terms
+            ]
+        )
+
+    def _indices(self, terms: Iterable[Term]) -> tuple[int, ...] | None:
+        index = self.objects
+        found = [index[t.name] for t in terms if isinstance(t, Constant) and t.name in index]
+        return tuple(found) if len(found) == len(tuple(terms)) else None
+
+    def _terms(self, arguments: Iterable[int]) -> tuple[Term, ...]:
+        return tuple([Constant(self.name(i)) for i in arguments])
+
+
+class ObjectsAndClasses:
+    """The names of objects, and those of the classes of a scene: a class stands for any object of it."""
+
+    __slots__ = ("_objects", "_scene")
+
+    def __init__(self, objects: Mapping[str, int], scene: Scene) -> None:
+        self._objects = objects
+        self._scene = scene
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._objects or (isinstance(name, str) and self._scene.category(name) != 0)
+
+
+def spelt(names: Iterable[str]) -> dict[str, str]:
+    """Names as formulas can have them -> the names themselves, in order.
+
+    What cannot stand in a formula's names becomes an underscore; where that makes two names one, the later
+    gets one more.
+    """
+    words: dict[str, str] = {}
+    for name in names:
+        match = _NUMBERED.fullmatch(name)
+        stem, number = (match[1], f".{match[2]}") if match else (name, "")
+        stem = _UNSPEAKABLE.sub("_", stem)
+        stem = stem if stem[:1].isalpha() or stem[:1] == "_" else f"_{stem}"
+        while f"{stem}{number}" in words:
+            stem += "_"
+        words[f"{stem}{number}"] = name
+    return words

@@ -1,0 +1,143 @@
+"""How subgoals are read and written: what a benchmark may say of itself, and the form for all others."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Collection, Iterable, Iterator
+from dataclasses import dataclass
+
+from eai.abilities.json_text import Pairs, find_json
+from eai.abilities.planning import find_plan
+from eai.abilities.subgoal_decomposition.lexicon import Lexicon, ObjectsAndClasses, spelt
+from eai.abilities.task import Task
+from eai.abilities.unreadable import Unreadable
+from eai.logic.formula import And, Formula
+from eai.logic.ltl_printer import print_ltl
+from eai.logic.signature import Signature
+from eai.planning.planner import Planner
+from eai.planning.subgoal import GroundAtom
+from eai.world.domain import Domain
+from eai.world.execution import Action, attempt
+from eai.world.state import Scene, State, change
+
+
+@dataclass(frozen=True, slots=True)
+class WrittenSubgoals:
+    """The subgoals of an answer in order, each a formula as text, and the names of the repairs made."""
+
+    subgoals: tuple[str, ...]
+    repairs: tuple[str, ...] = ()
+
+
+class SubgoalNotation:
+    """Reads subgoals from answers and writes them, and knows what is called what in them.
+
+    This is the default, for any declared domain: an object with the key ``output``, a list of formulas, with
+    the names that the domain declares (`lexicon.spelt`) and those of the scene's objects or of their classes.
+
+    Args:
+        domain: the domain.
+    """
+
+    def __init__(self, domain: Domain) -> None:
+        self.domain = domain
+
+    def lexicon(self, scene: Scene) -> Lexicon:
+        """What subgoals about a scene may say."""
+        vocabulary = self.domain.vocabulary
+        visible = [p.name for p in vocabulary.predicates if p.visible]
+        predicates = spelt([*visible, *(derived.name for derived in vocabulary.derived)])
+        actions = spelt([operator.name for operator in self.domain.operators])
+        names = spelt([thing.name for thing in scene.objects])
+        objects = {word: scene.index[name] for word, name in names.items()}
+        signature = Signature(
+            {word: vocabulary.arity(name) for word, name in predicates.items()},
+            {word: self.domain.arities[name] for word, name in actions.items()},
+            ObjectsAndClasses(objects, scene),
+        )
+        return Lexicon(scene, signature, objects, predicates, actions)
+
+    def read(self, text: str) -> WrittenSubgoals | Unreadable:
+        """The subgoals in an answer, or why there are none."""
+        alone = [p.name for p in self.domain.vocabulary.predicates if p.arity == 0]
+        alone += [operator.name for operator in self.domain.operators if operator.arity == 0]
+        return read_output(text, frozenset(spelt(alone)))
+
+    def planner(self) -> Planner:
+        """What finds plans that can be written."""
+        return Planner(self.domain)
+
+    def write(self, task: Task, plan: Iterable[Action]) -> tuple[str, ...]:
+        """The subgoals that stand for a plan: for each action all visible facts that it changes.
+
+        An action that changes nothing that can be seen stands for itself. What cannot be carried out is left
+        out.
+        """
+        lexicon = self.lexicon(task.scene)
+        subgoals: list[str] = []
+        state = task.initial
+        for action in plan:
+            after = attempt(self.domain, [state], action)
+            if isinstance(after, State):
+                literals = [lexicon.said(literal) for literal in _visible_changes(state, after)]
+                subgoals.append(print_ltl(_subgoal(literals) or lexicon.said_action(action)))
+                state = after
+        return tuple(subgoals)
+
+    def planned(self, task: Task, planner: Planner) -> tuple[str, ...]:
+        """The subgoals that stand for the plan that `planner` finds; none if it finds none."""
+        return self.write(task, find_plan(task, planner).plan)
+
+    def join(self, parts: Iterable[str]) -> str:
+        """The subgoals as one answer."""
+        return json.dumps({"output": list(parts)})
+
+
+def _visible_changes(before: State, after: State) -> Iterator[GroundAtom]:
+    """What an action makes false, then what it makes true, as far as that can be seen."""
+    vocabulary = before.scene.vocabulary
+    visible = {predicate.name for predicate in vocabulary.predicates if predicate.visible}
+    difference = change(before, after)
+    for facts, truth in ((difference.removed, False), (difference.added, True)):
+        for fact in facts:
+            if fact.predicate in visible:
+                yield GroundAtom(fact.predicate, fact.arguments, truth)
+
+
+def _subgoal(literals: list[Formula]) -> Formula | None:
+    return None if not literals else literals[0] if len(literals) == 1 else And(tuple(literals))
+
+
+def read_output(text: str, without_arguments: Collection[str]) -> WrittenSubgoals | Unreadable:
+    """The formulas in the list ``output`` of the last object in a text that has one, or why there are none.
+
+    Texts in the list that have no formula at all are left out, and names without objects need no brackets;
+    both are repairs.
+
+    Args:
+        text: the answer.
+        without_arguments: the names that take no objects.
+    """
+    found = find_json(text, _output)
+    if found is None:
+        return Unreadable('there is no JSON object with "output", a list of strings')
+    subgoals: list[str] = []
+    output, repairs = found
+    made = dict.fromkeys(repairs)
+    for subgoal in map(str.strip, output):
+        if subgoal in without_arguments:
+            made["brackets"] = None
+            subgoals.append(f"{subgoal}()")
+        elif "(" in subgoal:
+            subgoals.append(subgoal)
+        elif subgoal:
+            made["no_formula"] = None
+    return WrittenSubgoals(tuple(subgoals), tuple(made))
+
+
+def _output(value: object) -> list[str] | None:
+    output = dict(value.members).get("output") if isinstance(value, Pairs) else None
+    if not isinstance(output, list):
+        return None
+    texts = [entry for entry in output if isinstance(entry, str)]
+    return texts if len(texts) == len(output) else None

@@ -1,0 +1,259 @@
+"""A planning domain as a declared one, and its problems as states and goals: the way back from `export`.
+
+Preconditions become checks, one for each conjunct: of the objects' kinds where nothing changes what it says,
+of earlier steps otherwise. Effects keep PDDL's meaning: what is both deleted and added is true. The type of
+an object is its category; a type that has subtypes is a static predicate besides, true of all its objects.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+from eai.errors import DomainError
+from eai.logic.formula import (
+    TRUE,
+    And,
+    Atom,
+    Equals,
+    Exists,
+    ForAll,
+    Formula,
+    Implies,
+    Not,
+    Or,
+    Term,
+    Variable,
+)
+from eai.logic.traversal import walk
+from eai.pddl.evaluation import DerivedPredicates
+from eai.pddl.model import (
+    OBJECT,
+    AddEffect,
+    Both,
+    DeleteEffect,
+    Each,
+    PddlAction,
+    PddlAxiom,
+    PddlDomain,
+    PddlEffect,
+    PddlProblem,
+    WhenEffect,
+    effect_atoms,
+    supertypes,
+    type_of,
+)
+from eai.pddl.writer import write_formula
+from eai.world.domain import Domain
+from eai.world.effect import Add, Delete, Effect, ForEach, When
+from eai.world.fault import FaultKind
+from eai.world.frame import AGENT
+from eai.world.operator import Check, Operator
+from eai.world.state import Fact, Scene, State, WorldObject
+from eai.world.vocabulary import Defined, Predicate, Vocabulary, is_a
+
+MAX_ARITY = 2
+"""How many arguments a stored predicate may have."""
+
+
+@dataclass(frozen=True, slots=True)
+class DeclaredProblem:
+    """A problem: the state in which plans start, and the goal's conjuncts."""
+
+    initial: State
+    goals: tuple[Formula, ...]
+
+
+class Declaration:
+    """A planning domain as a declared one.
+
+    Args:
+        source: the planning domain, all names of which are declared.
+
+    Attributes:
+        domain: the declared domain.
+
+    Raises:
+        DomainError: a predicate has more arguments than a state keeps, or a derived one depends on itself.
+    """
+
+    def __init__(self, source: PddlDomain) -> None:
+        self._source = source
+        self._types = _Types(source)
+        changing = {atom.predicate for action in source.actions for atom in effect_atoms(action.effect)}
+        derived = DerivedPredicates(source.axioms)
+        for name in derived.circles:
+            raise DomainError(f"the derived predicate {name} depends on itself")
+        self._changing = changing | derived.axioms.keys()
+        defined = [self._defined(name, axioms) for name, axioms in derived.axioms.items()]
+        stored = [
+            Predicate(each.name, len(each.parameters), static=each.name not in changing)
+            for each in source.predicates
+            if each.name not in derived.axioms
+        ]
+        for predicate in stored:
+            if predicate.arity > MAX_ARITY:
+                problem = f"has {predicate.arity} arguments; a state keeps at most {MAX_ARITY}"
+                raise DomainError(f"the predicate {predicate.name} {problem}")
+        kinds = [Predicate(name, 1, static=True) for name in self._types.predicates.values()]
+        vocabulary = Vocabulary((*stored, *kinds), tuple(defined))
+        self.domain = Domain(source.name, vocabulary, tuple(map(self._operator, source.actions)))
+
+    def problem(self, problem: PddlProblem) -> DeclaredProblem:
+        """A problem of the domain."""
+        items = (*self._source.constants, *problem.objects)
+        things = [WorldObject(item.name, item.type) for item in items]
+        index = {thing.name: i for i, thing in enumerate(things)}
+        scene = Scene(self.domain.vocabulary, things, agent=index.get(AGENT.name))
+        facts = [
+            Fact(atom.predicate, tuple([index[term.name] for term in atom.arguments]))
+            for atom in problem.initial
+        ]
+        kinds = [
+            Fact(self._types.predicates[name], (i,))
+            for i, thing in enumerate(things)
+            for name in supertypes(self._source.types, thing.category)
+            if name in self._types.predicates
+        ]
+        goals = tuple([self._types.convert(part) for part in conjuncts(problem.goal)])
+        return DeclaredProblem(scene.state([*facts, *kinds]), goals)
+
+    def _defined(self, name: str, axioms: Sequence[PddlAxiom]) -> Defined:
+        """The derived predicate of these axioms, over the parameters of the first."""
+        first = axioms[0].parameters
+        return Defined(name, first, Or(tuple([self._definition(axiom, first) for axiom in axioms])))
+
+    def _definition(self, axiom: PddlAxiom, first: Sequence[Variable]) -> Formula:
+        """The condition of an axiom over the parameters of the first axiom of its predicate."""
+        places = [(Variable(a.name), Variable(b.name)) for a, b in zip(axiom.parameters, first, strict=True)]
+        renamed = [(mine, other) for mine, other in places if mine != other]
+        typed = [self._types.membership(each) for each in axiom.parameters]
+        same = [Equals(mine, other) for mine, other in renamed]
+        body: Formula = And((*typed, *same, self._types.convert(axiom.condition)))
+        for mine, _ in renamed:
+            body = Exists(mine, body)
+        return body
+
+    def _operator(self, action: PddlAction) -> Operator:
+        parameters = tuple([Variable(parameter.name) for parameter in action.parameters])
+        kinds = [
+            Check(
+                self._types.membership(parameter),
+                FaultKind.AFFORDANCE,
+                f"{{{parameter.name}}} is no {type_of(parameter)}",
+            )
+            for parameter in action.parameters
+            if type_of(parameter) != OBJECT
+        ]
+        checks = [self._check(part, parameters) for part in conjuncts(action.precondition)]
+        deletions, additions = (
+            tuple(self._effects(action.effect, kind)) for kind in (DeleteEffect, AddEffect)
+        )
+        return Operator(action.name, parameters, (*kinds, *checks), (*deletions, *additions))
+
+    def _check(self, condition: Formula, parameters: Sequence[Variable]) -> Check:
+        atoms = [part.predicate for part in walk(condition) if isinstance(part, Atom)]
+        fault = FaultKind.MISSING_STEP if self._changing.intersection(atoms) else FaultKind.AFFORDANCE
+        return Check(self._types.convert(condition), fault, _reason(condition, parameters))
+
+    def _effects(self, effect: PddlEffect, kind: type[AddEffect] | type[DeleteEffect]) -> Iterator[Effect]:
+        """The additions, or the deletions, of an effect."""
+        match effect:
+            case AddEffect(atom) if kind is AddEffect:
+                yield Add(atom)
+            case DeleteEffect(atom) if kind is DeleteEffect:
+                yield Delete(atom)
+            case Both(parts):
+                for part in parts:
+                    yield from self._effects(part, kind)
+            case Each(variable, part):
+                inner = tuple(self._effects(part, kind))
+                if inner:
+                    yield ForEach(Variable(variable.name), self._types.membership(variable), inner)
+            case WhenEffect(condition, part):
+                inner = tuple(self._effects(part, kind))
+                if inner:
+                    yield When(self._types.convert(condition), inner)
+
+
+class _Types:
+    """The types of a domain as categories and static predicates.
+
+    Attributes:
+        predicates: the static predicate of every type that has subtypes.
+    """
+
+    def __init__(self, source: PddlDomain) -> None:
+        taken = {predicate.name for predicate in source.predicates}
+        above = dict.fromkeys(declared.type for declared in source.types if declared.type != OBJECT)
+        self.predicates = {name: name if name not in taken else f"is-{name}" for name in above}
+
+    def membership(self, variable: Variable) -> Formula:
+        """The value of a variable is of its type."""
+        name, term = type_of(variable), Variable(variable.name)
+        if name == OBJECT:
+            return TRUE
+        return Atom(self.predicates[name], (term,)) if name in self.predicates else is_a(term, name)
+
+    def convert(self, formula: Formula) -> Formula:
+        """The formula, in which variables range over categories or are of a kind by a static predicate."""
+        match formula:
+            case Not(operand):
+                return Not(self.convert(operand))
+            case And(operands):
+                return And(tuple(map(self.convert, operands)))
+            case Or(operands):
+                return Or(tuple(map(self.convert, operands)))
+            case Implies(premise, conclusion):
+                return Implies(self.convert(premise), self.convert(conclusion))
+            case ForAll(variable, body) if type_of(variable) in self.predicates:
+                kind = self.membership(variable)
+                return ForAll(Variable(variable.name), Implies(kind, self.convert(body)))
+            case Exists(variable, body) if type_of(variable) in self.predicates:
+                kind = self.membership(variable)
+                return Exists(Variable(variable.name), And((kind, self.convert(body))))
+            case ForAll(variable, body) | Exists(variable, body):
+                return type(formula)(variable, self.convert(body))
+            case _:
+                return formula
+
+
+def conjuncts(formula: Formula) -> Iterator[Formula]:
+    """What must all hold, left to right."""
+    if isinstance(formula, And):
+        for operand in formula.operands:
+            yield from conjuncts(operand)
+    else:
+        yield formula
+
+
+def _reason(condition: Formula, parameters: Sequence[Variable]) -> str:
+    """What is wrong where a condition does not hold, with places for the names of the arguments."""
+    names = {parameter.name for parameter in parameters}
+    match condition:
+        case Atom():
+            return f"{_in_words(condition, names)} does not hold"
+        case Not(Atom() as atom):
+            return f"{_in_words(atom, names)} holds"
+        case Not(Equals(left, right)):
+            return f"{_place(left, names)} and {_place(right, names)} are the same"
+        case Equals(left, right):
+            return f"{_place(left, names)} and {_place(right, names)} are not the same"
+        case _:
+            text = write_formula(condition).replace("{", "{{").replace("}", "}}")
+            words = (f"{{{w[1:]}}}" if w[:1] == "?" and w[1:] in names else w for w in _words(text))
+            return f"{''.join(words)} does not hold"
+
+
+def _words(text: str) -> list[str]:
+    """The text cut at spaces and parentheses, with these."""
+    return re.split(r"([\s()])", text)
+
+
+def _in_words(atom: Atom, names: set[str]) -> str:
+    return f"{atom.predicate}({', '.join([_place(term, names) for term in atom.arguments])})"
+
+
+def _place(term: Term, names: set[str]) -> str:
+    return f"{{{term.name}}}" if isinstance(term, Variable) and term.name in names else term.name

@@ -1,0 +1,177 @@
+"""Reading files of PDDL: sound domains and problems, or an error that names file, line and what was expected.
+
+Costs of actions are left out, which is remarked; numbers otherwise, time and preferences are refused.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from eai.errors import InputError
+from eai.pddl.check import check_domain, check_problem
+from eai.pddl.model import PddlDomain, PddlProblem
+from eai.pddl.offence import Offence, PddlError, PddlFinding
+from eai.pddl.reader import PddlReader
+from eai.pddl.sexpr import Group, SExpr, Symbol, error_at, read_group
+
+COSTS_IGNORED = "costs of actions are ignored"
+
+_DOMAIN = frozenset(
+    {
+        "domain",
+        ":requirements",
+        ":types",
+        ":constants",
+        ":predicates",
+        ":functions",
+        ":derived",
+        ":action",
+    }
+)
+_PROBLEM = frozenset({"problem", ":domain", ":requirements", ":objects", ":init", ":goal", ":metric"})
+_NUMERIC = frozenset({"<", ">", "<=", ">=", "assign", "decrease", "scale-up", "scale-down"})
+_EXPECTED = {
+    Offence.UNKNOWN_PREDICATE: "a declared predicate, not {}",
+    Offence.WRONG_ARITY: "{} with as many arguments as are declared",
+    Offence.UNKNOWN_TYPE: "a declared type, not {}",
+    Offence.UNBOUND_VARIABLE: "a variable that is a parameter or quantified, not ?{}",
+    Offence.UNDECLARED_CONSTANT: "a declared object, not {}",
+    Offence.DUPLICATE: "{} once only",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class DomainFile:
+    """A domain that was read, its text, and what was left out of it."""
+
+    domain: PddlDomain
+    path: Path
+    text: str
+    remarks: tuple[str, ...] = ()
+
+    def line(self, word: str) -> int:
+        """The line on which a word stands first, or 1."""
+        return self.text.count("\n", 0, _offset(self.text, word, 0)) + 1
+
+
+@dataclass(frozen=True, slots=True)
+class ProblemFile:
+    """A problem that was read, and its text."""
+
+    problem: PddlProblem
+    path: Path
+    text: str
+
+
+def read_domain_file(path: Path) -> DomainFile:
+    """The domain in a file.
+
+    Raises:
+        InputError: it cannot be read, or is no sound domain of a fragment that is understood.
+    """
+    text = _text(path)
+    try:
+        group = read_group(text)
+        remarks = (COSTS_IGNORED,) if _checked(text, group, _DOMAIN) else ()
+        domain = PddlReader(text).domain(_without_costs(group))
+        _refuse(text, check_domain(domain))
+    except PddlError as error:
+        raise InputError(f"{path}: {error}") from error
+    return DomainFile(domain, path, text, remarks)
+
+
+def read_problem_file(path: Path, domain: PddlDomain) -> ProblemFile:
+    """The problem in a file, which must be one of the domain.
+
+    Raises:
+        InputError: it cannot be read, or is no sound problem of the domain.
+    """
+    text = _text(path)
+    try:
+        group = read_group(text)
+        _checked(text, group, _PROBLEM)
+        problem = PddlReader(text).problem(_without_costs(group))
+        if problem.domain != domain.name:
+            place = _offset(text, ":domain", 0)
+            raise error_at(text, place, Offence.MALFORMED, f"(:domain {domain.name})")
+        _refuse(text, check_problem(problem, domain))
+    except PddlError as error:
+        raise InputError(f"{path}: {error}") from error
+    return ProblemFile(problem, path, text)
+
+
+def _text(path: Path) -> str:
+    try:
+        return path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        reason = error.strerror if isinstance(error, OSError) else "it is no UTF-8 text"
+        raise InputError(f"{path}: cannot be read ({reason})") from error
+
+
+def _checked(text: str, group: Group, known: frozenset[str]) -> bool:
+    """Whether costs occur in a definition; what is not understood is an error."""
+    costs = False
+    for section in group.items[1:]:
+        if not isinstance(section, Group) or not (head := _head(section)):
+            raise error_at(text, section.offset, Offence.MALFORMED, "a section such as (:action ...)")
+        if head not in known:
+            raise error_at(text, section.offset, Offence.UNSUPPORTED, f"no section ({head} ...)")
+        costs = costs or head in (":functions", ":metric")
+    for inner in _groups(group):
+        if _head(inner) in _NUMERIC:
+            raise error_at(text, inner.offset, Offence.UNSUPPORTED, "no numbers but costs of actions")
+    return costs
+
+
+def _without_costs(group: Group) -> Group:
+    """The definition without functions, a metric, what increases a cost and what sets one at the start."""
+    kept: list[SExpr] = []
+    for item in group.items:
+        if not isinstance(item, Group):
+            kept.append(item)
+        elif not _is_cost(item):
+            kept.append(_without_costs(item))
+    return replace(group, items=tuple(kept))
+
+
+def _is_cost(group: Group) -> bool:
+    match group.items:
+        case (Symbol(":functions" | ":metric" | "increase"), *_):
+            return True
+        case (Symbol("="), Group(), _):
+            return True
+        case _:
+            return False
+
+
+def _groups(group: Group) -> Iterator[Group]:
+    yield group
+    for item in group.items:
+        if isinstance(item, Group):
+            yield from _groups(item)
+
+
+def _head(group: Group) -> str:
+    return group.items[0].text if group.items and isinstance(group.items[0], Symbol) else ""
+
+
+def _refuse(text: str, findings: Sequence[PddlFinding]) -> None:
+    """Raise the first finding that a planner would not accept, at its place in the text."""
+    for finding in findings:
+        if finding.offence.stops_planner:
+            operator = finding.place.rpartition(" of ")[2] if " of " in finding.place else ""
+            start = _offset(text, operator, 0) if operator else _offset(text, finding.place, 0)
+            variable = finding.offence is Offence.UNBOUND_VARIABLE
+            name = f"?{finding.name}" if variable else finding.name
+            expected = _EXPECTED.get(finding.offence, "{}").format(finding.name)
+            place = _offset(text, name, start)
+            raise error_at(text, place, finding.offence, f"{expected} ({finding.place})")
+
+
+def _offset(text: str, word: str, start: int) -> int:
+    """Where a word stands first from a place on, else that place."""
+    found = re.compile(rf"(?<![^\s()]){re.escape(word)}(?![^\s()])", re.IGNORECASE).search(text, start)
+    return start if found is None else found.start()

@@ -1,0 +1,135 @@
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from abilities.subgoal_decomposition.test_scorer import TASK
+from eai.abilities.subgoal_decomposition.lexicon import Lexicon, spelt
+from eai.abilities.subgoal_decomposition.notation import SubgoalNotation, WrittenSubgoals
+from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
+from eai.abilities.task import Goal, GoalKind, Task
+from eai.abilities.unreadable import Unreadable
+from eai.errors import InputError
+from eai.logic.formula import Atom, Constant, Equals, Exists, Not, Occurs, Variable
+from eai.logic.signature import Signature
+from eai.planning.subgoal import GroundAtom
+from eai.world.domain import Domain
+from eai.world.effect import Add, Delete
+from eai.world.execution import Action
+from eai.world.operator import Operator, missing
+from eai.world.state import Scene, WorldObject
+from eai.world.vocabulary import Predicate, Vocabulary
+from world import toy
+
+NOTATION = SubgoalNotation(toy.DOMAIN)
+
+
+def steps(*texts: str) -> list[Action]:
+    index = TASK.scene.index
+    return [Action(name, tuple([index[i] for i in names])) for name, *names in map(str.split, texts)]
+
+
+def test_each_action_is_written_as_what_it_visibly_changes() -> None:
+    plan = steps("LIFT red", "GO shed", "DROP red", "PRESS lamp", "PRESS lamp")
+    assert NOTATION.write(TASK, plan) == (
+        "holding(red)",
+        "not at(robot, hall) and not at(red, hall) and at(robot, shed) and at(red, shed)",
+        "not holding(red)",
+        "lit(lamp)",
+        "not lit(lamp)",
+    )
+
+
+def test_what_is_impossible_is_left_out_and_what_changes_nothing_stands_for_itself() -> None:
+    wave = Operator("WAVE-AT", (toy.X,), (), ())
+    notation = SubgoalNotation(toy.DOMAIN.with_operators(wave))
+    assert notation.write(TASK, steps("DROP red", "WAVE-AT red")) == ("WAVE_AT(red)",)
+
+
+def test_subgoals_are_joined_and_read() -> None:
+    text = NOTATION.join(["lit(lamp)", "holding(red)"])
+    assert json.loads(text) == {"output": ["lit(lamp)", "holding(red)"]}
+    assert NOTATION.read(f"So:\n```json\n{text}\n```") == WrittenSubgoals(
+        ("lit(lamp)", "holding(red)"), ("code_fence",)
+    )
+    assert isinstance(NOTATION.read('{"output": "lit(lamp)"}'), Unreadable)
+
+
+def test_names_without_arguments_need_no_brackets() -> None:
+    rest = Operator("REST", (), (), ())
+    notation = SubgoalNotation(toy.DOMAIN.with_operators(rest))
+    assert notation.read('{"output": ["REST", "", "now"]}') == WrittenSubgoals(
+        ("REST()",), ("brackets", "no_formula")
+    )
+
+
+def test_names_are_spelt_as_formulas_can_have_them() -> None:
+    assert spelt(["a-b", "a_b", "sofa.12", "t-shirt.3", "3d"]) == {
+        "a_b": "a-b",
+        "a_b_": "a_b",
+        "sofa.12": "sofa.12",
+        "t_shirt.3": "t-shirt.3",
+        "_3d": "3d",
+    }
+
+
+def test_a_domain_with_other_names_is_scored_by_the_spelling_of_its_own() -> None:
+    on_table, clear = Predicate("on-table", 1), Predicate("hand empty", 0)
+    x = Variable("x")
+    pick = Operator("pick-up", (x,), (missing(on_table(x), "no"),), (Delete(on_table(x)), Delete(clear())))
+    put = Operator("put-down", (x,), (missing(~on_table(x), "no"),), (Add(on_table(x)), Add(clear())))
+    domain = Domain("blocks", Vocabulary((on_table, clear)), (pick, put))
+    scene = Scene(domain.vocabulary, [WorldObject("a-1", "block"), WorldObject("b", "block")])
+    start = scene.state([("on-table", (0,)), ("on-table", (1,)), ("hand empty", ())])
+    goal = Goal(GoalKind.STATE, Not(Atom("on-table", (Constant("a-1"),))))
+    task = Task("1", "Blocks", "Lift it.", start, (goal,), (0, 1))
+    notation = SubgoalNotation(domain)
+    subgoals = notation.write(task, [Action("pick-up", (0,))])
+    assert subgoals == ("not on_table(a_1) and not hand_empty()",)
+    scorer = SubgoalDecomposition(task, domain)
+    assert scorer.score(notation.join(subgoals)).success
+    assert scorer.score('{"output": ["pick_up(a_1)", "not hand_empty"]}').repairs == ("no_formula",)
+    assert scorer.score('{"output": ["pick_up(a_1)"]}').success
+
+
+LEXICON = Lexicon(
+    TASK.scene,
+    Signature({"shining": 1, "lit": 1, "seen": 1, "box_of": 1}),
+    {"lamp": 5, "lamp.1": 5, "red": 3},
+    predicates={"shining": "lit"},
+    actions={"press": "PRESS"},
+    categories={"box_of": "box"},
+    unobserved={"seen"},
+)
+
+
+def test_a_literal_is_said_in_the_words_of_the_domain() -> None:
+    shining = Atom("shining", (Constant("lamp"),))
+    assert LEXICON.literal(Not(shining)) == GroundAtom("lit", (5,), truth=False)
+    for text in ("seen", "box_of"):
+        assert LEXICON.literal(Atom(text, (Constant("lamp"),))) is None
+    assert LEXICON.literal(Atom("lit", (Variable("x"),))) is None
+    assert LEXICON.literal(Not(Not(shining))) is None
+
+
+def test_what_the_domain_says_is_said_in_the_words_of_subgoals() -> None:
+    assert LEXICON.said(GroundAtom("lit", (5,), truth=False)) == Not(Atom("lit", (Constant("lamp.1"),)))
+    assert LEXICON.said_action(Action("PRESS", (3,))) == Occurs("press", (Constant("red"),))
+    hidden = Lexicon(TASK.scene, Signature({"shining": 1}), {"lamp": 5}, predicates={"shining": "lit"})
+    assert hidden.said(GroundAtom("lit", (5,), truth=True)) == Atom("shining", (Constant("lamp"),))
+
+
+def test_a_formula_means_something_in_the_domain() -> None:
+    x = Variable("x")
+    said = Exists(x, Atom("shining", (x,)) & Equals(x, Constant("lamp.1")) & Atom("box_of", (x,)))
+    meant = LEXICON.meaning(said)
+    assert toy.DOMAIN.holds(meant, TASK.initial) is False
+    assert LEXICON.meaning(Occurs("press", (Constant("lamp.1"),))) == Occurs("PRESS", (Constant("lamp"),))
+    assert LEXICON.is_unobserved(Not(Atom("seen", (x,))))
+
+
+def test_an_action_is_about_objects() -> None:
+    assert LEXICON.action(Occurs("press", (Constant("red"),))) == Action("PRESS", (3,))
+    with pytest.raises(InputError, match="no object"):
+        LEXICON.action(Occurs("press", (Constant("box"),)))

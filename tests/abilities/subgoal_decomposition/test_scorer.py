@@ -1,0 +1,164 @@
+"""The scorer on a small domain that brings nothing of its own: names as declared, plans as searched for."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+
+import pytest
+
+from eai.abilities.planning import find_plan
+from eai.abilities.subgoal_decomposition.notation import SubgoalNotation
+from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
+from eai.abilities.subgoal_decomposition.search import Limits
+from eai.abilities.task import NO_GOALS, Goal, GoalKind, Task
+from eai.abilities.verdict import SubgoalVerdict, Tally
+from eai.logic.formula import Atom, Constant, Formula, Not, Occurs, Or
+from world import toy
+
+START = toy.initial()
+SCENE = START.scene
+
+
+def atom(predicate: str, *names: str) -> Atom:
+    return Atom(predicate, tuple(Constant(name) for name in names))
+
+
+def make_task(*goals: Formula, temporal_goal: str | None = None) -> Task:
+    kinds = {0: GoalKind.STATE, 1: GoalKind.STATE, 2: GoalKind.RELATION}
+
+    def kind(formula: Formula) -> GoalKind:
+        match formula:
+            case Not(operand):
+                return kind(operand)
+            case Atom(_, arguments):
+                return kinds[len(arguments)]
+            case _:
+                return GoalKind.ACTION
+
+    made = tuple(Goal(kind(formula), formula) for formula in goals)
+    everything = tuple(range(len(SCENE.objects)))
+    return Task("1", "Toy", "Tidy up.", START, made, everything, temporal_goal=temporal_goal)
+
+
+TASK = make_task(atom("lit", "lamp"), atom("at", "red", "shed"))
+SCORER = SubgoalDecomposition(TASK, toy.DOMAIN)
+
+
+def answer(*subgoals: object) -> str:
+    return json.dumps({"output": subgoals})
+
+
+def told(verdict: SubgoalVerdict) -> str:
+    """The category, and what ended the answer."""
+    assert verdict.category is not None
+    error = "" if verdict.error is None else f" {verdict.error.kind.value} {verdict.error.step}"
+    return f"{verdict.category.value}{error}"
+
+
+@pytest.mark.parametrize(
+    ("subgoals", "expected"),
+    [
+        (["at(red, shed)", "lit(lamp)"], "correct"),
+        (["lit(lamp) and at(red, shed)"], "correct"),
+        (["at(red, shed) then lit(lamp)"], "correct"),
+        (["lit(lamp)"], "goal_unreachable"),
+        ([], "goal_unreachable"),
+        # Alternatives, variables, classes, negations.
+        (["at(red, shed)", "lit(red) or lit(lamp)"], "correct"),
+        (["exists x. (lit(x))", "at(red, shed)"], "correct"),
+        (["at(box, shed) and not at(box, hall)", "lit(lamp)"], "correct"),
+        (["at(blue, place)", "holding(box)"], "goal_unreachable"),
+        (["at(red, place)", "exists x:place. (at(red, x) and at(lamp, x))", "lit(lamp)"], "correct"),
+        (["not at(red, hall)", "not not lit(lamp)"], "correct"),
+        (["not (at(red, hall) or not lit(lamp))"], "correct"),
+        # Actions.
+        (["LIFT(red)", "GO(shed)", "PRESS(lamp)"], "correct"),
+        (["at(red, shed)", "PRESS(lamp)", "not lit(lamp)"], "goal_unreachable"),
+        (["PRESS(red)"], "runtime affordance 0"),
+        (["DROP(red)"], "runtime missing_step 0"),
+        # What is brought about is tested, and together.
+        (["at(red, shed)", "lit(lamp) and not lit(lamp)"], "runtime missing_step 1"),
+        (["holding(red) and holding(blue)"], "runtime missing_step 0"),
+        (["lit(lamp) implies lit(red)"], "goal_unreachable"),
+        (["lit(red)"], "runtime missing_step 0"),
+        (["forall x. (not lit(x))", "at(red, shed)", "lit(lamp)"], "correct"),
+        (["at(red, shed) and exists x. (lit(x))", "forall x. (lit(x))"], "runtime missing_step 1"),
+        # Derived predicates.
+        (["beside(lamp)", "at(red, shed)", "lit(lamp)"], "correct"),
+        # Names and syntax.
+        (["flies(lamp)"], "hallucination hallucination None"),
+        (["lit(torch)"], "hallucination hallucination None"),
+        (["lit(lamp, red)"], "hallucination argument_number None"),
+        (["lit(lamp"], "not_parseable parsing None"),
+        (["not PRESS(lamp)"], "not_parseable parsing None"),
+        (["eventually lit(lamp)"], "not_parseable parsing None"),
+        ([3], "not_parseable parsing None"),
+    ],
+)
+def test_verdicts(subgoals: list[object], expected: str) -> None:
+    assert told(SCORER.score(answer(*subgoals))) == expected
+
+
+def test_a_verdict_tells_goals_errors_and_effort() -> None:
+    verdict = SCORER.score(answer("lit(lamp)", "DROP(blue)"))
+    assert (verdict.executable, verdict.success, verdict.goals_satisfied) == (False, False, (True, False))
+    assert verdict.goals == (Tally(1, 1), Tally(0, 1), Tally(0, 0))
+    assert [kind.value for kind in verdict.errors] == ["missing_step"]
+    assert (verdict.search, verdict.attempts, verdict.counted) == ("complete", 3, None)
+
+
+def test_an_answer_that_is_not_carried_out_meets_no_goal() -> None:
+    scorer = SubgoalDecomposition(make_task(Not(atom("lit", "lamp"))), toy.DOMAIN)
+    assert scorer.score(answer()).goals_satisfied == (True,)
+    rejected = scorer.score(answer("lit(torch)"))
+    assert (rejected.goals_satisfied, rejected.offences) == ((False,), ("unknown_object",))
+
+
+def test_action_goals_are_met_in_order_where_there_is_no_temporal_goal() -> None:
+    task = make_task(Or((Occurs("DROP"), Occurs("PRESS"))), Occurs("LIFT"), atom("lit", "lamp"))
+    scorer = SubgoalDecomposition(task, toy.DOMAIN)
+    assert told(scorer.score(answer("PRESS(lamp)", "LIFT(blue)"))) == "correct"
+    assert told(scorer.score(answer("LIFT(red)", "lit(lamp)"))) == "goal_unreachable"
+
+
+def test_a_temporal_goal_is_met_in_order_and_goals_hold_at_the_end() -> None:
+    goal = "holding(red) then exists x. (PRESS(x)) then at(robot, hall)"
+    scorer = SubgoalDecomposition(replace(TASK, temporal_goal=goal), toy.DOMAIN)
+    there = ("holding(red)", "at(red, shed)", "lit(lamp)")
+    assert told(scorer.score(answer(*there))) == "goal_unreachable"
+    assert told(scorer.score(answer(*there, "at(robot, hall) and holding(red)"))) == "goal_unreachable"
+    assert told(scorer.score(answer(*there, "not holding(red)", "at(robot, hall)"))) == "correct"
+
+
+def test_an_explanation_says_which_part_of_the_temporal_goal_is_met_when() -> None:
+    goal = "holding(red) then (lit(lamp) and at(robot, hall)) then at(robot, shed)"
+    scorer = SubgoalDecomposition(replace(TASK, temporal_goal=goal), toy.DOMAIN)
+    explanation = scorer.explain(answer("holding(red)", "lit(lamp)"))
+    assert [step.action for step in explanation.steps] == ["LIFT(red)", "GO(shed)", "PRESS(lamp)"]
+    first, second, third = explanation.parts
+    assert (first.part, first.met_after, first.missing) == ("holding(red)", 1, ())
+    assert (second.part, second.met_after) == ("lit(lamp) and at(robot, hall)", None)
+    assert second.missing == ("at(robot, hall)",), "after the first part it is in the shed"
+    assert (third.met_after, third.missing) == (None, ())
+
+
+def test_a_task_without_goals_is_excluded_and_explained() -> None:
+    scorer = SubgoalDecomposition(make_task(), toy.DOMAIN)
+    assert scorer.score(answer("lit(lamp)")) == SubgoalVerdict(excluded=NO_GOALS)
+    assert scorer.explain(answer("lit(lamp)")).notes == ("correct", "subgoal 1: lit(lamp)")
+
+
+def test_the_end_of_the_search_is_told() -> None:
+    scorer = SubgoalDecomposition(TASK, toy.DOMAIN, limits=Limits(attempts=1))
+    verdict = scorer.score(answer("at(red, shed)", "lit(lamp)"))
+    assert verdict.search == "attempts"
+
+
+def test_plans_of_the_planner_are_subgoals() -> None:
+    notation = SubgoalNotation(toy.DOMAIN)
+    task = make_task(atom("lit", "lamp"), atom("at", "red", "shed"), atom("at", "blue", "hall"))
+    plan = find_plan(task, notation.planner()).plan
+    subgoals = notation.write(task, plan)
+    assert len(subgoals) == len(plan) > 4
+    assert told(SubgoalDecomposition(task, toy.DOMAIN).score(notation.join(subgoals))) == "correct"

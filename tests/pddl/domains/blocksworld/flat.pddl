@@ -1,0 +1,5 @@
+(define (problem flat)
+  (:domain blocksworld)
+  (:objects a b c d)
+  (:init (on-table a) (on b a) (on c b) (on d c) (clear d) (hand-empty))
+  (:goal (and (on-table a) (on-table b) (on-table c) (on-table d) (not (on d c)))))

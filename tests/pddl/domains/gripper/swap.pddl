@@ -1,0 +1,6 @@
+(define (problem swap)
+  (:domain gripper)
+  (:objects hall garden - room b1 b2 b3 - ball)
+  (:init (robot-in hall) (in b1 hall) (in b2 garden) (in b3 hall) (free left) (free right) (= (total-cost) 0))
+  (:goal (and (in b1 garden) (in b2 hall) (in b3 garden) (robot-in hall)))
+  (:metric minimize (total-cost)))

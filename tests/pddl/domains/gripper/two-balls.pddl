@@ -1,0 +1,6 @@
+(define (problem two-balls)
+  (:domain gripper)
+  (:objects hall garden - room b1 b2 - ball)
+  (:init (robot-in hall) (in b1 hall) (in b2 hall) (free left) (free right) (= (total-cost) 0))
+  (:goal (and (in b1 garden) (in b2 garden)))
+  (:metric minimize (total-cost)))

@@ -1,0 +1,5 @@
+(define (problem light)
+  (:domain library)
+  (:objects hall attic - room high - shelf alps - atlas one two - lamp)
+  (:init (watch-in hall) (stands-in high attic) (lights one hall) (lights two attic) (on alps high))
+  (:goal (and (watch-in attic) (exists (?l - lamp) (and (lights ?l hall) (lit ?l))) (not (lit two)))))

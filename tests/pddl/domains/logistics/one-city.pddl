@@ -1,0 +1,5 @@
+(define (problem one-city)
+  (:domain logistics)
+  (:objects letter - parcel van - truck home office - place london - city)
+  (:init (at letter home) (at van office) (part-of home london) (part-of office london))
+  (:goal (at letter office)))
