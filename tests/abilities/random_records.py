@@ -34,7 +34,7 @@ def records() -> st.SearchStrategy[Record]:
 
 
 def _of(ability: Ability) -> st.SearchStrategy[Record]:
-    verdicts = with_every_field(DECLARATIONS[ability].verdict, details=st.none())
+    verdicts = with_every_field(DECLARATIONS[ability].verdict)
     return with_every_field(Record, ability=st.just(ability), verdict=verdicts)
 
 

@@ -60,8 +60,6 @@ def record_to_json(record: Record) -> dict[str, Json]:
 def fields_of(verdict: Verdict) -> dict[str, Json]:
     """A verdict's part of its record."""
     own = _object(verdict)
-    own |= verdict.details or {}
-    own.pop("details", None)
     reason = own.pop("excluded")
     status = "scored" if reason is None else "excluded"
     repairs = own.pop("repairs")
