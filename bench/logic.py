@@ -1,8 +1,8 @@
-"""How long formulas take: a formula of 20 operators on a trajectory of 1,000 states, and reading answers.
+"""How long formulas take: a formula of 20 operators on a trace of 1,000 states, and reading answers.
 
 The limit is issue 3's: 10 ms for one evaluation, truths of atoms included. The slowest shape is a mixture of
 ``then`` with negated ``then`` in front of ``then``, which must be evaluated on every piece. The naive
-evaluator of the tests runs on a trajectory of 30 states in the same run, for comparison. Run with
+evaluator of the tests runs on a trace of 30 states in the same run, for comparison. Run with
 ``python bench/logic.py``.
 """
 
@@ -19,7 +19,7 @@ from eai.logic.ltl import Dialect, parse
 from eai.logic.ltl_printer import print_ltl
 from eai.logic.semantics import holds
 from eai.logic.signature import Signature
-from eai.logic.trajectory import Action, Trajectory
+from eai.logic.trace import TakenAction, Trace
 from eai.logic.traversal import children, walk
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "tests" / "logic"))
@@ -102,15 +102,15 @@ def states(count: int) -> list[Facts]:
     return [Facts(true(i), OBJECTS) for i in range(count)]
 
 
-def actions(count: int) -> list[Action]:
+def actions(count: int) -> list[TakenAction]:
     return [
-        Action("grab", (NAMES[i % 10],)) if i % 3 else Action("pour", (NAMES[i % 10], "cup.1"))
+        TakenAction("grab", (NAMES[i % 10],)) if i % 3 else TakenAction("pour", (NAMES[i % 10], "cup.1"))
         for i in range(count)
     ]
 
 
-def evaluate(formula: Formula, states: list[Facts], actions: list[Action]) -> bool:
-    return holds(formula, Trajectory(states, actions))
+def evaluate(formula: Formula, states: list[Facts], actions: list[TakenAction]) -> bool:
+    return holds(formula, Trace(states, actions))
 
 
 def milliseconds(run: Callable[[], object], repetitions: int) -> float:

@@ -21,6 +21,8 @@ from eai.abilities.responses import ResponseFile, find_response_files, read_resp
 from eai.abilities.task import Task
 from eai.abilities.unreadable import Unreadable
 from eai.abilities.verdict import Counted, ErrorReport, GoalTallies, PlanVerdict
+from eai.benchmarks.identifiers import task_id_of
+from eai.benchmarks.reference import virtualhome_domain
 from eai.benchmarks.reference.virtualhome_goal_test import VirtualHomeGoalTest
 from eai.benchmarks.reference.virtualhome_plans import (
     LIST_IS_NOT_JSON,
@@ -69,7 +71,7 @@ class Rules:
 
 def rules_of(protocol: Protocol) -> Rules:
     """The rules of one protocol throughout."""
-    simulator = virtualhome.as_meant() if protocol is STRICT else virtualhome.as_in_reference()
+    simulator = virtualhome.as_meant() if protocol is STRICT else virtualhome_domain.as_in_reference()
     return Rules(*(protocol,) * 8, simulator)
 
 
@@ -239,7 +241,7 @@ def main(paths: Sequence[str]) -> None:
     """Print the tables for some response files."""
     tasks = open_tasks()
     files = [file for path in paths for file in find_response_files(Path(path))]
-    models = [answers_of(read_responses(file, tasks), tasks) for file in files]
+    models = [answers_of(read_responses(file, tasks, task_id_of), tasks) for file in files]
     for model in models:
         model.check()
     print("\n".join((*side_by_side(models), "", *effects(models))))

@@ -20,6 +20,10 @@ TASKS = ("27_2", "11_1")
 GOOD = {"identifier": "27_2", "llm_output": "a"}
 
 
+def without_scene(identifier: str) -> str:
+    return identifier.removeprefix("scene_1_")
+
+
 def written(folder: Path, content: object, name: str = "m_outputs.json") -> Path:
     file = folder / name
     file.write_bytes(content if isinstance(content, bytes) else json.dumps(content).encode())
@@ -28,7 +32,7 @@ def written(folder: Path, content: object, name: str = "m_outputs.json") -> Path
 
 def test_answers_are_read_in_the_order_of_the_file(tmp_path: Path) -> None:
     rows = [{"identifier": "scene_1_11_1", "llm_output": None, "more": 1}, GOOD]
-    read = read_responses(written(tmp_path, rows), TASKS)
+    read = read_responses(written(tmp_path, rows), TASKS, without_scene)
     assert read.model == "m"
     assert read.responses == (Response("11_1", ""), Response("27_2", "a"))
 
@@ -67,7 +71,7 @@ def test_answers_are_read_in_the_order_of_the_file(tmp_path: Path) -> None:
 def test_a_bad_file_is_named_with_the_place(content: object, complaint: str, tmp_path: Path) -> None:
     file = written(tmp_path, content)
     with pytest.raises(InputError) as caught:
-        read_responses(file, TASKS)
+        read_responses(file, TASKS, without_scene)
     assert str(caught.value).startswith(f"{file}{complaint}")
     assert "\n" not in str(caught.value)
     assert len(str(caught.value)) < len(str(file)) + 200

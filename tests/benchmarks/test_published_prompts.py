@@ -6,7 +6,7 @@ import json
 import pytest
 
 from eai.abilities.protocol import Ability
-from eai.abilities.responses import SCENE_PREFIX
+from eai.benchmarks.identifiers import SCENE_PREFIX
 from eai.benchmarks.packs import PROMPTS, open_published
 from eai.benchmarks.source import Source
 from eai.benchmarks.suite import available_suites, open_suite

@@ -27,7 +27,7 @@ from eai.logic.formula import (
     Then,
     Until,
 )
-from eai.logic.trajectory import Action
+from eai.logic.trace import TakenAction
 from eai.logic.traversal import is_state_formula
 
 
@@ -48,7 +48,7 @@ class Facts:
 @dataclass(frozen=True)
 class Naive:
     states: tuple[Facts, ...]
-    actions: tuple[Action, ...]
+    actions: tuple[TakenAction, ...]
 
     def on(self, formula: Formula, first: int, last: int, binding: dict[str, str]) -> bool:
         """Whether the piece from first to last satisfies the formula."""
@@ -59,13 +59,13 @@ class Naive:
         return self.connective(formula, first, last, binding, on=True)
 
     def at(self, formula: Formula, i: int, last: int, binding: dict[str, str]) -> bool:
-        """Whether the formula holds at position i of the trajectory that stops at last."""
+        """Whether the formula holds at position i of the trace that stops at last."""
         match formula:
             case Atom(predicate, arguments):
                 return self.states[i].holds(predicate, self.objects(arguments, binding))
             case Occurs(action, arguments):
                 taken = self.actions[i] if i < len(self.actions) else None
-                return taken == Action(action, self.objects(arguments, binding))
+                return taken == TakenAction(action, self.objects(arguments, binding))
             case Equals(left, right):
                 a, b = self.objects((left, right), binding)
                 return a == b

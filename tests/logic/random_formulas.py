@@ -1,4 +1,4 @@
-"""Random formulas and trajectories for property tests."""
+"""Random formulas and traces for property tests."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from eai.logic.formula import (
     Until,
     Variable,
 )
-from eai.logic.trajectory import Action, Trajectory
+from eai.logic.trace import TakenAction, Trace
 from logic.naive import Facts
 
 PREDICATES = {"open": 1, "next_to": 2, "notable": 1, "-raining": 0}
@@ -108,7 +108,7 @@ SCENE = (("cup.1", "cup"), ("cup.2", "cup"), ("sofa", "bottle.n.01"))
 
 
 @st.composite
-def trajectories(draw: st.DrawFn) -> tuple[list[Facts], list[Action]]:
+def traces(draw: st.DrawFn) -> tuple[list[Facts], list[TakenAction]]:
     length = draw(st.integers(1, 5))
 
     def arguments(arity: int) -> st.SearchStrategy[tuple[str, ...]]:
@@ -120,11 +120,11 @@ def trajectories(draw: st.DrawFn) -> tuple[list[Facts], list[Action]]:
         )
 
     states = [Facts(draw(st.frozensets(ground(PREDICATES), max_size=8)), SCENE) for _ in range(length)]
-    actions = [Action(*draw(ground(ACTIONS))) for _ in range(length - 1)]
+    actions = [TakenAction(*draw(ground(ACTIONS))) for _ in range(length - 1)]
     return states, actions
 
 
-def trajectory(*texts: str) -> Trajectory:
-    """Names of true atoms and actions by turns: ``trajectory("p q", "GRAB", "")``."""
+def trace(*texts: str) -> Trace:
+    """Names of true atoms and actions by turns: ``trace("p q", "GRAB", "")``."""
     states = [Facts(frozenset((name, ()) for name in text.split()), SCENE) for text in texts[::2]]
-    return Trajectory(states, [Action(text) for text in texts[1::2]])
+    return Trace(states, [TakenAction(text) for text in texts[1::2]])

@@ -13,37 +13,37 @@ from eai.logic.formula import (
     Or,
     Then,
 )
-from eai.logic.trajectory import Action, Trajectory
+from eai.logic.trace import TakenAction, Trace
 from logic.naive import Facts, Naive
-from logic.random_formulas import formulas, trajectories, trajectory
+from logic.random_formulas import formulas, trace, traces
 
 P, Q, R = Atom("p"), Atom("q"), Atom("r")
 
 
-@given(formulas(temporal=False), trajectories())
+@given(formulas(temporal=False), traces())
 @settings(max_examples=100, deadline=None)
 def test_evidence_of_a_state_formula_is_where_it_holds(
-    formula: Formula, given_: tuple[list[Facts], list[Action]]
+    formula: Formula, given_: tuple[list[Facts], list[TakenAction]]
 ) -> None:
     states, actions = given_
     naive = Naive(tuple(states), tuple(actions))
     last = len(states) - 1
     expected = tuple(i for i in range(len(states)) if naive.at(formula, i, last, {}))
-    assert explain(formula, Trajectory(states, actions)).positions == expected
+    assert explain(formula, Trace(states, actions)).positions == expected
 
 
 def test_evidence_names_the_conjuncts_that_never_hold() -> None:
-    path = trajectory("p", "GRAB", "q")
+    path = trace("p", "GRAB", "q")
     assert explain(And((P, R, Not(Or((P, Q))))), path).failed == (R, Not(Or((P, Q))))
     assert explain(And((P, And((Q, R)))), path).failed == (R,)
 
 
 def test_evidence_of_conjuncts_that_hold_only_apart_is_the_conjunction() -> None:
-    assert explain(And((P, Q)), trajectory("p", "GRAB", "q")).failed == (And((P, Q)),)
+    assert explain(And((P, Q)), trace("p", "GRAB", "q")).failed == (And((P, Q)),)
 
 
 def test_evidence_of_then_is_how_far_it_went() -> None:
-    path = trajectory("", "GRAB", "p", "GRAB", "q", "GRAB", "p")
+    path = trace("", "GRAB", "p", "GRAB", "q", "GRAB", "p")
     complete = explain(Then((P, Q, P)), path)
     assert (complete.holds, complete.positions, complete.failed) == (True, (1, 2, 3), ())
     partial = explain(Then((P, And((Q, R)), P)), path)

@@ -14,11 +14,11 @@ from eai.logic.bddl import parse_condition
 from eai.logic.formula import Exactly, Formula, Occurs
 from eai.logic.options import Option, count_options, options
 from eai.logic.semantics import holds_in
-from eai.logic.trajectory import Action
+from eai.logic.trace import TakenAction
 from eai.logic.traversal import walk
 from logic.activities import as_list, records, universe
 from logic.naive import Facts
-from logic.random_formulas import SCENE, formulas, trajectories
+from logic.random_formulas import SCENE, formulas, traces
 
 
 def listed(formula: Formula, objects: Facts) -> list[Option]:
@@ -29,10 +29,10 @@ def listed(formula: Formula, objects: Facts) -> list[Option]:
         raise
 
 
-@given(formulas(depth=2, temporal=False), trajectories())
+@given(formulas(depth=2, temporal=False), traces())
 @settings(max_examples=120, deadline=None, suppress_health_check=[HealthCheck.filter_too_much])
 def test_a_goal_holds_where_one_of_its_options_does(
-    formula: Formula, given_: tuple[list[Facts], list[Action]]
+    formula: Formula, given_: tuple[list[Facts], list[TakenAction]]
 ) -> None:
     assume(not any(isinstance(part, (Exactly, Occurs)) for part in walk(formula)))
     state = given_[0][0]

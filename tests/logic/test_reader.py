@@ -15,7 +15,7 @@ from eai.logic.formula import (
 from eai.logic.ltl import Dialect, parse
 from eai.logic.ltl_printer import print_ltl
 from eai.logic.options import count_options, options
-from eai.logic.trajectory import Trajectory
+from eai.logic.trace import Trace
 from eai.logic.traversal import MAX_DEPTH
 from logic.activities import universe
 
@@ -116,7 +116,7 @@ def test_the_deepest_formulas_can_be_evaluated_and_expanded(before: str, after: 
     times = (MAX_DEPTH - 1) // (2 if before == "not always " else 1)
     formula = read(before * times + "p(x)" + after * times)
     state = universe(a=1, b=1)
-    assert explain(formula, Trajectory([state] * 3)).holds in (True, False)
+    assert explain(formula, Trace([state] * 3)).holds in (True, False)
     try:
         count = count_options(formula, state)
     except InputError:

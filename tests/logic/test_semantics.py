@@ -1,4 +1,4 @@
-"""Formulas on trajectories: examples from the definitions, and agreement with the naive twin."""
+"""Formulas on traces: examples from the definitions, and agreement with the naive twin."""
 
 from __future__ import annotations
 
@@ -29,19 +29,21 @@ from eai.logic.formula import (
 from eai.logic.ltl import parse
 from eai.logic.semantics import holds, holds_in
 from eai.logic.signature import Signature
-from eai.logic.trajectory import Action, Trajectory
+from eai.logic.trace import TakenAction, Trace
 from logic.naive import Facts, Naive
-from logic.random_formulas import SCENE, formulas, trajectories, trajectory
+from logic.random_formulas import SCENE, formulas, trace, traces
 
 
-@given(formulas(), trajectories())
+@given(formulas(), traces())
 @settings(max_examples=250, deadline=None)
-def test_agrees_with_the_naive_evaluator(formula: Formula, given_: tuple[list[Facts], list[Action]]) -> None:
+def test_agrees_with_the_naive_evaluator(
+    formula: Formula, given_: tuple[list[Facts], list[TakenAction]]
+) -> None:
     states, actions = given_
     expected = Naive(tuple(states), tuple(actions)).on(formula, 0, len(states) - 1, {})
-    trajectory = Trajectory(states, actions)
-    assert holds(formula, trajectory) == expected
-    evidence = explain(formula, trajectory)
+    trace = Trace(states, actions)
+    assert holds(formula, trace) == expected
+    evidence = explain(formula, trace)
     assert evidence.holds == expected
     assert bool(evidence.failed) != expected
 
@@ -74,22 +76,22 @@ def sequences() -> st.SearchStrategy[Formula]:
     return st.lists(part, min_size=2, max_size=3).map(tuple).map(Then)
 
 
-@given(sequences(), trajectories())
+@given(sequences(), traces())
 @settings(max_examples=250, deadline=None)
 def test_sequences_agree_with_the_naive_evaluator(
-    formula: Formula, given_: tuple[list[Facts], list[Action]]
+    formula: Formula, given_: tuple[list[Facts], list[TakenAction]]
 ) -> None:
     states, actions = given_
     expected = Naive(tuple(states), tuple(actions)).on(formula, 0, len(states) - 1, {})
-    assert holds(formula, Trajectory(states, actions)) == expected
+    assert holds(formula, Trace(states, actions)) == expected
 
 
-def check(text: str, on: Trajectory) -> bool:
+def check(text: str, on: Trace) -> bool:
     return holds(parse(text, Signature({}, {"GRAB": 0, "PUT": 0})).formula, on)
 
 
 def test_a_state_formula_holds_if_it_holds_at_some_point() -> None:
-    path = trajectory("p", "GRAB", "q", "PUT", "")
+    path = trace("p", "GRAB", "q", "PUT", "")
     assert check("p()", path)
     assert check("q()", path)
     assert not check("p() and q()", path)
@@ -97,7 +99,7 @@ def test_a_state_formula_holds_if_it_holds_at_some_point() -> None:
 
 
 def test_an_action_belongs_to_the_state_before_its_effects() -> None:
-    path = trajectory("p", "GRAB", "q", "PUT", "r")
+    path = trace("p", "GRAB", "q", "PUT", "r")
     assert check("p() and GRAB()", path)
     assert not check("q() and GRAB()", path)
     assert check("q() then r()", path)
@@ -107,20 +109,20 @@ def test_an_action_belongs_to_the_state_before_its_effects() -> None:
 
 
 def test_then_needs_a_later_position() -> None:
-    assert not check("p() then p()", trajectory("p"))
-    assert check("p() then p()", trajectory("p", "GRAB", "p"))
-    assert not check("p() then q()", trajectory("q", "GRAB", "p"))
+    assert not check("p() then p()", trace("p"))
+    assert check("p() then p()", trace("p", "GRAB", "p"))
+    assert not check("p() then q()", trace("q", "GRAB", "p"))
 
 
 def test_nested_then_goes_on_where_it_was_completed() -> None:
-    path = trajectory("p", "GRAB", "q", "GRAB", "r")
+    path = trace("p", "GRAB", "q", "GRAB", "r")
     assert check("(p() then q()) then r()", path)
     assert check("p() then (q() then r())", path)
     assert not check("(p() then r()) then q()", path)
 
 
-def test_conjunctions_with_then_hold_on_the_same_trajectory() -> None:
-    path = trajectory("p", "GRAB", "q", "GRAB", "r", "GRAB", "p")
+def test_conjunctions_with_then_hold_on_the_same_trace() -> None:
+    path = trace("p", "GRAB", "q", "GRAB", "r", "GRAB", "p")
     assert check("(p() then q()) and (q() then r())", path)
     assert check("((p() then q()) and (q() then r())) then p()", path)
     assert not check("((p() then q()) and (q() then p())) then r()", path)
@@ -128,7 +130,7 @@ def test_conjunctions_with_then_hold_on_the_same_trajectory() -> None:
 
 
 def test_what_comes_before_then_may_end_early_or_late() -> None:
-    path = trajectory("p", "GRAB", "q", "GRAB", "r")
+    path = trace("p", "GRAB", "q", "GRAB", "r")
     assert check("(not (p() then q())) then r()", path)
     assert check("(not (p() then q())) then q()", path)
     assert not check("(not (p() then q())) then p()", path)
@@ -138,7 +140,7 @@ def test_what_comes_before_then_may_end_early_or_late() -> None:
 
 
 def test_operators_beyond_the_paper_speak_of_positions() -> None:
-    path = trajectory("p", "GRAB", "p q", "GRAB", "r")
+    path = trace("p", "GRAB", "p q", "GRAB", "r")
     assert check("next q()", path)
     assert not check("next r()", path)
     assert not check("next next next true", path)
@@ -170,13 +172,13 @@ def test_forn_is_exactly(count: int) -> None:
     ],
 )
 def test_empty_domains(text: str, expected: bool) -> None:
-    assert check(text, trajectory("p", "GRAB", "")) == expected
+    assert check(text, trace("p", "GRAB", "")) == expected
 
 
 def test_unbound_variables_are_an_error() -> None:
     unbound = Atom("open", (Variable("x"),))
     with pytest.raises(InputError, match="variable x is not bound"):
-        holds(And((Exists(Variable("x"), unbound), unbound)), trajectory("p"))
+        holds(And((Exists(Variable("x"), unbound), unbound)), trace("p"))
 
 
 def test_shadowed_variables_take_the_inner_value() -> None:

@@ -13,23 +13,23 @@ from eai.logic.ltl import parse
 from eai.logic.semantics import holds
 from eai.logic.signature import Signature
 from eai.logic.support import support
-from eai.logic.trajectory import Action, Trajectory
+from eai.logic.trace import TakenAction, Trace
 from logic.naive import Facts
 from logic.random_formulas import SCENE
 
 
 def test_many_objects_do_not_matter_to_rare_actions() -> None:
     names = tuple((f"o.{i}", "thing") for i in range(2000))
-    path = Trajectory([Facts(frozenset(), names)] * 2, [Action("POUR", ("o.7", "o.9"))])
+    path = Trace([Facts(frozenset(), names)] * 2, [TakenAction("POUR", ("o.7", "o.9"))])
     signature = Signature({}, {"POUR": 2})
     assert holds(parse("exists x. (exists y. (POUR(x, y)))", signature).formula, path)
     assert not holds(parse("exists x. (POUR(x, x))", signature).formula, path)
     assert holds(parse("forn 1 x. (exists y. (POUR(x, y)))", signature).formula, path)
 
 
-PATH = Trajectory(
+PATH = Trace(
     [Facts(frozenset(), SCENE)] * 4,
-    [Action("POUR", ("a", "b")), Action("POUR", ("c", "b")), Action("GRAB", ("a",))],
+    [TakenAction("POUR", ("a", "b")), TakenAction("POUR", ("c", "b")), TakenAction("GRAB", ("a",))],
 )
 
 

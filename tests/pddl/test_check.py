@@ -103,3 +103,15 @@ def test_declarations_of_a_domain() -> None:
 
 def test_only_argument_types_do_not_stop_a_planner() -> None:
     assert {offence for offence in Offence if not offence.stops_planner} == {Offence.WRONG_ARGUMENT_TYPE}
+
+
+def test_axioms_are_checked_too() -> None:
+    domain = read_domain(
+        "(define (domain d) (:predicates (p ?x) (q ?x)) (:derived (q ?x - den) (and (p ?y) (r) (p ?x ?x))))"
+    )
+    assert [(finding.offence, finding.name) for finding in check_domain(domain)] == [
+        (Offence.UNKNOWN_TYPE, "den"),
+        (Offence.UNBOUND_VARIABLE, "y"),
+        (Offence.UNKNOWN_PREDICATE, "r"),
+        (Offence.WRONG_ARITY, "p"),
+    ]

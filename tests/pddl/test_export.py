@@ -23,6 +23,7 @@ from eai.pddl.export import Exported, ExportOptions, export
 from eai.pddl.reader import read_domain, read_problem
 from eai.pddl.search import Effort, SearchVerdict, search
 from eai.pddl.writer import write_domain, write_formula, write_problem
+from eai.world.derived import Computed, Defined, is_a
 from eai.world.domain import Domain
 from eai.world.effect import ANYTHING, Add, Delete, Effect, ForEach, Let, When
 from eai.world.execution import Action, Fault, attempt
@@ -30,7 +31,7 @@ from eai.world.frame import AGENT
 from eai.world.operator import Operator, Try, additional, affordance, missing
 from eai.world.relation import bits
 from eai.world.state import Scene, State, WorldObject
-from eai.world.vocabulary import Computed, Defined, Predicate, Vocabulary, is_a
+from eai.world.vocabulary import Predicate, Vocabulary
 
 X, Y, Z = Variable("x"), Variable("y"), Variable("z")
 RED = Predicate("RED", 1)

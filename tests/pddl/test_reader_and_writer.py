@@ -144,3 +144,12 @@ def test_only_literals_are_initial_facts() -> None:
     with pytest.raises(PddlError) as raised:
         read_problem("(define (problem p) (:domain d) (:init (= (f) 1)) (:goal (a)))")
     assert raised.value.offence in {Offence.MALFORMED, Offence.UNSUPPORTED}
+
+
+def test_derived_predicates_are_read_and_written() -> None:
+    text = "(define (domain d) (:predicates (p ?x) (q ?x)) (:derived (q ?x - object) (not (p ?x))))"
+    domain = read_domain(text)
+    assert [(axiom.name, axiom.condition) for axiom in domain.axioms] == [("q", read_formula("(not (p ?x))"))]
+    assert read_domain(write_domain(domain)) == domain
+    with pytest.raises(PddlError, match="derived"):
+        read_domain("(define (domain d) (:derived (q)))")

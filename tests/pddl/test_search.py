@@ -13,6 +13,8 @@ from eai.data.store import Store
 from eai.pddl.execute import Executor, PlanStep
 from eai.pddl.model import PddlAction, PddlDomain, PddlProblem, objects_by_type, type_of
 from eai.pddl.normalise import normalise, read_operator
+from eai.pddl.planner import BuiltInPlanner
+from eai.pddl.planning import PlannerOutcome, PlanningTask
 from eai.pddl.reader import read_domain, read_problem
 from eai.pddl.search import Effort, SearchVerdict, search
 from pddl.random_pddl import DOMAINS, PROBLEMS
@@ -114,3 +116,27 @@ def test_solves_all_gold_problems(data_store: Store) -> None:
         result = search(made.domain, made.problem, Effort())
         assert result.verdict is SearchVerdict.SOLVED, task.id
         assert Executor(made.domain, made.problem).flaw(result.plan) is None
+
+
+DERIVED = """(define (domain d) (:predicates (on ?x ?y) (wet ?x) (clear ?x) (above ?x ?y))
+    (:derived (clear ?x) (not (exists (?y) (on ?y ?x)))) {more}
+    (:action splash :parameters (?x) :precondition (clear ?x) :effect (wet ?x))
+    (:action lift :parameters (?x ?y) :precondition (and (clear ?x) (on ?x ?y)) :effect (not (on ?x ?y))))"""
+STACKED = read_problem(
+    """(define (problem p) (:domain d) (:objects a b c)
+    (:init (on a b) (on b c)) (:goal (and (wet c) (clear b))))"""
+)
+
+
+def test_derived_predicates_are_unfolded() -> None:
+    domain = read_domain(DERIVED.format(more=""))
+    result = search(domain, STACKED, Effort())
+    assert result.verdict is SearchVerdict.SOLVED
+    assert Executor(domain, STACKED).flaw(result.plan) is None
+    assert len(result.plan) == 3
+
+
+def test_a_derived_predicate_that_depends_on_itself_is_for_another_planner() -> None:
+    above = "(:derived (above ?x ?y) (or (on ?x ?y) (exists (?z) (and (on ?x ?z) (above ?z ?y)))))"
+    task = PlanningTask(read_domain(DERIVED.format(more=above)), STACKED)
+    assert BuiltInPlanner().solve(task).outcome is PlannerOutcome.UNSUPPORTED

@@ -18,10 +18,10 @@ from eai.logic.formula import (
     Or,
     Term,
 )
+from eai.world.derived import Computed, Defined, Lookup
 from eai.world.effect import ANYTHING, Add, Delete, Effect, ForEach, Let, When
 from eai.world.frame import AGENT
 from eai.world.state import Fact, State
-from eai.world.vocabulary import Computed, Defined, Lookup
 
 Bound = Mapping[str, int]
 

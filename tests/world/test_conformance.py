@@ -2,15 +2,17 @@ from __future__ import annotations
 
 import pytest
 
+from eai.benchmarks.reference import virtualhome_domain
 from eai.benchmarks.virtualhome import domain as virtualhome
 from eai.benchmarks.virtualhome.tasks import VirtualHomeTasks
 from eai.logic.formula import Atom, Variable
 from eai.world.conformance import check
+from eai.world.derived import Defined
 from eai.world.domain import Domain
 from eai.world.effect import Add
 from eai.world.fault import FaultKind
 from eai.world.operator import Check, Operator, missing
-from eai.world.vocabulary import Defined, Predicate, Vocabulary
+from eai.world.vocabulary import Predicate, Vocabulary
 from world import toy
 
 X = Variable("x")
@@ -21,7 +23,7 @@ def test_the_toy_domain_conforms() -> None:
 
 
 @pytest.mark.parametrize(
-    "domain", [virtualhome.as_meant(), virtualhome.as_in_reference()], ids=["strict", "eai"]
+    "domain", [virtualhome.as_meant(), virtualhome_domain.as_in_reference()], ids=["strict", "eai"]
 )
 def test_virtualhome_conforms(virtualhome_tasks: VirtualHomeTasks, domain: Domain) -> None:
     assert check(domain, [virtualhome_tasks[i].initial for i in ("27_2", "1003_2")], steps=150) == ()
@@ -71,7 +73,7 @@ def with_operator(operator: Operator) -> Domain:
     ],
 )
 def test_what_does_not_conform_is_found(domain: Domain, problem: str) -> None:
-    assert any(problem in str(finding) for finding in check(domain, [toy.initial()]))
+    assert any(problem in str(defect) for defect in check(domain, [toy.initial()]))
 
 
 def test_a_rule_that_points_outside_the_trajectory_is_found() -> None:

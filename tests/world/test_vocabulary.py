@@ -6,9 +6,10 @@ import pytest
 
 from eai.errors import DomainError
 from eai.logic.formula import Variable
+from eai.world.derived import Computed
 from eai.world.domain import Domain
 from eai.world.operator import Operator
-from eai.world.vocabulary import Computed, Predicate, Vocabulary
+from eai.world.vocabulary import Predicate, Vocabulary
 
 P, Q = Predicate("P", 1), Predicate("Q", 2)
 

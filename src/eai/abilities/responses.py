@@ -7,21 +7,13 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 from dataclasses import dataclass
 from pathlib import Path
 
 from eai.errors import InputError
 
 SUFFIX = "_outputs.json"
-SCENE_PREFIX = "scene_1_"
-
-_MISNAMED = {
-    "cleaning_up_after_a_meal_0_Merom_1_int_0_2021-06-06_19-55-27": (
-        "cleaning_up_after_a_meal_0_Wainscott_0_int_0_2021-10-20_05-33-24"
-    )
-}
-"""The shipped prompts of BEHAVIOR's goal interpretation call one task by the id of another demonstration."""
 
 _SHOWN = 100
 """How many characters of an unknown identifier a message shows."""
@@ -29,7 +21,7 @@ _SHOWN = 100
 
 @dataclass(frozen=True, slots=True)
 class Response:
-    """One answer: the id of its task, without a scene prefix, and the text; a missing text is empty."""
+    """One answer: the id of its task, and the text; a missing text is empty."""
 
     task_id: str
     text: str
@@ -59,8 +51,15 @@ def find_response_files(path: Path) -> list[Path]:
     return [path]
 
 
-def read_responses(path: Path, task_ids: Collection[str]) -> ResponseFile:
+def read_responses(
+    path: Path, task_ids: Collection[str], task_id_of: Callable[[str], str] = str
+) -> ResponseFile:
     """Read a response file for tasks with these ids.
+
+    Args:
+        path: the file.
+        task_ids: the ids.
+        task_id_of: from an identifier, as files have it, to the id of its task; by default the same.
 
     Raises:
         InputError: the file is not a JSON list of answers, a row lacks a key or has it of another type, an
@@ -69,7 +68,7 @@ def read_responses(path: Path, task_ids: Collection[str]) -> ResponseFile:
     rows = _read_list(path)
     responses: dict[str, Response] = {}
     for number, row in enumerate(rows, 1):
-        response = _response(f"{path}, row {number}", row)
+        response = _response(f"{path}, row {number}", row, task_id_of)
         shown = response.task_id[:_SHOWN]
         if response.task_id not in task_ids:
             raise InputError(f"{path}, row {number}: identifier {shown!r} is not one of the tasks")
@@ -120,7 +119,7 @@ def _read_list(path: Path) -> list[object]:
     return rows
 
 
-def _response(place: str, row: object) -> Response:
+def _response(place: str, row: object, task_id_of: Callable[[str], str]) -> Response:
     if not isinstance(row, dict):
         raise InputError(f'{place}: expected {{"identifier", "llm_output"}}, not {_kind(row)}')
     for key in ("identifier", "llm_output"):
@@ -132,12 +131,6 @@ def _response(place: str, row: object) -> Response:
     if not isinstance(text, str | None):
         raise InputError(f'{place}: "llm_output" must be a string, not {_kind(text)}')
     return Response(task_id_of(identifier), text or "")
-
-
-def task_id_of(identifier: str) -> str:
-    """The data set's id of the task that an identifier in a file of answers or prompts means."""
-    task_id = identifier.removeprefix(SCENE_PREFIX)
-    return _MISNAMED.get(task_id, task_id)
 
 
 def _kind(value: object) -> str:

@@ -31,6 +31,7 @@ class Benchmark:
         formats: how an answer is written, in words, by ability; by default that of the default notation.
         response_schemas: the JSON schema of an answer, by ability, for providers that can enforce one.
         published_prompts: the prompts of the data set; None if it has none.
+        task_id_of: from an identifier, as files of answers have it, to the id of its task.
         planner_seconds: how long a planner may take for one task of transition modeling, in CPU seconds.
         reference: what `eai.benchmarks.registry.find_benchmark` finds it by; empty if by nothing.
     """
@@ -45,6 +46,7 @@ class Benchmark:
     formats: Mapping[Ability, str] = field(default_factory=dict)
     response_schemas: Mapping[Ability, Mapping[str, Json]] = field(default_factory=dict)
     published_prompts: PublishedPrompts | None = None
+    task_id_of: Callable[[str], str] = str
     planner_seconds: int = 100
     reference: str = ""
 

@@ -7,7 +7,6 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from eai.abilities.protocol import Ability
-from eai.abilities.responses import task_id_of
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.gold_answers import open_answer_book
 from eai.benchmarks.registry import registered
@@ -51,7 +50,7 @@ class Library:
             prompts = published.prompts(ability, self.source.store, report=self.source.report)
         else:
             prompts = self._rendered(benchmark, ability)
-        return self._with_own_files(prompts, f"{benchmark.name}_{ability.value}")
+        return self._with_own_files(prompts, benchmark, ability)
 
     def _rendered(self, benchmark: Benchmark, ability: Ability) -> Mapping[str, Prompt]:
         """Our prompts, rendered from the declaration."""
@@ -71,12 +70,15 @@ class Library:
         )
         return render(questions, templates)
 
-    def _with_own_files(self, prompts: Mapping[str, Prompt], name: str) -> Mapping[str, Prompt]:
+    def _with_own_files(
+        self, prompts: Mapping[str, Prompt], benchmark: Benchmark, ability: Ability
+    ) -> Mapping[str, Prompt]:
         if self.folder is None:
             return prompts
+        name = f"{benchmark.name}_{ability.value}"
         file, system_file = self.folder / f"{name}.json", self.folder / f"{name}_system.json"
         if file.exists():
-            own = {task_id_of(i): text for i, text in read_prompt_file(file).items()}
+            own = {benchmark.task_id_of(i): text for i, text in read_prompt_file(file).items()}
             for task_id in own:
                 if task_id not in prompts:
                     raise InputError(f"{file}: identifier {task_id!r} is not one of the tasks")

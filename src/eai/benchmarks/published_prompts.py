@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from eai.abilities.protocol import Ability
-from eai.abilities.responses import task_id_of
+from eai.benchmarks.identifiers import task_id_of
 from eai.benchmarks.packs import PROMPTS, open_published
 from eai.data.progress import Report, silent
 from eai.data.store import Store

@@ -50,6 +50,11 @@ def find_benchmark(reference: str) -> Benchmark:
     return _find(reference)
 
 
+def title_of(name: str) -> str:
+    """What a benchmark of this name is called in tables and pages; an unknown one by its name."""
+    return find_benchmark(name).title or name if name in registered() else name
+
+
 @cache
 def _find(reference: str) -> Benchmark:
     if reference in _entry_points():

@@ -10,7 +10,8 @@ from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
 from eai.abilities.protocol import Ability
-from eai.abilities.responses import SCENE_PREFIX, SUFFIX, find_response_files, read_responses, task_id_of
+from eai.abilities.responses import SUFFIX, find_response_files, read_responses
+from eai.benchmarks.identifiers import SCENE_PREFIX, task_id_of
 from eai.benchmarks.registry import FIRST, find_benchmark
 from eai.data.store import Store
 from eai.errors import InputError
@@ -180,7 +181,7 @@ def _only_model(run: Path, files: Sequence[Path]) -> str:
 def _content(file: Path, identifiers: Sequence[str]) -> bytes:
     """The answers of a response file as the challenge wants them, in the order of the data set."""
     ids = {task_id_of(identifier): identifier for identifier in identifiers}
-    texts = {response.task_id: response.text for response in read_responses(file, ids).responses}
+    texts = {response.task_id: response.text for response in read_responses(file, ids, task_id_of).responses}
     rows = [
         {"identifier": identifier, "llm_output": texts[task_id]}
         for task_id, identifier in ids.items()

@@ -16,6 +16,9 @@ from eai.benchmarks.source import Source
 from eai.data.progress import silent
 from eai.errors import InputError
 
+DEFAULT_PROTOCOL = Protocol.STRICT
+"""The rules for scoring where nothing else is asked for."""
+
 Form: TypeAlias = bool | None
 """How all answers that are scored together are written, where that decides how each is read; else None."""
 
@@ -90,7 +93,7 @@ Opener: TypeAlias = Callable[[Benchmark, Protocol, Form, Source], Opened]
 def open_suite(
     benchmark: Benchmark | str,
     ability: Ability,
-    protocol: Protocol = Protocol.STRICT,
+    protocol: Protocol = DEFAULT_PROTOCOL,
     *,
     source: Source | None = None,
     form: Form = None,
@@ -135,9 +138,10 @@ def _virtualhome_action_sequencing(
 ) -> Opened:
     from eai.abilities.action_sequencing.scorer import ActionSequencing
     from eai.benchmarks.reference.virtualhome_plans import VirtualHomeActionSequencing, written_with_ids
+    from eai.benchmarks.virtualhome.benchmark import open_tasks as virtualhome_tasks
     from eai.benchmarks.virtualhome.plan_notation import VirtualHomePlans
 
-    tasks = benchmark.tasks_for(Ability.ACTION_SEQUENCING, source)
+    tasks = virtualhome_tasks(source)
     if protocol is Protocol.EAI_1_0_5:
         return Opened(
             tuple(tasks),
@@ -208,9 +212,7 @@ def _behavior_goal_interpretation(
 
     tasks, domain = behavior_tasks(source), benchmark.domain
     if protocol is Protocol.EAI_1_0_5:
-        return Opened(
-            tuple(tasks), tasks.sha256, lambda task_id: reference.GoalInterpretation(tasks[task_id])
-        )
+        return Opened(tuple(tasks), tasks.sha256, lambda task_id: reference.ByFirstOption(tasks[task_id]))
     notation = BehaviorGoals()
     return Opened(
         tuple(tasks), tasks.sha256, lambda task_id: GoalInterpretation(tasks[task_id], domain, notation)

@@ -17,7 +17,7 @@ from eai.abilities.verdict import Json
 from eai.benchmarks.prompt_library import Library
 from eai.benchmarks.registry import registered
 from eai.benchmarks.source import Source
-from eai.benchmarks.suite import Suite, open_suite
+from eai.benchmarks.suite import DEFAULT_PROTOCOL, Suite, open_suite
 from eai.cli.console import DOMAIN_HELP, counted, data_progress, dollars, errors, output, print_rates
 from eai.cli.data import DataFolder, store
 from eai.cli.progress import run_progress
@@ -38,7 +38,7 @@ def run(
         list[str] | None, typer.Option(help=f"{DOMAIN_HELP} All registered ones if not given.")
     ] = None,
     ability: Annotated[list[Ability] | None, typer.Option(help="Abilities; all if not given.")] = None,
-    protocol: Annotated[Protocol, typer.Option(help="The rules for scoring.")] = Protocol.STRICT,
+    protocol: Annotated[Protocol, typer.Option(help="The rules for scoring.")] = DEFAULT_PROTOCOL,
     tasks: Annotated[
         str, typer.Option(help="Only these tasks, in the suites that have them: ids separated by commas.")
     ] = "",

@@ -11,7 +11,7 @@ from eai.abilities.declarations import DECLARATIONS
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.responses import Response, ResponseFile, find_response_files, model_name, read_responses
 from eai.benchmarks.source import Source
-from eai.benchmarks.suite import open_suite
+from eai.benchmarks.suite import DEFAULT_PROTOCOL, open_suite
 from eai.cli.console import DOMAIN_HELP, data_progress, output, print_rates
 from eai.cli.data import DataFolder, store
 from eai.errors import InputError
@@ -28,7 +28,7 @@ def score(
     ],
     domain: Annotated[str, typer.Option(help=DOMAIN_HELP)],
     ability: Annotated[Ability, typer.Option(help="What the answers are.")],
-    protocol: Annotated[Protocol, typer.Option(help="The rules for scoring.")] = Protocol.STRICT,
+    protocol: Annotated[Protocol, typer.Option(help="The rules for scoring.")] = DEFAULT_PROTOCOL,
     workers: Annotated[int, typer.Option(min=1, help="Processes to score with.")] = 1,
     out: Annotated[Path | None, typer.Option(help="Where to write records and summary.")] = None,
     explanations: Annotated[
@@ -52,7 +52,7 @@ def score(
         source = Source(store(data), report, planner)
         suite = open_suite(domain, ability, protocol, source=source)
     for file in files:
-        answers = _in_order(read_responses(file, suite.task_ids), suite.task_ids)
+        answers = _in_order(read_responses(file, suite.task_ids, suite.benchmark.task_id_of), suite.task_ids)
         opened = suite.over([response.text for response in answers.responses])
         records = score_batch(opened, answers, workers=workers, explanations=explanations)
         rates[answers.model] = summarise([r.verdict for r in records], ability)

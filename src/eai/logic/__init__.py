@@ -1,1 +1,1 @@
-"""Formulas of one logic, their concrete syntaxes and their meaning on states and trajectories."""
+"""Formulas of one logic, their concrete syntaxes and their meaning on states and traces."""

@@ -1,4 +1,4 @@
-"""BDDL, the language of BEHAVIOR's activity definitions: conditions and whole problem files.
+"""BDDL, the language of household activity definitions: conditions and whole problem files.
 
 A name with a ``?`` is a variable if a quantifier around it binds it, otherwise the object of that name.
 Everything is lower case, as in bddl's own reader (``bddl/parsing.py``).
@@ -59,7 +59,7 @@ class Problem:
 
     @property
     def goals(self) -> tuple[f.Formula, ...]:
-        """The goal's top-level conjuncts: what BEHAVIOR calls its goal conditions."""
+        """The goal's top-level conjuncts, which are counted one by one."""
         return self.goal.operands if isinstance(self.goal, f.And) else (self.goal,)
 
 

@@ -1,4 +1,4 @@
-"""Why a formula holds on a trajectory, or why not."""
+"""Why a formula holds on a trace, or why not."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from eai.logic.formula import And, Formula, Then
 from eai.logic.semantics import Evaluator
-from eai.logic.trajectory import Trajectory, positions_in
+from eai.logic.trace import Trace, positions_in
 
 
 @dataclass(frozen=True, slots=True)
@@ -15,7 +15,7 @@ class Evidence:
 
     ``positions``: for a state formula, every position at which it holds; for ``then``, the position at which
     each part was first completed after the part before it, as far as that went; for any other formula, every
-    position from which the rest of the trajectory satisfies it.
+    position from which the rest of the trace satisfies it.
 
     ``failed``: if the formula does not hold, the smallest parts that are to blame: the conjuncts that never
     hold; a conjunction of states whose conjuncts hold only apart from each other; the first part of a
@@ -27,59 +27,57 @@ class Evidence:
     failed: tuple[Formula, ...] = ()
 
 
-def explain(formula: Formula, trajectory: Trajectory) -> Evidence:
-    """Whether a closed formula holds on the trajectory, and the evidence.
+def explain(formula: Formula, trace: Trace) -> Evidence:
+    """Whether a closed formula holds on the trace, and the evidence.
 
     Raises:
         InputError: a variable is not bound by any quantifier.
     """
-    return _explain(formula, Evaluator(formula, trajectory), trajectory, 0)
+    return _explain(formula, Evaluator(formula, trace), trace, 0)
 
 
-def _explain(formula: Formula, evaluator: Evaluator, trajectory: Trajectory, start: int) -> Evidence:
-    """The verdict on the rest of the trajectory from ``start`` on."""
-    end = trajectory.length - 1
+def _explain(formula: Formula, evaluator: Evaluator, trace: Trace, start: int) -> Evidence:
+    """The verdict on the rest of the trace from ``start`` on."""
+    end = trace.length - 1
     holds = bool(evaluator.on(formula, {}, end) >> start & 1)
     if isinstance(formula, Then) and formula.parts:
-        return _explain_sequence(formula, holds, evaluator, trajectory, start)
+        return _explain_sequence(formula, holds, evaluator, trace, start)
     if not evaluator.is_temporal(formula):
         mask = evaluator.state(formula, {})
     else:
         mask = evaluator.on(formula, {}, end)
     positions = tuple(position for position in positions_in(mask) if position >= start)
-    failed = () if holds else _blame(formula, evaluator, trajectory, start)
+    failed = () if holds else _blame(formula, evaluator, trace, start)
     return Evidence(holds, positions, failed)
 
 
-def _blame(formula: Formula, evaluator: Evaluator, trajectory: Trajectory, start: int) -> tuple[Formula, ...]:
+def _blame(formula: Formula, evaluator: Evaluator, trace: Trace, start: int) -> tuple[Formula, ...]:
     """The parts of a formula that does not hold from ``start`` on which make it so."""
     if not isinstance(formula, And):
         return (formula,)
-    parts = [_explain(operand, evaluator, trajectory, start) for operand in formula.operands]
+    parts = [_explain(operand, evaluator, trace, start) for operand in formula.operands]
     return tuple(culprit for part in parts for culprit in part.failed) or (formula,)
 
 
-def _explain_sequence(
-    formula: Then, holds: bool, evaluator: Evaluator, trajectory: Trajectory, start: int
-) -> Evidence:
+def _explain_sequence(formula: Then, holds: bool, evaluator: Evaluator, trace: Trace, start: int) -> Evidence:
     """Complete the parts of a ``then`` one after the other, each as early as possible."""
     positions: list[int] = []
     for part in formula.parts:
-        last = _first_completion(part, evaluator, trajectory, start)
+        last = _first_completion(part, evaluator, trace, start)
         if last is None:
             if holds:  # a later completion of an earlier part makes the rest possible
                 return Evidence(True, tuple(positions))
-            left = _explain(part, evaluator, trajectory, start) if start < trajectory.length else None
+            left = _explain(part, evaluator, trace, start) if start < trace.length else None
             return Evidence(False, tuple(positions), left.failed if left and left.failed else (part,))
         positions.append(last)
         start = last + 1
     return Evidence(holds, tuple(positions), () if holds else (formula,))
 
 
-def _first_completion(part: Formula, evaluator: Evaluator, trajectory: Trajectory, start: int) -> int | None:
+def _first_completion(part: Formula, evaluator: Evaluator, trace: Trace, start: int) -> int | None:
     """The end of the shortest piece from ``start`` on that satisfies the part, or None."""
     if not evaluator.is_temporal(part):
         rest = evaluator.state(part, {}) >> start
         return start + (rest & -rest).bit_length() - 1 if rest else None
-    ends = range(start, trajectory.length)
+    ends = range(start, trace.length)
     return next((end for end in ends if evaluator.on(part, {}, end) >> start & 1), None)

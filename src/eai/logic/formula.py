@@ -2,7 +2,7 @@
 
 A formula is a frozen value without behaviour of its own. Concrete syntaxes (LTL text, BDDL, PDDL) read and
 print it, evaluators give it a meaning. State formulas speak of one state; the temporal operators at the end
-of the file speak of finite trajectories (paper, section "LTL representation of goals").
+of the file speak of finite traces (paper, section "LTL representation of goals").
 
 Python's ``&``, ``|`` and ``~`` build conjunction, disjunction and negation, so that a domain reads like
 logic.

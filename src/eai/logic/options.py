@@ -1,6 +1,6 @@
 """The ground options of a goal: the lists of ground conditions any of which makes it true.
 
-BEHAVIOR's goals speak of objects in general ("every candle in a basket of its own"); an option says which
+Goals may speak of objects in general ("every candle in a basket of its own"); an option says which
 candle and which basket. Options are produced one by one, and counted without being produced.
 """
 

@@ -1,9 +1,9 @@
-"""When a formula holds on a trajectory (paper, section "LTL representation of goals").
+"""When a formula holds on a trace (paper, section "LTL representation of goals").
 
-A state formula holds on a trajectory if it holds at some position of it. ``f then g`` holds if the trajectory
+A state formula holds on a trace if it holds at some position of it. ``f then g`` holds if the trace
 can be cut into two non-empty pieces, the first satisfying ``f`` and the second ``g``. And, or, not and the
 quantifiers of formulas with ``then`` are what they are everywhere: they combine the truths of their parts on
-the same trajectory. The operators beyond the paper speak of positions, as usual in LTL on finite traces (De
+the same trace. The operators beyond the paper speak of positions, as usual in LTL on finite traces (De
 Giacomo and Vardi 2013): below next, eventually, always and until a state formula means "at this position",
 and at the top these operators mean "at the first position".
 
@@ -11,7 +11,7 @@ Every subformula is evaluated once for all positions at a time, as a mask of pos
 are integer operations. The piece of an operand in front of ``then`` may end anywhere. If the operand cannot
 become false when its piece grows (as all formulas without not, always, implies and forn over ``then``), only
 the last possible end counts; if it cannot when the piece shrinks, only the first. What mixes both needs its
-truth on every piece, which costs a factor of the trajectory's length.
+truth on every piece, which costs a factor of the trace's length.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ from eai.logic.formula import (
 )
 from eai.logic.matching import maximum_matching
 from eai.logic.support import support
-from eai.logic.trajectory import Interpretation, Trajectory, positions_in
+from eai.logic.trace import Interpretation, Trace, positions_in
 from eai.logic.traversal import monotony, temporal_parts
 
 Binding: TypeAlias = Mapping[str, str]
@@ -55,14 +55,14 @@ Binding: TypeAlias = Mapping[str, str]
 _Reading: TypeAlias = Callable[[Formula, Binding], int]
 
 
-def holds(formula: Formula, trajectory: Trajectory) -> bool:
-    """Whether a closed formula holds on the trajectory.
+def holds(formula: Formula, trace: Trace) -> bool:
+    """Whether a closed formula holds on the trace.
 
     Raises:
         InputError: a variable is not bound by any quantifier.
     """
-    evaluator = Evaluator(formula, trajectory)
-    return bool(evaluator.on(formula, {}, trajectory.length - 1) & 1)
+    evaluator = Evaluator(formula, trace)
+    return bool(evaluator.on(formula, {}, trace.length - 1) & 1)
 
 
 def holds_in(formula: Formula, state: Interpretation) -> bool:
@@ -71,14 +71,14 @@ def holds_in(formula: Formula, state: Interpretation) -> bool:
     Raises:
         InputError: a variable is not bound by any quantifier.
     """
-    return holds(formula, Trajectory((state,)))
+    return holds(formula, Trace((state,)))
 
 
 class Evaluator:
-    """Evaluates the parts of one formula on one trajectory."""
+    """Evaluates the parts of one formula on one trace."""
 
-    def __init__(self, formula: Formula, trajectory: Trajectory) -> None:
-        self._trajectory = trajectory
+    def __init__(self, formula: Formula, trace: Trace) -> None:
+        self._trace = trace
         self._formula = formula  # keeps the ids below alive
         self._temporal = temporal_parts(formula)
         self._monotony = monotony(formula)
@@ -101,17 +101,17 @@ class Evaluator:
     def _state(self, formula: Formula, binding: Binding) -> int:
         match formula:
             case Atom(predicate, arguments):
-                return self._trajectory.atom(predicate, _objects(arguments, binding))
+                return self._trace.atom(predicate, _objects(arguments, binding))
             case Occurs(action, arguments):
-                return self._trajectory.occurrence(action, _objects(arguments, binding))
+                return self._trace.occurrence(action, _objects(arguments, binding))
             case Equals(left, right):
                 a, b = _objects((left, right), binding)
-                return _up_to(self._trajectory.length - 1) if a == b else 0
+                return _up_to(self._trace.length - 1) if a == b else 0
             case _:
-                return self._combined(formula, binding, self.state, self._trajectory.length - 1)
+                return self._combined(formula, binding, self.state, self._trace.length - 1)
 
     def at(self, formula: Formula, binding: Binding, end: int) -> int:
-        """The positions of the trajectory that stops at ``end`` at which the formula holds, read there."""
+        """The positions of the trace that stops at ``end`` at which the formula holds, read there."""
         if not self.is_temporal(formula):
             return self.state(formula, binding) & _up_to(end)
         match formula:
@@ -130,7 +130,7 @@ class Evaluator:
                 return self._combined(formula, binding, partial(self.at, end=end), end)
 
     def on(self, formula: Formula, binding: Binding, end: int) -> int:
-        """The positions from which the rest of the trajectory, stopping at ``end``, satisfies the formula."""
+        """The positions from which the rest of the trace, stopping at ``end``, satisfies the formula."""
         if not self.is_temporal(formula):
             return _before(self.state(formula, binding) & _up_to(end))
         if isinstance(formula, (Next, Eventually, Always, Until, Then)):
@@ -171,7 +171,7 @@ class Evaluator:
             case Eventually(operand) | Always(operand) | Until(right=operand):
                 return self._alone(operand, binding)
             case _:
-                return self._combined(formula, binding, self._alone, self._trajectory.length - 1)
+                return self._combined(formula, binding, self._alone, self._trace.length - 1)
 
     def _table(self, formula: Formula, binding: Binding) -> list[int]:
         """For every end, the positions from which the piece up to it satisfies the formula."""
@@ -184,7 +184,7 @@ class Evaluator:
         """What `on` gives for every end, the parts of connectives being read for all ends first."""
         if not self.is_temporal(formula):
             mask = self.state(formula, binding)
-            return [_before(mask & _up_to(end)) for end in range(self._trajectory.length)]
+            return [_before(mask & _up_to(end)) for end in range(self._trace.length)]
         match formula:
             case Not(operand):
                 return [_up_to(end) & ~m for end, m in enumerate(self._for_all_ends(operand, binding))]
@@ -195,7 +195,7 @@ class Evaluator:
             case Then((*first, last)):
                 return [self._preceded(first, binding, m) for m in self._for_all_ends(last, binding)]
             case _:
-                return [self.on(formula, binding, end) for end in range(self._trajectory.length)]
+                return [self.on(formula, binding, end) for end in range(self._trace.length)]
 
     def _combined(self, formula: Formula, binding: Binding, read: _Reading, end: int) -> int:
         """A connective or quantifier over parts that are read in one way."""
@@ -230,16 +230,16 @@ class Evaluator:
 
     def _candidates(self, variable: Variable, body: Formula, binding: Binding, truth: bool) -> frozenset[str]:
         """The values of a variable for which the body can have this truth at some position."""
-        domain = self._trajectory.domain(variable.category)
+        domain = self._trace.domain(variable.category)
         inner = {name: value for name, value in binding.items() if name != variable.name}
-        possible = support(body, variable.name, inner, truth, self._trajectory)
+        possible = support(body, variable.name, inner, truth, self._trace)
         return domain if possible is None else domain & possible
 
     def _paired(self, formula: ForPairs, binding: Binding, read: _Reading, everything: int) -> int:
         """The positions at which a maximum matching of true pairs is large enough."""
         first, second, body, count = formula.first, formula.second, formula.body, formula.count
-        rows = self._trajectory.objects(first.category)
-        columns = self._trajectory.objects(second.category)
+        rows = self._trace.objects(first.category)
+        columns = self._trace.objects(second.category)
         truths = [
             [0 if x == y else read(body, {**binding, first.name: x, second.name: y}) for y in columns]
             for x in rows

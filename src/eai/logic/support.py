@@ -1,6 +1,6 @@
 """Which objects matter to a quantifier: those for which its body can be true, or false, at all.
 
-``exists x. exists y. (pour(x, y))`` on a trajectory with one pouring need not try 290 times 290 pairs.
+``exists x. exists y. (pour(x, y))`` on a trace with one pouring need not try 290 times 290 pairs.
 """
 
 from __future__ import annotations
@@ -26,11 +26,11 @@ from eai.logic.formula import (
     Until,
     Variable,
 )
-from eai.logic.trajectory import Trajectory
+from eai.logic.trace import Trace
 
 
 def support(
-    formula: Formula, variable: str, binding: Mapping[str, str], truth: bool, trajectory: Trajectory
+    formula: Formula, variable: str, binding: Mapping[str, str], truth: bool, trace: Trace
 ) -> frozenset[str] | None:
     """A set outside of which no value of the variable gives the formula this truth at any position.
 
@@ -39,11 +39,11 @@ def support(
     """
 
     def of(part: Formula, wanted: bool) -> frozenset[str] | None:
-        return support(part, variable, binding, wanted, trajectory)
+        return support(part, variable, binding, wanted, trace)
 
     match formula:
         case Occurs(action, arguments) if truth and Variable(variable) in arguments:
-            return trajectory.participants(action, arguments.index(Variable(variable)))
+            return trace.participants(action, arguments.index(Variable(variable)))
         case Equals(left, right) if truth:
             return _equal_to(left, right, variable, binding)
         case Not(operand):
@@ -58,7 +58,7 @@ def support(
             if isinstance(formula, Exists) != truth or inner.name == variable:
                 return None
             outer = {name: value for name, value in binding.items() if name != inner.name}
-            return support(body, variable, outer, truth, trajectory)
+            return support(body, variable, outer, truth, trace)
         case Next(operand) | Until(right=operand) if truth:
             return of(operand, truth)
         case Eventually(operand) | Always(operand):

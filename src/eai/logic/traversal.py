@@ -86,7 +86,7 @@ def temporal_parts(formula: Formula) -> frozenset[int]:
 
 
 class Monotony(NamedTuple):
-    """The ``id`` of parts of a formula whose truth on a piece of a trajectory depends simply on its end."""
+    """The ``id`` of parts of a formula whose truth on a piece of a trace depends simply on its end."""
 
     lasting: frozenset[int]
     """Parts that stay true when the piece grows at its end."""

@@ -45,13 +45,14 @@ from eai.pddl.model import (
     type_of,
 )
 from eai.pddl.writer import write_formula
+from eai.world.derived import Defined, is_a
 from eai.world.domain import Domain
 from eai.world.effect import Add, Delete, Effect, ForEach, When
 from eai.world.fault import FaultKind
 from eai.world.frame import AGENT
 from eai.world.operator import Check, Operator
 from eai.world.state import Fact, Scene, State, WorldObject
-from eai.world.vocabulary import Defined, Predicate, Vocabulary, is_a
+from eai.world.vocabulary import Predicate, Vocabulary
 
 MAX_ARITY = 2
 """How many arguments a stored predicate may have."""

@@ -31,6 +31,7 @@ from eai.pddl.model import (
 from eai.pddl.names import PddlNames
 from eai.pddl.ordered_effects import OrderedEffects
 from eai.pddl.simplify import conjunction
+from eai.world.derived import Computed, Lookup
 from eai.world.domain import Domain
 from eai.world.execution import Action
 from eai.world.fault import FaultKind
@@ -38,7 +39,7 @@ from eai.world.frame import AGENT
 from eai.world.operator import Check, Operator
 from eai.world.relation import bits
 from eai.world.state import Scene, State
-from eai.world.vocabulary import Computed, Derived, Lookup
+from eai.world.vocabulary import DerivedPredicate
 
 REQUIREMENTS = (":adl", ":derived-predicates")
 
@@ -377,7 +378,7 @@ class _Problem:
         return Atom(predicate, tuple([Constant(self._names[i]) for i in arguments]))
 
 
-def _holds(derived: Derived, state: State, arguments: tuple[int, ...]) -> bool:
+def _holds(derived: DerivedPredicate, state: State, arguments: tuple[int, ...]) -> bool:
     """Whether a derived predicate that has a function holds in a state."""
     match derived:
         case Lookup(values=values):

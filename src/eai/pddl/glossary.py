@@ -33,8 +33,9 @@ from eai.logic.formula import (
 from eai.logic.traversal import walk
 from eai.pddl.names import PddlNames
 from eai.pddl.simplify import conjunction, disjunction, equality, negation
+from eai.world.derived import Defined, meaning
 from eai.world.state import Scene
-from eai.world.vocabulary import Defined, Derived, Vocabulary
+from eai.world.vocabulary import DerivedPredicate, Vocabulary
 
 ORDER = "precedes"
 """The static predicate that says of two objects that the first has the lower index."""
@@ -64,7 +65,7 @@ class Glossary:
     types: PddlNames = field(default_factory=PddlNames)
     things: PddlNames = field(default_factory=PddlNames)
     derived: dict[str, Defined] = field(default_factory=dict)
-    frozen: dict[str, Derived] = field(default_factory=dict)
+    frozen: dict[str, DerivedPredicate] = field(default_factory=dict)
     kinds: dict[str, str] = field(default_factory=dict)
     performed: dict[str, str] = field(default_factory=dict)
     ordered: bool = False
@@ -81,11 +82,11 @@ class Glossary:
         """
         derived = self.vocabulary.derived_by_name.get(name)
         if derived is not None and name not in self.derived:
-            meaning = derived if isinstance(derived, Defined) else derived.meaning
-            if meaning is None:
+            said = meaning(derived)
+            if said is None:
                 self.frozen[name] = derived
             else:
-                self.derived[name] = meaning
+                self.derived[name] = said
         elif derived is None and self.vocabulary.stored(name) is None:
             raise DomainError(f"predicate {name} is not declared")
         return self.predicates[name]
@@ -248,7 +249,7 @@ def hidden_predicates(vocabulary: Vocabulary) -> frozenset[str]:
     return frozenset(hidden)
 
 
-def reads(derived: Derived) -> frozenset[str]:
+def reads(derived: DerivedPredicate) -> frozenset[str]:
     """The predicates that a derived predicate speaks of."""
     if not isinstance(derived, Defined):
         return frozenset(derived.reads)

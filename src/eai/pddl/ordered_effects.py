@@ -18,9 +18,10 @@ from eai.logic.formula import FALSE, TRUE, And, Atom, Equals, Exists, Formula, T
 from eai.pddl.glossary import Conditions, Scope, without
 from eai.pddl.model import AddEffect, Both, DeleteEffect, Each, PddlEffect, WhenEffect
 from eai.pddl.simplify import conjunction, disjunction, equality, negation, substitute
+from eai.world.derived import Defined
 from eai.world.effect import ANYTHING, Add, Delete, Effect, ForEach, Let, When
 from eai.world.operator import Operator
-from eai.world.vocabulary import Defined, Predicate, Vocabulary
+from eai.world.vocabulary import Predicate, Vocabulary
 
 _Place: TypeAlias = "tuple[int | Variable, ...]"
 """Where a change stands in the order: numbers in a sequence, and variables whose objects come by index."""

@@ -9,6 +9,7 @@ from eai.logic.formula import TRUE, Atom, Constant, Formula, Not, Variable
 from eai.logic.traversal import walk
 from eai.planning.effect_schema import EffectSchema, effect_schemas, taking
 from eai.world.condition import Conditions
+from eai.world.derived import Defined
 from eai.world.domain import Domain
 from eai.world.effect import ANYTHING
 from eai.world.frame import AGENT, UNBOUND, Binding, Extension, Frame, Truth
@@ -16,7 +17,7 @@ from eai.world.operator import Operator
 from eai.world.reading import free_variables
 from eai.world.relation import bits
 from eai.world.state import State
-from eai.world.vocabulary import Defined, Vocabulary
+from eai.world.vocabulary import Vocabulary
 
 
 class Precondition(NamedTuple):

@@ -24,11 +24,11 @@ from eai.planning.subgoal import (
     Subgoal,
     Unfolding,
 )
+from eai.world.derived import Defined
 from eai.world.domain import Domain
 from eai.world.execution import Action
 from eai.world.reading import Readings, Scope
 from eai.world.state import State
-from eai.world.vocabulary import Defined
 
 INFINITE = float("inf")
 """The cost of what no action brings about."""

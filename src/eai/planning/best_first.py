@@ -83,13 +83,13 @@ class BestFirst:
         if self.states <= 0:
             return SearchOutcome(None)
         affordable = budget._replace(states=min(budget.states, self.states))
-        run = _Run(self._heuristic, self._successors, start, target, affordable)
+        run = _BestFirstRun(self._heuristic, self._successors, start, target, affordable)
         found = run.run()
         self.states -= run.states
         return found
 
 
-class _Run:
+class _BestFirstRun:
     """The state of one search."""
 
     def __init__(

@@ -12,8 +12,8 @@ from eai.logic.formula import Atom
 from eai.planning.additive_heuristic import AdditiveHeuristic, Estimates, Supporter
 from eai.planning.subgoal import GroundAtom, Subgoal
 from eai.planning.successor_generator import applicable_actions
+from eai.world.derived import Defined
 from eai.world.execution import Action
-from eai.world.vocabulary import Defined
 
 
 class PreferredOperators:

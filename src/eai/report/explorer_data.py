@@ -15,6 +15,7 @@ from eai.abilities.explanation import Explanation, StepReport
 from eai.abilities.record import Record
 from eai.abilities.transition_modeling.report import OperatorReport
 from eai.abilities.verdict import GoalVerdict, Json, OperatorVerdict, PlanVerdict, SubgoalVerdict, Verdict
+from eai.benchmarks.registry import title_of
 from eai.metrics.breakdown import outcome
 from eai.report.runs import Run, RunKey
 
@@ -72,6 +73,7 @@ class ExplorerData:
             "version": VERSION,
             "runs": [self._runs[key] for key in sorted(self._runs, key=lambda key: key.order)],
             "prompts": {suite: lines for suite, lines in self._prompts.items() if lines},
+            "titles": {key.domain: title_of(key.domain) for key in self._runs},
             "gold": {domain: dict(names) for domain, names in self._background.operators.items()},
             "texts": list(self._texts),
             "steps": [json.loads(step) for step in self._steps],

@@ -11,8 +11,9 @@ from eai.abilities.declarations import DECLARATIONS
 from eai.abilities.protocol import Ability
 from eai.abilities.trajectory_metrics import GRAMMAR, RUNTIME, SATISFIED, SUCCESS
 from eai.abilities.transition_modeling.declaration import CATEGORIES, OVERALL, PLANNER
+from eai.benchmarks.registry import title_of
 from eai.metrics.average import AVERAGE
-from eai.metrics.paper_tables import PaperColumn, paper_setting
+from eai.metrics.paper_tables import PaperColumn
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,8 +62,8 @@ def ability_title(ability: Ability) -> str:
 
 
 def domain_title(domain: str) -> str:
-    """How a domain is called in headings: as in the paper, or as in the records."""
-    return paper_setting().domains.get(domain, domain)
+    """How a domain is called in headings: as its benchmark says, or as in the records."""
+    return title_of(domain)
 
 
 def _column(declared: AbilityDeclaration[Any], column: MetricColumn, group: str = "") -> ColumnSpec:

@@ -12,7 +12,7 @@ from inspect_ai.log import EvalLog
 from inspect_ai.model import Model, get_model
 from rich.text import Text
 
-from eai.abilities.protocol import Protocol
+from eai.benchmarks.suite import DEFAULT_PROTOCOL
 from eai.errors import EaiError, InputError
 from eai.run.job import Endpoint, Job
 from eai.run.journal import Journal
@@ -55,7 +55,7 @@ def obtain_answers(job: Job, journal: Path, log_dir: Path, *, watch: Watch = unw
         open_prompts = desk.open_prompts()
         if open_prompts:
             _make_folder(log_dir)
-            task = build_task(job.benchmark, job.ability, open_prompts, ask(desk), Protocol.STRICT)
+            task = build_task(job.benchmark, job.ability, open_prompts, ask(desk), DEFAULT_PROTOCOL)
             _check(job, _evaluate(job, task, log_dir))
     return Answers(desk.answers, desk.failures)
 

@@ -38,7 +38,7 @@ class BuiltInModel(ModelAPI):
 
     Args:
         model_name: ``oracle`` (the data set's own answers), ``planner`` (plans found by search, for action
-            sequencing and VirtualHome's subgoals), ``noisy`` (the data set's answers, spoilt; arguments
+            sequencing and subgoal decomposition), ``noisy`` (the data set's answers, spoilt; arguments
             ``rate`` and ``seed``) or ``replay`` (answers from response files; argument ``path``).
         base_url: not used.
         api_key: not used.
@@ -115,4 +115,5 @@ class BuiltInModel(ModelAPI):
                 f"{self._path}: expected one response file for {benchmark.name} {ability.value}, "
                 f"found {len(files)}"
             )
-        return {response.task_id: response.text for response in read_responses(files[0], task_ids).responses}
+        recorded = read_responses(files[0], task_ids, benchmark.task_id_of)
+        return {response.task_id: response.text for response in recorded.responses}

@@ -19,7 +19,7 @@ from eai.abilities.verdict import Verdict
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.prompt_library import Library
 from eai.benchmarks.registry import find_benchmark
-from eai.benchmarks.suite import Suite, open_suite
+from eai.benchmarks.suite import DEFAULT_PROTOCOL, Suite, open_suite
 from eai.metrics.rate import Rate
 from eai.prompts.prompt import Prompt, PromptSet
 from eai.run.solver import ask_as_published
@@ -56,7 +56,7 @@ def published_task(reference: str, ability: Ability) -> Callable[..., inspect_ai
     """Register a suite as an Inspect task, ``eai/<domain>_<ability>``."""
 
     def suite(
-        protocol: str = Protocol.STRICT.value,
+        protocol: str = DEFAULT_PROTOCOL.value,
         prompts: str = PromptSet.OFFICIAL.value,
         prompt_folder: str | None = None,
     ) -> inspect_ai.Task:

@@ -22,7 +22,8 @@ from eai.logic.formula import (
     Or,
     Variable,
 )
-from eai.world.conformance import Finding, check
+from eai.world.conformance import Defect, check
+from eai.world.derived import Computed, Defined, Lookup, is_a
 from eai.world.domain import Domain, each_held_before, was_possible_before
 from eai.world.effect import ANYTHING, Add, Delete, Effect, ForEach, Let, When, both_ways
 from eai.world.execution import Action, Fault, Step, Trajectory, attempt, describe, execute
@@ -30,7 +31,7 @@ from eai.world.fault import FaultKind
 from eai.world.frame import AGENT
 from eai.world.operator import Check, Operator, Try, additional, affordance, in_paper_order, missing
 from eai.world.state import Change, Fact, Scene, State, WorldObject, change
-from eai.world.vocabulary import Computed, Defined, Derived, Lookup, Predicate, Vocabulary, is_a
+from eai.world.vocabulary import Predicate, Vocabulary
 
 __all__ = [
     "AGENT",
@@ -45,9 +46,9 @@ __all__ = [
     "Check",
     "Computed",
     "Constant",
+    "Defect",
     "Defined",
     "Delete",
-    "Derived",
     "Domain",
     "Effect",
     "Equals",
@@ -56,7 +57,6 @@ __all__ = [
     "Fact",
     "Fault",
     "FaultKind",
-    "Finding",
     "ForAll",
     "ForEach",
     "ForPairs",

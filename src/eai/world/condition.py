@@ -10,8 +10,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 
-from typing_extensions import assert_never
-
 from eai.errors import DomainError
 from eai.logic.formula import (
     And,
@@ -29,10 +27,11 @@ from eai.logic.formula import (
 )
 from eai.logic.matching import maximum_matching
 from eai.world.connective import all_of, any_of, emptiness, intersection, negation, union
+from eai.world.derived import Computed, Defined, Lookup, evaluated_as
 from eai.world.frame import UNBOUND, Binding, Extension, Frame, Truth
 from eai.world.relation import bits
 from eai.world.state import State
-from eai.world.vocabulary import Computed, Defined, Lookup, Vocabulary
+from eai.world.vocabulary import Vocabulary
 
 
 class Conditions:
@@ -45,7 +44,7 @@ class Conditions:
 
     def __init__(self, vocabulary: Vocabulary, frame: Frame) -> None:
         self._vocabulary = vocabulary
-        self._evaluated_as = vocabulary.evaluated_as
+        self._derived = {derived.name: evaluated_as(derived) for derived in vocabulary.derived}
         self._frame = frame
         self._unfolded: list[str] = []
 
@@ -147,7 +146,7 @@ class Conditions:
 
     def _atom_truth(self, atom: Atom, scope: Mapping[str, int], wanted: bool) -> Truth:
         slots = self._slots(atom, scope)
-        derived = self._evaluated_as.get(atom.predicate)
+        derived = self._derived.get(atom.predicate)
         match derived:
             case None:
                 return _stored_truth(self._vocabulary, atom.predicate, slots, wanted)
@@ -160,11 +159,11 @@ class Conditions:
                 found, last, bit = _looked_up(derived, slots[:-1]), slots[-1], int(wanted)
                 return lambda state, binding: found(state, binding) >> binding[last] & 1 == bit
             case _:
-                assert_never(derived)
+                raise DomainError(f"derived predicate {atom.predicate} has no known form")
 
     def _atom_extension(self, atom: Atom, slot: int, scope: Mapping[str, int]) -> Extension:
         slots = self._slots(atom, scope)
-        derived = self._evaluated_as.get(atom.predicate)
+        derived = self._derived.get(atom.predicate)
         if slots.count(slot) == 0:
             truth = self._atom_truth(atom, scope, wanted=True)
             return lambda state, binding: state.scene.everything if truth(state, binding) else 0

@@ -3,8 +3,8 @@
 Run it over a domain of your own with a few of its initial states::
 
     from eai.world import check
-    for finding in check(domain, states):
-        print(finding)
+    for defect in check(domain, states):
+        print(defect)
 
 It looks at the declaration first; if that is sound, it takes random walks from the states and watches the
 laws of execution.
@@ -37,7 +37,7 @@ _CHECKED_FAULTS = (
 
 
 @dataclass(frozen=True, slots=True)
-class Finding:
+class Defect:
     """Something that a domain does not keep to: an operator or predicate, and what is wrong with it."""
 
     subject: str
@@ -47,8 +47,8 @@ class Finding:
         return f"{self.subject}: {self.problem}"
 
 
-def check(domain: Domain, states: Iterable[State], *, seed: int = 0, steps: int = 200) -> tuple[Finding, ...]:
-    """All findings on a domain; none if it conforms.
+def check(domain: Domain, states: Iterable[State], *, seed: int = 0, steps: int = 200) -> tuple[Defect, ...]:
+    """All defects of a domain; none if it conforms.
 
     Args:
         domain: the domain.
@@ -56,47 +56,47 @@ def check(domain: Domain, states: Iterable[State], *, seed: int = 0, steps: int 
         seed: of the random walks.
         steps: how many actions to try from each state.
     """
-    findings = tuple(_declaration(domain))
-    if findings:
-        return findings
+    defects = tuple(_declaration(domain))
+    if defects:
+        return defects
     rng = random.Random(seed)  # noqa: S311 - a walk, not a secret
-    walks = (finding for state in states for finding in _walk(domain, state, rng, steps))
+    walks = (defect for state in states for defect in _walk(domain, state, rng, steps))
     return tuple(dict.fromkeys(walks))
 
 
-def _declaration(domain: Domain) -> Iterator[Finding]:
+def _declaration(domain: Domain) -> Iterator[Defect]:
     for derived in domain.vocabulary.derived:
         parameters = tuple(Variable(f"p{i}") for i in range(derived.arity))
         try:
             Conditions(domain.vocabulary, Frame(parameters)).truth(derived(*parameters))
         except DomainError as error:
-            yield Finding(derived.name, str(error))
+            yield Defect(derived.name, str(error))
     for operator in domain.operators:
         yield from _operator(operator)
     try:
         _ = domain.compiled
     except DomainError as error:
-        yield Finding(domain.name, str(error))
+        yield Defect(domain.name, str(error))
 
 
-def _operator(operator: Operator) -> Iterator[Finding]:
+def _operator(operator: Operator) -> Iterator[Defect]:
     names = [parameter.name for parameter in operator.parameters]
     if len(set(names)) < len(names):
-        yield Finding(operator.name, "two parameters have one name")
+        yield Defect(operator.name, "two parameters have one name")
     for number, each in enumerate(operator.checks, 1):
         if each.fault not in _CHECKED_FAULTS:
-            yield Finding(operator.name, f"check {number} names {each.fault.value}, which no check can find")
+            yield Defect(operator.name, f"check {number} names {each.fault.value}, which no check can find")
         if not each.reason:
-            yield Finding(operator.name, f"check {number} gives no reason")
+            yield Defect(operator.name, f"check {number} gives no reason")
         for _, field, _, _ in string.Formatter().parse(each.reason):
             if field is not None and field not in names:
-                yield Finding(operator.name, f"the reason of check {number} mentions {field}, no parameter")
+                yield Defect(operator.name, f"the reason of check {number} mentions {field}, no parameter")
 
 
-def _walk(domain: Domain, initial: State, rng: random.Random, steps: int) -> Iterator[Finding]:
+def _walk(domain: Domain, initial: State, rng: random.Random, steps: int) -> Iterator[Defect]:
     """Try random actions, keep those that are possible, and compare what happens with what must."""
-    if initial.scene.vocabulary is not domain.vocabulary:
-        yield Finding(domain.name, "a state belongs to another vocabulary")
+    if initial.scene.vocabulary.predicates != domain.vocabulary.predicates:
+        yield Defect(domain.name, "a state belongs to another vocabulary")
         return
     states = [initial]
     static = {predicate.name for predicate in domain.vocabulary.predicates if predicate.static}
@@ -105,15 +105,15 @@ def _walk(domain: Domain, initial: State, rng: random.Random, steps: int) -> Ite
         before = _fingerprint(states[-1])
         outcome, again = attempt(domain, states, action), attempt(domain, states, action)
         if outcome != again:
-            yield Finding(action.operator, "the same action in the same state has two outcomes")
+            yield Defect(action.operator, "the same action in the same state has two outcomes")
         if _fingerprint(states[-1]) != before:
-            yield Finding(action.operator, "trying the action changed the state in which it was tried")
+            yield Defect(action.operator, "trying the action changed the state in which it was tried")
         if isinstance(outcome, Fault):
             yield from _fault(domain, states, action, outcome)
             continue
         changed = {fact.predicate for facts in change(states[-1], outcome) for fact in facts}
         for name in sorted(changed & static):
-            yield Finding(action.operator, f"it changes {name}, which is declared static")
+            yield Defect(action.operator, f"it changes {name}, which is declared static")
         states.append(outcome)
 
 
@@ -122,15 +122,13 @@ def _fingerprint(state: State) -> int:
     return hash(State(state.scene, state.unary, state.binary))
 
 
-def _fault(domain: Domain, states: Sequence[State], action: Action, fault: Fault) -> Iterator[Finding]:
+def _fault(domain: Domain, states: Sequence[State], action: Action, fault: Fault) -> Iterator[Defect]:
     if not describe(fault, domain, action, states[-1].scene):
-        yield Finding(action.operator, "a failure has no reason")
+        yield Defect(action.operator, "a failure has no reason")
     if (fault.kind is FaultKind.WRONG_ORDER) != (fault.earlier is not None):
-        yield Finding(
-            action.operator, "a wrong order comes without the earlier state, or the other way round"
-        )
+        yield Defect(action.operator, "a wrong order comes without the earlier state, or the other way round")
     if fault.earlier is not None and not 0 <= fault.earlier < len(states):
-        yield Finding(action.operator, "the history rule points outside the trajectory")
+        yield Defect(action.operator, "the history rule points outside the trajectory")
 
 
 def _random_action(operators: Sequence[Operator], state: State, rng: random.Random) -> Action:

@@ -5,22 +5,21 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from eai.logic.formula import Atom, Variable
-from eai.logic.trajectory import Action as NamedAction
-from eai.logic.trajectory import Trajectory as Timeline
+from eai.logic.trace import TakenAction, Trace
 from eai.world.execution import Trajectory
 from eai.world.reading import Readings
 from eai.world.state import Scene, State
 
 
-def timeline(trajectory: Trajectory) -> Timeline:
+def timeline(trajectory: Trajectory) -> Trace:
     """The states of a trajectory and the actions between them."""
     scene = trajectory.states[0].scene
     atoms = _Atoms(scene)
     actions = [
-        NamedAction(a.operator, tuple([scene.objects[i].name for i in a.arguments]))
+        TakenAction(a.operator, tuple([scene.objects[i].name for i in a.arguments]))
         for a in trajectory.executed
     ]
-    return Timeline([_Seen(state, atoms) for state in trajectory.states], actions)
+    return Trace([_Seen(state, atoms) for state in trajectory.states], actions)
 
 
 class _Atoms:

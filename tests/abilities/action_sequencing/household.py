@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 from benchmarks.virtualhome import flat
-from eai.abilities.task import Goal, GoalKind, Task
+from eai.abilities.task import Goal, GoalKind
 from eai.benchmarks.virtualhome.predicates import VOCABULARY
+from eai.benchmarks.virtualhome.records import GraphDelta, TaskRecord
+from eai.benchmarks.virtualhome.tasks import VirtualHomeTask
 from eai.logic.formula import Atom, Constant, Occurs, Or
 from eai.world.state import Scene, WorldObject
 
@@ -18,7 +20,7 @@ def make_task(
     script: Sequence[str] = (),
     relevant: Sequence[str] | None = None,
     more_objects: Sequence[str] = (),
-) -> Task:
+) -> VirtualHomeTask:
     """A task in the flat.
 
     Args:
@@ -38,7 +40,8 @@ def make_task(
     initial = flat.state(*changes, over=scene)
     if final is None:
         final = [goal.partition(" ")[2] for goal in goals if not goal.startswith("action")]
-    return Task(
+    about = objects if relevant is None else relevant
+    return VirtualHomeTask(
         id="1_1",
         title="Made up",
         instruction="Do it.",
@@ -47,8 +50,16 @@ def make_task(
         script=tuple(flat.action(step, scene) for step in script),
         goals=tuple(_goal(text) for text in goals),
         temporal_goal=None,
-        relevant=tuple(scene.index[name] for name in (objects if relevant is None else relevant)),
+        relevant=tuple(scene.index[name] for name in about),
+        record=_record(about),
     )
+
+
+def _record(relevant: Sequence[str]) -> TaskRecord:
+    """What a record says of the objects that a task is about."""
+    unchanged = GraphDelta((), (), (), (), ())
+    ids = tuple(int(name.rpartition(".")[2]) for name in relevant)
+    return TaskRecord("1_1", "Made up", "Do it.", (), (), (), (), None, unchanged, unchanged, ids, ())
 
 
 def _goal(text: str) -> Goal:

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from eai.abilities.task import Goal, GoalKind, Task
 from eai.logic.formula import Atom, Constant, Exists, ForAll, Formula, Not, Occurs, Or, Variable
+from eai.world.derived import Defined
 from eai.world.domain import Domain
 from eai.world.operator import Operator
 from eai.world.state import Scene, WorldObject
-from eai.world.vocabulary import Defined, Predicate, Vocabulary
+from eai.world.vocabulary import Predicate, Vocabulary
 
 lit = Predicate("lit", 1)
 opened = Predicate("open", 1)

@@ -4,8 +4,9 @@ import pytest
 
 from abilities.goal_interpretation.lamps import DOMAIN, make_task
 from eai.abilities.goal_interpretation.notation import JsonGoals, Word
-from eai.abilities.goal_interpretation.written import IllFormed, Unreadable, WrittenGoal, WrittenGoals
+from eai.abilities.goal_interpretation.written import IllFormed, WrittenGoal, WrittenGoals
 from eai.abilities.task import GoalKind
+from eai.abilities.unreadable import Unreadable
 
 NOTATION = JsonGoals()
 OPEN = WrittenGoal("open", ("box",))

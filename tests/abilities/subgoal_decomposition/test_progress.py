@@ -16,13 +16,13 @@ from eai.logic import semantics
 from eai.logic.formula import Constant, Equals, Formula, Term, Then, Variable
 from eai.logic.ltl import parse
 from eai.logic.signature import Signature
-from eai.logic.trajectory import Action as TakenAction
+from eai.logic.trace import TakenAction
 from eai.world.execution import Action, Step, Trajectory, execute
 from eai.world.state import Scene, WorldObject
 from eai.world.timeline import timeline
 from eai.world.vocabulary import Predicate, Vocabulary
 from logic.naive import Facts
-from logic.random_formulas import PREDICATES, formulas, trajectories
+from logic.random_formulas import PREDICATES, formulas, traces
 from logic.random_formulas import SCENE as OBJECTS_OF_SCENE
 from threading_tests import asked_by_threads
 
@@ -90,7 +90,7 @@ def in_scene(formula: Formula, scene: Scene) -> Formula:
 
 
 @settings(deadline=None, max_examples=400)
-@given(st.lists(formulas(temporal=False), min_size=1, max_size=3), trajectories())
+@given(st.lists(formulas(temporal=False), min_size=1, max_size=3), traces())
 def test_progress_agrees_on_random_formulas_and_trajectories(
     parts: list[Formula], random_trajectory: tuple[list[Facts], list[TakenAction]]
 ) -> None:

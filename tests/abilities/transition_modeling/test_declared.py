@@ -11,13 +11,14 @@ from eai.abilities.verdict import OperatorVerdict
 from eai.logic.formula import Constant, Exists, Formula, Occurs, Variable
 from eai.pddl.planner import BuiltInPlanner
 from eai.pddl.planning import PlannerOutcome
+from eai.world.derived import Defined, is_a
 from eai.world.domain import Domain
 from eai.world.effect import ANYTHING, Add, Delete, ForEach
 from eai.world.execution import Action
 from eai.world.frame import AGENT
 from eai.world.operator import Operator, additional, affordance, missing
 from eai.world.state import Scene, WorldObject
-from eai.world.vocabulary import Defined, Predicate, Vocabulary, is_a
+from eai.world.vocabulary import Predicate, Vocabulary
 
 X, Y = Variable("x"), Variable("y")
 BRIGHT = Predicate("bright", 1)

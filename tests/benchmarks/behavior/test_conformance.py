@@ -5,12 +5,13 @@ import pytest
 from benchmarks.behavior.kitchen import make_task
 from eai.benchmarks.behavior import domain as behavior
 from eai.benchmarks.behavior.tasks import BehaviorTasks
+from eai.benchmarks.reference import behavior_domain
 from eai.world.conformance import check
 from eai.world.domain import Domain
 
 BOTH = pytest.mark.parametrize(
     "domain",
-    [behavior.as_meant(), behavior.as_in_reference(), behavior.as_in_reference_subgoals()],
+    [behavior.as_meant(), behavior_domain.as_in_reference(), behavior_domain.as_in_reference_subgoals()],
     ids=["strict", "eai-1.0.5", "eai-1.0.5 subgoals"],
 )
 
@@ -27,7 +28,7 @@ def test_it_conforms_on_the_data_sets_scenes(behavior_tasks: BehaviorTasks, doma
 
 def test_there_are_the_papers_actions() -> None:
     assert len(behavior.as_meant().operators) == 30
-    assert {o.name for o in behavior.as_in_reference().operators} == {
+    assert {o.name for o in behavior_domain.as_in_reference().operators} == {
         *(o.name for o in behavior.as_meant().operators),
         "BURN",
     }

@@ -19,7 +19,7 @@ from eai.benchmarks.reference import behavior_goals as reference_goals
 TASK = make_task()
 DOMAIN = domain.as_meant()
 STRICT = GoalInterpretation(TASK, DOMAIN, BehaviorGoals())
-REFERENCE = reference_goals.GoalInterpretation(TASK)
+REFERENCE = reference_goals.ByFirstOption(TASK)
 
 ALL = [
     ["inside", "peach.n.01_1", "sink.n.01_1"],
@@ -137,7 +137,7 @@ def test_written_goals_are_all_found(behavior_tasks: BehaviorTasks) -> None:
     notation = BehaviorGoals()
     for task in behavior_tasks.values():
         text = notation.join(write_goals(task, DOMAIN, notation))
-        scorers = (GoalInterpretation(task, DOMAIN, notation), reference_goals.GoalInterpretation(task))
+        scorers = (GoalInterpretation(task, DOMAIN, notation), reference_goals.ByFirstOption(task))
         for verdict in [scorer.score(text) for scorer in scorers]:
             assert verdict.counts is not None
             _, wrong, missed = verdict.counts["all"]

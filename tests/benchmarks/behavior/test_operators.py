@@ -4,13 +4,14 @@ import pytest
 
 from benchmarks.behavior.kitchen import actions, make_task
 from eai.benchmarks.behavior import domain as behavior
+from eai.benchmarks.reference import behavior_domain
 from eai.benchmarks.reference.behavior_quirks import QUIRKS, Quirk
 from eai.world.domain import Domain
 from eai.world.execution import Trajectory, execute
 from eai.world.fault import FaultKind
 from eai.world.state import State
 
-STRICT, REFERENCE = behavior.as_meant(), behavior.as_in_reference()
+STRICT, REFERENCE = behavior.as_meant(), behavior_domain.as_in_reference()
 BOTH = pytest.mark.parametrize("domain", [STRICT, REFERENCE], ids=["strict", "eai-1.0.5"])
 ON_TABLE = ("RIGHT_GRASP rag_1", "RIGHT_PLACE_ONTOP table_1")
 PEACH = ("OPEN fridge_1", "RIGHT_GRASP peach_1")
@@ -187,7 +188,7 @@ def test_contents_are_transferred_or_abort_the_reference() -> None:
     assert has(after, "stands_on plate_1 room_floor_garage_0")
     assert not has(after, "lies_on plate_2 table_1")
     aborted = run(REFERENCE, *steps)
-    left = behavior.half_done(aborted.final, aborted.steps[-1].action)
+    left = behavior_domain.half_done(aborted.final, aborted.steps[-1].action)
     assert [has(left, f"lies_on {plate} table_1") for plate in ("plate_1", "plate_2")] == [False, True]
 
 
@@ -199,7 +200,7 @@ def test_in_the_reference_the_last_label_of_a_pair_counts() -> None:
 
 
 def test_subgoals_rank_kinds_of_error_differently_in_the_reference() -> None:
-    domain = behavior.as_in_reference_subgoals()
+    domain = behavior_domain.as_in_reference_subgoals()
     steps = (*CUT, "OPEN dishwasher_1", "LEFT_GRASP peach_1")
     (fault,) = (step.fault for step in run(REFERENCE, *steps).steps if step.fault is not None)
     assert (fault.kind, fault.also) == (FaultKind.AFFORDANCE, (FaultKind.WRONG_ORDER,))
@@ -208,7 +209,7 @@ def test_subgoals_rank_kinds_of_error_differently_in_the_reference() -> None:
 
 @pytest.mark.parametrize("quirk", QUIRKS, ids=lambda quirk: quirk.name)
 def test_each_quirk_changes_the_domain_and_says_what(quirk: Quirk) -> None:
-    declared = behavior._declared()
+    declared = behavior.as_declared()
     assert quirk.apply(declared) != declared
     assert quirk.source
     assert quirk.meaning

@@ -10,10 +10,10 @@ from benchmarks.behavior.kitchen import actions, make_task
 from eai.benchmarks.behavior import domain as behavior
 from eai.benchmarks.behavior.predicates import VOCABULARY
 from eai.logic.formula import Atom, Constant
+from eai.world.derived import Defined
 from eai.world.execution import Action, attempt, execute
 from eai.world.relation import bits
 from eai.world.state import State
-from eai.world.vocabulary import Defined
 
 DOMAIN = behavior.as_meant()
 FASTER = [each for each in VOCABULARY.derived if isinstance(each, Defined) and each.values is not None]

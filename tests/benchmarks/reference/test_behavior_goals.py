@@ -6,7 +6,7 @@ import pytest
 
 from eai.abilities.verdict import Confusion, GoalVerdict
 from eai.benchmarks.behavior.tasks import BehaviorTasks
-from eai.benchmarks.reference.behavior_goals import GoalInterpretation
+from eai.benchmarks.reference.behavior_goals import ByFirstOption
 from oracle import MODELS, Oracle
 
 SETS = (*MODELS, "gt_lastoption", "gt_option0", "perturb0", "perturb1")
@@ -28,7 +28,7 @@ def test_every_row_has_the_references_counts(
     errors = {"format_error_num": 0, "state_hallucination_num": 0, "object_hallucination_num": 0}
     for row in content["records"]:
         task = behavior_tasks[row["identifier"]]
-        verdict = GoalInterpretation(task).score(row["response"])
+        verdict = ByFirstOption(task).score(row["response"])
         parts = {"all": "overall", "state": "state_goal", "relation": "relation_goal"}
         expected = {key: told_by_reference(row["verdict"][part]) for key, part in parts.items()}
         counts = {key: (verdict.counts or {})[key] for key in expected}

@@ -23,16 +23,6 @@ KINDS = {
 }
 """The reference's names of errors -> ours, where they differ."""
 
-CONTRADICTORY = {
-    ("gemini-1.5-pro-preview-0409", "cleaning_sneakers"): "goals",
-    ("perturb", "brushing_lint_off_clothing"): "goals and success",
-}
-"""Rows made from another initial state than the other rows of their task: no one state gives both.
-
-Models' plans were run before facts were found by which the others were run. In the one task the coffee table
-stands on no floor, in the other two sweaters do not lie on the bed.
-"""
-
 ACCEPTED_BY_STRICT_ONLY = {"putting_away_toys", "serving_hors_d_oeuvres", "sorting_mail"}
 
 
@@ -68,14 +58,14 @@ def told_by_us(verdict: Verdict, reference: dict[str, Any]) -> dict[str, Any]:
 def test_every_row_has_the_references_verdict(
     behavior_tasks: BehaviorTasks, oracle: Oracle, name: str
 ) -> None:
-    differing = set()
+    differing = []
     for row in oracle("behavior", "action_sequencing", name)["records"]:
         task = behavior_tasks[row["identifier"]]
         theirs = told_by_reference(row["verdict"])
         ours = told_by_us(behavior_scorer(task, Protocol.EAI_1_0_5).score(row["response"]), theirs)
         if ours != theirs:
-            differing.add((name, task.title))
-    assert differing == {key for key in CONTRADICTORY if key[0] == name}
+            differing.append(task.title)
+    assert differing == []
 
 
 def test_the_data_sets_plans(behavior_tasks: BehaviorTasks) -> None:

@@ -3,13 +3,14 @@ from __future__ import annotations
 import pytest
 
 from benchmarks.virtualhome import flat
+from eai.benchmarks.reference import virtualhome_domain
 from eai.benchmarks.virtualhome import domain as virtualhome
 from eai.world.domain import Domain
 from eai.world.execution import Fault, attempt
 from eai.world.fault import FaultKind
 from eai.world.state import State, change
 
-STRICT, REFERENCE = virtualhome.as_meant(), virtualhome.as_in_reference()
+STRICT, REFERENCE = virtualhome.as_meant(), virtualhome_domain.as_in_reference()
 BOTH = pytest.mark.parametrize("domain", [STRICT, REFERENCE], ids=["strict", "eai-1.0.5"])
 
 AT_FRIDGE = ("NEXT_TO character.65 fridge.10",)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from abc import ABC, abstractmethod
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -12,15 +12,15 @@ from eai.abilities.explanation import formula_text
 from eai.abilities.goal_interpretation.written import (
     SECTIONS,
     IllFormed,
-    Unreadable,
     WrittenGoal,
     WrittenGoals,
 )
 from eai.abilities.json_text import Pairs, find_json
 from eai.abilities.task import GoalKind, Task
+from eai.abilities.unreadable import Unreadable
 from eai.logic.choice import Choice, ground
 from eai.world.domain import Domain
-from eai.world.state import Scene
+from eai.world.scene_objects import SceneObjects
 
 
 class Word(NamedTuple):
@@ -70,7 +70,8 @@ class GoalNotation(ABC):
         """The predicates that goals may speak of: as spelt, and as the vocabulary names them."""
         vocabulary = domain.vocabulary
         stored = (each for each in vocabulary.predicates if each.visible and not each.static)
-        return {Word(each.name, each.arity): each.name for each in (*stored, *vocabulary.derived)}
+        words = {Word(each.name, each.arity): each.name for each in stored}
+        return words | {Word(each.name, each.arity): each.name for each in vocabulary.derived}
 
     def names(self, task: Task) -> tuple[str, ...]:
         """What each object of the scene is called; several may share one name."""
@@ -87,17 +88,6 @@ class GoalNotation(ABC):
             Alternatives(goal.kind.value, formula_text(goal.formula), ground(goal.formula, things))
             for goal in task.goals
         )
-
-
-@dataclass(frozen=True, slots=True)
-class SceneObjects:
-    """The objects of a scene by category, for quantifiers."""
-
-    scene: Scene
-
-    def objects(self, category: str | None) -> Sequence[str]:
-        """The names of the objects of a category, in the scene's order."""
-        return self.scene.names(self.scene.category(category))
 
 
 class JsonGoals(GoalNotation):

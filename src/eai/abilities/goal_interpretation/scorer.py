@@ -19,9 +19,10 @@ from eai.abilities.explanation import Explanation, GoalReport, repairs_told
 from eai.abilities.goal_interpretation.gold import GoldGoals
 from eai.abilities.goal_interpretation.lexicon import Lexicon
 from eai.abilities.goal_interpretation.notation import GoalNotation
-from eai.abilities.goal_interpretation.written import SECTIONS, Unreadable, WrittenGoal, WrittenGoals
+from eai.abilities.goal_interpretation.written import SECTIONS, WrittenGoal, WrittenGoals
 from eai.abilities.scorer import Assessment, Scorer
 from eai.abilities.task import GoalKind, Task
+from eai.abilities.unreadable import Unreadable
 from eai.abilities.verdict import Confusion, ErrorReport, GoalVerdict
 from eai.world.domain import Domain
 from eai.world.fault import FaultKind
@@ -61,7 +62,6 @@ class GoalInterpretation(Scorer):
         return GoalVerdict(
             error=ErrorReport(FaultKind.PARSING, None, goals.reason),
             counts=self.judge(WrittenGoals(())).counts,
-            aborts=goals.aborts,
         )
 
     def judge(self, goals: WrittenGoals) -> GoalVerdict:

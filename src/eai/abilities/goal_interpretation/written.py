@@ -56,11 +56,3 @@ class WrittenGoals:
     goals: tuple[WrittenGoal, ...]
     ill_formed: tuple[IllFormed, ...] = ()
     repairs: tuple[str, ...] = ()
-
-
-@dataclass(frozen=True, slots=True)
-class Unreadable:
-    """Why no goals can be read from an answer; ``aborts`` if the reference's whole run ends there."""
-
-    reason: str
-    aborts: bool = False

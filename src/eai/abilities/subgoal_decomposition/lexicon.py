@@ -13,9 +13,9 @@ from eai.logic.formula import Atom, Constant, Equals, Formula, Not, Occurs, Term
 from eai.logic.signature import Signature
 from eai.logic.traversal import walk
 from eai.planning.subgoal import GroundAtom
+from eai.world.derived import is_a
 from eai.world.execution import Action
 from eai.world.state import Scene
-from eai.world.vocabulary import is_a
 
 _UNSPEAKABLE = re.compile(r"\W")
 _NUMBERED = re.compile(r"(.+)\.([0-9]+)")

@@ -24,6 +24,7 @@ from eai.planning.achievers import Achievers
 from eai.planning.effect_schema import EffectSchema, effect_schemas
 from eai.planning.subgoal import GroundAtom
 from eai.planning.successor_generator import applicable_actions
+from eai.world.derived import Defined
 from eai.world.domain import Domain
 from eai.world.effect import ANYTHING
 from eai.world.execution import Action
@@ -31,7 +32,7 @@ from eai.world.fault import FaultKind
 from eai.world.frame import AGENT
 from eai.world.operator import Operator
 from eai.world.state import Scene, State
-from eai.world.vocabulary import Defined, Vocabulary
+from eai.world.vocabulary import Vocabulary
 
 
 @dataclass(frozen=True, slots=True)

@@ -119,7 +119,7 @@ def _planning(
 ) -> PlanningTask | PlannerResult:
     """The planning task, or what is wrong with the answer's operators.
 
-    Normalising changes only the one problem (BEHAVIOR) with an undeclared object.
+    Normalising changes only a problem with an undeclared object.
     """
     if refusals:
         return refusal(refusals[0])

@@ -10,6 +10,7 @@ from eai.benchmarks.behavior.wording import wording
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.formats import formats_of
 from eai.benchmarks.gold_operators import open_behavior
+from eai.benchmarks.identifiers import task_id_of
 from eai.benchmarks.published_prompts import OfficialPrompts
 from eai.benchmarks.source import Source, TaskSet, once_per_store
 
@@ -41,5 +42,6 @@ def behavior() -> Benchmark:
         wordings=wording,
         formats=formats_of("eai.benchmarks.behavior"),
         published_prompts=OfficialPrompts(NAME, {}),
+        task_id_of=task_id_of,
         planner_seconds=200,
     )

@@ -64,7 +64,7 @@ class Evidence:
         standing: model categories whose objects stand on the floor of their room unless placed elsewhere.
         added: relations of a task that its problem file lacks.
         removed: of a task, predicate and source of relations that its problem file has wrongly.
-        listed_relations_only: tasks whose published verdicts on action sequencing come out with the
+        listed_relations_only: tasks whose published verdicts on subgoals come out with the
             relations of the problem file and no others.
         volumes: sizes.
         claims: every entry with its reason, in the order of the table.
@@ -129,7 +129,7 @@ def _claims(table: Mapping[str, Any]) -> tuple[Claim, ...]:
         *relations,
         ("furniture stands on the floor of its room", table["stands_on_floor"]),
         (
-            f"published action sequencing without added facts: {', '.join(published['tasks'])}",
+            f"published subgoals without added facts: {', '.join(published['tasks'])}",
             published,
         ),
         ("volumes of objects", table["volume"]),

@@ -16,7 +16,8 @@ from eai.benchmarks.behavior.support import (
     targets,
 )
 from eai.logic.formula import Atom, Equals, Exists, ForAll, Implies, Or, Variable
-from eai.world.vocabulary import Defined, Lookup, Predicate, Vocabulary
+from eai.world.derived import Defined, Lookup
+from eai.world.vocabulary import Predicate, Vocabulary
 
 X = Variable("x")
 Y = Variable("y")

@@ -57,7 +57,7 @@ class BehaviorTask(Task):
     Attributes:
         record: the task as published; its problem names objects by instance, as in ``rag.n.01_1``.
         interpretation_goals: the goals that goal interpretation asks for, each as its ground options.
-        initial_as_published: the initial state in which the published verdicts on action sequencing come
+        initial_as_published: the initial state in which the published verdicts on subgoals come
             out; that of the same scene, mostly `initial` itself.
     """
 

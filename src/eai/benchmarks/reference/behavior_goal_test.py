@@ -6,14 +6,15 @@ its direct container only (``evolving_graph.py`` get_state_dict).
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import replace
 
 from eai.abilities.goal_test import GoalTest
 from eai.abilities.task import Task
 from eai.benchmarks.behavior import predicates as p
 from eai.benchmarks.reference.truncated_options import truncated_options
 from eai.logic.formula import And, Atom, Formula, Not, Or
+from eai.world.scene_objects import SceneObjects
 from eai.world.state import Scene
 
 _IN_REFERENCE: Mapping[str, str] = {"inside": p.directly_inside.name}
@@ -27,17 +28,6 @@ def behavior_goal_test(task: Task) -> GoalTest:
 def asked_formulas(task: Task) -> tuple[Formula, ...]:
     """What the reference asks in the place of each goal."""
     return tuple([_asked(goal.formula, task.scene) for goal in task.goals])
-
-
-@dataclass(frozen=True, slots=True)
-class SceneObjects:
-    """The objects of a scene by category, for quantifiers."""
-
-    scene: Scene
-
-    def objects(self, category: str | None) -> Sequence[str]:
-        """The names of the objects of a category, in the scene's order."""
-        return self.scene.names(self.scene.category(category))
 
 
 def _asked(formula: Formula, scene: Scene) -> Formula:

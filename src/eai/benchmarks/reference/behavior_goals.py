@@ -11,12 +11,13 @@ from typing import TypeAlias
 
 from eai.abilities.explanation import Explanation, GoalReport
 from eai.abilities.goal_interpretation.scorer import ALL
-from eai.abilities.goal_interpretation.written import Unreadable
 from eai.abilities.scorer import Assessment, Scorer
 from eai.abilities.task import GoalKind
+from eai.abilities.unreadable import Unreadable
 from eai.abilities.verdict import Confusion, ErrorReport, GoalVerdict
 from eai.benchmarks.behavior.goal_notation import RELATIONS, STATES
 from eai.benchmarks.behavior.tasks import BehaviorTask
+from eai.benchmarks.reference.aborting import Aborting
 from eai.world.fault import FaultKind
 
 _OBJECT = re.compile(r"{[^{}]*}")
@@ -74,14 +75,14 @@ def read_conditions(text: str) -> tuple[Value, ...] | Unreadable:
     conditions: list[Value] = []
     for section in sections.values():
         if not isinstance(section, list | str):
-            return Unreadable("a section is not a list", aborts=True)
+            return Aborting("a section is not a list")
         conditions += map(_frozen, section)
     if any(see(condition) is None for condition in conditions):
-        return Unreadable("a condition is empty, or not a list", aborts=True)
+        return Aborting("a condition is empty, or not a list")
     return tuple(conditions)
 
 
-class GoalInterpretation(Scorer):
+class ByFirstOption(Scorer):
     """How the reference compares conditions with those of a task.
 
     Its quirks: of several options that meet equally many conditions the first counts; a condition that stands
@@ -101,7 +102,7 @@ class GoalInterpretation(Scorer):
             verdict = GoalVerdict(
                 error=ErrorReport(FaultKind.PARSING, None, conditions.reason),
                 counts=self._counts(()),
-                aborts=conditions.aborts,
+                aborts=isinstance(conditions, Aborting),
             )
             return Assessment(verdict, partial(Explanation, (f"parsing: {conditions.reason}",)))
         return Assessment(self._judge(conditions), partial(self._explain, conditions))
@@ -126,8 +127,9 @@ class GoalInterpretation(Scorer):
             [condition for condition in predicted if condition not in needed],
             [condition for condition in wanted if condition not in said],
         )
+        kinds = [_kinds(group) for group in groups]
         return {
-            **{kind.value: Confusion(*(_number(kind, group) for group in groups)) for kind in GoalKind},
+            **{kind.value: Confusion(*[group.count(kind) for group in kinds]) for kind in GoalKind},
             ALL: Confusion(*map(len, groups)),
         }
 
@@ -152,8 +154,8 @@ class GoalInterpretation(Scorer):
         )
 
 
-def _number(kind: GoalKind, conditions: Iterable[Value]) -> int:
-    return sum([seen is not None and seen.kind is kind for seen in map(see, conditions)])
+def _kinds(conditions: Iterable[Value]) -> list[GoalKind | None]:
+    return [seen.kind for seen in map(see, conditions) if seen is not None]
 
 
 def _parts(value: Value) -> tuple[Value, ...]:

@@ -11,15 +11,14 @@ import ast
 import json
 import re
 import warnings
-from dataclasses import replace
 
 from eai.abilities.action_sequencing.notation import JsonPlans, named
 from eai.abilities.action_sequencing.plan import WrittenPlan, WrittenStep
 from eai.abilities.action_sequencing.scorer import ActionSequencing
 from eai.abilities.unreadable import Unreadable
 from eai.abilities.verdict import ErrorReport
-from eai.benchmarks.behavior import domain as behavior
 from eai.benchmarks.behavior.tasks import BehaviorTask
+from eai.benchmarks.reference import behavior_domain
 from eai.benchmarks.reference.behavior_goal_test import behavior_goal_test
 from eai.world.execution import Trajectory
 from eai.world.fault import FaultKind
@@ -45,15 +44,14 @@ class BehaviorActionSequencing(ActionSequencing):
     """
 
     def __init__(self, task: BehaviorTask) -> None:
-        published = replace(task, initial=task.initial_as_published)
-        domain = behavior.as_in_reference()
-        super().__init__(published, domain, BehaviorPlansInReference(), behavior_goal_test(published))
+        domain = behavior_domain.as_in_reference()
+        super().__init__(task, domain, BehaviorPlansInReference(), behavior_goal_test(task))
 
     def _reached(self, trajectory: Trajectory) -> tuple[bool, ...]:
         """What holds in the state in which a plan leaves the world, which an action may leave half done."""
         final, failure = trajectory.final, trajectory.failure
         if failure is not None and failure.kind is FaultKind.UNCATEGORISED:
-            final = behavior.half_done(final, trajectory.steps[-1].action)
+            final = behavior_domain.half_done(final, trajectory.steps[-1].action)
         return self.goals.reached(final, ())
 
     def _reached_without_running(self) -> tuple[bool, ...]:

@@ -21,7 +21,6 @@ from eai.abilities.subgoal_decomposition.progress import GoalProgress
 from eai.abilities.subgoal_decomposition.search import Limits
 from eai.abilities.unreadable import Unreadable
 from eai.abilities.verdict import ErrorReport, SubgoalCategory
-from eai.benchmarks.behavior import domain as behavior
 from eai.benchmarks.behavior.subgoal_notation import BehaviorSubgoals
 from eai.benchmarks.behavior.subgoal_translation import BehaviorTranslation
 from eai.benchmarks.behavior.subgoal_vocabulary import (
@@ -32,6 +31,7 @@ from eai.benchmarks.behavior.subgoal_vocabulary import (
     published_names,
 )
 from eai.benchmarks.behavior.tasks import BehaviorTask
+from eai.benchmarks.reference import behavior_domain
 from eai.benchmarks.reference.behavior_goal_test import asked_formulas
 from eai.benchmarks.reference.lots import Lots
 from eai.benchmarks.reference.subgoals import ReferenceSubgoals, literals, parse_at_once, read_output
@@ -63,7 +63,7 @@ class BehaviorSubgoalDecomposition(ReferenceSubgoals):
 
     def __init__(self, task: BehaviorTask, *, limits: Limits | None = None) -> None:
         task = replace(task, initial=task.initial_as_published)
-        domain, table = behavior.as_in_reference_subgoals(), BehaviorTranslation(by_substring=True)
+        domain, table = behavior_domain.as_in_reference_subgoals(), BehaviorTranslation(by_substring=True)
         self._asked = asked_formulas(task)
         goals = GoalTest(task, self._asked)
         super().__init__(task, domain, PublishedSubgoals(), table, goals=goals, limits=limits)

@@ -12,12 +12,13 @@ from eai.abilities.goal_interpretation.scorer import ALL, GoalInterpretation
 from eai.abilities.goal_interpretation.written import (
     SECTIONS,
     IllFormed,
-    Unreadable,
     WrittenGoal,
     WrittenGoals,
 )
 from eai.abilities.task import GoalKind, Task
+from eai.abilities.unreadable import Unreadable
 from eai.abilities.verdict import Confusion, GoalVerdict
+from eai.benchmarks.reference.aborting import Aborting
 from eai.benchmarks.virtualhome.goal_notation import FIELDS, VirtualHomeGoals, goal_of
 from eai.benchmarks.virtualhome.places import object_id
 from eai.logic.choice import literals
@@ -33,7 +34,7 @@ class VirtualHomeGoalsOfReference(VirtualHomeGoals):
     Its quirks: JSON is not looked for in prose, and only a fence at the very start is removed; every
     apostrophe becomes a quotation mark; entries are duplicates only if all their fields agree, so that an
     action with two descriptions is predicted twice; much that is not of the expected type aborts the whole
-    run, which is told here as `Unreadable.aborts`.
+    run, which is told here as `Aborting`.
     """
 
     def read(self, text: str) -> WrittenGoals | Unreadable:
@@ -46,11 +47,11 @@ class VirtualHomeGoalsOfReference(VirtualHomeGoals):
         except (ValueError, RecursionError) as error:
             return Unreadable(f"the answer is not JSON: {error}")
         if not isinstance(value, dict):
-            return Unreadable("the answer is not a JSON object", aborts=True)
+            return Aborting("the answer is not a JSON object")
         try:
             read = [each for kind in GoalKind for each in _entries(kind, value.get(SECTIONS[kind], []))]
         except (TypeError, AttributeError, RecursionError):
-            return Unreadable("a section or an entry of it is not of the expected type", aborts=True)
+            return Aborting("a section or an entry of it is not of the expected type")
         return WrittenGoals(
             tuple([each for each in read if isinstance(each, WrittenGoal)]),
             tuple([each for each in read if isinstance(each, IllFormed)]),
@@ -81,7 +82,11 @@ class ByLargestId(GoalInterpretation):
     def unread(self, goals: Unreadable) -> GoalVerdict:
         """Nothing is counted."""
         verdict = super().unread(goals)
-        return replace(verdict, counts=dict.fromkeys(verdict.counts or (), Confusion(0, 0, 0)))
+        return replace(
+            verdict,
+            counts=dict.fromkeys(verdict.counts or (), Confusion(0, 0, 0)),
+            aborts=isinstance(goals, Aborting),
+        )
 
     def judge(self, goals: WrittenGoals) -> GoalVerdict:
         """The counts of the predictions whose names are known."""

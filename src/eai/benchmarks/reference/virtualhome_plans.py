@@ -16,9 +16,11 @@ from eai.abilities.scorer import Assessment
 from eai.abilities.task import Task
 from eai.abilities.unreadable import Unreadable
 from eai.abilities.verdict import Counted, ErrorReport, PlanVerdict
+from eai.benchmarks.reference import virtualhome_domain
 from eai.benchmarks.reference.virtualhome_goal_test import VirtualHomeGoalTest
-from eai.benchmarks.virtualhome import domain as virtualhome
+from eai.benchmarks.reference.virtualhome_order import relevant_objects
 from eai.benchmarks.virtualhome.plan_notation import VirtualHomePlans, has_ids, identified, index_of
+from eai.benchmarks.virtualhome.tasks import VirtualHomeTask
 from eai.world.domain import Domain
 from eai.world.execution import Action, Trajectory
 from eai.world.fault import FaultKind
@@ -61,11 +63,15 @@ class VirtualHomePlansInReference(VirtualHomePlans):
         return identified(plan)
 
     def objects(self, task: Task) -> Callable[[object], int | None]:
-        """The objects that the task is about, with ids also no others (``check_no_hallucination_in_arg``)."""
-        relevant = [task.scene.objects[i] for i in task.relevant]
-        by_class = {each.category: i for each, i in zip(relevant, task.relevant, strict=True)}
-        by_name = {each.name: i for each, i in zip(relevant, task.relevant, strict=True)}
-        return index_of(by_class, by_name)
+        """The objects that the task is about, in the reference's order.
+
+        With ids no others are known, either (``check_no_hallucination_in_arg``).
+        """
+        if not isinstance(task, VirtualHomeTask):
+            raise TypeError(f"task {task.id} has no record of the data set")
+        relevant = relevant_objects(task)
+        objects = task.scene.objects
+        return index_of({objects[i].category: i for i in relevant}, {objects[i].name: i for i in relevant})
 
 
 class VirtualHomeActionSequencing(ActionSequencing):
@@ -75,7 +81,7 @@ class VirtualHomeActionSequencing(ActionSequencing):
     not run and reaches no goal; one that fails after it has reached all goals succeeds.
     """
 
-    def __init__(self, task: Task, *, with_ids: bool | None = None) -> None:
+    def __init__(self, task: VirtualHomeTask, *, with_ids: bool | None = None) -> None:
         goals = VirtualHomeGoalTest(task)
         super().__init__(task, _domain(), VirtualHomePlansInReference(with_ids=with_ids), goals)
         final = task.annotated_final
@@ -131,7 +137,7 @@ def _with_note(explanation: Explanation, note: str) -> Explanation:
 
 @cache
 def _domain() -> Domain:
-    return virtualhome.as_in_reference().with_operators(without=NOT_ACCEPTED)
+    return virtualhome_domain.as_in_reference().with_operators(without=NOT_ACCEPTED)
 
 
 def written_with_ids(answers: Iterable[str]) -> bool:

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
+from eai.benchmarks.reference.virtualhome_order import IN_SLOT_ORDER
 from eai.benchmarks.virtualhome import operators as o
 from eai.benchmarks.virtualhome import predicates as p
 from eai.benchmarks.virtualhome.predicates import R, X, Y
@@ -110,6 +111,12 @@ def _some_looks_are_not_implemented(domain: Domain) -> Domain:
 
 
 QUIRKS: tuple[Quirk, ...] = (
+    Quirk(
+        "first_of_a_hash_table",
+        "environment.py EnvironmentGraph",
+        "of several things that an object is in, on or next to, the first is that of a Python set of ids",
+        lambda domain: replace(domain, vocabulary=IN_SLOT_ORDER),
+    ),
     Quirk(
         "held_objects_stay_behind",
         "execution.py WalkExecutor",

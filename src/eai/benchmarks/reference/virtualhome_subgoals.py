@@ -19,9 +19,9 @@ from eai.abilities.subgoal_decomposition.progress import GoalProgress
 from eai.abilities.subgoal_decomposition.search import Limits, Outcome, uncategorised
 from eai.abilities.task import Task
 from eai.abilities.unreadable import Unreadable
+from eai.benchmarks.reference import virtualhome_domain
 from eai.benchmarks.reference.lots import Lots
 from eai.benchmarks.reference.subgoals import ReferenceSubgoals, literals, parse_at_once, read_output
-from eai.benchmarks.virtualhome import domain as virtualhome
 from eai.benchmarks.virtualhome.subgoal_notation import ACTIONS, VirtualHomeSubgoals
 from eai.benchmarks.virtualhome.subgoal_translation import VirtualHomeTranslation
 from eai.logic.formula import FALSE, And, Atom, Formula, Occurs
@@ -38,7 +38,7 @@ class VirtualHomeSubgoalDecomposition(ReferenceSubgoals):
     """VirtualHome subgoals as the reference scores them: the goal counts if it held at any time."""
 
     def __init__(self, task: Task, *, limits: Limits | None = None) -> None:
-        domain, words = virtualhome.as_in_reference(), VirtualHomeSubgoals(ACTIONS)
+        domain, words = virtualhome_domain.as_in_reference(), VirtualHomeSubgoals(ACTIONS)
         table = VirtualHomeTranslation(either_way=False)
         super().__init__(task, domain, words, table, goals=_ActionsSingly(task), limits=limits)
         self.halts = halts

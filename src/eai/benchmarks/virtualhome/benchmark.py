@@ -5,16 +5,17 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from eai.abilities.protocol import Ability
-from eai.abilities.task import Task
 from eai.abilities.transition_modeling.task import TransitionTask
 from eai.abilities.verdict import Json
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.formats import formats_of
 from eai.benchmarks.gold_operators import open_virtualhome
+from eai.benchmarks.identifiers import task_id_of
 from eai.benchmarks.published_prompts import OfficialPrompts
 from eai.benchmarks.source import Source, TaskSet, once_per_store
 from eai.benchmarks.virtualhome.domain import as_meant
 from eai.benchmarks.virtualhome.goal_prompts import goal_interpretation_prompts
+from eai.benchmarks.virtualhome.tasks import VirtualHomeTask
 from eai.benchmarks.virtualhome.tasks import open_tasks as open_virtualhome_tasks
 from eai.benchmarks.virtualhome.wording import wording
 from eai.data.progress import Report
@@ -29,7 +30,7 @@ _PLAN: dict[str, Json] = {
 
 
 @once_per_store
-def open_tasks(source: Source) -> TaskSet[Task]:
+def open_tasks(source: Source) -> TaskSet[VirtualHomeTask]:
     """The 342 tasks."""
     tasks = open_virtualhome_tasks(source.store, report=source.report)
     return TaskSet(tasks, tasks.sha256)
@@ -61,5 +62,6 @@ def virtualhome() -> Benchmark:
         formats=formats_of("eai.benchmarks.virtualhome"),
         response_schemas={Ability.ACTION_SEQUENCING: _PLAN},
         published_prompts=OfficialPrompts(NAME, {Ability.GOAL_INTERPRETATION: _rendered}),
+        task_id_of=task_id_of,
         planner_seconds=100,
     )

@@ -9,12 +9,12 @@ from eai.abilities.goal_interpretation.notation import GoalNotation, Word
 from eai.abilities.goal_interpretation.written import (
     SECTIONS,
     IllFormed,
-    Unreadable,
     WrittenGoal,
     WrittenGoals,
 )
 from eai.abilities.json_text import Pairs, find_json
 from eai.abilities.task import GoalKind, Task
+from eai.abilities.unreadable import Unreadable
 from eai.benchmarks.virtualhome.tasks import PREDICATE_OF_RELATION
 from eai.world.domain import Domain
 

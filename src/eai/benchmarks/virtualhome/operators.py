@@ -9,10 +9,11 @@ from __future__ import annotations
 from eai.benchmarks.virtualhome import predicates as p
 from eai.benchmarks.virtualhome.predicates import R, X, Y
 from eai.logic.formula import Exists, Formula, Implies, Or, Term, Variable
+from eai.world.derived import is_a
 from eai.world.effect import ANYTHING, Add, Delete, Effect, ForEach, Let, When, both_ways
 from eai.world.frame import AGENT
 from eai.world.operator import Check, Operator, additional, affordance, missing
-from eai.world.vocabulary import Predicate, is_a
+from eai.world.vocabulary import Predicate
 
 H = Variable("h")
 

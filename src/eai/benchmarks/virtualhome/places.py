@@ -1,16 +1,20 @@
 """The derived predicates of VirtualHome that need more than a formula: rooms, origins, full seats.
 
-Where the reference takes "the first" of several objects, it means the first in the iteration order of a
-Python set of ids (spec section c, "id-set order"). `slot_order` reproduces that order; both protocols use it.
+Of several objects the first is that of the lowest index, that is, in the order of the data set.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import TypeAlias
 
-from eai.benchmarks.reference.slot_order import slot_order
-from eai.world.relation import bits
 from eai.world.state import State
+
+First: TypeAlias = Callable[[State, str, int, int], int]
+"""Chooses one target of a relation, given a state, the relation, the source and the targets wanted."""
+
+Values: TypeAlias = Callable[[State, tuple[int, ...]], int]
+"""Looks up the objects that make a predicate true as its last argument, as a mask."""
 
 SEATS = {"couch": 4, "bed": 4, "sofa": 4, "loveseat": 2, "pianobench": 2, "bench": 2}
 """How many things fit on a seat, by class; 1 on any other (reference: ``SitExecutor``)."""
@@ -30,53 +34,39 @@ def object_id(state: State, index: int) -> int:
 def first_target(state: State, predicate: str, source: int, wanted: int) -> int:
     """The first target of a relation among those wanted (a mask), as a mask, empty if there is none."""
     found = state.relation(predicate).row(source) & wanted
-    if found & (found - 1) == 0:
-        return found
-    return next(1 << y for y in _in_order(state, predicate, source) if found >> y & 1)
+    return found & -found
 
 
-def _in_order(state: State, predicate: str, source: int) -> list[int]:
-    """The targets of a relation, in the reference's order.
-
-    That is the order of a set of ids, into which those of edges added by actions are put first, then those of
-    the initial scene. The latter are taken by ascending id, not in the order of the data set's file: the
-    first target comes out the same for every object that a task can be about.
-    """
-    relation = state.relation(predicate)
-    mask = relation.row(source)
-    at_start = relation.base_row(source)
-    by_id = {object_id(state, i): i for i in bits(mask | at_start)}
-    added = sorted(object_id(state, i) for i in bits(mask & ~at_start))
-    initial = sorted(object_id(state, i) for i in bits(at_start))
-    return [by_id[i] for i in slot_order((*added, *initial)) if mask >> by_id[i] & 1]
-
-
-def rooms(state: State, arguments: tuple[int, ...]) -> int:
-    """The room of an object, as a mask that is empty if there is none (reference: ``_get_room_node``).
+def rooms(first: First = first_target) -> Values:
+    """A lookup of the room of an object, which may be in none (reference: ``_get_room_node``).
 
     An object inside several things is in the first of them that is a room; otherwise the containers are
     followed upwards.
     """
-    (x,) = arguments
-    is_room, inside = state.those("ROOM"), state.relation("INSIDE")
-    if is_room >> x & 1:
-        return 1 << x
-    containers = inside.row(x)
-    if containers & (containers - 1):
-        return first_target(state, "INSIDE", x, is_room)
-    seen = 0
-    while containers and not containers & seen:
-        if containers & (containers - 1):
-            containers = first_target(state, "INSIDE", x, containers)
-        if containers & is_room:
-            return containers
-        seen |= containers
-        x = containers.bit_length() - 1
+
+    def lookup(state: State, arguments: tuple[int, ...]) -> int:
+        (x,) = arguments
+        is_room, inside = state.those("ROOM"), state.relation("INSIDE")
+        if is_room >> x & 1:
+            return 1 << x
         containers = inside.row(x)
-    return 0
+        if containers & (containers - 1):
+            return first(state, "INSIDE", x, is_room)
+        seen = 0
+        while containers and not containers & seen:
+            if containers & (containers - 1):
+                containers = first(state, "INSIDE", x, containers)
+            if containers & is_room:
+                return containers
+            seen |= containers
+            x = containers.bit_length() - 1
+            containers = inside.row(x)
+        return 0
+
+    return lookup
 
 
-def origins(place: int) -> Callable[[State, tuple[int, ...]], int]:
+def origins(place: int, first: First = first_target) -> Values:
     """A lookup of the first object that something lies on, in or next to, if ``PLACES[place]`` decides.
 
     Rooms do not count. Only the first relation that holds at all decides, so at most one of the three lookups
@@ -89,7 +79,7 @@ def origins(place: int) -> Callable[[State, tuple[int, ...]], int]:
         for earlier in PLACES[:place]:
             if state.relation(earlier).row(x) & no_room:
                 return 0
-        return first_target(state, PLACES[place], x, no_room)
+        return first(state, PLACES[place], x, no_room)
 
     return lookup
 

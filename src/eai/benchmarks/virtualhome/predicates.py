@@ -10,9 +10,10 @@ from collections.abc import Callable, Mapping
 
 from eai.benchmarks.virtualhome.places import BEDS, SEATS, full_bed, full_seat, origins, rooms
 from eai.logic.formula import And, Atom, Equals, Exists, Formula, Or, Variable
+from eai.world.derived import Computed, Defined, Lookup, is_a
 from eai.world.frame import AGENT
 from eai.world.state import State
-from eai.world.vocabulary import Computed, Defined, Lookup, Predicate, Vocabulary, is_a
+from eai.world.vocabulary import Predicate, Vocabulary
 
 X = Variable("x")
 Y = Variable("y")
@@ -115,7 +116,7 @@ _only_container = inside(X, Y) & ~Exists(Z, inside(X, Z) & ~Equals(Y, Z))
 room_of = Lookup(
     "room_of",
     2,
-    rooms,
+    rooms(),
     reads=("ROOM", "INSIDE"),
     meaning=Defined(
         "room_of",

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
 from functools import cache
 
 from eai.abilities.task import Goal, GoalKind, Task
 from eai.benchmarks.packs import open_virtualhome
-from eai.benchmarks.reference.slot_order import union_order
 from eai.benchmarks.virtualhome.pack import VirtualHome
 from eai.benchmarks.virtualhome.predicates import VOCABULARY
 from eai.benchmarks.virtualhome.records import (
@@ -134,7 +134,14 @@ class _Lines:
         return relation
 
 
-class VirtualHomeTasks(Mapping[str, Task]):
+@dataclass(frozen=True, slots=True, kw_only=True)
+class VirtualHomeTask(Task):
+    """A task of VirtualHome, with the record of it that the data set has."""
+
+    record: TaskRecord
+
+
+class VirtualHomeTasks(Mapping[str, VirtualHomeTask]):
     """Task id -> task, in the order of the data set; each is built once, on first use.
 
     Attributes:
@@ -145,9 +152,9 @@ class VirtualHomeTasks(Mapping[str, Task]):
         self.sha256 = records.sha256
         self._records = records
         self._base = _Lines(records.base)
-        self._built: dict[str, Task] = {}
+        self._built: dict[str, VirtualHomeTask] = {}
 
-    def __getitem__(self, task_id: str) -> Task:
+    def __getitem__(self, task_id: str) -> VirtualHomeTask:
         task = self._built.get(task_id)
         if task is None:
             task = self._build(self._records[task_id])
@@ -160,14 +167,14 @@ class VirtualHomeTasks(Mapping[str, Task]):
     def __len__(self) -> int:
         return len(self._records)
 
-    def _build(self, record: TaskRecord) -> Task:
+    def _build(self, record: TaskRecord) -> VirtualHomeTask:
         lines = self._base.copy()
         lines.apply(record.initial)
         scene = Scene(VOCABULARY, lines.objects, agent=lines.index[CHARACTER_ID])
         initial = lines.state(scene)
         lines.apply(record.final)
         index = lines.index
-        return Task(
+        return VirtualHomeTask(
             id=record.id,
             title=record.title,
             instruction=record.description,
@@ -177,8 +184,9 @@ class VirtualHomeTasks(Mapping[str, Task]):
             goals=tuple(dict.fromkeys(_goals(record, scene, index))),
             temporal_goal=record.tl_goal,
             relevant=tuple(
-                index[i] for i in union_order(record.relevant_from_nodes, record.relevant_from_edges)
+                sorted({index[i] for i in (*record.relevant_from_nodes, *record.relevant_from_edges)})
             ),
+            record=record,
         )
 
 

@@ -5,10 +5,9 @@ const text = (number) => packed.texts[number];
 
 const OUTCOMES = ['success', 'partly_right', 'goal_missed', 'parsing', 'hallucination', 'argument_number',
   'affordance', 'missing_step', 'wrong_order', 'additional_step', 'uncategorised', 'excluded'];
-const DOMAINS = { virtualhome: 'VirtualHome', behavior: 'BEHAVIOR' };
 
 const words = (name) => name.replace(/_/g, ' ');
-const title = (name) => DOMAINS[name] || words(name).replace(/^./, (first) => first.toUpperCase());
+const title = (name) => packed.titles[name] || words(name).replace(/^./, (first) => first.toUpperCase());
 
 const runs = packed.runs.map((run, number) => ({
   number,

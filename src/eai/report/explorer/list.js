@@ -58,7 +58,7 @@ function reasonOf(answer, error) {
   return answer.row.n ? `${sums[0]} right, ${sums[1]} wrong, ${sums[2]} missed` : '';
 }
 
-// BEHAVIOR's ids end in a scene and a date, which tell nobody anything.
+// Some ids end in a scene and a date, which tell nobody anything.
 const shortTask = (task) => task.replace(/_\d+_[A-Z]\w*_int_.*$/, '').replace(/_(?=[a-z])/g, ' ');
 
 // What tells the answers in the list apart, besides their tasks.

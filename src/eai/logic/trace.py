@@ -25,14 +25,14 @@ class Interpretation(Protocol):
 
 
 @dataclass(frozen=True, slots=True)
-class Action:
+class TakenAction:
     """An action that was taken, with its objects."""
 
     name: str
     arguments: tuple[str, ...] = ()
 
 
-class Trajectory:
+class Trace:
     """A finite, non-empty sequence of states with the actions between them (paper, section on LTL goals).
 
     Action i is taken in state i and leads to state i + 1; so it belongs to position i, before its effects,
@@ -47,7 +47,7 @@ class Trajectory:
         InputError: the numbers do not fit.
     """
 
-    def __init__(self, states: Sequence[Interpretation], actions: Sequence[Action] = ()) -> None:
+    def __init__(self, states: Sequence[Interpretation], actions: Sequence[TakenAction] = ()) -> None:
         if not states or (actions and len(actions) != len(states) - 1):
             raise InputError(
                 f"{len(states)} states and {len(actions)} actions: expected one action between two states"

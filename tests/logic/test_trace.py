@@ -1,24 +1,24 @@
-"""Trajectories: truths and actions as masks of positions."""
+"""Traces: truths and actions as masks of positions."""
 
 from __future__ import annotations
 
 import pytest
 
 from eai.errors import InputError
-from eai.logic.trajectory import Action, Trajectory, positions_in
+from eai.logic.trace import TakenAction, Trace, positions_in
 from logic.naive import Facts
-from logic.random_formulas import SCENE, trajectory
+from logic.random_formulas import SCENE, trace
 
 
 def test_numbers_of_states_and_actions_must_fit() -> None:
     with pytest.raises(InputError, match="0 states"):
-        Trajectory([])
+        Trace([])
     with pytest.raises(InputError, match="one action between two states"):
-        Trajectory([Facts(frozenset(), ())], [Action("GRAB")])
+        Trace([Facts(frozenset(), ())], [TakenAction("GRAB")])
 
 
 def test_masks_have_one_bit_for_each_position() -> None:
-    path = trajectory("p", "GRAB", "q", "PUT", "p", "GRAB", "")
+    path = trace("p", "GRAB", "q", "PUT", "p", "GRAB", "")
     assert path.length == 4
     assert path.atom("p", ()) == 0b0101
     assert path.atom("unknown", ("x",)) == 0
@@ -30,12 +30,12 @@ def test_masks_have_one_bit_for_each_position() -> None:
 def test_participants_are_the_arguments_that_occur() -> None:
     state = Facts(frozenset(), SCENE)
     actions = [
-        Action("POUR", ("a", "b")),
-        Action("POUR", ("c", "b")),
-        Action("POUR", ("d",)),
-        Action("GRAB", ("e",)),
+        TakenAction("POUR", ("a", "b")),
+        TakenAction("POUR", ("c", "b")),
+        TakenAction("POUR", ("d",)),
+        TakenAction("GRAB", ("e",)),
     ]
-    path = Trajectory([state] * 5, actions)
+    path = Trace([state] * 5, actions)
     assert path.participants("POUR", 0) == {"a", "c", "d"}
     assert path.participants("POUR", 1) == {"b"}
     assert path.participants("DROP", 0) == set()
@@ -49,7 +49,7 @@ def test_each_truth_is_looked_up_once() -> None:
             Counting.asked += 1
             return super().holds(predicate, arguments)
 
-    path = Trajectory([Counting(frozenset(), SCENE)] * 3)
+    path = Trace([Counting(frozenset(), SCENE)] * 3)
     assert path.atom("p", ()) == path.atom("p", ()) == 0
     assert Counting.asked == 3
     assert path.objects("cup") == ["cup.1", "cup.2"]

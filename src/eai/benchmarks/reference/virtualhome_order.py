@@ -1,0 +1,64 @@
+"""The first of several objects as eai-eval 1.0.5 takes it: by the order of a Python set (`slot_order`)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+from eai.benchmarks.reference.slot_order import slot_order, union_order
+from eai.benchmarks.virtualhome.places import PLACES, Values, object_id, origins, rooms
+from eai.benchmarks.virtualhome.predicates import VOCABULARY
+from eai.benchmarks.virtualhome.tasks import VirtualHomeTask
+from eai.world.derived import Lookup
+from eai.world.relation import bits
+from eai.world.state import State
+from eai.world.vocabulary import DerivedPredicate, Vocabulary
+
+
+def first_target(state: State, predicate: str, source: int, wanted: int) -> int:
+    """The first target of a relation among those wanted (a mask), as a mask, empty if there is none."""
+    found = state.relation(predicate).row(source) & wanted
+    if found & (found - 1) == 0:
+        return found
+    return next(1 << y for y in _in_order(state, predicate, source) if found >> y & 1)
+
+
+def _in_order(state: State, predicate: str, source: int) -> list[int]:
+    """The targets of a relation, in the order of a set of ids.
+
+    Those of edges added by actions were put into it first, then those of the initial scene. The latter are
+    taken by ascending id, not in the order of the data set's file: the first target comes out the same for
+    every object that a task can be about.
+    """
+    relation = state.relation(predicate)
+    mask = relation.row(source)
+    at_start = relation.base_row(source)
+    by_id = {object_id(state, i): i for i in bits(mask | at_start)}
+    added = sorted(object_id(state, i) for i in bits(mask & ~at_start))
+    initial = sorted(object_id(state, i) for i in bits(at_start))
+    return [by_id[i] for i in slot_order((*added, *initial)) if mask >> by_id[i] & 1]
+
+
+_LOOKUPS: Mapping[str, Values] = {
+    "room_of": rooms(first_target),
+    **{
+        name: origins(place, first_target)
+        for place, name in zip(range(len(PLACES)), ("lies_on", "lies_in", "lies_next_to"), strict=True)
+    },
+}
+
+
+def _in_this_order(derived: DerivedPredicate) -> DerivedPredicate:
+    lookup = _LOOKUPS.get(derived.name)
+    return replace(derived, values=lookup) if lookup and isinstance(derived, Lookup) else derived
+
+
+IN_SLOT_ORDER = Vocabulary(VOCABULARY.predicates, tuple(map(_in_this_order, VOCABULARY.derived)))
+"""The vocabulary with these lookups: it stores the same, so that one state serves both."""
+
+
+def relevant_objects(task: VirtualHomeTask) -> tuple[int, ...]:
+    """The objects that a task is about, by index, as the reference finds them (``get_symbolic_goal_nl``)."""
+    by_id = {object_id(task.initial, i): i for i in task.relevant}
+    record = task.record
+    return tuple([by_id[i] for i in union_order(record.relevant_from_nodes, record.relevant_from_edges)])

@@ -1,0 +1,115 @@
+"""Derived predicates: computed from the stored ones of a state.
+
+Most are given by a formula; the few that need arithmetic or a walk along a chain, by a pure function that
+names what it reads.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TypeAlias
+
+from eai.logic.formula import Atom, Equals, Exists, Formula, Or, Term, Variable
+from eai.world.state import State
+from eai.world.vocabulary import DerivedPredicate, atom
+
+Values: TypeAlias = Callable[[State, tuple[int, ...]], int]
+"""Gives the mask of the objects that make a predicate true as last argument, from the other arguments."""
+
+Test: TypeAlias = Callable[[State, tuple[int, ...]], bool]
+"""Whether a predicate holds of objects in a state."""
+
+
+@dataclass(frozen=True, slots=True)
+class Defined:
+    """A derived predicate given by a formula over its parameters.
+
+    ``values``, where there is one, is a faster way to the same: a pure function from all arguments but the
+    last to the mask of the objects that make the predicate true as last argument.
+    """
+
+    name: str
+    parameters: tuple[Variable, ...]
+    definition: Formula
+    values: Values | None = None
+
+    @property
+    def arity(self) -> int:
+        """The number of parameters."""
+        return len(self.parameters)
+
+    @property
+    def reads(self) -> tuple[str, ...]:
+        """Nothing beyond what its formula says."""
+        return ()
+
+    def __call__(self, *terms: Term) -> Atom:
+        """The atom of this predicate with these terms."""
+        return atom(self.name, self.arity, terms)
+
+
+@dataclass(frozen=True, slots=True)
+class Computed:
+    """A derived predicate given by a pure test of a state and object indices.
+
+    ``meaning``, where there is one, says the same as a formula, for syntaxes that have no functions.
+    """
+
+    name: str
+    arity: int
+    test: Test
+    reads: tuple[str, ...]
+    meaning: Defined | None = None
+
+    def __call__(self, *terms: Term) -> Atom:
+        """The atom of this predicate with these terms."""
+        return atom(self.name, self.arity, terms)
+
+
+@dataclass(frozen=True, slots=True)
+class Lookup:
+    """A derived predicate whose last argument is looked up: a pure function from the others to a mask.
+
+    ``values(state, arguments)`` is the mask of all objects that make the predicate true as last argument.
+    ``meaning``, where there is one, says the same as a formula, for syntaxes that have no functions;
+    ``single`` says that the mask never has more than one object; ``open_in_meaning``, what the formula leaves
+    open, in words.
+    """
+
+    name: str
+    arity: int
+    values: Values
+    reads: tuple[str, ...]
+    meaning: Defined | None = None
+    single: bool = False
+    open_in_meaning: str = ""
+
+    def __call__(self, *terms: Term) -> Atom:
+        """The atom of this predicate with these terms."""
+        return atom(self.name, self.arity, terms)
+
+
+def is_a(term: Term, *categories: str) -> Formula:
+    """The object belongs to one of the categories."""
+    member = Variable("member")
+    memberships = tuple(Exists(Variable(member.name, c), Equals(member, term)) for c in categories)
+    return memberships[0] if len(memberships) == 1 else Or(memberships)
+
+
+def evaluated_as(derived: DerivedPredicate) -> DerivedPredicate:
+    """The form in which a derived predicate is evaluated: that with a function where it has one."""
+    if isinstance(derived, Defined) and derived.values is not None:
+        return Lookup(derived.name, derived.arity, derived.values, ())
+    return derived
+
+
+def meaning(derived: DerivedPredicate) -> Defined | None:
+    """What says the same as a derived predicate by a formula, if anything does."""
+    match derived:
+        case Defined():
+            return derived
+        case Computed() | Lookup():
+            return derived.meaning
+        case _:
+            return None

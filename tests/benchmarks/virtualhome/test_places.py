@@ -1,0 +1,78 @@
+from __future__ import annotations
+
+import pytest
+
+from benchmarks.virtualhome import flat
+from eai.benchmarks.reference import virtualhome_domain
+from eai.benchmarks.reference.virtualhome_order import IN_SLOT_ORDER, relevant_objects
+from eai.benchmarks.virtualhome import domain as virtualhome
+from eai.benchmarks.virtualhome.predicates import VOCABULARY
+from eai.benchmarks.virtualhome.tasks import VirtualHomeTasks
+from eai.logic.formula import Atom, Constant, Formula
+from eai.world.domain import Domain
+from eai.world.state import Scene, WorldObject
+
+STRICT, REFERENCE = virtualhome.as_meant(), virtualhome_domain.as_in_reference()
+BOTH = pytest.mark.parametrize("domain", [STRICT, REFERENCE], ids=["strict", "eai-1.0.5"])
+NAMES = (*flat.PROPERTIES, "shelf.90", "shelf.128")
+
+
+def holds(domain: Domain, formula: Formula, *facts: str) -> bool:
+    """Whether a formula holds in the flat with two shelves, where some facts are added."""
+    scene = Scene(
+        VOCABULARY,
+        [WorldObject(name, name.rpartition(".")[0]) for name in NAMES],
+        NAMES.index("character.65"),
+    )
+    return domain.holds(formula, flat.state(*facts, over=scene))
+
+
+def looked_up(predicate: str, *names: str) -> Atom:
+    return Atom(predicate, tuple(Constant(name) for name in names))
+
+
+def test_of_several_places_the_first_in_the_data_set_counts_in_the_reference_that_of_a_hash_table() -> None:
+    """Python iterates a set of 90 and 128 as 128, 90: they are in slots 0 and 2 of 8."""
+    facts = ("-ONTOP cup.13 table.12", "ONTOP cup.13 shelf.90", "ONTOP cup.13 shelf.128")
+    first, second = (looked_up("lies_on", "cup.13", shelf) for shelf in ("shelf.90", "shelf.128"))
+    assert [holds(STRICT, each, *facts) for each in (first, second)] == [True, False]
+    assert [holds(REFERENCE, each, *facts) for each in (first, second)] == [False, True]
+
+
+def test_of_several_containers_the_first_is_followed_to_its_room() -> None:
+    facts = (
+        *("-INSIDE cup.13 kitchen.1", "INSIDE cup.13 shelf.90"),
+        *("INSIDE shelf.90 shelf.128", "INSIDE shelf.90 fridge.10", "INSIDE shelf.128 kitchen.1"),
+    )
+    assert holds(STRICT, looked_up("room_of", "cup.13", "kitchen.1"), *facts)
+
+
+@BOTH
+def test_an_object_that_is_in_one_room_is_there(domain: Domain) -> None:
+    assert holds(domain, looked_up("room_of", "fridge.10", "kitchen.1"))
+    assert not holds(domain, looked_up("room_of", "cloud.30", "kitchen.1"))
+
+
+@BOTH
+def test_only_the_first_relation_that_holds_decides_where_something_is_taken_from(domain: Domain) -> None:
+    facts = ("INSIDE cup.13 shelf.90", "NEXT_TO cup.13 shelf.128")
+    assert holds(domain, looked_up("lies_on", "cup.13", "table.12"), *facts)
+    assert not holds(domain, looked_up("lies_in", "cup.13", "shelf.90"), *facts)
+    assert not holds(domain, looked_up("lies_next_to", "cup.13", "shelf.128"), *facts)
+
+
+def test_both_vocabularies_store_the_same() -> None:
+    assert IN_SLOT_ORDER.predicates == VOCABULARY.predicates
+    assert IN_SLOT_ORDER.unary_slots == VOCABULARY.unary_slots
+    assert IN_SLOT_ORDER.binary_slots == VOCABULARY.binary_slots
+    assert REFERENCE.vocabulary is IN_SLOT_ORDER
+
+
+def test_relevant_objects_are_in_the_order_of_the_data_set(virtualhome_tasks: VirtualHomeTasks) -> None:
+    reordered = 0
+    for task in virtualhome_tasks.values():
+        assert list(task.relevant) == sorted(set(task.relevant))
+        in_reference = relevant_objects(task)
+        assert sorted(in_reference) == list(task.relevant)
+        reordered += in_reference != task.relevant
+    assert reordered > 100

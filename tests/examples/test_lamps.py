@@ -1,0 +1,141 @@
+"""The example world works with everything there is, with nothing but its declaration."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import eai as library
+from cli.conftest import Command
+from eai.abilities.protocol import Ability
+from eai.world.check import check
+
+FOLDER = Path(__file__).parents[2] / "examples" / "lamps"
+LAMPS = "lamps:lamps"
+PRESS = [
+    {"action": "GO", "object": "lamp_1"},
+    {"action": "PRESS", "object": "lamp_1"},
+    {"action": "GO", "object": "lamp_2"},
+    {"action": "PRESS", "object": "lamp_2"},
+]
+RIGHT = {
+    "action_sequencing": PRESS,
+    "goal_interpretation": {"node goals": [["lit", "lamp_1"], ["lit", "lamp_2"]]},
+    "subgoal_decomposition": {"output": ["lit(lamp_1) and lit(lamp_2)"]},
+}
+"""A right answer to the task of light, by ability."""
+
+WRONG = {
+    "action_sequencing": PRESS[:1] + PRESS[3:],
+    "goal_interpretation": {"node goals": [["lit", "lamp_1"], ["is_open", "box"]]},
+    "subgoal_decomposition": {"output": ["lit(lamp_1)"]},
+}
+
+
+@pytest.fixture(autouse=True)
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Works in a folder with the example's file, as its author would."""
+    shutil.copy(FOLDER / "lamps.py", tmp_path)
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(tmp_path)
+
+
+def score(eai: Command, ability: str, answers: dict[str, object]) -> dict[str, dict[str, Any]]:
+    """The records of answers, by task."""
+    rows = [{"identifier": task, "llm_output": json.dumps(answer)} for task, answer in answers.items()]
+    Path("m_outputs.json").write_text(json.dumps(rows))
+    outcome = eai("score", "m_outputs.json", "--domain", LAMPS, "--ability", ability, "--out", "out")
+    assert (outcome.status, outcome.err) == (0, "")
+    records = map(json.loads, Path("out/records.jsonl").read_text().splitlines())
+    return {record["task_id"]: record for record in records}
+
+
+def test_it_is_as_short_as_the_page_says() -> None:
+    files = [path for path in FOLDER.iterdir() if path.is_file()]
+    assert sum(len(path.read_text().splitlines()) for path in files) <= 60
+
+
+def test_it_conforms() -> None:
+    benchmark = library.find_benchmark(LAMPS)
+    tasks = benchmark.tasks(library.Source())
+    assert check(benchmark.domain, [task.initial for task in tasks.values()]) == ()
+
+
+@pytest.mark.parametrize("ability", ["action_sequencing", "subgoal_decomposition"])
+def test_plans_and_subgoals_are_scored(eai: Command, ability: str) -> None:
+    assert score(eai, ability, {"light": RIGHT[ability]})["light"]["success"]
+    wrong = score(eai, ability, {"light": WRONG[ability]})["light"]
+    assert not wrong["success"]
+    assert wrong["goals"]["state"] == [0, 1]
+
+
+def test_a_failing_step_is_diagnosed_and_explained(eai: Command) -> None:
+    error = score(eai, "action_sequencing", {"light": WRONG["action_sequencing"]})["light"]["error"]
+    assert error == {"kind": "missing_step", "step": 1, "detail": "the robot is not at lamp_2"}
+    out = eai("explain", "out", "light").out
+    assert "missing_step: the robot is not at lamp_2" in out
+    assert "+ at(robot, lamp_1)" in out
+
+
+def test_goals_are_counted(eai: Command) -> None:
+    ability = "goal_interpretation"
+    assert score(eai, ability, {"light": RIGHT[ability]})["light"]["counts"]["state"] == [2, 0, 0]
+    assert score(eai, ability, {"light": WRONG[ability]})["light"]["counts"]["state"] == [1, 1, 1]
+
+
+@pytest.mark.parametrize("model", ["eai/oracle", "eai/noisy", "eai/planner"])
+def test_built_in_models_run_in_every_ability(eai: Command, model: str) -> None:
+    pytest.importorskip("inspect_ai")
+    abilities = [each.value for each in Ability]
+    if model == "eai/planner":
+        abilities = ["action_sequencing", "subgoal_decomposition"]
+    for ability in abilities:
+        outcome = eai(
+            "run",
+            "--model",
+            model,
+            "--domain",
+            LAMPS,
+            "--ability",
+            ability,
+            "--planner",
+            "built_in",
+            "--out",
+            "runs",
+        )
+        assert outcome.status == 0, outcome.err
+        folder = Path("runs/lamps", ability, model.replace("/", "_"))
+        summary = json.loads((folder / "summary.json").read_text())
+        main = {"goal_interpretation": "overall.f1", "transition_modeling": "overall.f1"}.get(
+            ability, "task_success"
+        )
+        if model != "eai/noisy":
+            assert summary[main]["value"] == 100.0, ability
+
+
+@pytest.mark.parametrize("ability", [each.value for each in Ability])
+def test_prompts_are_written(eai: Command, ability: str) -> None:
+    assert eai("prompts", "--domain", LAMPS, "--ability", ability, "--out", "prompts.json").status == 0
+    prompts = {row["identifier"]: row["llm_prompt"] for row in json.loads(Path("prompts.json").read_text())}
+    assert prompts.keys() == {"light", "pack"}
+    assert "lamp_1" in prompts["light"]
+
+
+def test_a_report_is_made(eai: Command) -> None:
+    score(eai, "action_sequencing", {"light": RIGHT["action_sequencing"], "pack": []})
+    outcome = eai("report", "out", "--out", "report", "--no-plots")
+    assert (outcome.status, outcome.err) == (0, "")
+    assert "lamps" in Path("report/explorer.html").read_text()
+
+
+def test_workers_find_it_too(eai: Command) -> None:
+    rows = [{"identifier": task, "llm_output": json.dumps(PRESS)} for task in ("light", "pack")]
+    Path("m_outputs.json").write_text(json.dumps(rows))
+    arguments = ("m_outputs.json", "--domain", LAMPS, "--ability", "action_sequencing")
+    for workers in (1, 2):
+        assert eai("score", *arguments, "--workers", workers, "--out", f"out_{workers}").status == 0
+    assert Path("out_1/records.jsonl").read_bytes() == Path("out_2/records.jsonl").read_bytes()

@@ -1,0 +1,141 @@
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import product
+
+import pytest
+from hypothesis import given, settings
+
+from eai.errors import DomainError
+from eai.logic.formula import Atom
+from eai.pddl.declaration import Declaration
+from eai.pddl.execute import Executor, PddlState, PlanStep
+from eai.pddl.export import export
+from eai.pddl.model import PddlDomain, PddlProblem
+from eai.pddl.reader import read_domain, read_problem
+from eai.world.execution import Action, Fault, attempt
+from eai.world.fault import FaultKind
+from eai.world.state import State
+from pddl.random_pddl import DOMAINS, PROBLEMS
+
+
+def reached(states: PddlState | str, declared: set[str]) -> set[Atom] | None:
+    return None if isinstance(states, str) else {atom for atom in states if atom.predicate in declared}
+
+
+@given(DOMAINS, PROBLEMS)
+@settings(max_examples=60, deadline=None)
+def test_a_declared_domain_does_what_the_pddl_does_and_so_does_its_export(
+    source: PddlDomain, problem: PddlProblem
+) -> None:
+    declaration = Declaration(source)
+    domain, found = declaration.domain, declaration.problem(problem)
+    original = Executor(source, problem)
+    exported = export(domain, found.initial, found.goals)
+    again = Executor(exported.domain, exported.problem)
+    declared = {predicate.name for predicate in source.predicates}
+    goal = all(domain.holds(part, found.initial) for part in found.goals)
+    assert goal == original.holds(problem.goal, original.initial, {})
+    assert goal == again.holds(exported.problem.goal, again.initial, {})
+    for action in _actions(domain.arities, len(source.constants)):
+        names = tuple(source.constants[i].name for i in action.arguments)
+        outcome = attempt(domain, [found.initial], action)
+        engine = None if isinstance(outcome, Fault) else exported.state(outcome)
+        expected = reached(original.successor(original.initial, PlanStep(action.operator, names)), declared)
+        assert (None if engine is None else reached(engine, declared)) == expected
+        assert reached(again.successor(again.initial, exported.step(action)), declared) == expected
+
+
+def _actions(arities: object, count: int) -> Iterator[Action]:
+    assert isinstance(arities, dict)
+    for name, arity in arities.items():
+        yield from (Action(name, things) for things in product(range(count), repeat=arity))
+
+
+ZOO = read_domain(
+    """(define (domain zoo) (:requirements :adl :derived-predicates)
+    (:types lion seal - animal animal keeper - thing thing cage)
+    (:constants agent - keeper)
+    (:predicates (in ?a - thing ?c - cage) (fed ?a - animal) (content ?a - animal) (animal ?c - cage))
+    (:derived (content ?x - seal) (fed ?x))
+    (:derived (content ?y - lion) (and (fed ?y) (not (exists (?c - cage) (and (in ?y ?c) (animal ?c))))))
+    (:action feed :parameters (?a - animal ?c - cage)
+      :precondition (and (in agent ?c) (in ?a ?c) (not (content ?a))
+        (or (animal ?c) (fed ?a) (not (= ?c ?c))))
+      :effect (and (fed ?a) (not (fed ?a)))))"""
+)
+PROBLEM = read_problem(
+    """(define (problem p) (:domain zoo) (:objects leo - lion sam - seal ann - keeper house pool - cage)
+    (:init (in leo house) (in sam pool) (in agent pool) (fed leo) (animal pool))
+    (:goal (forall (?a - animal) (content ?a))))"""
+)
+
+
+@pytest.fixture(scope="module")
+def zoo() -> Declaration:
+    return Declaration(ZOO)
+
+
+def test_types_are_categories_and_those_above_static_predicates(zoo: Declaration) -> None:
+    initial = zoo.problem(PROBLEM).initial
+    kinds = {thing.name: thing.category for thing in initial.scene.objects}
+    assert kinds == {
+        "agent": "keeper",
+        "leo": "lion",
+        "sam": "seal",
+        "ann": "keeper",
+        "house": "cage",
+        "pool": "cage",
+    }
+    assert initial.scene.names(initial.those("is-animal")) == ("leo", "sam")
+    assert initial.scene.names(initial.those("thing")) == ("agent", "leo", "sam", "ann")
+    static = {predicate.name for predicate in zoo.domain.vocabulary.predicates if predicate.static}
+    assert static == {"in", "animal", "is-animal", "thing"}
+
+
+def test_an_object_named_agent_is_the_object_that_formulas_mean_by_it(zoo: Declaration) -> None:
+    initial = zoo.problem(PROBLEM).initial
+    index = initial.scene.index
+    assert isinstance(attempt(zoo.domain, [initial], Action("feed", (index["sam"], index["pool"]))), State)
+
+
+def test_checks_are_affordances_where_nothing_changes_what_they_say(zoo: Declaration) -> None:
+    checks = zoo.domain.compiled["feed"].operator.checks
+    assert [(check.fault, check.reason) for check in checks] == [
+        (FaultKind.AFFORDANCE, "{a} is no animal"),
+        (FaultKind.AFFORDANCE, "{c} is no cage"),
+        (FaultKind.AFFORDANCE, "in(agent, {c}) does not hold"),
+        (FaultKind.AFFORDANCE, "in({a}, {c}) does not hold"),
+        (FaultKind.MISSING_STEP, "content({a}) holds"),
+        (FaultKind.MISSING_STEP, "(or (animal {c}) (fed {a}) (not (= {c} {c}))) does not hold"),
+    ]
+
+
+def test_an_addition_wins_over_a_deletion(zoo: Declaration) -> None:
+    initial = zoo.problem(PROBLEM).initial
+    index = initial.scene.index
+    after = attempt(zoo.domain, [initial], Action("feed", (index["sam"], index["pool"])))
+    assert isinstance(after, State)
+    assert after.has("fed", index["sam"])
+
+
+def test_axioms_of_one_predicate_are_alternatives(zoo: Declaration) -> None:
+    declared = zoo.problem(PROBLEM)
+    (goal,) = declared.goals
+    assert not zoo.domain.holds(goal, declared.initial)
+    fed = declared.initial.scene.state(
+        [("fed", (1,)), ("fed", (2,)), ("is-animal", (1,)), ("is-animal", (2,))]
+    )
+    assert zoo.domain.holds(goal, fed)
+
+
+@pytest.mark.parametrize(
+    ("predicates", "problem"),
+    [
+        ("(:predicates (far ?a ?b ?c))", "the predicate far has 3 arguments"),
+        ("(:predicates (p ?x)) (:derived (p ?x) (not (p ?x)))", "the derived predicate p depends on itself"),
+    ],
+)
+def test_what_a_state_cannot_keep_is_refused(predicates: str, problem: str) -> None:
+    with pytest.raises(DomainError, match=problem):
+        Declaration(read_domain(f"(define (domain d) {predicates})"))

@@ -1,0 +1,48 @@
+"""What benchmarks alone know: the names of households, and which protocol is in force."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+import eai
+
+SOURCE = Path(eai.__file__).parent
+HOUSEHOLD = re.compile(r"virtualhome|\bbehavior\b", re.IGNORECASE)
+PROTOCOL = re.compile(r"\bProtocol\.[A-Z]")
+
+EXAMPLES = frozenset({"__init__.py", "cli/score.py", "cli/prompts.py", "cli/run.py", "cli/console.py"})
+"""Where households are named as examples in help."""
+
+DEFAULTS = frozenset({"cli/score.py", "cli/run.py"})
+"""Where the command line says which protocol is its default."""
+
+
+def mentions(pattern: re.Pattern[str], allowed: frozenset[str]) -> list[str]:
+    """Every line outside the benchmarks that a pattern is found in."""
+    return [
+        f"{place}:{number}: {line.strip()}"
+        for path in sorted(SOURCE.rglob("*"))
+        if path.suffix in (".py", ".js", ".html", ".lark")
+        and not (place := path.relative_to(SOURCE).as_posix()).startswith("benchmarks/")
+        and place not in allowed
+        for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1)
+        if pattern.search(line)
+    ]
+
+
+def test_households_are_named_by_benchmarks_alone() -> None:
+    assert mentions(HOUSEHOLD, EXAMPLES) == []
+
+
+def test_benchmarks_alone_ask_which_protocol_is_in_force() -> None:
+    assert mentions(PROTOCOL, DEFAULTS) == []
+
+
+@pytest.mark.parametrize("pattern", [HOUSEHOLD, PROTOCOL])
+def test_the_patterns_find_what_they_look_for(pattern: re.Pattern[str]) -> None:
+    assert any(
+        pattern.search(path.read_text(encoding="utf-8")) for path in (SOURCE / "benchmarks").rglob("*.py")
+    )
