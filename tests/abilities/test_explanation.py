@@ -4,8 +4,8 @@ import json
 
 import pytest
 
-from abilities.action_sequencing.household import make_task
 from benchmarks.plan_scorers import virtualhome_scorer
+from benchmarks.virtualhome.household import make_task
 from eai.abilities.codec import dataclass_to_json
 from eai.abilities.explanation import Explanation, GoalReport, StepReport, formula_text
 from eai.abilities.protocol import Protocol

@@ -12,7 +12,7 @@ import pytest
 import eai as library
 from cli.conftest import Command
 from eai.abilities.protocol import Ability
-from eai.world.check import check
+from eai.world.conformance import check
 
 FOLDER = Path(__file__).parents[2] / "examples" / "lamps"
 LAMPS = "lamps:lamps"

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from abilities.action_sequencing.household import make_task
+from benchmarks.virtualhome.household import make_task
 from eai.abilities.codec import dataclass_to_json, fields_of
 from eai.abilities.goal_interpretation.gold import write_goals
 from eai.abilities.goal_interpretation.scorer import GoalInterpretation

@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from abilities.action_sequencing.household import make_task
 from benchmarks.plan_scorers import virtualhome_scorer
+from benchmarks.virtualhome.household import make_task
 from eai.abilities.action_sequencing.scorer import ActionSequencing
 from eai.abilities.codec import dataclass_to_json, fields_of
 from eai.abilities.protocol import Ability, Protocol

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from abilities.action_sequencing.household import make_task
+from benchmarks.virtualhome.household import make_task
 from eai.abilities.codec import dataclass_to_json, fields_of
 from eai.abilities.protocol import Protocol
 from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
