@@ -181,6 +181,7 @@ def test_an_explanation_is_a_field_of_the_record() -> None:
             }
         ],
         "goals": [{"kind": "state", "goal": "ON(light.2)", "satisfied": True}],
+        "parts": [],
     }
     assert "explanation" not in record_to_json(record(PLAN))
 
