@@ -66,16 +66,6 @@ def _print_explanation(console: Console, explanation: Explanation) -> None:
         _print_part(console, part)
 
 
-def _print_part(console: Console, part: PartReport) -> None:
-    if part.met_after is not None:
-        when = f"after step {part.met_after}" if part.met_after else "at the start"
-        console.print(Text(f"  ✓ {when}: {part.part}", style="green"))
-        return
-    missing = [text for text in part.missing if text != part.part]
-    why = f" (from there on never {' nor '.join(missing)})" if missing else ""
-    console.print(Text(f"  ✗ {part.part}{why}", style="red"))
-
-
 def _print_step(console: Console, number: int, step: StepReport, width: int) -> None:
     line = Text(f"{number:3} {step.action:{width}}  ")
     if step.outcome == "executed":
@@ -92,6 +82,14 @@ def _print_step(console: Console, number: int, step: StepReport, width: int) -> 
             console.print(Text(f"{indent}{sign} {fact}", style=f"dim {style}"))
     if step.hidden_changes:
         console.print(Text(f"{indent}{step.hidden_changes} more changes to other objects", style="dim"))
+
+
+def _print_part(console: Console, part: PartReport) -> None:
+    if part.met_after is not None:
+        console.print(Text(f"  ✓ {part.part}  after step {part.met_after}", style="green"))
+    else:
+        lacking = f"  never: {', '.join(part.missing)}" if part.missing else ""
+        console.print(Text(f"  ✗ {part.part}{lacking}", style="red"))
 
 
 def _verdict_text(record: Record) -> Text:
