@@ -7,7 +7,7 @@ from typing import Any, TypeVar, get_type_hints
 from hypothesis import strategies as st
 
 from eai.abilities.declarations import DECLARATIONS
-from eai.abilities.explanation import Explanation, GoalReport, StepReport
+from eai.abilities.explanation import Explanation, GoalReport, PartReport, StepReport
 from eai.abilities.protocol import Ability
 from eai.abilities.record import Origin, Record, Usage
 from eai.abilities.transition_modeling.report import OperatorReport
@@ -34,14 +34,14 @@ def records() -> st.SearchStrategy[Record]:
 
 
 def _of(ability: Ability) -> st.SearchStrategy[Record]:
-    verdicts = with_every_field(DECLARATIONS[ability].verdict, details=st.none())
+    verdicts = with_every_field(DECLARATIONS[ability].verdict)
     return with_every_field(Record, ability=st.just(ability), verdict=verdicts)
 
 
 st.register_type_strategy(str, TEXTS)
 st.register_type_strategy(float, st.floats(allow_nan=False, allow_infinity=False))
 st.register_type_strategy(Tally, st.builds(Tally, HALVES, COUNTS))
-for kind in (SideMatch, OperatorReport, ErrorReport, Usage, StepReport, GoalReport):
+for kind in (SideMatch, OperatorReport, ErrorReport, Usage, StepReport, GoalReport, PartReport):
     st.register_type_strategy(kind, with_every_field(kind))
 st.register_type_strategy(
     Counted,

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from abilities.random_records import records
 from eai.abilities.codec import COMMON, SCHEMA, fields_of, record_from_json, record_to_json, sha256_of
 from eai.abilities.declarations import DECLARATIONS
-from eai.abilities.explanation import Explanation, GoalReport, StepReport
+from eai.abilities.explanation import Explanation, GoalReport, PartReport, StepReport
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.record import Origin, Record, Usage
 from eai.abilities.transition_modeling.report import OperatorReport, OperatorStatus
@@ -165,8 +165,10 @@ def test_an_explanation_is_a_field_of_the_record() -> None:
         ("read with repair: prose",),
         (StepReport("WALK(bed.1)", "executed", added=("NEXT_TO(me.65, bed.1)",)),),
         (GoalReport("state", "ON(light.2)", True),),
+        (PartReport("ON(light.2) and TOUCH(x.3)", None, ("TOUCH(x.3)",)),),
     )
     line = record_to_json(replace(record(PLAN), explanation=explanation))
+    assert record_from_json(line).explanation == explanation
     assert line["explanation"] == {
         "notes": ["read with repair: prose"],
         "steps": [
@@ -181,6 +183,7 @@ def test_an_explanation_is_a_field_of_the_record() -> None:
             }
         ],
         "goals": [{"kind": "state", "goal": "ON(light.2)", "satisfied": True}],
+        "parts": [{"part": "ON(light.2) and TOUCH(x.3)", "met_after": None, "missing": ["TOUCH(x.3)"]}],
     }
     assert "explanation" not in record_to_json(record(PLAN))
 

@@ -4,8 +4,9 @@ import json
 
 import pytest
 
-from abilities.action_sequencing.household import make_task
 from benchmarks.plan_scorers import virtualhome_scorer
+from benchmarks.virtualhome.household import make_task
+from eai.abilities.codec import dataclass_to_json
 from eai.abilities.explanation import Explanation, GoalReport, StepReport, formula_text
 from eai.abilities.protocol import Protocol
 from eai.abilities.task import Task
@@ -114,7 +115,7 @@ def test_a_plan_that_the_reference_counts_as_failed_is_executed_all_the_same() -
 
 def test_an_explanation_is_json() -> None:
     explanation = explain('```{"WALK": ["fridge"], "OPEN": ["fridge"]}```')
-    wire = json.loads(json.dumps(explanation.to_json()))
+    wire = json.loads(json.dumps(dataclass_to_json(explanation)))
     assert wire["notes"] == ["read with repair: code_fence"]
     assert wire["steps"][1]["added"] == ["OPEN(fridge.10)"]
     assert wire["goals"] == [{"kind": "state", "goal": "OPEN(fridge.10)", "satisfied": True}]

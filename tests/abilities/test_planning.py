@@ -1,7 +1,7 @@
 from __future__ import annotations
 
-from abilities.action_sequencing.household import make_task
 from benchmarks.plan_scorers import virtualhome_scorer
+from benchmarks.virtualhome.household import make_task
 from eai.abilities.planning import find_plan, planning_goal
 from eai.abilities.protocol import Protocol
 from eai.benchmarks.virtualhome import domain as virtualhome

@@ -82,6 +82,20 @@ def test_goals_are_judged_by_what_they_came_to(eai: Command) -> None:
     assert eai("explain", found, "27_2").out.endswith("partly right\n")
 
 
+def test_parts_of_a_temporal_goal_are_shown_in_order(eai: Command) -> None:
+    parts = [
+        {"part": "ON(lamp.1)", "met_after": 2, "missing": []},
+        {"part": "OPEN(box.2)", "met_after": None, "missing": ["OPEN(box.2)"]},
+    ]
+    told = {"notes": [], "steps": [], "goals": [], "parts": parts}
+    lines = [line.rstrip() for line in eai("explain", damaged(explanation=told), "27_2").out.splitlines()]
+    assert lines[2:5] == [
+        "temporal goal",
+        "  ✓ ON(lamp.1)  after step 2",
+        "  ✗ OPEN(box.2)  never: OPEN(box.2)",
+    ]
+
+
 def test_what_is_wrong_with_the_records_is_told_in_one_line(eai: Command) -> None:
     assert eai("explain", "out", "0_0") == (2, "", "eai: out/records.jsonl: no record of task 0_0\n")
     assert eai("explain", "none", "0_0").err.startswith("eai: none: expected a readable records.jsonl")

@@ -12,6 +12,7 @@ import pytest
 import eai as library
 from cli.conftest import Command
 from eai.abilities.protocol import Ability
+from eai.metrics.summary import MAIN_COLUMNS
 from eai.world import check
 from processes import eai as in_own_process
 

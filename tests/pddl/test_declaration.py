@@ -8,7 +8,7 @@ from hypothesis import given, settings
 
 from eai.errors import DomainError
 from eai.logic.formula import Atom
-from eai.pddl.declaration import Declaration
+from eai.pddl.declaration import DeclaredDomain
 from eai.pddl.execute import Executor, PddlState, PlanStep
 from eai.pddl.export import export
 from eai.pddl.model import PddlDomain, PddlProblem
@@ -28,7 +28,7 @@ def reached(states: PddlState | str, declared: set[str]) -> set[Atom] | None:
 def test_a_declared_domain_does_what_the_pddl_does_and_so_does_its_export(
     source: PddlDomain, problem: PddlProblem
 ) -> None:
-    declaration = Declaration(source)
+    declaration = DeclaredDomain(source)
     domain, found = declaration.domain, declaration.problem(problem)
     original = Executor(source, problem)
     exported = export(domain, found.initial, found.goals)
@@ -72,11 +72,11 @@ PROBLEM = read_problem(
 
 
 @pytest.fixture(scope="module")
-def zoo() -> Declaration:
-    return Declaration(ZOO)
+def zoo() -> DeclaredDomain:
+    return DeclaredDomain(ZOO)
 
 
-def test_types_are_categories_and_those_above_static_predicates(zoo: Declaration) -> None:
+def test_types_are_categories_and_those_above_static_predicates(zoo: DeclaredDomain) -> None:
     initial = zoo.problem(PROBLEM).initial
     kinds = {thing.name: thing.category for thing in initial.scene.objects}
     assert kinds == {
@@ -93,13 +93,13 @@ def test_types_are_categories_and_those_above_static_predicates(zoo: Declaration
     assert static == {"in", "animal", "is-animal", "thing"}
 
 
-def test_an_object_named_agent_is_the_object_that_formulas_mean_by_it(zoo: Declaration) -> None:
+def test_an_object_named_agent_is_the_object_that_formulas_mean_by_it(zoo: DeclaredDomain) -> None:
     initial = zoo.problem(PROBLEM).initial
     index = initial.scene.index
     assert isinstance(attempt(zoo.domain, [initial], Action("feed", (index["sam"], index["pool"]))), State)
 
 
-def test_checks_are_affordances_where_nothing_changes_what_they_say(zoo: Declaration) -> None:
+def test_checks_are_affordances_where_nothing_changes_what_they_say(zoo: DeclaredDomain) -> None:
     checks = zoo.domain.compiled["feed"].operator.checks
     assert [(check.fault, check.reason) for check in checks] == [
         (FaultKind.AFFORDANCE, "{a} is no animal"),
@@ -111,7 +111,7 @@ def test_checks_are_affordances_where_nothing_changes_what_they_say(zoo: Declara
     ]
 
 
-def test_an_addition_wins_over_a_deletion(zoo: Declaration) -> None:
+def test_an_addition_wins_over_a_deletion(zoo: DeclaredDomain) -> None:
     initial = zoo.problem(PROBLEM).initial
     index = initial.scene.index
     after = attempt(zoo.domain, [initial], Action("feed", (index["sam"], index["pool"])))
@@ -119,7 +119,7 @@ def test_an_addition_wins_over_a_deletion(zoo: Declaration) -> None:
     assert after.has("fed", index["sam"])
 
 
-def test_axioms_of_one_predicate_are_alternatives(zoo: Declaration) -> None:
+def test_axioms_of_one_predicate_are_alternatives(zoo: DeclaredDomain) -> None:
     declared = zoo.problem(PROBLEM)
     (goal,) = declared.goals
     assert not zoo.domain.holds(goal, declared.initial)
@@ -138,4 +138,4 @@ def test_axioms_of_one_predicate_are_alternatives(zoo: Declaration) -> None:
 )
 def test_what_a_state_cannot_keep_is_refused(predicates: str, problem: str) -> None:
     with pytest.raises(DomainError, match=problem):
-        Declaration(read_domain(f"(define (domain d) {predicates})"))
+        DeclaredDomain(read_domain(f"(define (domain d) {predicates})"))

@@ -51,17 +51,15 @@ def record_to_json(record: Record) -> dict[str, Json]:
         "repairs": list(record.repairs),
     }
     if record.origin is not None:
-        written |= _object(record.origin)
+        written |= dataclass_to_json(record.origin)
     if record.explanation is not None:
-        written["explanation"] = _object(record.explanation)
+        written["explanation"] = dataclass_to_json(record.explanation)
     return {**written, "response": record.response}
 
 
 def fields_of(verdict: Verdict) -> dict[str, Json]:
     """A verdict's part of its record."""
-    own = _object(verdict)
-    own |= verdict.details or {}
-    own.pop("details", None)
+    own = dataclass_to_json(verdict)
     reason = own.pop("excluded")
     status = "scored" if reason is None else "excluded"
     repairs = own.pop("repairs")
@@ -99,8 +97,8 @@ def record_from_json(values: Mapping[str, Any]) -> Record:
     return record
 
 
-def _object(value: object) -> dict[str, Json]:
-    """A dataclass as a JSON object."""
+def dataclass_to_json(value: object) -> dict[str, Json]:
+    """A dataclass as a JSON object: an explanation, say, or where an answer comes from."""
     return {name: _plain(getattr(value, name)) for name in _names(value)}
 
 
@@ -112,10 +110,10 @@ def _plain(value: Any) -> Json:
     if isinstance(value, GoalTallies):
         return {kind: list(tally) for kind, tally in value._asdict().items()}
     if isinstance(value, Counted):
-        return {**_object(value), "errors": {kind.value: times for kind, times in value.errors}}
+        return {**dataclass_to_json(value), "errors": {kind.value: times for kind, times in value.errors}}
     if isinstance(value, Mapping):
         return {key: _plain(part) for key, part in value.items()}
-    return _object(value) if is_dataclass(value) else [_plain(part) for part in value]
+    return dataclass_to_json(value) if is_dataclass(value) else [_plain(part) for part in value]
 
 
 def _verdict(values: Mapping[str, Any], ability: Ability, made_before: int) -> Verdict:

@@ -6,7 +6,6 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from eai.abilities.task import Goal, Task
-from eai.abilities.verdict import Json
 from eai.logic.evidence import explain
 from eai.logic.formula import Atom, Formula, Occurs, Or, Then
 from eai.logic.ltl_printer import print_ltl
@@ -78,15 +77,6 @@ class Explanation:
     steps: tuple[StepReport, ...] = ()
     goals: tuple[GoalReport, ...] = ()
     parts: tuple[PartReport, ...] = ()
-
-    def to_json(self) -> dict[str, Json]:
-        """The explanation as JSON; ``parts`` only where there are any."""
-        fields = {"notes": self.notes, "steps": _plain(self.steps), "goals": _plain(self.goals)}
-        return {**fields, "parts": _plain(self.parts)} if self.parts else {**fields}
-
-
-def _plain(reports: Iterable[StepReport | GoalReport | PartReport]) -> tuple[Json, ...]:
-    return tuple([{name: getattr(report, name) for name in report.__slots__} for report in reports])
 
 
 def repairs_told(repairs: Iterable[str]) -> tuple[str, ...]:

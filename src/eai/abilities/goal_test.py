@@ -36,6 +36,9 @@ class GoalTest:
                 for of_actions, formula in zip(is_action, asked, strict=True)
             ]
         )
+        self._lasting = tuple(
+            [t for t, of_actions in zip(self._tests, is_action, strict=True) if not of_actions]
+        )
         self._places = tuple([i for i, of_actions in enumerate(is_action) if of_actions])
         self._actions = tuple([alternatives(goal) for goal in task.goals_of(GoalKind.ACTION)])
         shares = [_halves(goal) for goal in task.goals]
@@ -53,6 +56,10 @@ class GoalTest:
         for number in self._met(self._actions, actions) if self._actions else ():
             reached[self._places[number]] = True
         return tuple(reached)
+
+    def all_lasting(self, final: State) -> bool:
+        """Whether all goals about states hold in the final one."""
+        return all(truth(final, binding.copy()) for truth, binding in self._lasting)
 
     def tallies(self, reached: Sequence[bool]) -> GoalTallies:
         """The reached goals by kind, where these are reached."""

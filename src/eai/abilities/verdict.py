@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
-from typing import Any, NamedTuple, TypeAlias
+from typing import NamedTuple, TypeAlias
 
 from eai.abilities.transition_modeling.report import OperatorReport
 from eai.pddl.planning import PlannerOutcome
@@ -64,9 +64,6 @@ class SubgoalCategory(str, Enum):
     NOT_PARSEABLE = "not_parseable"
 
 
-Counts: TypeAlias = Mapping[str, "Confusion | Mapping[str, Confusion]"]
-
-
 @dataclass(frozen=True, slots=True)
 class Verdict:
     """What scoring says of one answer, whatever the ability.
@@ -78,16 +75,8 @@ class Verdict:
     """
 
     excluded: str | None = None
-    executable: bool | None = None
-    success: bool | None = None
     error: ErrorReport | None = None
-    additional_steps: int | None = None
-    category: SubgoalCategory | None = None
-    goals: GoalTallies | None = None
-    counts: Counts | None = None
-    planner: PlannerOutcome | None = None
     repairs: tuple[str, ...] = ()
-    details: Mapping[str, Any] | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,7 +13,7 @@ from eai.benchmarks.source import TaskSet
 from eai.errors import DomainError, InputError
 from eai.logic.formula import Atom, Formula
 from eai.logic.traversal import walk
-from eai.pddl.declaration import Declaration
+from eai.pddl.declaration import DeclaredDomain
 from eai.pddl.files import DomainFile, ProblemFile, read_domain_file, read_problem_file
 from eai.pddl.writer import write_formula
 from eai.world.domain import Domain
@@ -48,9 +48,9 @@ def open_pddl(domain_file: Path, problems: Path) -> OpenedPddl:
     return OpenedPddl(declaration.domain, TaskSet(tasks, digest), read.remarks)
 
 
-def _declare(read: DomainFile) -> Declaration:
+def _declare(read: DomainFile) -> DeclaredDomain:
     try:
-        return Declaration(read.domain)
+        return DeclaredDomain(read.domain)
     except DomainError as error:
         named = next((p.name for p in read.domain.predicates if f" {p.name} " in str(error)), "")
         raise InputError(f"{read.path}: line {read.line(f'({named}')}: {error}") from error
@@ -65,7 +65,7 @@ def _problem_paths(domain_file: Path, problems: Path) -> Sequence[Path]:
     return found
 
 
-def _task(name: str, file: ProblemFile, declaration: Declaration) -> Task:
+def _task(name: str, file: ProblemFile, declaration: DeclaredDomain) -> Task:
     declared = declaration.problem(file.problem)
     wanted = "; ".join(write_formula(goal) for goal in declared.goals)
     return Task(

@@ -10,7 +10,7 @@ from rich.console import Console
 from rich.text import Text
 
 from eai.abilities.declaration import AnswerOutcome
-from eai.abilities.explanation import Explanation, StepReport
+from eai.abilities.explanation import Explanation, PartReport, StepReport
 from eai.abilities.record import Record
 from eai.abilities.verdict import PlanVerdict
 from eai.cli.console import output
@@ -60,6 +60,10 @@ def _print_explanation(console: Console, explanation: Explanation) -> None:
     for goal in explanation.goals:
         mark, style = ("✓", "green") if goal.satisfied else ("✗", "red")
         console.print(Text(f"  {mark} {goal.kind:8} {goal.goal}", style=style))
+    if explanation.parts:
+        console.print(Text("temporal goal", style="bold"))
+    for part in explanation.parts:
+        _print_part(console, part)
 
 
 def _print_step(console: Console, number: int, step: StepReport, width: int) -> None:
@@ -78,6 +82,14 @@ def _print_step(console: Console, number: int, step: StepReport, width: int) -> 
             console.print(Text(f"{indent}{sign} {fact}", style=f"dim {style}"))
     if step.hidden_changes:
         console.print(Text(f"{indent}{step.hidden_changes} more changes to other objects", style="dim"))
+
+
+def _print_part(console: Console, part: PartReport) -> None:
+    if part.met_after is not None:
+        console.print(Text(f"  ✓ {part.part}  after step {part.met_after}", style="green"))
+    else:
+        lacking = f"  never: {', '.join(part.missing)}" if part.missing else ""
+        console.print(Text(f"  ✗ {part.part}{lacking}", style="red"))
 
 
 def _verdict_text(record: Record) -> Text:

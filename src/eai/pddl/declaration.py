@@ -66,7 +66,7 @@ class DeclaredProblem:
     goals: tuple[Formula, ...]
 
 
-class Declaration:
+class DeclaredDomain:
     """A planning domain as a declared one.
 
     Args:

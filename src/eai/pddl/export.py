@@ -9,14 +9,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from itertools import product
 
 from eai.errors import DomainError
 from eai.logic.formula import And, Atom, Constant, Formula, Not, Or, Term, Variable
 from eai.logic.renaming import rename_objects
 from eai.pddl.evaluation import PddlState
 from eai.pddl.execute import PlanStep
-from eai.pddl.glossary import Conditions, Glossary, hidden_predicates, without
+from eai.pddl.export_problem import ProblemWriter, object_key, order_name, type_name
+from eai.pddl.glossary import ConditionWriter, Glossary, hidden_predicates, without
 from eai.pddl.model import (
     OBJECT,
     AddEffect,
@@ -31,15 +31,13 @@ from eai.pddl.model import (
 from eai.pddl.names import PddlNames
 from eai.pddl.ordered_effects import OrderedEffects
 from eai.pddl.simplify import conjunction
-from eai.world.derived import Computed, Lookup
+from eai.world.derived import Lookup
 from eai.world.domain import Domain
 from eai.world.execution import Action
 from eai.world.fault import FaultKind
 from eai.world.frame import AGENT
 from eai.world.operator import Check, Operator
-from eai.world.relation import bits
 from eai.world.state import Scene, State
-from eai.world.vocabulary import DerivedPredicate
 
 REQUIREMENTS = (":adl", ":derived-predicates")
 
@@ -121,7 +119,7 @@ class Exported:
         return Action(self._operators.meant(step.action), tuple([index[name] for name in step.arguments]))
 
     def _name(self, index: int) -> str:
-        return self._objects[_key(self._scene, index)]
+        return self._objects[object_key(self._scene, index)]
 
 
 def export(
@@ -164,7 +162,7 @@ def export_problems(
         [
             Exported(
                 exported,
-                _Problem(glossary, names, source, header).write(goal),
+                _writer(glossary, names, source, header).write(source.name, goal),
                 unsupported,
                 operators,
                 names,
@@ -184,25 +182,24 @@ def _unsupported(glossary: Glossary) -> Iterator[str]:
             yield f"{derived.name}: its formula leaves open {derived.open_in_meaning}"
 
 
-def _key(scene: Scene, index: int) -> str:
-    """What the table of names knows an object by: the agent, which conditions name, is known as that."""
-    name = scene.objects[index].name
-    if index == scene.agent:
-        return AGENT.name
-    return f"{name} " if name == AGENT.name else name
-
-
 def _things(glossary: Glossary, scene: Scene) -> PddlNames:
     """The names of all objects of a scene: first those that operators name."""
     names = glossary.things.copy()
     for index in range(len(scene.objects)):
-        names[_key(scene, index)]
+        names[object_key(scene, index)]
     return names
+
+
+def _writer(glossary: Glossary, names: PddlNames, source: ProblemSource, header: PddlDomain) -> ProblemWriter:
+    scene = source.initial.scene
+    agent = 0 if scene.agent is None else 1 << scene.agent
+    kept = scene.everything if source.objects is None else source.objects | agent
+    return ProblemWriter(glossary, names, header, source.initial, kept)
 
 
 def _goal(glossary: Glossary, names: PddlNames, source: ProblemSource, hidden: frozenset[str]) -> Formula:
     scene = source.initial.scene
-    about = Conditions(glossary, things=names, scene=scene)
+    about = ConditionWriter(glossary, things=names, scene=scene)
     agent = {} if scene.agent is None else {scene.objects[scene.agent].name: AGENT.name}
     goals = [rename_objects(goal, agent) for goal in source.goals]
     return conjunction([about.convert(without(goal, hidden), {}) for goal in goals])
@@ -227,7 +224,7 @@ class _Operators:
             raise DomainError(f"operator {operator.name}: {error}") from error
 
     def _write(self, operator: Operator) -> PddlAction:
-        conditions = Conditions(self._glossary)
+        conditions = ConditionWriter(self._glossary)
         parameters = conditions.parameters(operator.parameters)
         scope: dict[str, Term] = dict(
             zip([parameter.name for parameter in operator.parameters], parameters, strict=True)
@@ -270,7 +267,7 @@ def _header(glossary: Glossary, name: str, hidden: frozenset[str], scene: Scene)
     predicates += [_declared(kind, 1) for kind in glossary.kinds.values()]
     predicates += [_declared(done, 0) for done in glossary.performed.values()]
     if glossary.ordered:
-        predicates.append(_declared(_order(glossary), 2))
+        predicates.append(_declared(order_name(glossary), 2))
     return PddlDomain(
         name=PddlNames()[name],
         requirements=REQUIREMENTS if axioms else REQUIREMENTS[:1],
@@ -282,22 +279,12 @@ def _header(glossary: Glossary, name: str, hidden: frozenset[str], scene: Scene)
     )
 
 
-def _type_of(glossary: Glossary, category: str) -> str:
-    """The type of the objects of a category, if anything ranges over them alone."""
-    return glossary.types[category] if category in glossary.types else OBJECT  # noqa: SIM401 - no mapping
-
-
 def _constants(glossary: Glossary, scene: Scene) -> Iterator[TypedName]:
     """The objects that operators name; they are of one category in all problems."""
-    index = {_key(scene, i): i for i in range(len(scene.objects))}
+    index = {object_key(scene, i): i for i in range(len(scene.objects))}
     for name, written in glossary.things.items():
         category = scene.objects[index[name]].category if name in index else OBJECT
-        yield TypedName(written, _type_of(glossary, category))
-
-
-def _order(glossary: Glossary) -> str:
-    one, other = Variable("x"), Variable("y")
-    return glossary.precedes(one, other).predicate
+        yield TypedName(written, type_name(glossary, category))
 
 
 def _declared(name: str, arity: int) -> PddlPredicate:
@@ -310,80 +297,8 @@ def _axioms(glossary: Glossary) -> Iterator[PddlAxiom]:
     while rest := [each for each in glossary.derived.values() if each.name not in done]:
         for derived in rest:
             done.add(derived.name)
-            conditions = Conditions(glossary)
+            conditions = ConditionWriter(glossary)
             parameters = conditions.parameters(derived.parameters)
             names = [parameter.name for parameter in derived.parameters]
             condition = conditions.convert(derived.definition, dict(zip(names, parameters, strict=True)))
             yield PddlAxiom(glossary.predicates[derived.name], parameters, condition)
-
-
-class _Problem:
-    """Writes the problem of one source."""
-
-    def __init__(
-        self, glossary: Glossary, names: PddlNames, source: ProblemSource, header: PddlDomain
-    ) -> None:
-        self._glossary = glossary
-        self._source = source
-        self._scene = source.initial.scene
-        agent = 0 if self._scene.agent is None else 1 << self._scene.agent
-        mask = self._scene.everything if source.objects is None else source.objects | agent
-        self._kept = dict.fromkeys(bits(mask))
-        self._names = [names[_key(self._scene, i)] for i in range(len(self._scene.objects))]
-        self._header = header
-
-    def write(self, goal: Formula) -> PddlProblem:
-        """The problem with this goal."""
-        constants = {item.name for item in self._header.constants}
-        return PddlProblem(
-            name=PddlNames()[self._source.name],
-            domain=self._header.name,
-            objects=tuple(
-                [
-                    TypedName(self._names[i], self._type(i))
-                    for i in self._kept
-                    if self._names[i] not in constants
-                ]
-            ),
-            initial=tuple(self._facts()),
-            denied=(),
-            goal=goal,
-        )
-
-    def _type(self, index: int) -> str:
-        category = self._scene.objects[index].category
-        return _type_of(self._glossary, category)
-
-    def _facts(self) -> Iterator[Atom]:
-        declared = {predicate.name for predicate in self._header.predicates}
-        for predicate, arguments in self._source.initial.facts():
-            name = self._glossary.predicates[predicate]
-            if name in declared and all(i in self._kept for i in arguments):
-                yield self._atom(name, *arguments)
-        for category, kind in self._glossary.kinds.items():
-            for i in bits(self._scene.category(category)):
-                if i in self._kept:
-                    yield self._atom(kind, i)
-        for derived in self._glossary.frozen.values():
-            for arguments in product(self._kept, repeat=derived.arity):
-                if _holds(derived, self._source.initial, arguments):
-                    yield self._atom(self._glossary.predicates[derived.name], *arguments)
-        if self._glossary.ordered:
-            order = _order(self._glossary)
-            kept = list(self._kept)
-            for place, i in enumerate(kept):
-                yield from (self._atom(order, i, j) for j in kept[place + 1 :])
-
-    def _atom(self, predicate: str, *arguments: int) -> Atom:
-        return Atom(predicate, tuple([Constant(self._names[i]) for i in arguments]))
-
-
-def _holds(derived: DerivedPredicate, state: State, arguments: tuple[int, ...]) -> bool:
-    """Whether a derived predicate that has a function holds in a state."""
-    match derived:
-        case Lookup(values=values):
-            return bool(values(state, arguments[:-1]) >> arguments[-1] & 1)
-        case Computed(test=test):
-            return test(state, arguments)
-        case _:
-            raise DomainError(f"{derived.name} has no function")

@@ -40,7 +40,7 @@ from eai.world.vocabulary import DerivedPredicate, Vocabulary
 ORDER = "precedes"
 """The static predicate that says of two objects that the first has the lower index."""
 
-Scope = Mapping[str, Term]
+TermScope = Mapping[str, Term]
 """What stands in PDDL for the variables of a formula."""
 
 
@@ -105,7 +105,7 @@ class Glossary:
         return Atom(self.predicates[f" {ORDER}"], (first, second))
 
 
-class Conditions:
+class ConditionWriter:
     """Conditions of one operator, axiom or goal: every variable bound in it has a name of its own.
 
     Args:
@@ -136,7 +136,7 @@ class Conditions:
             name = tried if tried not in self._variables else None
         return Variable(self._variables[name], None if category is None else self.glossary.types[category])
 
-    def term(self, term: Term, scope: Scope) -> Term:
+    def term(self, term: Term, scope: TermScope) -> Term:
         """A variable or constant in PDDL.
 
         Raises:
@@ -148,7 +148,7 @@ class Conditions:
             raise DomainError(f"variable {term.name} is not bound")
         return scope[term.name]
 
-    def convert(self, formula: Formula, scope: Scope) -> Formula:
+    def convert(self, formula: Formula, scope: TermScope) -> Formula:
         """The condition that a state formula means.
 
         Raises:
@@ -186,7 +186,7 @@ class Conditions:
             case _:
                 raise DomainError(f"{type(formula).__name__} is not a condition on one state")
 
-    def _exactly(self, count: int, variable: Variable, body: Formula, scope: Scope) -> Formula:
+    def _exactly(self, count: int, variable: Variable, body: Formula, scope: TermScope) -> Formula:
         """There are so many different ones, and every one is one of them."""
         chosen = [self.fresh(variable.name, variable.category) for _ in range(count)]
         terms: list[Term] = [Variable(each.name) for each in chosen]
@@ -197,7 +197,7 @@ class Conditions:
         only = ForAll(other, disjunction([negation(rest), *among]))
         return _some(chosen, conjunction([*met, *_different(terms), only]))
 
-    def _pairs(self, formula: ForPairs, scope: Scope) -> Formula:
+    def _pairs(self, formula: ForPairs, scope: TermScope) -> Formula:
         """As many pairs as the smaller category has objects, or as are asked for, all different."""
         if self._scene is None:
             raise DomainError("a pairing of objects has a PDDL form in goals only")

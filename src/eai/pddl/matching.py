@@ -1,4 +1,4 @@
-"""Comparing operators with the gold ones, as the paper means it (protocol ``strict``).
+"""Comparing operators with the gold ones, as the paper means it.
 
 The unit is the literal, counted as often as it stands there. Parts of lists are paired so that as many
 literals as possible match (an assignment problem, level by level), so that one wrong literal inside a

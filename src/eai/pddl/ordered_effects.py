@@ -15,7 +15,7 @@ from typing_extensions import assert_never
 
 from eai.errors import DomainError
 from eai.logic.formula import FALSE, TRUE, And, Atom, Equals, Exists, Formula, Term, Variable
-from eai.pddl.glossary import Conditions, Scope, without
+from eai.pddl.glossary import ConditionWriter, TermScope, without
 from eai.pddl.model import AddEffect, Both, DeleteEffect, Each, PddlEffect, WhenEffect
 from eai.pddl.simplify import conjunction, disjunction, equality, negation, substitute
 from eai.world.derived import Defined
@@ -48,7 +48,7 @@ class _Change:
 class _Context:
     """What the effects around an effect have fixed."""
 
-    scope: Scope
+    scope: TermScope
     variables: tuple[Variable, ...] = ()
     condition: Formula = TRUE
     place: _Place = ()
@@ -69,7 +69,9 @@ class OrderedEffects:
         hidden: predicates that are left out.
     """
 
-    def __init__(self, conditions: Conditions, scope: Scope, hidden: frozenset[str] = frozenset()) -> None:
+    def __init__(
+        self, conditions: ConditionWriter, scope: TermScope, hidden: frozenset[str] = frozenset()
+    ) -> None:
         self._conditions = conditions
         self._vocabulary = conditions.glossary.vocabulary
         self._scope = scope
@@ -187,7 +189,7 @@ class OrderedEffects:
             found = found if found in (TRUE, FALSE) else Exists(variable, found)
         return found
 
-    def _later(self, addition: _Place, deletion: _Place, terms: Scope) -> Formula:
+    def _later(self, addition: _Place, deletion: _Place, terms: TermScope) -> Formula:
         """The deletion comes after the addition, its variables standing for ``terms``."""
         for depth, (mine, other) in enumerate(zip(addition, deletion, strict=False)):
             if isinstance(mine, Variable) and isinstance(other, Variable):
@@ -222,7 +224,7 @@ def is_single(condition: Formula, variable: Variable, vocabulary: Vocabulary) ->
             return False
 
 
-def substitute_term(term: Term, terms: Scope) -> Term:
+def substitute_term(term: Term, terms: TermScope) -> Term:
     """What stands for a term."""
     return terms.get(term.name, term) if isinstance(term, Variable) else term
 

@@ -6,11 +6,8 @@ from collections.abc import Callable, Iterable
 from concurrent.futures import ProcessPoolExecutor
 from functools import partial
 
-from eai.abilities.codec import record_to_json
 from eai.abilities.record import Record
 from eai.abilities.responses import Response, ResponseFile
-from eai.abilities.verdict import Verdict
-from eai.benchmarks.reference import schema_1
 from eai.benchmarks.suite import Suite
 
 
@@ -50,7 +47,7 @@ def _score(suite: Suite, model: str, responses: Iterable[Response], *, explanati
 
 def _record(suite: Suite, model: str, response: Response, *, explanations: bool) -> Record:
     assessment = suite.scorer(response.task_id).assess(response.text)
-    record = Record(
+    return Record(
         suite.protocol,
         suite.domain,
         suite.ability,
@@ -61,6 +58,3 @@ def _record(suite: Suite, model: str, response: Response, *, explanations: bool)
         assessment.verdict,
         assessment.explain() if explanations else None,
     )
-    if type(record.verdict) is Verdict:
-        return schema_1.record_from_json(record_to_json(record))
-    return record

@@ -19,7 +19,7 @@ class Predicate:
     """A stored predicate of arity 0, 1 or 2. Calling it with terms makes an atom.
 
     ``static`` says that no operator changes it. ``visible`` is False for memory that the simulator needs but
-    that no prompt, goal or PDDL text may mention. ``single`` says that in every state that can be reached at
+    that no prompt, goal or answer may mention. ``single`` says that in every state that can be reached at
     most one object makes it true as last argument, whatever the others: so "the first" such object is it.
     """
 

@@ -118,7 +118,8 @@ def test_one_position_meets_one_part() -> None:
 
 
 def test_what_must_hold_at_the_end_is_asked_there() -> None:
-    progress = GoalProgress(parse("CLOSED(fridge.10)").formula, SCENE, parse("OPEN(fridge.10)").formula)
+    is_open = StateTest(parse("OPEN(fridge.10)").formula, SCENE)
+    progress = GoalProgress(parse("CLOSED(fridge.10)").formula, SCENE, is_open)
     assert not progress.reached(0, START)
     assert progress.reached(1, flat.state("OPEN fridge.10", over=SCENE))
     assert not progress.reached(1, START)

@@ -57,7 +57,7 @@ def operator(
 
 def offences(verdict: Verdict) -> set[str]:
     assert isinstance(verdict, OperatorVerdict)
-    return {found.offence.value for each in verdict.operators for found in each.findings}
+    return {found.offence.value for each in verdict.operators for found in each.offences}
 
 
 S, U, X = "solved", "unsolvable", "input_error"

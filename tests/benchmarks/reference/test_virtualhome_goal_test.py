@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from abilities.action_sequencing.household import make_task
+from benchmarks.virtualhome.household import make_task
 from eai.abilities.goal_test import GoalTest
 from eai.abilities.task import Task
 from eai.abilities.verdict import GoalTallies, Tally

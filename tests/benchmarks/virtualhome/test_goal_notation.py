@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from abilities.action_sequencing.household import make_task
-from eai.abilities.codec import fields_of
+from benchmarks.virtualhome.household import make_task
+from eai.abilities.codec import dataclass_to_json, fields_of
 from eai.abilities.goal_interpretation.gold import write_goals
 from eai.abilities.goal_interpretation.scorer import GoalInterpretation
 from eai.abilities.verdict import GoalVerdict, Verdict
@@ -184,7 +184,7 @@ def test_an_explanation_says_which_goals_are_met() -> None:
 def test_any_text_has_a_verdict(text: str) -> None:
     for scorer in (STRICT, REFERENCE):
         assert json.dumps(fields_of(scorer.score(text))) == json.dumps(fields_of(scorer.score(text)))
-        json.dumps(scorer.explain(text).to_json())
+        json.dumps(dataclass_to_json(scorer.explain(text)))
 
 
 def test_explanations_name_each_wrong_goal_once() -> None:

@@ -4,8 +4,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from abilities.action_sequencing.household import make_task
 from benchmarks.virtualhome import flat
+from benchmarks.virtualhome.household import make_task
 from eai.abilities.action_sequencing.plan import TOO_LONG, WrittenPlan
 from eai.abilities.json_text import MAX_LENGTH
 from eai.abilities.unreadable import Unreadable

@@ -5,8 +5,8 @@ from collections.abc import Sequence
 
 import pytest
 
-from abilities.action_sequencing.household import make_task
 from benchmarks.plan_scorers import virtualhome_scorer
+from benchmarks.virtualhome.household import make_task
 from eai.abilities.protocol import Protocol
 from eai.abilities.task import NO_GOALS, Task
 from eai.abilities.verdict import Counted, PlanVerdict, Verdict

@@ -9,10 +9,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from abilities.action_sequencing.household import make_task
 from benchmarks.plan_scorers import virtualhome_scorer
+from benchmarks.virtualhome.household import make_task
 from eai.abilities.action_sequencing.scorer import ActionSequencing
-from eai.abilities.codec import fields_of
+from eai.abilities.codec import dataclass_to_json, fields_of
 from eai.abilities.protocol import Ability, Protocol
 from eai.benchmarks.source import Source
 from eai.benchmarks.suite import Suite, open_suite
@@ -82,7 +82,7 @@ def check(scorer: ActionSequencing, text: str) -> None:
     assert (verdict.excluded is None) == (verdict.executable is not None)
     assert verdict.error is None or not verdict.executable
     assert verdict_as_text(scorer, text) == verdict_as_text(scorer, text)
-    json.dumps(scorer.explain(text).to_json())
+    json.dumps(dataclass_to_json(scorer.explain(text)))
 
 
 @given(SOUP | st.text() | VALUES.map(json.dumps) | VALUES.map(repr) | PLANS)

@@ -4,8 +4,8 @@ import json
 
 import pytest
 
-from abilities.action_sequencing.household import make_task
 from benchmarks.virtualhome import flat
+from benchmarks.virtualhome.household import make_task
 from eai.abilities.planning import find_plan
 from eai.abilities.protocol import Protocol
 from eai.benchmarks.virtualhome.subgoal_notation import VirtualHomeSubgoals

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from abilities.action_sequencing.household import make_task
-from eai.abilities.codec import fields_of
+from benchmarks.virtualhome.household import make_task
+from eai.abilities.codec import dataclass_to_json, fields_of
 from eai.abilities.protocol import Protocol
 from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
 from eai.abilities.subgoal_decomposition.search import Limits
@@ -239,7 +239,7 @@ def test_any_text_has_a_verdict(subgoals: list[str] | str) -> None:
         verdict = scorer.score(text)
         assert verdict.category is not None
         assert json.dumps(fields_of(verdict)) == json.dumps(fields_of(scorer.score(text)))
-        json.dumps(scorer.explain(text).to_json())
+        json.dumps(dataclass_to_json(scorer.explain(text)))
 
 
 @pytest.mark.parametrize(

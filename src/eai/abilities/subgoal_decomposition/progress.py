@@ -9,9 +9,11 @@ such sequences, step by step (held equal by a test).
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from eai.abilities.subgoal_decomposition.rewriting import Leaf, rewrite
 from eai.errors import InputError
-from eai.logic.formula import FALSE, TRUE, And, Equals, Formula, Occurs, Then, Variable
+from eai.logic.formula import FALSE, And, Equals, Formula, Occurs, Then, Variable
 from eai.logic.traversal import is_state_formula, walk
 from eai.world.condition import Conditions
 from eai.world.execution import Action
@@ -89,20 +91,20 @@ class GoalProgress:
     Args:
         goal: the parts, to be met one after the other.
         scene: the scene.
-        at_end: what must hold in the last state besides.
+        at_end: whether the last state is as it must be besides; None asks for nothing.
 
     Raises:
         InputError: the goal is not a sequence of state formulas.
         DomainError: it uses a predicate or an object that there is not.
     """
 
-    def __init__(self, goal: Formula, scene: Scene, at_end: Formula = TRUE) -> None:
+    def __init__(self, goal: Formula, scene: Scene, at_end: Callable[[State], bool] | None = None) -> None:
         parts = goal.parts if isinstance(goal, Then) else (goal,)
         for part in parts:
             if not is_state_formula(part):
                 raise InputError("a goal must be a sequence of state formulas, 'f then g then ...'")
         self._parts = tuple(_Part(part, scene) for part in parts)
-        self._at_end = StateTest(at_end, scene)
+        self._at_end = at_end
 
     def advance(self, met: int, state: State, action: Action) -> int:
         """How many parts are met after a position, of which ``met`` were before it."""
@@ -114,4 +116,4 @@ class GoalProgress:
         """Whether the goal is reached where a trajectory ends; its last state may meet the last part."""
         missing = len(self._parts) - met
         met_by_now = missing == 0 or (missing == 1 and self._parts[-1].holds(final, None))
-        return met_by_now and self._at_end(final)
+        return met_by_now and (self._at_end is None or self._at_end(final))

@@ -19,7 +19,7 @@ from eai.abilities.subgoal_decomposition.shortest_plans import ShortestPlans
 from eai.abilities.subgoal_decomposition.translation import Translation
 from eai.abilities.task import NO_GOALS, GoalKind, Task
 from eai.abilities.verdict import SubgoalVerdict
-from eai.logic.formula import And, Formula, Then
+from eai.logic.formula import Formula, Then
 from eai.logic.ltl import parse
 from eai.logic.ltl_printer import print_ltl
 from eai.world.domain import Domain
@@ -95,10 +95,8 @@ class SubgoalDecomposition(Scorer):
 
     def _goal_to_reach(self) -> GoalProgress:
         """What the search is for."""
-        task = self.task
-        actions = Then(tuple([goal.formula for goal in task.goals_of(GoalKind.ACTION)]))
-        lasting = And(tuple([goal.formula for goal in task.goals if goal.kind is not GoalKind.ACTION]))
-        return GoalProgress(self.temporal_goal or actions, task.scene, lasting)
+        actions = Then(tuple([goal.formula for goal in self.task.goals_of(GoalKind.ACTION)]))
+        return GoalProgress(self.temporal_goal or actions, self.task.scene, self.goals.all_lasting)
 
     def _carry_out(self, compiled: Compiled) -> Outcome | Rejected:
         initial, limits = self.task.initial, self._limits

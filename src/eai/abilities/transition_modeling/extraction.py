@@ -1,4 +1,4 @@
-r"""Reading operators out of an answer (protocol ``strict``).
+r"""Reading operators out of an answer.
 
 Looked for is JSON with a text under ``output``, anywhere in the answer; failing that, PDDL in the answer
 itself. Each operator is read on its own, so that a broken one does not take the others with it. What had to

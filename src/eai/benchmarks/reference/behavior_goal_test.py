@@ -22,12 +22,7 @@ _IN_REFERENCE: Mapping[str, str] = {"inside": p.directly_inside.name}
 
 def behavior_goal_test(task: Task) -> GoalTest:
     """The reference's test of a task's goals; they count by the kinds of their own formulas."""
-    return GoalTest(task, asked_formulas(task))
-
-
-def asked_formulas(task: Task) -> tuple[Formula, ...]:
-    """What the reference asks in the place of each goal."""
-    return tuple([_asked(goal.formula, task.scene) for goal in task.goals])
+    return GoalTest(task, [_asked(goal.formula, task.scene) for goal in task.goals])
 
 
 def _asked(formula: Formula, scene: Scene) -> Formula:

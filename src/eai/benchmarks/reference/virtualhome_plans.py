@@ -118,8 +118,10 @@ class VirtualHomeActionSequencing(ActionSequencing):
         has by chance only.
         """
         verdict = super()._judge(trajectory, repairs)
-        executed = [action.operator for action in trajectory.executed]
-        reached = self._summed.reached(trajectory.final, executed)
+        reached = verdict.goals_satisfied
+        if self._summed is not self.goals:
+            executed = [action.operator for action in trajectory.executed]
+            reached = self._summed.reached(trajectory.final, executed)
         additional = trajectory.additional_steps
         if reached == verdict.goals_satisfied and additional < 2:
             return verdict

@@ -136,14 +136,7 @@ def _lies(place: int, name: str) -> Lookup:
     *earlier, relation = (ontop, inside, next_to)[: place + 1]
     nowhere_else = tuple(~Exists(Z, other(X, Z) & ~room(Z)) for other in earlier)
     meaning = Defined(name, (X, Y), And((relation(X, Y), ~room(Y), *nowhere_else)))
-    return Lookup(
-        name,
-        2,
-        origins(place),
-        ("ROOM", "ONTOP", "INSIDE", "NEXT_TO"),
-        meaning,
-        open_in_meaning="which of several objects is the first",
-    )
+    return Lookup(name, 2, origins(place), ("ROOM", "ONTOP", "INSIDE", "NEXT_TO"), meaning)
 
 
 def _so_many_on(place: Variable, count: int) -> Formula:

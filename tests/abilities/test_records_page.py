@@ -1,0 +1,46 @@
+"""The page on records says what the codec does: its examples are records, and every field is on it."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+
+import pytest
+
+from eai.abilities.codec import record_from_json, record_to_json
+from eai.abilities.declarations import DECLARATIONS
+from eai.abilities.explanation import Explanation, GoalReport, PartReport, StepReport
+from eai.abilities.protocol import Ability
+from eai.abilities.record import Origin, Record, Usage
+from eai.abilities.transition_modeling.report import OperatorReport, OperatorStatus
+from eai.abilities.verdict import Counted, SubgoalCategory
+from eai.pddl.planning import PlannerOutcome
+from eai.world.fault import FaultKind
+
+PAGE = (Path(__file__).parents[2] / "docs" / "records.md").read_text(encoding="utf-8")
+EXAMPLES = {Ability(json.loads(line)["ability"]): line for line in re.findall(r"```json\n(.*?)\n```", PAGE)}
+
+
+def test_there_is_an_example_of_every_ability() -> None:
+    assert EXAMPLES.keys() == set(Ability)
+
+
+@pytest.mark.parametrize("ability", EXAMPLES)
+def test_an_example_is_a_record_as_it_is_written(ability: Ability) -> None:
+    assert json.dumps(record_to_json(record_from_json(json.loads(EXAMPLES[ability])))) == EXAMPLES[ability]
+
+
+def test_every_field_is_on_the_page() -> None:
+    example = record_from_json(json.loads(EXAMPLES[Ability.ACTION_SEQUENCING]))
+    declared = (Origin, Usage, Explanation, StepReport, GoalReport, PartReport, OperatorReport, Counted)
+    names = {name for kind in declared for name in kind.__dataclass_fields__}
+    names |= set(record_to_json(Record(**{n: getattr(example, n) for n in Record.__dataclass_fields__})))
+    for each in DECLARATIONS.values():
+        names |= set(each.verdict.__dataclass_fields__) - {"excluded"}
+    assert [name for name in sorted(names) if not re.search(rf'[`"]{name}[`"]', PAGE)] == []
+
+
+@pytest.mark.parametrize("kind", [Ability, FaultKind, SubgoalCategory, PlannerOutcome, OperatorStatus])
+def test_every_value_of_a_closed_vocabulary_is_on_the_page(kind: type[Ability]) -> None:
+    assert [each.value for each in kind if f"`{each.value}`" not in PAGE] == []
