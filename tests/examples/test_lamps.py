@@ -11,8 +11,8 @@ import pytest
 
 import eai as library
 from cli.conftest import Command
+from eai.abilities.declarations import DECLARATIONS
 from eai.abilities.protocol import Ability
-from eai.metrics.summary import MAIN_COLUMNS
 from eai.world import check
 from processes import eai as in_own_process
 
@@ -104,7 +104,9 @@ def test_built_in_models_run(model: str) -> None:
     for ability in abilities:
         folder = Path("runs/lamps", ability.value, model.replace("/", "_"))
         summary = json.loads((folder / "summary.json").read_text())
-        assert summary[MAIN_COLUMNS[ability][0]]["value"] == 100.0 or model == "eai/noisy", ability
+        assert summary[next(iter(DECLARATIONS[ability].main))]["value"] == 100.0 or model == "eai/noisy", (
+            ability
+        )
 
 
 @pytest.mark.parametrize("ability", [each.value for each in Ability])
