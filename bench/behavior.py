@@ -27,7 +27,7 @@ from typing import Any, NamedTuple
 
 from eai.abilities.action_sequencing.notation import JsonPlans
 from eai.abilities.scorer import Scorer
-from eai.abilities.verdict import Verdict
+from eai.abilities.verdict import PlanVerdict, Verdict
 from eai.benchmarks.behavior.evidence import load_evidence
 from eai.benchmarks.behavior.tasks import BehaviorTask, initial_relations, initial_states, open_tasks
 from eai.benchmarks.packs import fetch_published
@@ -234,6 +234,10 @@ def loading() -> float:
     return time.process_time() - started
 
 
+def _succeeds(verdict: Verdict) -> bool:
+    return isinstance(verdict, PlanVerdict) and bool(verdict.success)
+
+
 def report(ability: str, ours: Ours, theirs: dict[str, Any]) -> bool:
     """Print the comparison for one ability; whether its limit is kept."""
     count = len(ours.calls)
@@ -241,7 +245,7 @@ def report(ability: str, ours: Ours, theirs: dict[str, Any]) -> bool:
     ratio: float = rate / reference
     needed = RATIOS[ability]
     pairs = zip(ours.calls, theirs["succeeded"], strict=True)
-    same = sum(bool(score().success) == bool(succeeded) for score, succeeded in pairs)
+    same = sum(_succeeds(score()) == bool(succeeded) for score, succeeded in pairs)
     print(
         f"{'kept  ' if ratio >= needed else 'MISSED'}  {ability}: ratio {ratio:,.0f}, at least {needed:,.0f}"
     )

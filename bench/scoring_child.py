@@ -18,6 +18,7 @@ def main(path: Path) -> None:
     """Measure importing, loading every task, and scoring every answer, one after the other."""
     rows = [(row["identifier"], row["llm_output"]) for row in json.loads(path.read_text(encoding="utf-8"))]
     clock = [0.0]
+    from eai.abilities.verdict import PlanVerdict
     from eai.benchmarks.reference.virtualhome_plans import VirtualHomeActionSequencing
     from eai.benchmarks.virtualhome.tasks import open_tasks
 
@@ -32,7 +33,10 @@ def main(path: Path) -> None:
         "load_cpu_seconds": loading,
         "score_cpu_seconds": scoring,
         "peak_bytes": peak_bytes(),
-        "executable": {task_id: verdict.executable for task_id, verdict in verdicts.items()},
+        "executable": {
+            task_id: isinstance(verdict, PlanVerdict) and verdict.executable
+            for task_id, verdict in verdicts.items()
+        },
     }
     print(json.dumps(report))
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from concurrent.futures import Executor, ProcessPoolExecutor
+from functools import partial
 from multiprocessing import get_context
 from pathlib import Path
 
@@ -11,8 +12,9 @@ import pytest
 
 from eai.abilities.protocol import Ability
 from eai.prompts.prompt import Prompt
-from eai.run.evaluation import Answers, obtain_answers
+from eai.run.evaluation import Answers
 from eai.run.job import Decoding, Endpoint, Job, Pace
+from run.child import obtain_in_child
 from run.server import Log, Reply, serve
 
 PLAN = '{"WALK": ["sofa", "352"]}'
@@ -38,16 +40,16 @@ def ask(tmp_path: Path, process: Executor) -> Callable[..., Answers]:
         decoding: Decoding | None = None,
         timeout: int = 60,
     ) -> Answers:
-        job = Job(
+        ask_all = partial(
+            Job,
             Endpoint("openai-api/local/scripted", {"max_retries": 1, "api_key": "none"}, url),
-            "virtualhome",
-            Ability.SUBGOAL_DECOMPOSITION,
-            {task_id: Prompt(task_id, stop=cut_at) for task_id in task_ids},
+            ability=Ability.SUBGOAL_DECOMPOSITION,
+            prompts={task_id: Prompt(task_id, stop=cut_at) for task_id in task_ids},
             decoding=decoding or Decoding(),
             pace=Pace(max_retries=0, timeout=timeout),
         )
         journal, logs = tmp_path / "answers.jsonl", tmp_path / "logs"
-        return process.submit(obtain_answers, job, journal, logs).result(timeout=60)
+        return process.submit(obtain_in_child, ask_all, journal, logs).result(timeout=60)
 
     return obtain
 

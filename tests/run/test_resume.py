@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 
 from eai.abilities.protocol import Ability
+from eai.benchmarks.registry import find_benchmark
 from eai.data.store import Store
 from eai.errors import EaiError
 from eai.run.evaluation import obtain_answers
@@ -81,5 +82,6 @@ def test_a_run_that_is_interrupted_before_it_began_says_the_same(
 ) -> None:
     monkeypatch.setattr("inspect_ai.eval", lambda *arguments, **options: [])
     prompts = dict(list(official_prompts(*SUITE, data_store).items())[:1])
+    job = Job(Endpoint("eai/oracle"), find_benchmark(SUITE[0]), SUITE[1], prompts)
     with pytest.raises(EaiError, match="interrupted; the same command goes on from here"):
-        obtain_answers(Job(Endpoint("eai/oracle"), *SUITE, prompts), tmp_path / "a.jsonl", tmp_path / "logs")
+        obtain_answers(job, tmp_path / "a.jsonl", tmp_path / "logs")
