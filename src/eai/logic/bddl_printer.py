@@ -4,49 +4,35 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+import eai.logic.formula as f
 from eai.errors import InputError
 from eai.logic.bddl import Problem
-from eai.logic.formula import (
-    And,
-    Atom,
-    Exactly,
-    Exists,
-    ForAll,
-    Formula,
-    ForPairs,
-    Implies,
-    Not,
-    Occurs,
-    Or,
-    Term,
-    Variable,
-)
 
 
-def print_condition(formula: Formula) -> str:
+def print_condition(formula: f.Formula) -> str:
     """The formula as one BDDL condition on one line.
 
     Raises:
         InputError: it has a temporal operator, an equation or a variable of no category; BDDL has none.
     """
     match formula:
-        case Atom(name, arguments) | Occurs(name, arguments):
+        case f.Atom(name, arguments) | f.Occurs(name, arguments):
             return _list(name, *map(_term, arguments))
-        case Not(operand):
+        case f.Not(operand):
             return _list("not", print_condition(operand))
-        case And(operands):
+        case f.And(operands):
             return _list("and", *map(print_condition, operands))
-        case Or(operands):
+        case f.Or(operands):
             return _list("or", *map(print_condition, operands))
-        case Implies(premise, conclusion):
+        case f.Implies(premise, conclusion):
             return _list("imply", print_condition(premise), print_condition(conclusion))
-        case ForAll(variable, body):
+        case f.ForAll(variable, body):
             return _list("forall", _binding(variable), print_condition(body))
-        case Exists(variable, body):
+        case f.Exists(variable, body):
             return _list("exists", _binding(variable), print_condition(body))
-        case Exactly(count, variable, body):
+        case f.Exactly(count, variable, body):
             return _list("forn", _list(str(count)), _binding(variable), print_condition(body))
-        case ForPairs(first, second, body, count):
+        case f.ForPairs(first, second, body, count):
             head = ("forpairs",) if count is None else ("fornpairs", _list(str(count)))
             return _list(*head, _binding(first), _binding(second), print_condition(body))
         case _:
@@ -72,7 +58,7 @@ def _lines(problem: Problem) -> Iterator[str]:
     yield from (f"    {print_condition(fact)}" for fact in problem.init)
     yield "  )"
     yield "  (:goal"
-    if isinstance(problem.goal, And):
+    if isinstance(problem.goal, f.And):
         yield "    (and"
         yield from (f"      {print_condition(goal)}" for goal in problem.goal.operands)
         yield "    )"
@@ -86,11 +72,11 @@ def _list(*parts: str) -> str:
     return f"({' '.join(parts)})"
 
 
-def _term(term: Term) -> str:
-    return f"?{term.name}" if isinstance(term, Variable) else term.name
+def _term(term: f.Term) -> str:
+    return f"?{term.name}" if isinstance(term, f.Variable) else term.name
 
 
-def _binding(variable: Variable) -> str:
+def _binding(variable: f.Variable) -> str:
     if variable.category is None:
         raise InputError(f"BDDL needs a category for variable {variable.name}")
     return f"(?{variable.name} - {variable.category})"

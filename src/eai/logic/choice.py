@@ -10,27 +10,10 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol, TypeAlias
 
+import eai.logic.formula as f
 from eai.errors import InputError
-from eai.logic.formula import (
-    And,
-    Atom,
-    Constant,
-    Equals,
-    Exactly,
-    Exists,
-    ForAll,
-    Formula,
-    ForPairs,
-    Implies,
-    Not,
-    Occurs,
-    Or,
-    Term,
-    Then,
-    Variable,
-)
 
-Literal: TypeAlias = Atom | Occurs | Not
+Literal: TypeAlias = f.Atom | f.Occurs | f.Not
 """A ground atom, an action with its objects, or the negation of one of them."""
 
 
@@ -82,7 +65,7 @@ class Pairing:
 Choice: TypeAlias = Leaf | AllOf | AnyOf | Choose | Pairing
 
 
-def ground(formula: Formula, universe: Universe) -> Choice:
+def ground(formula: f.Formula, universe: Universe) -> Choice:
     """The choices that a closed formula leaves; negation is pushed inwards to the conditions.
 
     ``then`` is read as a conjunction in a given order. For ``forn`` exactly that many instances are chosen
@@ -113,37 +96,37 @@ class _Grounding:
     def __init__(self, universe: Universe) -> None:
         self._universe = universe
 
-    def ground(self, formula: Formula, binding: Mapping[str, str], positive: bool) -> Choice:
+    def ground(self, formula: f.Formula, binding: Mapping[str, str], positive: bool) -> Choice:
         match formula:
-            case Atom() | Occurs() | Equals():
+            case f.Atom() | f.Occurs() | f.Equals():
                 return _condition(formula, binding, positive)
-            case Not(operand):
+            case f.Not(operand):
                 return self.ground(operand, binding, not positive)
-            case And(operands) | Or(operands):
+            case f.And(operands) | f.Or(operands):
                 parts = tuple([self.ground(operand, binding, positive) for operand in operands])
-                return AllOf(parts) if isinstance(formula, And) == positive else AnyOf(parts)
-            case Implies(premise, conclusion):
-                return self.ground(Or((Not(premise), conclusion)), binding, positive)
-            case ForAll(variable, body) | Exists(variable, body):
+                return AllOf(parts) if isinstance(formula, f.And) == positive else AnyOf(parts)
+            case f.Implies(premise, conclusion):
+                return self.ground(f.Or((f.Not(premise), conclusion)), binding, positive)
+            case f.ForAll(variable, body) | f.Exists(variable, body):
                 parts = self._instances(variable, body, binding, positive)
-                return AllOf(parts) if isinstance(formula, ForAll) == positive else AnyOf(parts)
-            case Exactly(count, variable, body) if positive:
+                return AllOf(parts) if isinstance(formula, f.ForAll) == positive else AnyOf(parts)
+            case f.Exactly(count, variable, body) if positive:
                 return Choose(count, self._instances(variable, body, binding, True))
-            case ForPairs() if positive:
+            case f.ForPairs() if positive:
                 return self._pairing(formula, binding)
-            case Then(steps) if positive:
+            case f.Then(steps) if positive:
                 return AllOf(tuple([self.ground(step, binding, True) for step in steps]))
             case _:
                 negated = "" if positive else "a negated "
                 raise InputError(f"{negated}{type(formula).__name__} leaves no finite choice of conditions")
 
     def _instances(
-        self, variable: Variable, body: Formula, binding: Mapping[str, str], positive: bool
+        self, variable: f.Variable, body: f.Formula, binding: Mapping[str, str], positive: bool
     ) -> tuple[Choice, ...]:
         values = self._universe.objects(variable.category)
         return tuple([self.ground(body, {**binding, variable.name: value}, positive) for value in values])
 
-    def _pairing(self, formula: ForPairs, binding: Mapping[str, str]) -> Pairing:
+    def _pairing(self, formula: f.ForPairs, binding: Mapping[str, str]) -> Pairing:
         first, second, body = formula.first, formula.second, formula.body
         rows, columns = self._universe.objects(first.category), self._universe.objects(second.category)
 
@@ -154,26 +137,26 @@ class _Grounding:
         return Pairing(count, tuple(tuple(cell(x, y) for y in columns) for x in rows))
 
 
-def _condition(formula: Atom | Occurs | Equals, binding: Mapping[str, str], positive: bool) -> Choice:
+def _condition(formula: f.Atom | f.Occurs | f.Equals, binding: Mapping[str, str], positive: bool) -> Choice:
     match formula:
-        case Equals(left, right):
+        case f.Equals(left, right):
             true = value_of(left, binding) == value_of(right, binding)
             return AllOf(()) if true == positive else AnyOf(())
-        case Atom(predicate, arguments):
-            literal: Atom | Occurs = Atom(predicate, tuple([value_of(t, binding) for t in arguments]))
-        case Occurs(action, arguments):
-            literal = Occurs(action, tuple([value_of(t, binding) for t in arguments]))
-    return Leaf(literal if positive else Not(literal))
+        case f.Atom(predicate, arguments):
+            literal: f.Atom | f.Occurs = f.Atom(predicate, tuple([value_of(t, binding) for t in arguments]))
+        case f.Occurs(action, arguments):
+            literal = f.Occurs(action, tuple([value_of(t, binding) for t in arguments]))
+    return Leaf(literal if positive else f.Not(literal))
 
 
-def value_of(term: Term, binding: Mapping[str, str]) -> Constant:
+def value_of(term: f.Term, binding: Mapping[str, str]) -> f.Constant:
     """The object that a term denotes when variables have these values.
 
     Raises:
         InputError: it is a variable without a value.
     """
-    if isinstance(term, Constant):
+    if isinstance(term, f.Constant):
         return term
     if term.name not in binding:
         raise InputError(f"variable {term.name} is not bound by a quantifier")
-    return Constant(binding[term.name])
+    return f.Constant(binding[term.name])

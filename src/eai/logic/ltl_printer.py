@@ -7,26 +7,7 @@ from enum import IntEnum
 
 from typing_extensions import assert_never
 
-from eai.logic.formula import (
-    Always,
-    And,
-    Atom,
-    Equals,
-    Eventually,
-    Exactly,
-    Exists,
-    ForAll,
-    Formula,
-    ForPairs,
-    Implies,
-    Next,
-    Not,
-    Occurs,
-    Or,
-    Then,
-    Until,
-    Variable,
-)
+import eai.logic.formula as f
 
 
 class _Strength(IntEnum):
@@ -40,15 +21,15 @@ class _Strength(IntEnum):
     PREFIX = 5
 
 
-_PREFIXES: dict[type[Formula], str] = {
-    Not: "not",
-    Next: "next",
-    Eventually: "eventually",
-    Always: "always",
+_PREFIXES: dict[type[f.Formula], str] = {
+    f.Not: "not",
+    f.Next: "next",
+    f.Eventually: "eventually",
+    f.Always: "always",
 }
 
 
-def print_ltl(formula: Formula) -> str:
+def print_ltl(formula: f.Formula) -> str:
     """The formula as text, with as few brackets as the grammar allows.
 
     Reading the text gives an equal formula if its names are names of the grammar and no words of it, no
@@ -58,32 +39,32 @@ def print_ltl(formula: Formula) -> str:
     return _print(formula, _Strength.THEN)
 
 
-def _print(formula: Formula, place: _Strength) -> str:
+def _print(formula: f.Formula, place: _Strength) -> str:
     """The text of a formula at a place that needs a certain strength."""
     match formula:
-        case Atom(name, arguments) | Occurs(name, arguments):
+        case f.Atom(name, arguments) | f.Occurs(name, arguments):
             return f"{name}({', '.join(term.name for term in arguments)})"
-        case Equals(left, right):
+        case f.Equals(left, right):
             return f"{left.name} = {right.name}"
-        case And(parts):
+        case f.And(parts):
             return _joined(parts, " and ", _Strength.AND, place) if parts else "true"
-        case Or(parts):
+        case f.Or(parts):
             return _joined(parts, " or ", _Strength.OR, place) if parts else "false"
-        case Then(parts):
+        case f.Then(parts):
             return _joined(parts, " then ", _Strength.THEN, place) if parts else "true"
-        case Implies(left, right):
+        case f.Implies(left, right):
             return _infix(left, "implies", right, _Strength.IMPLIES, place)
-        case Until(left, right):
+        case f.Until(left, right):
             return _infix(left, "until", right, _Strength.UNTIL, place)
-        case Not(operand) | Next(operand) | Eventually(operand) | Always(operand):
+        case f.Not(operand) | f.Next(operand) | f.Eventually(operand) | f.Always(operand):
             return f"{_PREFIXES[type(formula)]} {_print(operand, _Strength.PREFIX)}"
-        case ForAll(body=body) | Exists(body=body) | Exactly(body=body) | ForPairs(body=body):
+        case f.ForAll(body=body) | f.Exists(body=body) | f.Exactly(body=body) | f.ForPairs(body=body):
             return f"{_quantifier(formula)}. ({print_ltl(body)})"
         case _:
             assert_never(formula)
 
 
-def _joined(parts: Sequence[Formula], word: str, strength: _Strength, place: _Strength) -> str:
+def _joined(parts: Sequence[f.Formula], word: str, strength: _Strength, place: _Strength) -> str:
     """An associative connective; a part that is the same connective keeps its brackets."""
     if len(parts) == 1:
         return _print(parts[0], place)
@@ -91,7 +72,7 @@ def _joined(parts: Sequence[Formula], word: str, strength: _Strength, place: _St
     return _bracketed(text, strength, place)
 
 
-def _infix(left: Formula, word: str, right: Formula, strength: _Strength, place: _Strength) -> str:
+def _infix(left: f.Formula, word: str, right: f.Formula, strength: _Strength, place: _Strength) -> str:
     """A connective that groups to the right."""
     text = f"{_print(left, _Strength(strength + 1))} {word} {_print(right, strength)}"
     return _bracketed(text, strength, place)
@@ -101,20 +82,20 @@ def _bracketed(text: str, strength: _Strength, place: _Strength) -> str:
     return f"({text})" if strength < place else text
 
 
-def _quantifier(formula: ForAll | Exists | Exactly | ForPairs) -> str:
+def _quantifier(formula: f.ForAll | f.Exists | f.Exactly | f.ForPairs) -> str:
     match formula:
-        case ForAll(variable):
+        case f.ForAll(variable):
             return f"forall {_binding(variable)}"
-        case Exists(variable):
+        case f.Exists(variable):
             return f"exists {_binding(variable)}"
-        case Exactly(count, variable):
+        case f.Exactly(count, variable):
             return f"forn {count}. {_binding(variable)}"
-        case ForPairs(first, second, _, count):
+        case f.ForPairs(first, second, _, count):
             word = "forpairs" if count is None else f"fornpairs {count}."
             return f"{word} {_binding(first)}, {_binding(second)}"
         case _:
             assert_never(formula)
 
 
-def _binding(variable: Variable) -> str:
+def _binding(variable: f.Variable) -> str:
     return variable.name if variable.category is None else f"{variable.name}: {variable.category}"

@@ -7,51 +7,31 @@ from dataclasses import replace
 
 from typing_extensions import assert_never
 
-from eai.logic.formula import (
-    Always,
-    And,
-    Atom,
-    Constant,
-    Equals,
-    Eventually,
-    Exactly,
-    Exists,
-    ForAll,
-    Formula,
-    ForPairs,
-    Implies,
-    Next,
-    Not,
-    Occurs,
-    Or,
-    Term,
-    Then,
-    Until,
-)
+import eai.logic.formula as f
 
 
-def rename_objects(formula: Formula, names: Mapping[str, str]) -> Formula:
+def rename_objects(formula: f.Formula, names: Mapping[str, str]) -> f.Formula:
     """The formula in which every object that has a new name goes by it. Variables and categories stay."""
     match formula:
-        case Atom(_, arguments) | Occurs(_, arguments):
+        case f.Atom(_, arguments) | f.Occurs(_, arguments):
             return replace(formula, arguments=tuple(_renamed(term, names) for term in arguments))
-        case Equals(left, right):
-            return Equals(_renamed(left, names), _renamed(right, names))
-        case Not(operand) | Next(operand) | Eventually(operand) | Always(operand):
+        case f.Equals(left, right):
+            return f.Equals(_renamed(left, names), _renamed(right, names))
+        case f.Not(operand) | f.Next(operand) | f.Eventually(operand) | f.Always(operand):
             return replace(formula, operand=rename_objects(operand, names))
-        case And(operands) | Or(operands):
+        case f.And(operands) | f.Or(operands):
             return replace(formula, operands=tuple(rename_objects(part, names) for part in operands))
-        case Then(parts):
-            return Then(tuple(rename_objects(part, names) for part in parts))
-        case Implies(premise, conclusion):
-            return Implies(rename_objects(premise, names), rename_objects(conclusion, names))
-        case Until(left, right):
-            return Until(rename_objects(left, names), rename_objects(right, names))
-        case ForAll(_, body) | Exists(_, body) | Exactly(_, _, body) | ForPairs(_, _, body):
+        case f.Then(parts):
+            return f.Then(tuple(rename_objects(part, names) for part in parts))
+        case f.Implies(premise, conclusion):
+            return f.Implies(rename_objects(premise, names), rename_objects(conclusion, names))
+        case f.Until(left, right):
+            return f.Until(rename_objects(left, names), rename_objects(right, names))
+        case f.ForAll(_, body) | f.Exists(_, body) | f.Exactly(_, _, body) | f.ForPairs(_, _, body):
             return replace(formula, body=rename_objects(body, names))
         case _:
             assert_never(formula)
 
 
-def _renamed(term: Term, names: Mapping[str, str]) -> Term:
-    return Constant(names.get(term.name, term.name)) if isinstance(term, Constant) else term
+def _renamed(term: f.Term, names: Mapping[str, str]) -> f.Term:
+    return f.Constant(names.get(term.name, term.name)) if isinstance(term, f.Constant) else term

@@ -21,29 +21,8 @@ from functools import partial, reduce
 from operator import and_, or_
 from typing import TypeAlias
 
+import eai.logic.formula as f
 from eai.errors import InputError
-from eai.logic.formula import (
-    Always,
-    And,
-    Atom,
-    Constant,
-    Equals,
-    Eventually,
-    Exactly,
-    Exists,
-    ForAll,
-    Formula,
-    ForPairs,
-    Implies,
-    Next,
-    Not,
-    Occurs,
-    Or,
-    Term,
-    Then,
-    Until,
-    Variable,
-)
 from eai.logic.matching import maximum_matching
 from eai.logic.support import support
 from eai.logic.trace import Interpretation, Trace, positions_in
@@ -52,10 +31,10 @@ from eai.logic.traversal import monotony, temporal_parts
 Binding: TypeAlias = Mapping[str, str]
 """Objects by the variables that stand for them."""
 
-_Reading: TypeAlias = Callable[[Formula, Binding], int]
+_Reading: TypeAlias = Callable[[f.Formula, Binding], int]
 
 
-def holds(formula: Formula, trace: Trace) -> bool:
+def holds(formula: f.Formula, trace: Trace) -> bool:
     """Whether a closed formula holds on the trace.
 
     Raises:
@@ -65,7 +44,7 @@ def holds(formula: Formula, trace: Trace) -> bool:
     return bool(evaluator.on(formula, {}, trace.length - 1) & 1)
 
 
-def holds_in(formula: Formula, state: Interpretation) -> bool:
+def holds_in(formula: f.Formula, state: Interpretation) -> bool:
     """Whether a closed state formula holds in one state; pairings are decided by matching.
 
     Raises:
@@ -77,7 +56,7 @@ def holds_in(formula: Formula, state: Interpretation) -> bool:
 class Evaluator:
     """Evaluates the parts of one formula on one trace."""
 
-    def __init__(self, formula: Formula, trace: Trace) -> None:
+    def __init__(self, formula: f.Formula, trace: Trace) -> None:
         self._trace = trace
         self._formula = formula  # keeps the ids below alive
         self._temporal = temporal_parts(formula)
@@ -85,11 +64,11 @@ class Evaluator:
         self._closed: dict[int, int] = {}
         self._tables: dict[tuple[int, frozenset[tuple[str, str]]], list[int]] = {}
 
-    def is_temporal(self, formula: Formula) -> bool:
+    def is_temporal(self, formula: f.Formula) -> bool:
         """Whether a part of the formula speaks of more than one position."""
         return id(formula) in self._temporal
 
-    def state(self, formula: Formula, binding: Binding) -> int:
+    def state(self, formula: f.Formula, binding: Binding) -> int:
         """The positions at which a state formula holds."""
         if binding:
             return self._state(formula, binding)
@@ -98,58 +77,58 @@ class Evaluator:
             mask = self._closed[id(formula)] = self._state(formula, binding)
         return mask
 
-    def _state(self, formula: Formula, binding: Binding) -> int:
+    def _state(self, formula: f.Formula, binding: Binding) -> int:
         match formula:
-            case Atom(predicate, arguments):
+            case f.Atom(predicate, arguments):
                 return self._trace.atom(predicate, _objects(arguments, binding))
-            case Occurs(action, arguments):
+            case f.Occurs(action, arguments):
                 return self._trace.occurrence(action, _objects(arguments, binding))
-            case Equals(left, right):
+            case f.Equals(left, right):
                 a, b = _objects((left, right), binding)
                 return _up_to(self._trace.length - 1) if a == b else 0
             case _:
                 return self._combined(formula, binding, self.state, self._trace.length - 1)
 
-    def at(self, formula: Formula, binding: Binding, end: int) -> int:
+    def at(self, formula: f.Formula, binding: Binding, end: int) -> int:
         """The positions of the trace that stops at ``end`` at which the formula holds, read there."""
         if not self.is_temporal(formula):
             return self.state(formula, binding) & _up_to(end)
         match formula:
-            case Next(operand):
+            case f.Next(operand):
                 return self.at(operand, binding, end) >> 1
-            case Eventually(operand):
+            case f.Eventually(operand):
                 return _before(self.at(operand, binding, end))
-            case Always(operand):
+            case f.Always(operand):
                 everything = _up_to(end)
                 return everything & ~_before(everything & ~self.at(operand, binding, end))
-            case Until(left, right):
+            case f.Until(left, right):
                 return _until(self.at(left, binding, end), self.at(right, binding, end))
-            case Then(parts):
+            case f.Then(parts):
                 return self._sequence(parts, binding, end)
             case _:
                 return self._combined(formula, binding, partial(self.at, end=end), end)
 
-    def on(self, formula: Formula, binding: Binding, end: int) -> int:
+    def on(self, formula: f.Formula, binding: Binding, end: int) -> int:
         """The positions from which the rest of the trace, stopping at ``end``, satisfies the formula."""
         if not self.is_temporal(formula):
             return _before(self.state(formula, binding) & _up_to(end))
-        if isinstance(formula, (Next, Eventually, Always, Until, Then)):
+        if isinstance(formula, (f.Next, f.Eventually, f.Always, f.Until, f.Then)):
             return self.at(formula, binding, end)
         return self._combined(formula, binding, partial(self.on, end=end), end)
 
-    def _sequence(self, parts: tuple[Formula, ...], binding: Binding, end: int) -> int:
+    def _sequence(self, parts: tuple[f.Formula, ...], binding: Binding, end: int) -> int:
         """The positions from which the parts hold one after the other on consecutive pieces up to ``end``."""
         if not parts:
             return _up_to(end)
         return self._preceded(parts[:-1], binding, self.on(parts[-1], binding, end))
 
-    def _preceded(self, parts: Sequence[Formula], binding: Binding, starts: int) -> int:
+    def _preceded(self, parts: Sequence[f.Formula], binding: Binding, starts: int) -> int:
         """The positions from which consecutive pieces satisfy the parts, up to just before a start."""
         for part in reversed(parts):
             starts = self._followed_by(part, binding, starts)
         return starts
 
-    def _followed_by(self, formula: Formula, binding: Binding, rest: int) -> int:
+    def _followed_by(self, formula: f.Formula, binding: Binding, rest: int) -> int:
         """The positions from which a piece satisfies the formula and the next position is in ``rest``."""
         ends = rest >> 1
         if id(formula) in self._monotony.lasting:  # the last end is the best one
@@ -159,83 +138,85 @@ class Evaluator:
         table = self._table(formula, binding)
         return _union(table[end] for end in positions_in(ends))
 
-    def _alone(self, formula: Formula, binding: Binding) -> int:
+    def _alone(self, formula: f.Formula, binding: Binding) -> int:
         """The positions that satisfy the formula as pieces of length 1."""
         if not self.is_temporal(formula):
             return self.state(formula, binding)
         match formula:
-            case Next():
+            case f.Next():
                 return 0
-            case Then(parts):
+            case f.Then(parts):
                 return self._alone(parts[0], binding) if len(parts) == 1 else 0
-            case Eventually(operand) | Always(operand) | Until(right=operand):
+            case f.Eventually(operand) | f.Always(operand) | f.Until(right=operand):
                 return self._alone(operand, binding)
             case _:
                 return self._combined(formula, binding, self._alone, self._trace.length - 1)
 
-    def _table(self, formula: Formula, binding: Binding) -> list[int]:
+    def _table(self, formula: f.Formula, binding: Binding) -> list[int]:
         """For every end, the positions from which the piece up to it satisfies the formula."""
         key = (id(formula), frozenset(binding.items()))
         if key not in self._tables:
             self._tables[key] = self._for_all_ends(formula, binding)
         return self._tables[key]
 
-    def _for_all_ends(self, formula: Formula, binding: Binding) -> list[int]:
+    def _for_all_ends(self, formula: f.Formula, binding: Binding) -> list[int]:
         """What `on` gives for every end, the parts of connectives being read for all ends first."""
         if not self.is_temporal(formula):
             mask = self.state(formula, binding)
             return [_before(mask & _up_to(end)) for end in range(self._trace.length)]
         match formula:
-            case Not(operand):
+            case f.Not(operand):
                 return [_up_to(end) & ~m for end, m in enumerate(self._for_all_ends(operand, binding))]
-            case And(operands) | Or(operands):
-                join = and_ if isinstance(formula, And) else or_
+            case f.And(operands) | f.Or(operands):
+                join = and_ if isinstance(formula, f.And) else or_
                 tables = [self._for_all_ends(operand, binding) for operand in operands]
                 return [reduce(join, masks) for masks in zip(*tables, strict=True)]
-            case Then((*first, last)):
+            case f.Then((*first, last)):
                 return [self._preceded(first, binding, m) for m in self._for_all_ends(last, binding)]
             case _:
                 return [self.on(formula, binding, end) for end in range(self._trace.length)]
 
-    def _combined(self, formula: Formula, binding: Binding, read: _Reading, end: int) -> int:
+    def _combined(self, formula: f.Formula, binding: Binding, read: _Reading, end: int) -> int:
         """A connective or quantifier over parts that are read in one way."""
         everything = _up_to(end)
         match formula:
-            case Not(operand):
+            case f.Not(operand):
                 return everything & ~read(operand, binding)
-            case And(operands):
-                return reduce(and_, [read(f, binding) for f in operands], everything)
-            case Or(operands):
-                return reduce(or_, [read(f, binding) for f in operands], 0)
-            case Implies(premise, conclusion):
+            case f.And(operands):
+                return reduce(and_, [read(each, binding) for each in operands], everything)
+            case f.Or(operands):
+                return reduce(or_, [read(each, binding) for each in operands], 0)
+            case f.Implies(premise, conclusion):
                 return (everything & ~read(premise, binding)) | read(conclusion, binding)
-            case ForAll(variable, body):
+            case f.ForAll(variable, body):
                 return reduce(and_, self._instances(variable, body, binding, read, False), everything)
-            case Exists(variable, body):
+            case f.Exists(variable, body):
                 return reduce(or_, self._instances(variable, body, binding, read, True), 0)
-            case Exactly(count, variable, body):
+            case f.Exactly(count, variable, body):
                 return _exactly(count, self._instances(variable, body, binding, read, True), everything)
-            case ForPairs():
+            case f.ForPairs():
                 return self._paired(formula, binding, read, everything)
             case _:
                 raise AssertionError(f"{type(formula).__name__} is no connective")
 
     def _instances(
-        self, variable: Variable, body: Formula, binding: Binding, read: _Reading, truth: bool
+        self, variable: f.Variable, body: f.Formula, binding: Binding, read: _Reading, truth: bool
     ) -> list[int]:
         """Where the body holds, for every value that can give it this truth at all."""
         name = variable.name
         values = self._candidates(variable, body, binding, truth)
         return [read(body, {**binding, name: value}) for value in values]
 
-    def _candidates(self, variable: Variable, body: Formula, binding: Binding, truth: bool) -> frozenset[str]:
+    def _candidates(
+        self, variable: f.Variable, body: f.Formula, binding: Binding, truth: bool
+    ) -> frozenset[str]:
         """The values of a variable for which the body can have this truth at some position."""
         domain = self._trace.domain(variable.category)
         inner = {name: value for name, value in binding.items() if name != variable.name}
         possible = support(body, variable.name, inner, truth, self._trace)
         return domain if possible is None else domain & possible
 
-    def _paired(self, formula: ForPairs, binding: Binding, read: _Reading, everything: int) -> int:
+    def _paired(self, formula: f.ForPairs, binding: Binding, read: _Reading, everything: int) -> int:
         """The positions at which a maximum matching of true pairs is large enough."""
         first, second, body, count = formula.first, formula.second, formula.body, formula.count
         rows = self._trace.objects(first.category)
@@ -255,9 +236,9 @@ class Evaluator:
         return mask
 
 
-def _objects(terms: tuple[Term, ...], binding: Binding) -> tuple[str, ...]:
+def _objects(terms: tuple[f.Term, ...], binding: Binding) -> tuple[str, ...]:
     try:
-        return tuple([t.name if isinstance(t, Constant) else binding[t.name] for t in terms])
+        return tuple([t.name if isinstance(t, f.Constant) else binding[t.name] for t in terms])
     except KeyError as error:
         raise InputError(f"variable {error.args[0]} is not bound by a quantifier") from None
 

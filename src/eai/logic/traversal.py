@@ -7,25 +7,7 @@ from typing import NamedTuple
 
 from typing_extensions import assert_never
 
-from eai.logic.formula import (
-    Always,
-    And,
-    Atom,
-    Equals,
-    Eventually,
-    Exactly,
-    Exists,
-    ForAll,
-    Formula,
-    ForPairs,
-    Implies,
-    Next,
-    Not,
-    Occurs,
-    Or,
-    Then,
-    Until,
-)
+import eai.logic.formula as f
 
 MAX_DEPTH = 100
 """The deepest nesting that the syntaxes accept.
@@ -38,24 +20,24 @@ MAX_COUNT_DIGITS = 9
 """The longest number that a counting quantifier may carry."""
 
 
-def children(formula: Formula) -> tuple[Formula, ...]:
+def children(formula: f.Formula) -> tuple[f.Formula, ...]:
     """The immediate parts of a formula, left to right."""
     match formula:
-        case Atom() | Occurs() | Equals():
+        case f.Atom() | f.Occurs() | f.Equals():
             return ()
-        case And(parts) | Or(parts) | Then(parts):
+        case f.And(parts) | f.Or(parts) | f.Then(parts):
             return parts
-        case Not(operand) | Next(operand) | Eventually(operand) | Always(operand):
+        case f.Not(operand) | f.Next(operand) | f.Eventually(operand) | f.Always(operand):
             return (operand,)
-        case ForAll(_, body) | Exists(_, body) | Exactly(_, _, body) | ForPairs(_, _, body):
+        case f.ForAll(_, body) | f.Exists(_, body) | f.Exactly(_, _, body) | f.ForPairs(_, _, body):
             return (body,)
-        case Implies(left, right) | Until(left, right):
+        case f.Implies(left, right) | f.Until(left, right):
             return (left, right)
         case _:
             assert_never(formula)
 
 
-def walk(formula: Formula) -> Iterator[Formula]:
+def walk(formula: f.Formula) -> Iterator[f.Formula]:
     """The formula and all its parts, each before its own parts, left to right."""
     pending = [formula]
     while pending:
@@ -64,7 +46,7 @@ def walk(formula: Formula) -> Iterator[Formula]:
         pending.extend(reversed(children(current)))
 
 
-def depth(formula: Formula) -> int:
+def depth(formula: f.Formula) -> int:
     """The number of levels; an atom has 1."""
     deepest = 0
     level = [formula]
@@ -74,11 +56,11 @@ def depth(formula: Formula) -> int:
     return deepest
 
 
-def temporal_parts(formula: Formula) -> frozenset[int]:
+def temporal_parts(formula: f.Formula) -> frozenset[int]:
     """The ``id`` of every part, the formula included, that speaks of more than one position."""
     found: set[int] = set()
     for part in reversed(list(walk(formula))):
-        if isinstance(part, (Then, Next, Eventually, Always, Until)) or any(
+        if isinstance(part, (f.Then, f.Next, f.Eventually, f.Always, f.Until)) or any(
             id(child) in found for child in children(part)
         ):
             found.add(id(part))
@@ -94,7 +76,7 @@ class Monotony(NamedTuple):
     """Parts that speak of several positions and stay true when the piece shrinks at its end."""
 
 
-def monotony(formula: Formula) -> Monotony:
+def monotony(formula: f.Formula) -> Monotony:
     """Which parts, the formula included, are lasting or perishing, as far as their shape tells."""
     temporal = temporal_parts(formula)
     lasting: set[int] = set()
@@ -107,32 +89,34 @@ def monotony(formula: Formula) -> Monotony:
     return Monotony(frozenset(lasting), frozenset(perishing))
 
 
-def _is_lasting(part: Formula, lasting: Container[int], perishing: Container[int]) -> bool:
+def _is_lasting(part: f.Formula, lasting: Container[int], perishing: Container[int]) -> bool:
     match part:
-        case Not(operand):
+        case f.Not(operand):
             return id(operand) in perishing
-        case Then(parts):
+        case f.Then(parts):
             return not parts or id(parts[-1]) in lasting
-        case Implies() | Exactly() | Always():
+        case f.Implies() | f.Exactly() | f.Always():
             return False
         case _:
             return all(id(child) in lasting for child in children(part))
 
 
 def _is_perishing(
-    part: Formula, temporal: Container[int], lasting: Container[int], perishing: Container[int]
+    part: f.Formula, temporal: Container[int], lasting: Container[int], perishing: Container[int]
 ) -> bool:
     match part:
-        case Not(operand):
+        case f.Not(operand):
             return id(operand) in lasting
-        case Always(operand):
+        case f.Always(operand):
             return id(operand) not in temporal or id(operand) in perishing
-        case And() | Or() | ForAll() | Exists():
+        case f.And() | f.Or() | f.ForAll() | f.Exists():
             return all(id(child) in perishing for child in children(part))
         case _:
             return False
 
 
-def is_state_formula(formula: Formula) -> bool:
+def is_state_formula(formula: f.Formula) -> bool:
     """Whether the formula speaks of one position only, that is, has no temporal operator."""
-    return not any(isinstance(part, (Then, Next, Eventually, Always, Until)) for part in walk(formula))
+    return not any(
+        isinstance(part, (f.Then, f.Next, f.Eventually, f.Always, f.Until)) for part in walk(formula)
+    )

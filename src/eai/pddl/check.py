@@ -10,36 +10,8 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 
-from eai.logic.formula import (
-    And,
-    Atom,
-    Constant,
-    Equals,
-    Exists,
-    ForAll,
-    Formula,
-    Implies,
-    Not,
-    Or,
-    Term,
-    Variable,
-)
-from eai.pddl.model import (
-    OBJECT,
-    AddEffect,
-    Both,
-    DeleteEffect,
-    Each,
-    PddlAction,
-    PddlDomain,
-    PddlEffect,
-    PddlPredicate,
-    PddlProblem,
-    TypedName,
-    WhenEffect,
-    supertypes,
-    type_of,
-)
+import eai.logic.formula as f
+import eai.pddl.model as m
 from eai.pddl.offence import Offence, PddlFinding
 
 TypeScope = Mapping[str, str]
@@ -56,12 +28,12 @@ class Declarations:
         constants: name to type.
     """
 
-    types: tuple[TypedName, ...]
-    predicates: Mapping[str, PddlPredicate]
+    types: tuple[m.TypedName, ...]
+    predicates: Mapping[str, m.PddlPredicate]
     constants: Mapping[str, str]
 
     @classmethod
-    def of(cls, domain: PddlDomain, objects: Iterable[TypedName] = ()) -> Declarations:
+    def of(cls, domain: m.PddlDomain, objects: Iterable[m.TypedName] = ()) -> Declarations:
         """The vocabulary of a domain; ``objects`` are those of a problem, if they may be named."""
         return cls(
             types=domain.types,
@@ -71,10 +43,10 @@ class Declarations:
 
     def has_type(self, name: str) -> bool:
         """Whether the type is declared (the root always is)."""
-        return name == OBJECT or any(declared.name == name for declared in self.types)
+        return name == m.OBJECT or any(declared.name == name for declared in self.types)
 
 
-def check_domain(domain: PddlDomain) -> tuple[PddlFinding, ...]:
+def check_domain(domain: m.PddlDomain) -> tuple[PddlFinding, ...]:
     """All offences of a domain: in its declarations, then operator by operator."""
     vocabulary = Declarations.of(domain)
     findings = [
@@ -84,7 +56,7 @@ def check_domain(domain: PddlDomain) -> tuple[PddlFinding, ...]:
     for predicate in domain.predicates:
         findings += _unknown_types(predicate.parameters, vocabulary, f"predicate {predicate.name}")
     for axiom in domain.axioms:
-        scope = {parameter.name: type_of(parameter) for parameter in axiom.parameters}
+        scope = {parameter.name: m.type_of(parameter) for parameter in axiom.parameters}
         place = f"condition of {axiom.name}"
         findings += _unknown_types(axiom.parameters, vocabulary, f"derived predicate {axiom.name}")
         findings += _Checker(vocabulary, place).formula(axiom.condition, scope)
@@ -93,10 +65,10 @@ def check_domain(domain: PddlDomain) -> tuple[PddlFinding, ...]:
     return tuple(findings)
 
 
-def check_action(action: PddlAction, vocabulary: Declarations) -> tuple[PddlFinding, ...]:
+def check_action(action: m.PddlAction, vocabulary: Declarations) -> tuple[PddlFinding, ...]:
     """All offences of an operator, in the order of its text, each once."""
     place = f"parameters of {action.name}"
-    scope = {parameter.name: type_of(parameter) for parameter in action.parameters}
+    scope = {parameter.name: m.type_of(parameter) for parameter in action.parameters}
     findings = [
         *_duplicates((parameter.name for parameter in action.parameters), place),
         *_unknown_types(action.parameters, vocabulary, place),
@@ -106,7 +78,7 @@ def check_action(action: PddlAction, vocabulary: Declarations) -> tuple[PddlFind
     return tuple(dict.fromkeys(findings))
 
 
-def check_problem(problem: PddlProblem, domain: PddlDomain) -> tuple[PddlFinding, ...]:
+def check_problem(problem: m.PddlProblem, domain: m.PddlDomain) -> tuple[PddlFinding, ...]:
     """All offences of a problem against its domain, each once."""
     vocabulary = Declarations.of(domain, problem.objects)
     findings = [
@@ -130,42 +102,42 @@ class _Checker:
     vocabulary: Declarations
     place: str
 
-    def formula(self, formula: Formula, scope: TypeScope) -> Iterator[PddlFinding]:
+    def formula(self, formula: f.Formula, scope: TypeScope) -> Iterator[PddlFinding]:
         match formula:
-            case Atom():
+            case f.Atom():
                 yield from self.atom(formula, scope)
-            case Equals(left, right):
+            case f.Equals(left, right):
                 for term in (left, right):
                     yield from self.term(term, scope)
-            case Not(operand):
+            case f.Not(operand):
                 yield from self.formula(operand, scope)
-            case And(operands) | Or(operands):
+            case f.And(operands) | f.Or(operands):
                 for operand in operands:
                     yield from self.formula(operand, scope)
-            case Implies(premise, conclusion):
+            case f.Implies(premise, conclusion):
                 yield from self.formula(premise, scope)
                 yield from self.formula(conclusion, scope)
-            case ForAll(variable, body) | Exists(variable, body):
+            case f.ForAll(variable, body) | f.Exists(variable, body):
                 yield from _unknown_types((variable,), self.vocabulary, self.place)
-                yield from self.formula(body, {**scope, variable.name: type_of(variable)})
+                yield from self.formula(body, {**scope, variable.name: m.type_of(variable)})
             case _:
                 yield PddlFinding(Offence.UNSUPPORTED, type(formula).__name__, self.place)
 
-    def effect(self, effect: PddlEffect, scope: TypeScope) -> Iterator[PddlFinding]:
+    def effect(self, effect: m.PddlEffect, scope: TypeScope) -> Iterator[PddlFinding]:
         match effect:
-            case AddEffect(atom) | DeleteEffect(atom):
+            case m.AddEffect(atom) | m.DeleteEffect(atom):
                 yield from self.atom(atom, scope)
-            case Both(parts):
+            case m.Both(parts):
                 for part in parts:
                     yield from self.effect(part, scope)
-            case Each(variable, part):
+            case m.Each(variable, part):
                 yield from _unknown_types((variable,), self.vocabulary, self.place)
-                yield from self.effect(part, {**scope, variable.name: type_of(variable)})
-            case WhenEffect(condition, part):
+                yield from self.effect(part, {**scope, variable.name: m.type_of(variable)})
+            case m.WhenEffect(condition, part):
                 yield from self.formula(condition, scope)
                 yield from self.effect(part, scope)
 
-    def atom(self, atom: Atom, scope: TypeScope) -> Iterator[PddlFinding]:
+    def atom(self, atom: f.Atom, scope: TypeScope) -> Iterator[PddlFinding]:
         declared = self.vocabulary.predicates.get(atom.predicate)
         if declared is None:
             yield PddlFinding(Offence.UNKNOWN_PREDICATE, atom.predicate, self.place)
@@ -177,28 +149,28 @@ class _Checker:
         for argument in atom.arguments:
             yield from self.term(argument, scope)
 
-    def term(self, term: Term, scope: TypeScope) -> Iterator[PddlFinding]:
+    def term(self, term: f.Term, scope: TypeScope) -> Iterator[PddlFinding]:
         match term:
-            case Variable(name) if name not in scope:
+            case f.Variable(name) if name not in scope:
                 yield PddlFinding(Offence.UNBOUND_VARIABLE, name, self.place)
-            case Constant(name) if name not in self.vocabulary.constants:
+            case f.Constant(name) if name not in self.vocabulary.constants:
                 yield PddlFinding(Offence.UNDECLARED_CONSTANT, name, self.place)
 
-    def _fit(self, parameter: Variable, argument: Term, scope: TypeScope) -> Iterator[PddlFinding]:
-        known = scope if isinstance(argument, Variable) else self.vocabulary.constants
+    def _fit(self, parameter: f.Variable, argument: f.Term, scope: TypeScope) -> Iterator[PddlFinding]:
+        known = scope if isinstance(argument, f.Variable) else self.vocabulary.constants
         actual = known.get(argument.name)
         if actual is None or not self.vocabulary.has_type(actual):
             return
-        if type_of(parameter) not in supertypes(self.vocabulary.types, actual):
+        if m.type_of(parameter) not in m.supertypes(self.vocabulary.types, actual):
             yield PddlFinding(Offence.WRONG_ARGUMENT_TYPE, argument.name, self.place)
 
 
 def _unknown_types(
-    variables: Iterable[Variable], vocabulary: Declarations, place: str
+    variables: Iterable[f.Variable], vocabulary: Declarations, place: str
 ) -> Iterator[PddlFinding]:
     for variable in variables:
-        if not vocabulary.has_type(type_of(variable)):
-            yield PddlFinding(Offence.UNKNOWN_TYPE, type_of(variable), place)
+        if not vocabulary.has_type(m.type_of(variable)):
+            yield PddlFinding(Offence.UNKNOWN_TYPE, m.type_of(variable), place)
 
 
 def _duplicates(names: Iterable[str], place: str) -> Iterator[PddlFinding]:

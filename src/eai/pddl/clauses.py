@@ -14,20 +14,8 @@ from typing import TypeAlias
 
 from typing_extensions import assert_never
 
-from eai.logic.formula import (
-    And,
-    Atom,
-    Equals,
-    Exists,
-    ForAll,
-    Formula,
-    Implies,
-    Not,
-    Or,
-    Term,
-    Variable,
-)
-from eai.pddl.model import AddEffect, Both, DeleteEffect, Each, PddlEffect, WhenEffect, type_of
+import eai.logic.formula as f
+import eai.pddl.model as m
 
 EQUALITY = "="
 """The name of the predicate of equations."""
@@ -52,7 +40,7 @@ class Literal:
     """An atom, asserted or denied; in an effect: added or deleted."""
 
     predicate: str
-    arguments: tuple[Term, ...]
+    arguments: tuple[f.Term, ...]
     positive: bool
 
 
@@ -94,45 +82,45 @@ Clause: TypeAlias = Literal | Joined | Denied | Bound | Guarded
 NOTHING = Joined(Connective.ALL, ())
 
 
-def condition_clause(formula: Formula) -> Clause:
+def condition_clause(formula: f.Formula) -> Clause:
     """The tree of a condition.
 
     Raises:
         ValueError: the formula has a part without a PDDL form.
     """
     match formula:
-        case Atom(predicate, arguments):
+        case f.Atom(predicate, arguments):
             return Literal(predicate, arguments, positive=True)
-        case Equals(left, right):
+        case f.Equals(left, right):
             return Literal(EQUALITY, (left, right), positive=True)
-        case Not(operand):
+        case f.Not(operand):
             return _denied(condition_clause(operand))
-        case And(operands):
+        case f.And(operands):
             return _joined(Connective.ALL, map(condition_clause, operands))
-        case Or(operands):
+        case f.Or(operands):
             return _joined(Connective.ANY, map(condition_clause, operands))
-        case Implies(premise, conclusion):
+        case f.Implies(premise, conclusion):
             return Guarded(condition_clause(premise), condition_clause(conclusion))
-        case ForAll(variable, body):
+        case f.ForAll(variable, body):
             return _bound(Scope.FORALL, variable, condition_clause(body))
-        case Exists(variable, body):
+        case f.Exists(variable, body):
             return _bound(Scope.EXISTS, variable, condition_clause(body))
         case _:
             raise ValueError(f"{type(formula).__name__} has no PDDL form")
 
 
-def effect_clause(effect: PddlEffect) -> Clause:
+def effect_clause(effect: m.PddlEffect) -> Clause:
     """The tree of an effect."""
     match effect:
-        case AddEffect(atom):
+        case m.AddEffect(atom):
             return Literal(atom.predicate, atom.arguments, positive=True)
-        case DeleteEffect(atom):
+        case m.DeleteEffect(atom):
             return Literal(atom.predicate, atom.arguments, positive=False)
-        case Both(parts):
+        case m.Both(parts):
             return _joined(Connective.ALL, map(effect_clause, parts))
-        case Each(variable, part):
+        case m.Each(variable, part):
             return _bound(Scope.FORALL, variable, effect_clause(part))
-        case WhenEffect(condition, part):
+        case m.WhenEffect(condition, part):
             return Guarded(condition_clause(condition), effect_clause(part))
         case _:
             assert_never(effect)
@@ -163,8 +151,8 @@ def _denied(clause: Clause) -> Clause:
             return Denied(clause)
 
 
-def _bound(scope: Scope, variable: Variable, part: Clause) -> Clause:
-    return Bound(scope, variable.name, type_of(variable), part)
+def _bound(scope: Scope, variable: f.Variable, part: Clause) -> Clause:
+    return Bound(scope, variable.name, m.type_of(variable), part)
 
 
 def _joined(connective: Connective, parts: Iterable[Clause]) -> Clause:

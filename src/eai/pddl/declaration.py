@@ -11,39 +11,11 @@ import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
+import eai.logic.formula as f
+import eai.pddl.model as m
 from eai.errors import DomainError
-from eai.logic.formula import (
-    TRUE,
-    And,
-    Atom,
-    Equals,
-    Exists,
-    ForAll,
-    Formula,
-    Implies,
-    Not,
-    Or,
-    Term,
-    Variable,
-)
 from eai.logic.traversal import walk
 from eai.pddl.evaluation import DerivedPredicates
-from eai.pddl.model import (
-    OBJECT,
-    AddEffect,
-    Both,
-    DeleteEffect,
-    Each,
-    PddlAction,
-    PddlAxiom,
-    PddlDomain,
-    PddlEffect,
-    PddlProblem,
-    WhenEffect,
-    effect_atoms,
-    supertypes,
-    type_of,
-)
 from eai.pddl.writer import write_formula
 from eai.world.derived import Defined, is_a
 from eai.world.domain import Domain
@@ -63,7 +35,7 @@ class DeclaredProblem:
     """A problem: the state in which plans start, and the goal's conjuncts."""
 
     initial: State
-    goals: tuple[Formula, ...]
+    goals: tuple[f.Formula, ...]
 
 
 class DeclaredDomain:
@@ -79,10 +51,10 @@ class DeclaredDomain:
         DomainError: a predicate has more arguments than a state keeps, or a derived one depends on itself.
     """
 
-    def __init__(self, source: PddlDomain) -> None:
+    def __init__(self, source: m.PddlDomain) -> None:
         self._source = source
         self._types = _Types(source)
-        changing = {atom.predicate for action in source.actions for atom in effect_atoms(action.effect)}
+        changing = {atom.predicate for action in source.actions for atom in m.effect_atoms(action.effect)}
         derived = DerivedPredicates(source.axioms)
         for name in derived.circles:
             raise DomainError(f"the derived predicate {name} depends on itself")
@@ -101,7 +73,7 @@ class DeclaredDomain:
         vocabulary = Vocabulary((*stored, *kinds), tuple(defined))
         self.domain = Domain(source.name, vocabulary, tuple(map(self._operator, source.actions)))
 
-    def problem(self, problem: PddlProblem) -> DeclaredProblem:
+    def problem(self, problem: m.PddlProblem) -> DeclaredProblem:
         """A problem of the domain."""
         items = (*self._source.constants, *problem.objects)
         things = [WorldObject(item.name, item.type) for item in items]
@@ -114,65 +86,69 @@ class DeclaredDomain:
         kinds = [
             Fact(self._types.predicates[name], (i,))
             for i, thing in enumerate(things)
-            for name in supertypes(self._source.types, thing.category)
+            for name in m.supertypes(self._source.types, thing.category)
             if name in self._types.predicates
         ]
         goals = tuple([self._types.convert(part) for part in conjuncts(problem.goal)])
         return DeclaredProblem(scene.state([*facts, *kinds]), goals)
 
-    def _defined(self, name: str, axioms: Sequence[PddlAxiom]) -> Defined:
+    def _defined(self, name: str, axioms: Sequence[m.PddlAxiom]) -> Defined:
         """The derived predicate of these axioms, over the parameters of the first."""
         first = axioms[0].parameters
-        return Defined(name, first, Or(tuple([self._definition(axiom, first) for axiom in axioms])))
+        return Defined(name, first, f.Or(tuple([self._definition(axiom, first) for axiom in axioms])))
 
-    def _definition(self, axiom: PddlAxiom, first: Sequence[Variable]) -> Formula:
+    def _definition(self, axiom: m.PddlAxiom, first: Sequence[f.Variable]) -> f.Formula:
         """The condition of an axiom over the parameters of the first axiom of its predicate."""
-        places = [(Variable(a.name), Variable(b.name)) for a, b in zip(axiom.parameters, first, strict=True)]
+        places = [
+            (f.Variable(a.name), f.Variable(b.name)) for a, b in zip(axiom.parameters, first, strict=True)
+        ]
         renamed = [(mine, other) for mine, other in places if mine != other]
         typed = [self._types.membership(each) for each in axiom.parameters]
-        same = [Equals(mine, other) for mine, other in renamed]
-        body: Formula = And((*typed, *same, self._types.convert(axiom.condition)))
+        same = [f.Equals(mine, other) for mine, other in renamed]
+        body: f.Formula = f.And((*typed, *same, self._types.convert(axiom.condition)))
         for mine, _ in renamed:
-            body = Exists(mine, body)
+            body = f.Exists(mine, body)
         return body
 
-    def _operator(self, action: PddlAction) -> Operator:
-        parameters = tuple([Variable(parameter.name) for parameter in action.parameters])
+    def _operator(self, action: m.PddlAction) -> Operator:
+        parameters = tuple([f.Variable(parameter.name) for parameter in action.parameters])
         kinds = [
             Check(
                 self._types.membership(parameter),
                 FaultKind.AFFORDANCE,
-                f"{{{parameter.name}}} is no {type_of(parameter)}",
+                f"{{{parameter.name}}} is no {m.type_of(parameter)}",
             )
             for parameter in action.parameters
-            if type_of(parameter) != OBJECT
+            if m.type_of(parameter) != m.OBJECT
         ]
         checks = [self._check(part, parameters) for part in conjuncts(action.precondition)]
         deletions, additions = (
-            tuple(self._effects(action.effect, kind)) for kind in (DeleteEffect, AddEffect)
+            tuple(self._effects(action.effect, kind)) for kind in (m.DeleteEffect, m.AddEffect)
         )
         return Operator(action.name, parameters, (*kinds, *checks), (*deletions, *additions))
 
-    def _check(self, condition: Formula, parameters: Sequence[Variable]) -> Check:
-        atoms = [part.predicate for part in walk(condition) if isinstance(part, Atom)]
+    def _check(self, condition: f.Formula, parameters: Sequence[f.Variable]) -> Check:
+        atoms = [part.predicate for part in walk(condition) if isinstance(part, f.Atom)]
         fault = FaultKind.MISSING_STEP if self._changing.intersection(atoms) else FaultKind.AFFORDANCE
         return Check(self._types.convert(condition), fault, _reason(condition, parameters))
 
-    def _effects(self, effect: PddlEffect, kind: type[AddEffect] | type[DeleteEffect]) -> Iterator[Effect]:
+    def _effects(
+        self, effect: m.PddlEffect, kind: type[m.AddEffect] | type[m.DeleteEffect]
+    ) -> Iterator[Effect]:
         """The additions, or the deletions, of an effect."""
         match effect:
-            case AddEffect(atom) if kind is AddEffect:
+            case m.AddEffect(atom) if kind is m.AddEffect:
                 yield Add(atom)
-            case DeleteEffect(atom) if kind is DeleteEffect:
+            case m.DeleteEffect(atom) if kind is m.DeleteEffect:
                 yield Delete(atom)
-            case Both(parts):
+            case m.Both(parts):
                 for part in parts:
                     yield from self._effects(part, kind)
-            case Each(variable, part):
+            case m.Each(variable, part):
                 inner = tuple(self._effects(part, kind))
                 if inner:
-                    yield ForEach(Variable(variable.name), self._types.membership(variable), inner)
-            case WhenEffect(condition, part):
+                    yield ForEach(f.Variable(variable.name), self._types.membership(variable), inner)
+            case m.WhenEffect(condition, part):
                 inner = tuple(self._effects(part, kind))
                 if inner:
                     yield When(self._types.convert(condition), inner)
@@ -185,61 +161,61 @@ class _Types:
         predicates: the static predicate of every type that has subtypes.
     """
 
-    def __init__(self, source: PddlDomain) -> None:
+    def __init__(self, source: m.PddlDomain) -> None:
         taken = {predicate.name for predicate in source.predicates}
-        above = dict.fromkeys(declared.type for declared in source.types if declared.type != OBJECT)
+        above = dict.fromkeys(declared.type for declared in source.types if declared.type != m.OBJECT)
         self.predicates = {name: name if name not in taken else f"is-{name}" for name in above}
 
-    def membership(self, variable: Variable) -> Formula:
+    def membership(self, variable: f.Variable) -> f.Formula:
         """The value of a variable is of its type."""
-        name, term = type_of(variable), Variable(variable.name)
-        if name == OBJECT:
-            return TRUE
-        return Atom(self.predicates[name], (term,)) if name in self.predicates else is_a(term, name)
+        name, term = m.type_of(variable), f.Variable(variable.name)
+        if name == m.OBJECT:
+            return f.TRUE
+        return f.Atom(self.predicates[name], (term,)) if name in self.predicates else is_a(term, name)
 
-    def convert(self, formula: Formula) -> Formula:
+    def convert(self, formula: f.Formula) -> f.Formula:
         """The formula, in which variables range over categories or are of a kind by a static predicate."""
         match formula:
-            case Not(operand):
-                return Not(self.convert(operand))
-            case And(operands):
-                return And(tuple(map(self.convert, operands)))
-            case Or(operands):
-                return Or(tuple(map(self.convert, operands)))
-            case Implies(premise, conclusion):
-                return Implies(self.convert(premise), self.convert(conclusion))
-            case ForAll(variable, body) if type_of(variable) in self.predicates:
+            case f.Not(operand):
+                return f.Not(self.convert(operand))
+            case f.And(operands):
+                return f.And(tuple(map(self.convert, operands)))
+            case f.Or(operands):
+                return f.Or(tuple(map(self.convert, operands)))
+            case f.Implies(premise, conclusion):
+                return f.Implies(self.convert(premise), self.convert(conclusion))
+            case f.ForAll(variable, body) if m.type_of(variable) in self.predicates:
                 kind = self.membership(variable)
-                return ForAll(Variable(variable.name), Implies(kind, self.convert(body)))
-            case Exists(variable, body) if type_of(variable) in self.predicates:
+                return f.ForAll(f.Variable(variable.name), f.Implies(kind, self.convert(body)))
+            case f.Exists(variable, body) if m.type_of(variable) in self.predicates:
                 kind = self.membership(variable)
-                return Exists(Variable(variable.name), And((kind, self.convert(body))))
-            case ForAll(variable, body) | Exists(variable, body):
+                return f.Exists(f.Variable(variable.name), f.And((kind, self.convert(body))))
+            case f.ForAll(variable, body) | f.Exists(variable, body):
                 return type(formula)(variable, self.convert(body))
             case _:
                 return formula
 
 
-def conjuncts(formula: Formula) -> Iterator[Formula]:
+def conjuncts(formula: f.Formula) -> Iterator[f.Formula]:
     """What must all hold, left to right."""
-    if isinstance(formula, And):
+    if isinstance(formula, f.And):
         for operand in formula.operands:
             yield from conjuncts(operand)
     else:
         yield formula
 
 
-def _reason(condition: Formula, parameters: Sequence[Variable]) -> str:
+def _reason(condition: f.Formula, parameters: Sequence[f.Variable]) -> str:
     """What is wrong where a condition does not hold, with places for the names of the arguments."""
     names = {parameter.name for parameter in parameters}
     match condition:
-        case Atom():
+        case f.Atom():
             return f"{_in_words(condition, names)} does not hold"
-        case Not(Atom() as atom):
+        case f.Not(f.Atom() as atom):
             return f"{_in_words(atom, names)} holds"
-        case Not(Equals(left, right)):
+        case f.Not(f.Equals(left, right)):
             return f"{_place(left, names)} and {_place(right, names)} are the same"
-        case Equals(left, right):
+        case f.Equals(left, right):
             return f"{_place(left, names)} and {_place(right, names)} are not the same"
         case _:
             text = write_formula(condition).replace("{", "{{").replace("}", "}}")
@@ -252,9 +228,9 @@ def _words(text: str) -> list[str]:
     return re.split(r"([\s()])", text)
 
 
-def _in_words(atom: Atom, names: set[str]) -> str:
+def _in_words(atom: f.Atom, names: set[str]) -> str:
     return f"{atom.predicate}({', '.join([_place(term, names) for term in atom.arguments])})"
 
 
-def _place(term: Term, names: set[str]) -> str:
-    return f"{{{term.name}}}" if isinstance(term, Variable) and term.name in names else term.name
+def _place(term: f.Term, names: set[str]) -> str:
+    return f"{{{term.name}}}" if isinstance(term, f.Variable) and term.name in names else term.name

@@ -8,24 +8,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 
-from eai.logic.formula import (
-    And,
-    Atom,
-    Constant,
-    Equals,
-    Exists,
-    ForAll,
-    Formula,
-    Implies,
-    Not,
-    Or,
-    Term,
-    Variable,
-)
+import eai.logic.formula as f
 from eai.logic.traversal import walk
 from eai.pddl.model import PddlAxiom, type_of
 
-PddlState = frozenset[Atom]
+PddlState = frozenset[f.Atom]
 Valuation = Mapping[str, str]
 """The objects that variables stand for, by name."""
 
@@ -57,7 +44,7 @@ class DerivedPredicates:
         waiting = [predicate]
         while waiting:
             for axiom in self.axioms[waiting.pop()]:
-                names = [each.predicate for each in walk(axiom.condition) if isinstance(each, Atom)]
+                names = [each.predicate for each in walk(axiom.condition) if isinstance(each, f.Atom)]
                 new = [name for name in names if name in self.axioms and name not in found]
                 found |= dict.fromkeys(new)
                 waiting += new
@@ -88,34 +75,34 @@ class Evaluation:
         for atom in state:
             self._rows.setdefault(atom.predicate, set()).add(tuple([term.name for term in atom.arguments]))
 
-    def holds(self, formula: Formula, binding: Valuation) -> bool:
+    def holds(self, formula: f.Formula, binding: Valuation) -> bool:
         """Whether a condition holds.
 
         Raises:
             ValueError: a part of the formula has no meaning in a single state, or a variable is unbound.
         """
         match formula:
-            case Atom(predicate, arguments):
+            case f.Atom(predicate, arguments):
                 return self._has(predicate, tuple([object_of(term, binding) for term in arguments]))
-            case Equals(left, right):
+            case f.Equals(left, right):
                 return object_of(left, binding) == object_of(right, binding)
-            case Not(operand):
+            case f.Not(operand):
                 return not self.holds(operand, binding)
-            case And(operands):
+            case f.And(operands):
                 return all(self.holds(operand, binding) for operand in operands)
-            case Or(operands):
+            case f.Or(operands):
                 return any(self.holds(operand, binding) for operand in operands)
-            case Implies(premise, conclusion):
+            case f.Implies(premise, conclusion):
                 return not self.holds(premise, binding) or self.holds(conclusion, binding)
-            case ForAll(variable, body):
-                counter = self.extensions(variable, Not(body), binding)
+            case f.ForAll(variable, body):
+                counter = self.extensions(variable, f.Not(body), binding)
                 return all(self.holds(body, inner) for inner in counter)
-            case Exists(variable, body):
+            case f.Exists(variable, body):
                 return any(self.holds(body, inner) for inner in self.extensions(variable, body, binding))
             case _:
                 raise ValueError(f"{type(formula).__name__} has no meaning in a single state")
 
-    def extensions(self, variable: Variable, body: Formula, binding: Valuation) -> Iterator[Valuation]:
+    def extensions(self, variable: f.Variable, body: f.Formula, binding: Valuation) -> Iterator[Valuation]:
         """The binding with each value of a variable for which a body may hold, in order of declaration."""
         members = self._objects.get(type_of(variable), ())
         inner = {name: value for name, value in binding.items() if name != variable.name}
@@ -164,28 +151,30 @@ class Evaluation:
                 yield tuple([binding[parameter.name] for parameter in axiom.parameters])
 
     def _candidates(
-        self, formula: Formula, name: str, binding: Valuation, *, positive: bool
+        self, formula: f.Formula, name: str, binding: Valuation, *, positive: bool
     ) -> set[str] | None:
         """Objects among which all are for which a formula can be true, or false; None for any object.
 
         Variables that are not in the binding may stand for anything.
         """
         match formula:
-            case Atom() if positive:
+            case f.Atom() if positive:
                 return self._atom_candidates(formula, name, binding)
-            case Equals(left, right) if positive:
+            case f.Equals(left, right) if positive:
                 for one, other in ((left, right), (right, left)):
-                    if one == Variable(name) and (value := _value(other, binding)) is not None:
+                    if one == f.Variable(name) and (value := _value(other, binding)) is not None:
                         return {value}
                 return None
-            case Not(operand):
+            case f.Not(operand):
                 return self._candidates(operand, name, binding, positive=not positive)
-            case Implies(premise, conclusion):
-                return self._candidates(Or((Not(premise), conclusion)), name, binding, positive=positive)
-            case And(operands) | Or(operands):
+            case f.Implies(premise, conclusion):
+                return self._candidates(f.Or((f.Not(premise), conclusion)), name, binding, positive=positive)
+            case f.And(operands) | f.Or(operands):
                 found = [self._candidates(each, name, binding, positive=positive) for each in operands]
-                return _smallest(found) if isinstance(formula, And) is positive else _all_of(found)
-            case Exists(variable, body) | ForAll(variable, body) if isinstance(formula, Exists) is positive:
+                return _smallest(found) if isinstance(formula, f.And) is positive else _all_of(found)
+            case f.Exists(variable, body) | f.ForAll(variable, body) if (
+                isinstance(formula, f.Exists) is positive
+            ):
                 if variable.name == name:
                     return None
                 inner = {key: value for key, value in binding.items() if key != variable.name}
@@ -193,8 +182,8 @@ class Evaluation:
             case _:
                 return None
 
-    def _atom_candidates(self, atom: Atom, name: str, binding: Valuation) -> set[str] | None:
-        places = [i for i, term in enumerate(atom.arguments) if term == Variable(name)]
+    def _atom_candidates(self, atom: f.Atom, name: str, binding: Valuation) -> set[str] | None:
+        places = [i for i, term in enumerate(atom.arguments) if term == f.Variable(name)]
         if not places:
             return None
         values = [_value(term, binding) for term in atom.arguments]
@@ -232,13 +221,13 @@ class Evaluation:
         return found
 
 
-def object_of(term: Term, binding: Valuation) -> str:
+def object_of(term: f.Term, binding: Valuation) -> str:
     """The object that a term stands for.
 
     Raises:
         ValueError: it is an unbound variable.
     """
-    if isinstance(term, Constant):
+    if isinstance(term, f.Constant):
         return term.name
     bound = binding.get(term.name)
     if bound is None:
@@ -246,8 +235,8 @@ def object_of(term: Term, binding: Valuation) -> str:
     return bound
 
 
-def _value(term: Term, binding: Valuation) -> str | None:
-    return term.name if isinstance(term, Constant) else binding.get(term.name)
+def _value(term: f.Term, binding: Valuation) -> str | None:
+    return term.name if isinstance(term, f.Constant) else binding.get(term.name)
 
 
 def _smallest(found: Iterable[set[str] | None]) -> set[str] | None:

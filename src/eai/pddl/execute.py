@@ -9,21 +9,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from eai.logic.formula import TRUE, And, Atom, Constant, Exists, Formula, Variable
+import eai.logic.formula as f
+import eai.pddl.model as m
 from eai.pddl.evaluation import DerivedPredicates, Evaluation, PddlState, Valuation, object_of
-from eai.pddl.model import (
-    AddEffect,
-    Both,
-    DeleteEffect,
-    Each,
-    PddlAction,
-    PddlDomain,
-    PddlEffect,
-    PddlProblem,
-    WhenEffect,
-    objects_by_type,
-    type_of,
-)
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,9 +39,9 @@ class PlanFlaw:
 class Executor:
     """Executes plans of one domain and problem."""
 
-    def __init__(self, domain: PddlDomain, problem: PddlProblem) -> None:
+    def __init__(self, domain: m.PddlDomain, problem: m.PddlProblem) -> None:
         self._actions = {action.name: action for action in domain.actions}
-        self._objects = objects_by_type(domain, problem)
+        self._objects = m.objects_by_type(domain, problem)
         self._problem = problem
         self._derived = DerivedPredicates(domain.axioms)
         self._last: tuple[PddlState, Evaluation] | None = None
@@ -82,10 +70,10 @@ class Executor:
             return f"{step.action} takes {len(action.parameters)} objects"
         for parameter, name in zip(action.parameters, step.arguments, strict=True):
             if name not in self._members(parameter):
-                return f"{name} is no {type_of(parameter)}"
+                return f"{name} is no {m.type_of(parameter)}"
         return self._apply(action, state, step)
 
-    def holds(self, formula: Formula, state: PddlState, binding: Valuation) -> bool:
+    def holds(self, formula: f.Formula, state: PddlState, binding: Valuation) -> bool:
         """Whether a condition holds in a state.
 
         Raises:
@@ -99,51 +87,53 @@ class Executor:
             self._last = state, Evaluation(state, self._derived, self._objects)
         return self._last[1]
 
-    def _apply(self, action: PddlAction, state: PddlState, step: PlanStep) -> PddlState | str:
+    def _apply(self, action: m.PddlAction, state: PddlState, step: PlanStep) -> PddlState | str:
         names = [parameter.name for parameter in action.parameters]
         binding = dict(zip(names, step.arguments, strict=True))
         now = self._evaluation(state)
         if not now.holds(action.precondition, binding):
             return f"the precondition of ({step}) does not hold"
         changes = list(_changes(action.effect, now, binding))
-        deleted = {change.atom for change in changes if isinstance(change, DeleteEffect)}
-        added = {change.atom for change in changes if isinstance(change, AddEffect)}
+        deleted = {change.atom for change in changes if isinstance(change, m.DeleteEffect)}
+        added = {change.atom for change in changes if isinstance(change, m.AddEffect)}
         return (state - deleted) | added
 
-    def _members(self, variable: Variable) -> tuple[str, ...]:
-        return self._objects.get(type_of(variable), ())
+    def _members(self, variable: f.Variable) -> tuple[str, ...]:
+        return self._objects.get(m.type_of(variable), ())
 
 
-def _changes(effect: PddlEffect, now: Evaluation, binding: Valuation) -> Iterator[AddEffect | DeleteEffect]:
+def _changes(
+    effect: m.PddlEffect, now: Evaluation, binding: Valuation
+) -> Iterator[m.AddEffect | m.DeleteEffect]:
     """The ground additions and deletions of an effect; all conditions are read in the state before."""
     match effect:
-        case AddEffect(atom):
-            yield AddEffect(_ground(atom, binding))
-        case DeleteEffect(atom):
-            yield DeleteEffect(_ground(atom, binding))
-        case Both(parts):
+        case m.AddEffect(atom):
+            yield m.AddEffect(_ground(atom, binding))
+        case m.DeleteEffect(atom):
+            yield m.DeleteEffect(_ground(atom, binding))
+        case m.Both(parts):
             for part in parts:
                 yield from _changes(part, now, binding)
-        case Each(variable, part):
+        case m.Each(variable, part):
             for inner in now.extensions(variable, _guard(part, {variable.name}), binding):
                 yield from _changes(part, now, inner)
-        case WhenEffect(condition, part):
+        case m.WhenEffect(condition, part):
             if now.holds(condition, binding):
                 yield from _changes(part, now, binding)
 
 
-def _guard(effect: PddlEffect, bound: set[str]) -> Formula:
+def _guard(effect: m.PddlEffect, bound: set[str]) -> f.Formula:
     """What holds wherever an effect changes anything, as far as that is easy to say."""
     match effect:
-        case WhenEffect(condition, part):
-            return And((condition, _guard(part, bound)))
-        case Each(variable, part) if variable.name not in bound:
-            return Exists(variable, _guard(part, bound | {variable.name}))
-        case DeleteEffect(atom):
+        case m.WhenEffect(condition, part):
+            return f.And((condition, _guard(part, bound)))
+        case m.Each(variable, part) if variable.name not in bound:
+            return f.Exists(variable, _guard(part, bound | {variable.name}))
+        case m.DeleteEffect(atom):
             return atom
         case _:
-            return TRUE
+            return f.TRUE
 
 
-def _ground(atom: Atom, binding: Valuation) -> Atom:
-    return Atom(atom.predicate, tuple(Constant(object_of(term, binding)) for term in atom.arguments))
+def _ground(atom: f.Atom, binding: Valuation) -> f.Atom:
+    return f.Atom(atom.predicate, tuple(f.Constant(object_of(term, binding)) for term in atom.arguments))

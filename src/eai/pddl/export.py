@@ -10,24 +10,14 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
+import eai.logic.formula as f
+import eai.pddl.model as m
 from eai.errors import DomainError
-from eai.logic.formula import And, Atom, Constant, Formula, Not, Or, Term, Variable
 from eai.logic.renaming import rename_objects
 from eai.pddl.evaluation import PddlState
 from eai.pddl.execute import PlanStep
 from eai.pddl.export_problem import ProblemWriter, object_key, order_name, type_name
 from eai.pddl.glossary import ConditionWriter, Glossary, hidden_predicates, without
-from eai.pddl.model import (
-    OBJECT,
-    AddEffect,
-    Both,
-    PddlAction,
-    PddlAxiom,
-    PddlDomain,
-    PddlPredicate,
-    PddlProblem,
-    TypedName,
-)
 from eai.pddl.names import PddlNames
 from eai.pddl.ordered_effects import OrderedEffects
 from eai.pddl.simplify import conjunction
@@ -71,7 +61,7 @@ class ProblemSource:
 
     name: str
     initial: State
-    goals: tuple[Formula, ...]
+    goals: tuple[f.Formula, ...]
     objects: int | None = None
 
 
@@ -85,8 +75,8 @@ class Exported:
         unsupported: what is not said exactly, each with the reason.
     """
 
-    domain: PddlDomain
-    problem: PddlProblem
+    domain: m.PddlDomain
+    problem: m.PddlProblem
     unsupported: tuple[str, ...]
     _operators: PddlNames
     _objects: PddlNames
@@ -99,7 +89,7 @@ class Exported:
         things = [self._name(i) for i in range(len(self._scene.objects))]
         return frozenset(
             [
-                Atom(name, tuple([Constant(things[i]) for i in arguments]))
+                f.Atom(name, tuple([f.Constant(things[i]) for i in arguments]))
                 for predicate, arguments in state.facts()
                 if (name := self._predicates[predicate]) in declared
             ]
@@ -125,7 +115,7 @@ class Exported:
 def export(
     domain: Domain,
     initial: State,
-    goals: Sequence[Formula],
+    goals: Sequence[f.Formula],
     *,
     name: str = "task",
     objects: int | None = None,
@@ -190,14 +180,16 @@ def _things(glossary: Glossary, scene: Scene) -> PddlNames:
     return names
 
 
-def _writer(glossary: Glossary, names: PddlNames, source: ProblemSource, header: PddlDomain) -> ProblemWriter:
+def _writer(
+    glossary: Glossary, names: PddlNames, source: ProblemSource, header: m.PddlDomain
+) -> ProblemWriter:
     scene = source.initial.scene
     agent = 0 if scene.agent is None else 1 << scene.agent
     kept = scene.everything if source.objects is None else source.objects | agent
     return ProblemWriter(glossary, names, header, source.initial, kept)
 
 
-def _goal(glossary: Glossary, names: PddlNames, source: ProblemSource, hidden: frozenset[str]) -> Formula:
+def _goal(glossary: Glossary, names: PddlNames, source: ProblemSource, hidden: frozenset[str]) -> f.Formula:
     scene = source.initial.scene
     about = ConditionWriter(glossary, things=names, scene=scene)
     agent = {} if scene.agent is None else {scene.objects[scene.agent].name: AGENT.name}
@@ -216,17 +208,17 @@ class _Operators:
         self._options = options
         self._names = names
 
-    def write(self, operator: Operator) -> PddlAction:
+    def write(self, operator: Operator) -> m.PddlAction:
         """The operator, as yet without a memory of having been taken."""
         try:
             return self._write(operator)
         except DomainError as error:
             raise DomainError(f"operator {operator.name}: {error}") from error
 
-    def _write(self, operator: Operator) -> PddlAction:
+    def _write(self, operator: Operator) -> m.PddlAction:
         conditions = ConditionWriter(self._glossary)
         parameters = conditions.parameters(operator.parameters)
-        scope: dict[str, Term] = dict(
+        scope: dict[str, f.Term] = dict(
             zip([parameter.name for parameter in operator.parameters], parameters, strict=True)
         )
         asked = [check.condition for check in operator.checks if self._is_asked(check)]
@@ -236,28 +228,28 @@ class _Operators:
             [conditions.convert(without(formula, self._hidden), scope) for formula in asked]
         )
         effect = OrderedEffects(conditions, scope, self._hidden).of(operator)
-        return PddlAction(self._names[operator.name], parameters, precondition, effect)
+        return m.PddlAction(self._names[operator.name], parameters, precondition, effect)
 
     def _is_asked(self, check: Check) -> bool:
         return self._options.additional_steps or check.fault is not FaultKind.ADDITIONAL_STEP
 
 
-def _some_try(operator: Operator) -> Formula:
+def _some_try(operator: Operator) -> f.Formula:
     """One of the tries that are made succeeds, or none is made."""
-    succeeds = [And((t.condition, *(check.condition for check in t.checks))) for t in operator.tries]
-    return Or((And(tuple([Not(each.condition) for each in operator.tries])), *succeeds))
+    succeeds = [f.And((t.condition, *(check.condition for check in t.checks))) for t in operator.tries]
+    return f.Or((f.And(tuple([f.Not(each.condition) for each in operator.tries])), *succeeds))
 
 
-def _with_history(action: PddlAction, glossary: Glossary, operators: PddlNames) -> PddlAction:
+def _with_history(action: m.PddlAction, glossary: Glossary, operators: PddlNames) -> m.PddlAction:
     """The operator, which remembers that it was taken if a goal asks for it."""
     done = glossary.performed.get(operators.meant(action.name))
     if done is None:
         return action
-    parts = action.effect.parts if isinstance(action.effect, Both) else (action.effect,)
-    return replace(action, effect=Both((*parts, AddEffect(Atom(done, ())))))
+    parts = action.effect.parts if isinstance(action.effect, m.Both) else (action.effect,)
+    return replace(action, effect=m.Both((*parts, m.AddEffect(f.Atom(done, ())))))
 
 
-def _header(glossary: Glossary, name: str, hidden: frozenset[str], scene: Scene) -> PddlDomain:
+def _header(glossary: Glossary, name: str, hidden: frozenset[str], scene: Scene) -> m.PddlDomain:
     """The domain without operators: every predicate, type and constant that is in use."""
     axioms = tuple(_axioms(glossary))
     stored = [p for p in glossary.vocabulary.predicates if p.name not in hidden]
@@ -268,10 +260,10 @@ def _header(glossary: Glossary, name: str, hidden: frozenset[str], scene: Scene)
     predicates += [_declared(done, 0) for done in glossary.performed.values()]
     if glossary.ordered:
         predicates.append(_declared(order_name(glossary), 2))
-    return PddlDomain(
+    return m.PddlDomain(
         name=PddlNames()[name],
         requirements=REQUIREMENTS if axioms else REQUIREMENTS[:1],
-        types=tuple([TypedName(written) for _, written in glossary.types.items()]),
+        types=tuple([m.TypedName(written) for _, written in glossary.types.items()]),
         constants=tuple(_constants(glossary, scene)),
         predicates=tuple(predicates),
         actions=(),
@@ -279,19 +271,19 @@ def _header(glossary: Glossary, name: str, hidden: frozenset[str], scene: Scene)
     )
 
 
-def _constants(glossary: Glossary, scene: Scene) -> Iterator[TypedName]:
+def _constants(glossary: Glossary, scene: Scene) -> Iterator[m.TypedName]:
     """The objects that operators name; they are of one category in all problems."""
     index = {object_key(scene, i): i for i in range(len(scene.objects))}
     for name, written in glossary.things.items():
-        category = scene.objects[index[name]].category if name in index else OBJECT
-        yield TypedName(written, type_name(glossary, category))
+        category = scene.objects[index[name]].category if name in index else m.OBJECT
+        yield m.TypedName(written, type_name(glossary, category))
 
 
-def _declared(name: str, arity: int) -> PddlPredicate:
-    return PddlPredicate(name, tuple([Variable(letter) for letter in ("x", "y", "z")[:arity]]))
+def _declared(name: str, arity: int) -> m.PddlPredicate:
+    return m.PddlPredicate(name, tuple([f.Variable(letter) for letter in ("x", "y", "z")[:arity]]))
 
 
-def _axioms(glossary: Glossary) -> Iterator[PddlAxiom]:
+def _axioms(glossary: Glossary) -> Iterator[m.PddlAxiom]:
     """The derived predicates in use, and those that their conditions use in turn."""
     done: set[str] = set()
     while rest := [each for each in glossary.derived.values() if each.name not in done]:
@@ -301,4 +293,4 @@ def _axioms(glossary: Glossary) -> Iterator[PddlAxiom]:
             parameters = conditions.parameters(derived.parameters)
             names = [parameter.name for parameter in derived.parameters]
             condition = conditions.convert(derived.definition, dict(zip(names, parameters, strict=True)))
-            yield PddlAxiom(glossary.predicates[derived.name], parameters, condition)
+            yield m.PddlAxiom(glossary.predicates[derived.name], parameters, condition)

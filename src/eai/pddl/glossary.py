@@ -10,26 +10,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
+import eai.logic.formula as f
 from eai.errors import DomainError
-from eai.logic.formula import (
-    FALSE,
-    TRUE,
-    And,
-    Atom,
-    Constant,
-    Equals,
-    Exactly,
-    Exists,
-    ForAll,
-    Formula,
-    ForPairs,
-    Implies,
-    Not,
-    Occurs,
-    Or,
-    Term,
-    Variable,
-)
 from eai.logic.traversal import walk
 from eai.pddl.names import PddlNames
 from eai.pddl.simplify import conjunction, disjunction, equality, negation
@@ -40,7 +22,7 @@ from eai.world.vocabulary import DerivedPredicate, Vocabulary
 ORDER = "precedes"
 """The static predicate that says of two objects that the first has the lower index."""
 
-TermScope = Mapping[str, Term]
+TermScope = Mapping[str, f.Term]
 """What stands in PDDL for the variables of a formula."""
 
 
@@ -99,10 +81,10 @@ class Glossary:
         """The predicate without arguments that says that an action has been taken."""
         return self.performed.setdefault(operator, self.predicates[f"done-{operator}"])
 
-    def precedes(self, first: Term, second: Term) -> Atom:
+    def precedes(self, first: f.Term, second: f.Term) -> f.Atom:
         """The first object has the lower index."""
         self.ordered = True
-        return Atom(self.predicates[f" {ORDER}"], (first, second))
+        return f.Atom(self.predicates[f" {ORDER}"], (first, second))
 
 
 class ConditionWriter:
@@ -123,116 +105,116 @@ class ConditionWriter:
         self._count = 0
         self._scene = scene
 
-    def parameters(self, variables: Sequence[Variable]) -> tuple[Variable, ...]:
+    def parameters(self, variables: Sequence[f.Variable]) -> tuple[f.Variable, ...]:
         """Parameters by their names in PDDL."""
-        return tuple([Variable(self._variables[variable.name]) for variable in variables])
+        return tuple([f.Variable(self._variables[variable.name]) for variable in variables])
 
-    def fresh(self, like: str, category: str | None = None) -> Variable:
+    def fresh(self, like: str, category: str | None = None) -> f.Variable:
         """A variable that nothing else is called by."""
         name = like if like not in self._variables else None
         while name is None:
             self._count += 1
             tried = f"{like}{self._count}"
             name = tried if tried not in self._variables else None
-        return Variable(self._variables[name], None if category is None else self.glossary.types[category])
+        return f.Variable(self._variables[name], None if category is None else self.glossary.types[category])
 
-    def term(self, term: Term, scope: TermScope) -> Term:
+    def term(self, term: f.Term, scope: TermScope) -> f.Term:
         """A variable or constant in PDDL.
 
         Raises:
             DomainError: the variable is bound nowhere.
         """
-        if isinstance(term, Constant):
-            return Constant(self._things[term.name])
+        if isinstance(term, f.Constant):
+            return f.Constant(self._things[term.name])
         if term.name not in scope:
             raise DomainError(f"variable {term.name} is not bound")
         return scope[term.name]
 
-    def convert(self, formula: Formula, scope: TermScope) -> Formula:
+    def convert(self, formula: f.Formula, scope: TermScope) -> f.Formula:
         """The condition that a state formula means.
 
         Raises:
             DomainError: it is not about one state, or uses what is not declared.
         """
         match formula:
-            case Atom(predicate, arguments):
+            case f.Atom(predicate, arguments):
                 terms = tuple([self.term(term, scope) for term in arguments])
-                return Atom(self.glossary.predicate(predicate), terms)
-            case Occurs(action):
-                return Atom(self.glossary.done(action), ())
-            case Equals(left, right):
+                return f.Atom(self.glossary.predicate(predicate), terms)
+            case f.Occurs(action):
+                return f.Atom(self.glossary.done(action), ())
+            case f.Equals(left, right):
                 return equality(self.term(left, scope), self.term(right, scope))
-            case Not(operand):
+            case f.Not(operand):
                 return negation(self.convert(operand, scope))
-            case And(operands):
+            case f.And(operands):
                 return conjunction([self.convert(operand, scope) for operand in operands])
-            case Or(operands):
+            case f.Or(operands):
                 return disjunction([self.convert(operand, scope) for operand in operands])
-            case Implies(premise, conclusion):
+            case f.Implies(premise, conclusion):
                 return disjunction([negation(self.convert(premise, scope)), self.convert(conclusion, scope)])
-            case Exists(Variable(name, str(category)), Equals(left, right)) if (
-                Variable(name) in (left, right) and left != right
+            case f.Exists(f.Variable(name, str(category)), f.Equals(left, right)) if (
+                f.Variable(name) in (left, right) and left != right
             ):
-                other = right if left == Variable(name) else left
-                return Atom(self.glossary.kind(category), (self.term(other, scope),))
-            case ForAll(variable, body) | Exists(variable, body):
+                other = right if left == f.Variable(name) else left
+                return f.Atom(self.glossary.kind(category), (self.term(other, scope),))
+            case f.ForAll(variable, body) | f.Exists(variable, body):
                 bound = self.fresh(variable.name, variable.category)
-                inner = self.convert(body, {**scope, variable.name: Variable(bound.name)})
+                inner = self.convert(body, {**scope, variable.name: f.Variable(bound.name)})
                 return type(formula)(bound, inner)
-            case Exactly(count, variable, body):
+            case f.Exactly(count, variable, body):
                 return self._exactly(count, variable, body, scope)
-            case ForPairs():
+            case f.ForPairs():
                 return self._pairs(formula, scope)
             case _:
                 raise DomainError(f"{type(formula).__name__} is not a condition on one state")
 
-    def _exactly(self, count: int, variable: Variable, body: Formula, scope: TermScope) -> Formula:
+    def _exactly(self, count: int, variable: f.Variable, body: f.Formula, scope: TermScope) -> f.Formula:
         """There are so many different ones, and every one is one of them."""
         chosen = [self.fresh(variable.name, variable.category) for _ in range(count)]
-        terms: list[Term] = [Variable(each.name) for each in chosen]
+        terms: list[f.Term] = [f.Variable(each.name) for each in chosen]
         met = [self.convert(body, {**scope, variable.name: term}) for term in terms]
         other = self.fresh(variable.name, variable.category)
-        rest = self.convert(body, {**scope, variable.name: Variable(other.name)})
-        among = [equality(Variable(other.name), term) for term in terms]
-        only = ForAll(other, disjunction([negation(rest), *among]))
+        rest = self.convert(body, {**scope, variable.name: f.Variable(other.name)})
+        among = [equality(f.Variable(other.name), term) for term in terms]
+        only = f.ForAll(other, disjunction([negation(rest), *among]))
         return _some(chosen, conjunction([*met, *_different(terms), only]))
 
-    def _pairs(self, formula: ForPairs, scope: TermScope) -> Formula:
+    def _pairs(self, formula: f.ForPairs, scope: TermScope) -> f.Formula:
         """As many pairs as the smaller category has objects, or as are asked for, all different."""
         if self._scene is None:
             raise DomainError("a pairing of objects has a PDDL form in goals only")
         first, second, body, count = formula.first, formula.second, formula.body, formula.count
         sizes = [self._scene.category(each.category).bit_count() for each in (first, second)]
         if (min(sizes) if count is None else count) > min(sizes):
-            return FALSE
+            return f.FALSE
         smaller, larger = (first, second) if sizes[0] <= sizes[1] else (second, first)
-        members: list[Term] = [Constant(self._things[name]) for name in self._members(smaller)]
-        chosen: list[Variable] = []
+        members: list[f.Term] = [f.Constant(self._things[name]) for name in self._members(smaller)]
+        chosen: list[f.Variable] = []
         if count is not None and count < len(members):
             chosen = [self.fresh(smaller.name, smaller.category) for _ in range(count)]
-            members = [Variable(each.name) for each in chosen]
+            members = [f.Variable(each.name) for each in chosen]
         partners = [self.fresh(larger.name, larger.category) for _ in members]
-        terms: list[Term] = [Variable(each.name) for each in partners]
-        parts: list[Formula] = [] if not chosen else list(_different(members))
+        terms: list[f.Term] = [f.Variable(each.name) for each in partners]
+        parts: list[f.Formula] = [] if not chosen else list(_different(members))
         for one, other in zip(members, terms, strict=True):
             parts.append(negation(equality(one, other)))
             parts.append(self.convert(body, {**scope, smaller.name: one, larger.name: other}))
         return _some([*chosen, *partners], conjunction([*parts, *_different(terms)]))
 
-    def _members(self, variable: Variable) -> tuple[str, ...]:
+    def _members(self, variable: f.Variable) -> tuple[str, ...]:
         scene = self._scene
         return () if scene is None else scene.names(scene.category(variable.category))
 
 
-def _different(terms: Sequence[Term]) -> Iterator[Formula]:
+def _different(terms: Sequence[f.Term]) -> Iterator[f.Formula]:
     for index, one in enumerate(terms):
         for other in terms[:index]:
             yield negation(equality(one, other))
 
 
-def _some(variables: Sequence[Variable], body: Formula) -> Formula:
+def _some(variables: Sequence[f.Variable], body: f.Formula) -> f.Formula:
     for variable in reversed(variables):
-        body = Exists(variable, body)
+        body = f.Exists(variable, body)
     return body
 
 
@@ -253,25 +235,25 @@ def reads(derived: DerivedPredicate) -> frozenset[str]:
     """The predicates that a derived predicate speaks of."""
     if not isinstance(derived, Defined):
         return frozenset(derived.reads)
-    return frozenset([part.predicate for part in walk(derived.definition) if isinstance(part, Atom)])
+    return frozenset([part.predicate for part in walk(derived.definition) if isinstance(part, f.Atom)])
 
 
-def without(formula: Formula, hidden: frozenset[str], *, positive: bool = True) -> Formula:
+def without(formula: f.Formula, hidden: frozenset[str], *, positive: bool = True) -> f.Formula:
     """The formula in which what is hidden is as the formula needs it (or, not ``positive``, is not)."""
     match formula:
-        case Atom(predicate):
-            return (TRUE if positive else FALSE) if predicate in hidden else formula
-        case Not(operand):
+        case f.Atom(predicate):
+            return (f.TRUE if positive else f.FALSE) if predicate in hidden else formula
+        case f.Not(operand):
             return negation(without(operand, hidden, positive=not positive))
-        case And(operands):
+        case f.And(operands):
             return conjunction([without(operand, hidden, positive=positive) for operand in operands])
-        case Or(operands):
+        case f.Or(operands):
             return disjunction([without(operand, hidden, positive=positive) for operand in operands])
-        case Implies(premise, conclusion):
-            return without(Or((Not(premise), conclusion)), hidden, positive=positive)
-        case Exists(variable, body) | ForAll(variable, body):
+        case f.Implies(premise, conclusion):
+            return without(f.Or((f.Not(premise), conclusion)), hidden, positive=positive)
+        case f.Exists(variable, body) | f.ForAll(variable, body):
             inner = without(body, hidden, positive=positive)
-            return inner if inner in (TRUE, FALSE) else type(formula)(variable, inner)
+            return inner if inner in (f.TRUE, f.FALSE) else type(formula)(variable, inner)
         case _:
-            mentions = any(isinstance(part, Atom) and part.predicate in hidden for part in walk(formula))
-            return formula if not mentions else TRUE if positive else FALSE
+            mentions = any(isinstance(part, f.Atom) and part.predicate in hidden for part in walk(formula))
+            return formula if not mentions else f.TRUE if positive else f.FALSE

@@ -10,35 +10,10 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from eai.logic.formula import (
-    And,
-    Atom,
-    Equals,
-    Exists,
-    ForAll,
-    Formula,
-    Implies,
-    Not,
-    Or,
-    Term,
-    Variable,
-)
+import eai.logic.formula as f
+import eai.pddl.model as m
 from eai.pddl.evaluation import DerivedPredicates
 from eai.pddl.execute import PlanStep
-from eai.pddl.model import (
-    AddEffect,
-    Both,
-    DeleteEffect,
-    Each,
-    PddlAction,
-    PddlDomain,
-    PddlEffect,
-    PddlProblem,
-    WhenEffect,
-    effect_atoms,
-    objects_by_type,
-    type_of,
-)
 
 
 class GroundCondition(NamedTuple):
@@ -93,12 +68,14 @@ _Binding = Mapping[str, str]
 class Grounder:
     """Grounds one domain and problem; atoms are numbered in the order in which they are met."""
 
-    def __init__(self, domain: PddlDomain, problem: PddlProblem) -> None:
+    def __init__(self, domain: m.PddlDomain, problem: m.PddlProblem) -> None:
         self._domain = domain
         self._problem = problem
-        self._objects = objects_by_type(domain, problem)
+        self._objects = m.objects_by_type(domain, problem)
         self._facts = {_key(atom, {}) for atom in problem.initial}
-        self._changing = {atom.predicate for action in domain.actions for atom in effect_atoms(action.effect)}
+        self._changing = {
+            atom.predicate for action in domain.actions for atom in m.effect_atoms(action.effect)
+        }
         self._changing |= {axiom.name for axiom in domain.axioms}
         self._axioms = DerivedPredicates(domain.axioms).axioms
         self._numbers: dict[_Key, int] = {}
@@ -132,19 +109,19 @@ class Grounder:
     def central_objects(self) -> frozenset[str]:
         """The objects that the goal names, and those of the types that operators ask for by name."""
         named = {term.name for atom in _atoms(self._problem.goal) for term in atom.arguments}
-        asked = {type_of(parameter) for action in self._domain.actions for parameter in action.parameters}
+        asked = {m.type_of(parameter) for action in self._domain.actions for parameter in action.parameters}
         everything = set(self._objects["object"])
         for members in (self._objects.get(name, ()) for name in asked):
             if set(members) != everything:
                 named.update(members)
         return frozenset(named)
 
-    def _bindings(self, action: PddlAction, allowed: frozenset[str] | None) -> Iterator[dict[str, str]]:
+    def _bindings(self, action: m.PddlAction, allowed: frozenset[str] | None) -> Iterator[dict[str, str]]:
         """The bindings that satisfy the unchanging atoms of the precondition's top level."""
         tests = _tests_by_variable(action, self._unchanging(action.precondition))
         stack: list[dict[str, str]] = [{}]
         for parameter in action.parameters:
-            members = self._objects.get(type_of(parameter), ())
+            members = self._objects.get(m.type_of(parameter), ())
             candidates = [name for name in members if allowed is None or name in allowed]
             stack = [
                 extended
@@ -154,14 +131,16 @@ class Grounder:
             ]
         return iter(stack)
 
-    def _unchanging(self, precondition: Formula) -> list[Atom]:
-        conjuncts = precondition.operands if isinstance(precondition, And) else (precondition,)
-        return [part for part in conjuncts if isinstance(part, Atom) and part.predicate not in self._changing]
+    def _unchanging(self, precondition: f.Formula) -> list[f.Atom]:
+        conjuncts = precondition.operands if isinstance(precondition, f.And) else (precondition,)
+        return [
+            part for part in conjuncts if isinstance(part, f.Atom) and part.predicate not in self._changing
+        ]
 
-    def _passes(self, tests: Sequence[Atom], binding: _Binding) -> bool:
+    def _passes(self, tests: Sequence[f.Atom], binding: _Binding) -> bool:
         return all(_key(atom, binding) in self._facts for atom in tests)
 
-    def _action(self, action: PddlAction, binding: _Binding) -> GroundAction | None:
+    def _action(self, action: m.PddlAction, binding: _Binding) -> GroundAction | None:
         precondition = self._condition(action.precondition, binding, negated=False)
         if precondition is None:
             return None
@@ -181,46 +160,46 @@ class Grounder:
         )
 
     def _changes(
-        self, effect: PddlEffect, binding: _Binding, condition: GroundCondition
+        self, effect: m.PddlEffect, binding: _Binding, condition: GroundCondition
     ) -> Iterator[GroundChange]:
         match effect:
-            case AddEffect(atom):
+            case m.AddEffect(atom):
                 yield GroundChange(condition, self._bit(atom, binding), 0)
-            case DeleteEffect(atom):
+            case m.DeleteEffect(atom):
                 yield GroundChange(condition, 0, self._bit(atom, binding))
-            case Both(parts):
+            case m.Both(parts):
                 for part in parts:
                     yield from self._changes(part, binding, condition)
-            case Each(variable, part):
+            case m.Each(variable, part):
                 for inner in self._extensions(variable, binding):
                     yield from self._changes(part, inner, condition)
-            case WhenEffect(premise, part):
+            case m.WhenEffect(premise, part):
                 combined = _all_of((condition, self._condition(premise, binding, negated=False)))
                 if combined is not None:
                     yield from self._changes(part, binding, combined)
 
-    def _condition(self, formula: Formula, binding: _Binding, *, negated: bool) -> GroundCondition | None:
+    def _condition(self, formula: f.Formula, binding: _Binding, *, negated: bool) -> GroundCondition | None:
         """The ground condition, or None if it is false in every state."""
         match formula:
-            case Atom():
+            case f.Atom():
                 return self._literal(formula, binding, negated=negated)
-            case Equals(left, right):
+            case f.Equals(left, right):
                 return ALWAYS if (_name(left, binding) == _name(right, binding)) != negated else None
-            case Not(operand):
+            case f.Not(operand):
                 return self._condition(operand, binding, negated=not negated)
-            case And(operands) | Or(operands):
+            case f.And(operands) | f.Or(operands):
                 parts = (self._condition(operand, binding, negated=negated) for operand in operands)
-                return _all_of(parts) if isinstance(formula, And) != negated else _one_of(parts)
-            case Implies(premise, conclusion):
-                return self._condition(Or((Not(premise), conclusion)), binding, negated=negated)
-            case ForAll(variable, body) | Exists(variable, body):
+                return _all_of(parts) if isinstance(formula, f.And) != negated else _one_of(parts)
+            case f.Implies(premise, conclusion):
+                return self._condition(f.Or((f.Not(premise), conclusion)), binding, negated=negated)
+            case f.ForAll(variable, body) | f.Exists(variable, body):
                 inners = self._extensions(variable, binding)
                 parts = (self._condition(body, inner, negated=negated) for inner in inners)
-                return _all_of(parts) if isinstance(formula, ForAll) != negated else _one_of(parts)
+                return _all_of(parts) if isinstance(formula, f.ForAll) != negated else _one_of(parts)
             case _:
                 raise ValueError(f"{type(formula).__name__} has no PDDL form")
 
-    def _literal(self, atom: Atom, binding: _Binding, *, negated: bool) -> GroundCondition | None:
+    def _literal(self, atom: f.Atom, binding: _Binding, *, negated: bool) -> GroundCondition | None:
         if atom.predicate in self._axioms:
             return self._derived(atom, binding, negated=negated)
         if atom.predicate not in self._changing:
@@ -228,7 +207,7 @@ class Grounder:
         bit = self._bit(atom, binding)
         return GroundCondition(0, bit, ()) if negated else GroundCondition(bit, 0, ())
 
-    def _derived(self, atom: Atom, binding: _Binding, *, negated: bool) -> GroundCondition | None:
+    def _derived(self, atom: f.Atom, binding: _Binding, *, negated: bool) -> GroundCondition | None:
         """The condition of a derived predicate; one that depends on itself has none."""
         names = [_name(term, binding) for term in atom.arguments]
         parts = (
@@ -241,12 +220,12 @@ class Grounder:
         )
         return _all_of(parts) if negated else _one_of(parts)
 
-    def _bit(self, atom: Atom, binding: _Binding) -> int:
+    def _bit(self, atom: f.Atom, binding: _Binding) -> int:
         key = _key(atom, binding)
         return 1 << self._numbers.setdefault(key, len(self._numbers))
 
-    def _extensions(self, variable: Variable, binding: _Binding) -> Iterator[_Binding]:
-        return ({**binding, variable.name: name} for name in self._objects.get(type_of(variable), ()))
+    def _extensions(self, variable: f.Variable, binding: _Binding) -> Iterator[_Binding]:
+        return ({**binding, variable.name: name} for name in self._objects.get(m.type_of(variable), ()))
 
 
 def _all_of(parts: Iterable[GroundCondition | None]) -> GroundCondition | None:
@@ -273,33 +252,33 @@ def _one_of(parts: Iterable[GroundCondition | None]) -> GroundCondition | None:
     return GroundCondition(0, 0, (tuple(options),))
 
 
-def _tests_by_variable(action: PddlAction, atoms: Sequence[Atom]) -> dict[str, list[Atom]]:
+def _tests_by_variable(action: m.PddlAction, atoms: Sequence[f.Atom]) -> dict[str, list[f.Atom]]:
     """For each parameter the atoms whose variables are all bound once it is, in order of the parameters."""
-    tests: dict[str, list[Atom]] = {parameter.name: [] for parameter in action.parameters}
+    tests: dict[str, list[f.Atom]] = {parameter.name: [] for parameter in action.parameters}
     order = list(tests)
     for atom in atoms:
-        places = [order.index(term.name) for term in atom.arguments if isinstance(term, Variable)]
+        places = [order.index(term.name) for term in atom.arguments if isinstance(term, f.Variable)]
         if places:
             tests[order[max(places)]].append(atom)
     return tests
 
 
-def _atoms(formula: Formula) -> Iterator[Atom]:
+def _atoms(formula: f.Formula) -> Iterator[f.Atom]:
     match formula:
-        case Atom():
+        case f.Atom():
             yield formula
-        case Not(body) | ForAll(_, body) | Exists(_, body):
+        case f.Not(body) | f.ForAll(_, body) | f.Exists(_, body):
             yield from _atoms(body)
-        case And(operands) | Or(operands):
+        case f.And(operands) | f.Or(operands):
             for operand in operands:
                 yield from _atoms(operand)
-        case Implies(premise, conclusion):
-            yield from _atoms(And((premise, conclusion)))
+        case f.Implies(premise, conclusion):
+            yield from _atoms(f.And((premise, conclusion)))
 
 
-def _key(atom: Atom, binding: _Binding) -> _Key:
+def _key(atom: f.Atom, binding: _Binding) -> _Key:
     return (atom.predicate, *(_name(term, binding) for term in atom.arguments))
 
 
-def _name(term: Term, binding: _Binding) -> str:
-    return binding[term.name] if isinstance(term, Variable) else term.name
+def _name(term: f.Term, binding: _Binding) -> str:
+    return binding[term.name] if isinstance(term, f.Variable) else term.name

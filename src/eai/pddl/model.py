@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import TypeAlias
 
-from eai.logic.formula import And, Atom, Equals, Exists, ForAll, Formula, Implies, Not, Or, Variable
+import eai.logic.formula as f
 
 OBJECT = "object"
 """The root of every type hierarchy."""
@@ -21,14 +21,14 @@ OBJECT = "object"
 class AddEffect:
     """The atom becomes true."""
 
-    atom: Atom
+    atom: f.Atom
 
 
 @dataclass(frozen=True, slots=True)
 class DeleteEffect:
     """The atom becomes false, unless another part of the same effect makes it true."""
 
-    atom: Atom
+    atom: f.Atom
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,7 +42,7 @@ class Both:
 class Each:
     """The part takes place for every object of the variable's type."""
 
-    variable: Variable
+    variable: f.Variable
     part: PddlEffect
 
 
@@ -50,7 +50,7 @@ class Each:
 class WhenEffect:
     """The part takes place if the condition held before."""
 
-    condition: Formula
+    condition: f.Formula
     part: PddlEffect
 
 
@@ -72,7 +72,7 @@ class PddlPredicate:
     """A declared predicate with its typed parameters."""
 
     name: str
-    parameters: tuple[Variable, ...]
+    parameters: tuple[f.Variable, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,8 +80,8 @@ class PddlAction:
     """An operator."""
 
     name: str
-    parameters: tuple[Variable, ...]
-    precondition: Formula
+    parameters: tuple[f.Variable, ...]
+    precondition: f.Formula
     effect: PddlEffect
 
 
@@ -90,8 +90,8 @@ class PddlAxiom:
     """A derived predicate: it holds of its parameters where the condition does."""
 
     name: str
-    parameters: tuple[Variable, ...]
-    condition: Formula
+    parameters: tuple[f.Variable, ...]
+    condition: f.Formula
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,12 +117,12 @@ class PddlProblem:
     name: str
     domain: str
     objects: tuple[TypedName, ...]
-    initial: tuple[Atom, ...]
-    denied: tuple[Atom, ...]
-    goal: Formula
+    initial: tuple[f.Atom, ...]
+    denied: tuple[f.Atom, ...]
+    goal: f.Formula
 
 
-def type_of(variable: Variable) -> str:
+def type_of(variable: f.Variable) -> str:
     """What a variable ranges over; a variable without a type ranges over everything."""
     return variable.category or OBJECT
 
@@ -147,7 +147,7 @@ def objects_by_type(domain: PddlDomain, problem: PddlProblem) -> dict[str, tuple
     return {name: tuple(dict.fromkeys(items)) for name, items in members.items()}
 
 
-def effect_atoms(effect: PddlEffect) -> Iterator[Atom]:
+def effect_atoms(effect: PddlEffect) -> Iterator[f.Atom]:
     """The atoms that an effect adds or deletes, left to right."""
     match effect:
         case AddEffect(atom) | DeleteEffect(atom):
@@ -159,7 +159,7 @@ def effect_atoms(effect: PddlEffect) -> Iterator[Atom]:
             yield from effect_atoms(part)
 
 
-def effect_conditions(effect: PddlEffect) -> Iterator[Formula]:
+def effect_conditions(effect: PddlEffect) -> Iterator[f.Formula]:
     """The conditions of an effect's conditional parts, left to right."""
     match effect:
         case Both(parts):
@@ -172,29 +172,29 @@ def effect_conditions(effect: PddlEffect) -> Iterator[Formula]:
             yield from effect_conditions(part)
 
 
-def map_literals(formula: Formula, change: Callable[[Atom | Equals], Formula]) -> Formula:
+def map_literals(formula: f.Formula, change: Callable[[f.Atom | f.Equals], f.Formula]) -> f.Formula:
     """The formula with every atom and equation replaced by what ``change`` makes of it."""
     match formula:
-        case Atom() | Equals():
+        case f.Atom() | f.Equals():
             return change(formula)
-        case Not(operand):
-            return Not(map_literals(operand, change))
-        case And(operands):
-            return And(tuple(map_literals(operand, change) for operand in operands))
-        case Or(operands):
-            return Or(tuple(map_literals(operand, change) for operand in operands))
-        case Implies(premise, conclusion):
-            return Implies(map_literals(premise, change), map_literals(conclusion, change))
-        case ForAll(variable, body):
-            return ForAll(variable, map_literals(body, change))
-        case Exists(variable, body):
-            return Exists(variable, map_literals(body, change))
+        case f.Not(operand):
+            return f.Not(map_literals(operand, change))
+        case f.And(operands):
+            return f.And(tuple(map_literals(operand, change) for operand in operands))
+        case f.Or(operands):
+            return f.Or(tuple(map_literals(operand, change) for operand in operands))
+        case f.Implies(premise, conclusion):
+            return f.Implies(map_literals(premise, change), map_literals(conclusion, change))
+        case f.ForAll(variable, body):
+            return f.ForAll(variable, map_literals(body, change))
+        case f.Exists(variable, body):
+            return f.Exists(variable, map_literals(body, change))
         case _:
             raise ValueError(f"{type(formula).__name__} has no PDDL form")
 
 
 def map_effect(
-    effect: PddlEffect, condition: Callable[[Formula], Formula], atom: Callable[[Atom], Atom]
+    effect: PddlEffect, condition: Callable[[f.Formula], f.Formula], atom: Callable[[f.Atom], f.Atom]
 ) -> PddlEffect:
     """The effect with its conditions and its added and deleted atoms replaced."""
     match effect:

@@ -19,19 +19,9 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 
-from eai.logic.formula import FALSE, Atom, Constant, Equals, Formula, Term, Variable
+import eai.logic.formula as f
+import eai.pddl.model as m
 from eai.pddl.check import Declarations, check_action
-from eai.pddl.model import (
-    OBJECT,
-    PddlAction,
-    PddlDomain,
-    PddlEffect,
-    PddlPredicate,
-    PddlProblem,
-    effect_atoms,
-    map_effect,
-    map_literals,
-)
 from eai.pddl.offence import Offence, PddlError, PddlFinding
 from eai.pddl.operator_text import OperatorText
 from eai.pddl.planning import PlanningTask
@@ -49,7 +39,7 @@ class Dropped:
     reason: str
 
 
-def read_operator(source: OperatorText, header: PddlDomain) -> PddlAction | Dropped | PddlFinding:
+def read_operator(source: OperatorText, header: m.PddlDomain) -> m.PddlAction | Dropped | PddlFinding:
     """An operator with all its variables bound, or the offence for which the planner refuses its domain.
 
     Depends on nothing but its arguments, so that results may be kept.
@@ -60,7 +50,7 @@ def read_operator(source: OperatorText, header: PddlDomain) -> PddlAction | Drop
         return PddlFinding(error.offence, error.expected, f"operator {source.name}")
 
 
-def normalise(header: PddlDomain, actions: Iterable[PddlAction], problem: PddlProblem) -> PlanningTask:
+def normalise(header: m.PddlDomain, actions: Iterable[m.PddlAction], problem: m.PddlProblem) -> PlanningTask:
     """The rewritten domain and problem; fatal is the addition of an atom with an unbound variable.
 
     Args:
@@ -72,14 +62,14 @@ def normalise(header: PddlDomain, actions: Iterable[PddlAction], problem: PddlPr
     names = _UnknownNames(frozenset(item.name for item in objects))
     renamed = tuple(map(names.action, _with_distinct_names(actions)))
     initial = tuple(map(names.atom, problem.initial))
-    goal = map_literals(problem.goal, names.literal)
+    goal = m.map_literals(problem.goal, names.literal)
     domain = replace(
         header,
         constants=objects,
-        predicates=(*header.predicates, PddlPredicate(UNBOUND_ADDED.predicate, ()), *names.predicates),
+        predicates=(*header.predicates, m.PddlPredicate(UNBOUND_ADDED.predicate, ()), *names.predicates),
         actions=renamed,
     )
-    unbound_added = any(UNBOUND_ADDED in effect_atoms(action.effect) for action in renamed)
+    unbound_added = any(UNBOUND_ADDED in m.effect_atoms(action.effect) for action in renamed)
     return PlanningTask(
         domain=domain,
         problem=replace(problem, objects=(), initial=initial, denied=(), goal=goal),
@@ -87,7 +77,7 @@ def normalise(header: PddlDomain, actions: Iterable[PddlAction], problem: PddlPr
     )
 
 
-def _read(source: OperatorText, header: PddlDomain) -> PddlAction | Dropped | PddlFinding:
+def _read(source: OperatorText, header: m.PddlDomain) -> m.PddlAction | Dropped | PddlFinding:
     place = f"operator {source.name}"
     texts = (source.parameters, source.precondition, source.effect)
     if not all(text.isascii() for text in (source.name, *texts)):
@@ -97,20 +87,20 @@ def _read(source: OperatorText, header: PddlDomain) -> PddlAction | Dropped | Pd
         return PddlFinding(Offence.UNBALANCED, ")", place)
     precondition = _without_types(PddlReader(texts[1]).condition(_marked(groups[1])), header)
     effect = PddlReader(texts[2]).whole_effect(_marked(groups[2]))
-    effect = map_effect(effect, lambda condition: _without_types(condition, header), _same)
+    effect = m.map_effect(effect, lambda condition: _without_types(condition, header), _same)
     parameters = _parameters(texts[0], groups[0])
-    action = PddlAction(source.name.lower(), parameters or (), precondition, effect)
+    action = m.PddlAction(source.name.lower(), parameters or (), precondition, effect)
     for finding in check_action(action, Declarations.of(header)):
         if finding.offence in _REFUSED:
             return finding
     if parameters is None:
         return Dropped("a parameter of several types")
-    if next(effect_atoms(effect), None) is None:
+    if next(m.effect_atoms(effect), None) is None:
         return Dropped("no effect")
     return bind_loose_variables(action)
 
 
-def _parameters(text: str, group: Group) -> tuple[Variable, ...] | None:
+def _parameters(text: str, group: Group) -> tuple[f.Variable, ...] | None:
     """The parameters, each name once; None if one of them has several types."""
     try:
         found = PddlReader(text).variables(group)
@@ -143,24 +133,24 @@ def _bound_words(names: tuple[SExpr, ...]) -> list[str]:
     ]
 
 
-def _without_types(condition: Formula, header: PddlDomain) -> Formula:
+def _without_types(condition: f.Formula, header: m.PddlDomain) -> f.Formula:
     """The condition with every type that is used as a predicate made false."""
-    types = {OBJECT, *(item.name for item in header.types)} - {item.name for item in header.predicates}
+    types = {m.OBJECT, *(item.name for item in header.types)} - {item.name for item in header.predicates}
 
-    def change(literal: Atom | Equals) -> Formula:
-        is_type = isinstance(literal, Atom) and literal.predicate in types and len(literal.arguments) == 1
-        return FALSE if is_type else literal
+    def change(literal: f.Atom | f.Equals) -> f.Formula:
+        is_type = isinstance(literal, f.Atom) and literal.predicate in types and len(literal.arguments) == 1
+        return f.FALSE if is_type else literal
 
-    return map_literals(condition, change)
+    return m.map_literals(condition, change)
 
 
-def _same(atom: Atom) -> Atom:
+def _same(atom: f.Atom) -> f.Atom:
     return atom
 
 
-def _with_distinct_names(actions: Iterable[PddlAction]) -> list[PddlAction]:
+def _with_distinct_names(actions: Iterable[m.PddlAction]) -> list[m.PddlAction]:
     """The operators, a name that was there before with a number behind it."""
-    found: dict[str, PddlAction] = {}
+    found: dict[str, m.PddlAction] = {}
     for action in actions:
         name, number = action.name, 1
         while name in found:
@@ -175,34 +165,34 @@ class _UnknownNames:
     """Moves constants that no one declared from the arguments into the predicate."""
 
     known: frozenset[str]
-    made: dict[str, PddlPredicate] = field(default_factory=dict)
+    made: dict[str, m.PddlPredicate] = field(default_factory=dict)
 
     @property
-    def predicates(self) -> tuple[PddlPredicate, ...]:
+    def predicates(self) -> tuple[m.PddlPredicate, ...]:
         """The predicates that were made on the way."""
         return tuple(self.made.values())
 
-    def action(self, action: PddlAction) -> PddlAction:
-        precondition = map_literals(action.precondition, self.literal)
+    def action(self, action: m.PddlAction) -> m.PddlAction:
+        precondition = m.map_literals(action.precondition, self.literal)
         return replace(action, precondition=precondition, effect=self._effect(action.effect))
 
-    def literal(self, literal: Atom | Equals) -> Formula:
-        if isinstance(literal, Atom):
+    def literal(self, literal: f.Atom | f.Equals) -> f.Formula:
+        if isinstance(literal, f.Atom):
             return self.atom(literal)
-        return FALSE if self._is_unknown(literal.left) or self._is_unknown(literal.right) else literal
+        return f.FALSE if self._is_unknown(literal.left) or self._is_unknown(literal.right) else literal
 
-    def atom(self, atom: Atom) -> Atom:
+    def atom(self, atom: f.Atom) -> f.Atom:
         unknown = [(place, term) for place, term in enumerate(atom.arguments) if self._is_unknown(term)]
         if not unknown:
             return atom
         name = "--".join([atom.predicate, *(f"{place}-{term.name}" for place, term in unknown)])
         arguments = tuple(term for term in atom.arguments if not self._is_unknown(term))
-        parameters = tuple(Variable(f"x{place}") for place in range(len(arguments)))
-        self.made[name] = PddlPredicate(name, parameters)
-        return Atom(name, arguments)
+        parameters = tuple(f.Variable(f"x{place}") for place in range(len(arguments)))
+        self.made[name] = m.PddlPredicate(name, parameters)
+        return f.Atom(name, arguments)
 
-    def _effect(self, effect: PddlEffect) -> PddlEffect:
-        return map_effect(effect, lambda condition: map_literals(condition, self.literal), self.atom)
+    def _effect(self, effect: m.PddlEffect) -> m.PddlEffect:
+        return m.map_effect(effect, lambda condition: m.map_literals(condition, self.literal), self.atom)
 
-    def _is_unknown(self, term: Term) -> bool:
-        return isinstance(term, Constant) and term.name not in self.known
+    def _is_unknown(self, term: f.Term) -> bool:
+        return isinstance(term, f.Constant) and term.name not in self.known

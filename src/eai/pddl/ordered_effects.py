@@ -13,17 +13,17 @@ from typing import TypeAlias
 
 from typing_extensions import assert_never
 
+import eai.logic.formula as f
+import eai.pddl.model as m
 from eai.errors import DomainError
-from eai.logic.formula import FALSE, TRUE, And, Atom, Equals, Exists, Formula, Term, Variable
 from eai.pddl.glossary import ConditionWriter, TermScope, without
-from eai.pddl.model import AddEffect, Both, DeleteEffect, Each, PddlEffect, WhenEffect
 from eai.pddl.simplify import conjunction, disjunction, equality, negation, substitute
 from eai.world.derived import Defined
 from eai.world.effect import ANYTHING, Add, Delete, Effect, ForEach, Let, When
 from eai.world.operator import Operator
 from eai.world.vocabulary import Predicate, Vocabulary
 
-_Place: TypeAlias = "tuple[int | Variable, ...]"
+_Place: TypeAlias = "tuple[int | f.Variable, ...]"
 """Where a change stands in the order: numbers in a sequence, and variables whose objects come by index."""
 
 
@@ -38,9 +38,9 @@ class _Change:
     """
 
     adds: bool
-    atom: Atom
-    variables: tuple[Variable, ...]
-    condition: Formula
+    atom: f.Atom
+    variables: tuple[f.Variable, ...]
+    condition: f.Formula
     place: _Place
 
 
@@ -49,14 +49,14 @@ class _Context:
     """What the effects around an effect have fixed."""
 
     scope: TermScope
-    variables: tuple[Variable, ...] = ()
-    condition: Formula = TRUE
+    variables: tuple[f.Variable, ...] = ()
+    condition: f.Formula = f.TRUE
     place: _Place = ()
 
-    def on(self, condition: Formula) -> _Context:
+    def on(self, condition: f.Formula) -> _Context:
         return replace(self, condition=conjunction((self.condition, condition)))
 
-    def at(self, *place: int | Variable) -> _Context:
+    def at(self, *place: int | f.Variable) -> _Context:
         return replace(self, place=(*self.place, *place))
 
 
@@ -77,17 +77,17 @@ class OrderedEffects:
         self._scope = scope
         self._hidden = hidden
 
-    def of(self, operator: Operator) -> PddlEffect:
+    def of(self, operator: Operator) -> m.PddlEffect:
         """All that the operator does, tries included."""
         start = _Context(self._scope)
         changes: list[_Change] = []
         for number, each in enumerate(operator.tries):
-            made = And((each.condition, *(check.condition for check in each.checks)))
+            made = f.And((each.condition, *(check.condition for check in each.checks)))
             inside = start.on(self._read(made, start)).at(number)
             changes += self._sequence(each.effects, inside)
         changes += self._sequence(operator.effects, start.at(len(operator.tries)))
         parts = [part for change in changes for part in self._written(change, changes)]
-        return parts[0] if len(parts) == 1 else Both(tuple(parts))
+        return parts[0] if len(parts) == 1 else m.Both(tuple(parts))
 
     def _sequence(self, effects: Iterable[Effect], context: _Context) -> Iterator[_Change]:
         for number, effect in enumerate(effects):
@@ -114,63 +114,65 @@ class OrderedEffects:
             case _:
                 assert_never(effect)
 
-    def _bound(self, variable: Variable, context: _Context) -> tuple[Variable, _Context]:
+    def _bound(self, variable: f.Variable, context: _Context) -> tuple[f.Variable, _Context]:
         bound = self._conditions.fresh(variable.name)
         scope = {**context.scope, variable.name: bound}
         return bound, replace(context, scope=scope, variables=(*context.variables, bound))
 
-    def _read(self, condition: Formula, context: _Context) -> Formula:
+    def _read(self, condition: f.Formula, context: _Context) -> f.Formula:
         return self._conditions.convert(without(condition, self._hidden), context.scope)
 
-    def _first(self, variable: Variable, condition: Formula, bound: Variable, inside: _Context) -> Formula:
+    def _first(
+        self, variable: f.Variable, condition: f.Formula, bound: f.Variable, inside: _Context
+    ) -> f.Formula:
         """The object is the first that meets the condition."""
         meets = self._read(condition, inside)
-        if meets == TRUE or is_single(condition, variable, self._vocabulary):
+        if meets == f.TRUE or is_single(condition, variable, self._vocabulary):
             return meets
         other = self._conditions.fresh(variable.name)
         as_well = self._read(condition, replace(inside, scope={**inside.scope, variable.name: other}))
         earlier = conjunction((self._conditions.glossary.precedes(other, bound), as_well))
-        return conjunction((meets, negation(Exists(other, earlier))))
+        return conjunction((meets, negation(f.Exists(other, earlier))))
 
-    def _change(self, atom: Atom, context: _Context, *, adds: bool) -> _Change:
+    def _change(self, atom: f.Atom, context: _Context, *, adds: bool) -> _Change:
         """The change of an atom; a pattern becomes a change of all atoms that it matches."""
         stored = self._vocabulary.stored(atom.predicate)
         if stored is None:
             raise DomainError(f"an effect changes {atom.predicate}, which is not a stored predicate")
         variables = list(context.variables)
-        terms: list[Term] = []
+        terms: list[f.Term] = []
         for term in atom.arguments:
             if term == ANYTHING:
                 variables.append(self._conditions.fresh("other"))
                 terms.append(variables[-1])
             else:
                 terms.append(self._conditions.term(term, context.scope))
-        written = Atom(self._conditions.glossary.predicate(atom.predicate), tuple(terms))
+        written = f.Atom(self._conditions.glossary.predicate(atom.predicate), tuple(terms))
         return _Change(adds, written, tuple(variables), context.condition, context.place)
 
-    def _written(self, change: _Change, changes: Sequence[_Change]) -> Iterator[PddlEffect]:
+    def _written(self, change: _Change, changes: Sequence[_Change]) -> Iterator[m.PddlEffect]:
         condition = change.condition
         if change.adds:
             undone = [self._undone(change, other) for other in changes if not other.adds]
             condition = conjunction((condition, *map(negation, undone)))
-        if condition == FALSE:
+        if condition == f.FALSE:
             return
-        effect: PddlEffect = AddEffect(change.atom) if change.adds else DeleteEffect(change.atom)
-        if condition != TRUE:
-            effect = WhenEffect(condition, effect)
+        effect: m.PddlEffect = m.AddEffect(change.atom) if change.adds else m.DeleteEffect(change.atom)
+        if condition != f.TRUE:
+            effect = m.WhenEffect(condition, effect)
         for variable in reversed(change.variables):
-            effect = Each(variable, effect)
+            effect = m.Each(variable, effect)
         yield effect
 
-    def _undone(self, addition: _Change, deletion: _Change) -> Formula:
+    def _undone(self, addition: _Change, deletion: _Change) -> f.Formula:
         """A later deletion takes place of the atom that is added."""
         if addition.atom.predicate != deletion.atom.predicate:
-            return FALSE
-        terms: dict[str, Term] = {}
+            return f.FALSE
+        terms: dict[str, f.Term] = {}
         own = {variable.name for variable in deletion.variables}
-        same: list[Formula] = []
+        same: list[f.Formula] = []
         for added, deleted in zip(addition.atom.arguments, deletion.atom.arguments, strict=True):
-            if isinstance(deleted, Variable) and deleted.name in own and deleted.name not in terms:
+            if isinstance(deleted, f.Variable) and deleted.name in own and deleted.name not in terms:
                 terms[deleted.name] = added
             else:
                 same.append(equality(substitute_term(deleted, terms), added))
@@ -184,34 +186,34 @@ class OrderedEffects:
         later = self._later(addition.place, deletion.place, terms)
         found = conjunction((*same, later, substitute(deletion.condition, terms)))
         if _denies(addition.condition, found):
-            return FALSE
+            return f.FALSE
         for variable in reversed(open_variables):
-            found = found if found in (TRUE, FALSE) else Exists(variable, found)
+            found = found if found in (f.TRUE, f.FALSE) else f.Exists(variable, found)
         return found
 
-    def _later(self, addition: _Place, deletion: _Place, terms: TermScope) -> Formula:
+    def _later(self, addition: _Place, deletion: _Place, terms: TermScope) -> f.Formula:
         """The deletion comes after the addition, its variables standing for ``terms``."""
         for depth, (mine, other) in enumerate(zip(addition, deletion, strict=False)):
-            if isinstance(mine, Variable) and isinstance(other, Variable):
+            if isinstance(mine, f.Variable) and isinstance(other, f.Variable):
                 theirs = terms.get(other.name, other)
                 rest = self._later(addition[depth + 1 :], deletion[depth + 1 :], terms)
                 if theirs == mine:
                     return rest
                 precedes = self._conditions.glossary.precedes(mine, theirs)
-                return disjunction((precedes, conjunction((Equals(mine, theirs), rest))))
+                return disjunction((precedes, conjunction((f.Equals(mine, theirs), rest))))
             if isinstance(mine, int) and isinstance(other, int) and mine != other:
-                return TRUE if mine < other else FALSE
-        return FALSE
+                return f.TRUE if mine < other else f.FALSE
+        return f.FALSE
 
 
-def is_single(condition: Formula, variable: Variable, vocabulary: Vocabulary) -> bool:
+def is_single(condition: f.Formula, variable: f.Variable, vocabulary: Vocabulary) -> bool:
     """Whether a condition says of itself that at most one value of a variable meets it."""
     match condition:
-        case And(operands):
+        case f.And(operands):
             return any(is_single(operand, variable, vocabulary) for operand in operands)
-        case Equals(left, right):
-            return (left == Variable(variable.name)) != (right == Variable(variable.name))
-        case Atom(predicate, (*others, last)) if last == Variable(variable.name) and last not in others:
+        case f.Equals(left, right):
+            return (left == f.Variable(variable.name)) != (right == f.Variable(variable.name))
+        case f.Atom(predicate, (*others, last)) if last == f.Variable(variable.name) and last not in others:
             declared = vocabulary.stored(predicate) or vocabulary.derived_by_name.get(predicate)
             match declared:
                 case Defined(parameters=parameters, definition=definition):
@@ -224,11 +226,11 @@ def is_single(condition: Formula, variable: Variable, vocabulary: Vocabulary) ->
             return False
 
 
-def substitute_term(term: Term, terms: TermScope) -> Term:
+def substitute_term(term: f.Term, terms: TermScope) -> f.Term:
     """What stands for a term."""
-    return terms.get(term.name, term) if isinstance(term, Variable) else term
+    return terms.get(term.name, term) if isinstance(term, f.Variable) else term
 
 
-def _denies(condition: Formula, other: Formula) -> bool:
+def _denies(condition: f.Formula, other: f.Formula) -> bool:
     """Whether two conditions plainly cannot hold together."""
-    return conjunction((condition, other)) == FALSE and other != FALSE
+    return conjunction((condition, other)) == f.FALSE and other != f.FALSE

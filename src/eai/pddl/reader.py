@@ -11,64 +11,35 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from eai.logic.formula import (
-    TRUE,
-    And,
-    Atom,
-    Constant,
-    Equals,
-    Exists,
-    ForAll,
-    Formula,
-    Implies,
-    Not,
-    Or,
-    Term,
-    Variable,
-)
-from eai.pddl.model import (
-    NO_EFFECT,
-    OBJECT,
-    AddEffect,
-    Both,
-    DeleteEffect,
-    Each,
-    PddlAction,
-    PddlAxiom,
-    PddlDomain,
-    PddlEffect,
-    PddlPredicate,
-    PddlProblem,
-    TypedName,
-    WhenEffect,
-)
+import eai.logic.formula as f
+import eai.pddl.model as m
 from eai.pddl.offence import Offence
 from eai.pddl.sexpr import Group, SExpr, Symbol, error_at, read_group
 
 _CONNECTIVES = frozenset({"and", "or", "not", "imply", "forall", "exists", "when", "="})
 
 
-def read_domain(text: str) -> PddlDomain:
+def read_domain(text: str) -> m.PddlDomain:
     """The domain that a text defines."""
     return PddlReader(text).domain(read_group(text))
 
 
-def read_problem(text: str) -> PddlProblem:
+def read_problem(text: str) -> m.PddlProblem:
     """The problem that a text defines."""
     return PddlReader(text).problem(read_group(text))
 
 
-def read_action(text: str) -> PddlAction:
+def read_action(text: str) -> m.PddlAction:
     """The operator ``(:action ...)`` with which a text begins."""
     return PddlReader(text).action(read_group(text))
 
 
-def read_formula(text: str) -> Formula:
+def read_formula(text: str) -> f.Formula:
     """The condition with which a text begins."""
     return PddlReader(text).formula(read_group(text))
 
 
-def read_effect(text: str) -> PddlEffect:
+def read_effect(text: str) -> m.PddlEffect:
     """The effect with which a text begins."""
     return PddlReader(text).effect(read_group(text))
 
@@ -86,11 +57,11 @@ class PddlReader:
     def __init__(self, text: str) -> None:
         self._text = text
 
-    def domain(self, group: Group) -> PddlDomain:
+    def domain(self, group: Group) -> m.PddlDomain:
         """The value of ``(define (domain ...) ...)``."""
         name, sections = self._definition(group, "domain")
         actions = [self.action(section) for section in sections if _head(section) == ":action"]
-        return PddlDomain(
+        return m.PddlDomain(
             name=name,
             requirements=tuple(self._word(item).text for item in _body(sections, ":requirements")),
             types=self._typed_names(_body(sections, ":types")),
@@ -100,23 +71,23 @@ class PddlReader:
             axioms=tuple(self._axiom(section) for section in sections if _head(section) == ":derived"),
         )
 
-    def problem(self, group: Group) -> PddlProblem:
+    def problem(self, group: Group) -> m.PddlProblem:
         """The value of ``(define (problem ...) ...)``."""
         name, sections = self._definition(group, "problem")
         facts = [self._literal(item) for item in _body(sections, ":init")]
         goals = [self.formula(item) for item in _body(sections, ":goal")]
-        return PddlProblem(
+        return m.PddlProblem(
             name=name,
             domain=" ".join(self._word(item).text for item in _body(sections, ":domain")),
             objects=self._typed_names(_body(sections, ":objects")),
-            initial=tuple(fact for fact in facts if isinstance(fact, Atom)),
+            initial=tuple(fact for fact in facts if isinstance(fact, f.Atom)),
             denied=tuple(
-                fact.operand for fact in facts if isinstance(fact, Not) and isinstance(fact.operand, Atom)
+                fact.operand for fact in facts if isinstance(fact, f.Not) and isinstance(fact.operand, f.Atom)
             ),
-            goal=goals[0] if len(goals) == 1 else And(tuple(goals)),
+            goal=goals[0] if len(goals) == 1 else f.And(tuple(goals)),
         )
 
-    def action(self, group: Group) -> PddlAction:
+    def action(self, group: Group) -> m.PddlAction:
         """The value of ``(:action name :parameters (...) :precondition ... :effect ...)``."""
         if _head(group) != ":action" or len(group.items) < 2:
             raise error_at(self._text, group.offset, Offence.MALFORMED, "(:action NAME ...)")
@@ -130,46 +101,46 @@ class PddlReader:
                 Offence.MALFORMED,
                 "pairs of a keyword and a list",
             )
-        return PddlAction(
+        return m.PddlAction(
             name=self._word(group.items[1]).text,
             parameters=self.variables(parts.get(":parameters", _EMPTY)),
             precondition=self.condition(parts.get(":precondition", _EMPTY)),
             effect=self.whole_effect(parts.get(":effect", _EMPTY)),
         )
 
-    def condition(self, expression: SExpr) -> Formula:
+    def condition(self, expression: SExpr) -> f.Formula:
         """A whole condition: as `formula`, and ``()`` is true."""
-        return TRUE if isinstance(expression, Group) and not expression.items else self.formula(expression)
+        return f.TRUE if isinstance(expression, Group) and not expression.items else self.formula(expression)
 
-    def whole_effect(self, expression: SExpr) -> PddlEffect:
+    def whole_effect(self, expression: SExpr) -> m.PddlEffect:
         """A whole effect: as `effect`, and ``()`` is none."""
         return (
-            NO_EFFECT if isinstance(expression, Group) and not expression.items else self.effect(expression)
+            m.NO_EFFECT if isinstance(expression, Group) and not expression.items else self.effect(expression)
         )
 
-    def formula(self, expression: SExpr) -> Formula:
+    def formula(self, expression: SExpr) -> f.Formula:
         """The value of a condition."""
         group, head = self._compound(expression)
         match head:
             case "and":
-                return And(tuple(map(self.formula, group.items[1:])))
+                return f.And(tuple(map(self.formula, group.items[1:])))
             case "or":
-                return Or(tuple(map(self.formula, group.items[1:])))
+                return f.Or(tuple(map(self.formula, group.items[1:])))
             case "not":
-                return Not(self.formula(self._parts(group, 1)[0]))
+                return f.Not(self.formula(self._parts(group, 1)[0]))
             case "imply":
                 premise, conclusion = self._parts(group, 2)
-                return Implies(self.formula(premise), self.formula(conclusion))
+                return f.Implies(self.formula(premise), self.formula(conclusion))
             case "forall" | "exists":
                 names, body = self._parts(group, 2)
-                quantifier = ForAll if head == "forall" else Exists
+                quantifier = f.ForAll if head == "forall" else f.Exists
                 result = self.formula(body)
                 for variable in reversed(self.variables(names)):
                     result = quantifier(variable, result)
                 return result
             case "=":
                 left, right = self._parts(group, 2)
-                return Equals(self._term(left), self._term(right))
+                return f.Equals(self._term(left), self._term(right))
             case "when":
                 raise error_at(
                     self._text, group.offset, Offence.EFFECT_IN_CONDITION, "a condition, not (when ...)"
@@ -177,25 +148,25 @@ class PddlReader:
             case _:
                 return self._atom(group)
 
-    def effect(self, expression: SExpr) -> PddlEffect:
+    def effect(self, expression: SExpr) -> m.PddlEffect:
         """The value of an effect."""
         group, head = self._compound(expression)
         match head:
             case "and":
-                return Both(tuple(map(self.effect, group.items[1:])))
+                return m.Both(tuple(map(self.effect, group.items[1:])))
             case "when":
                 condition, part = self._parts(group, 2)
-                return WhenEffect(self.condition(condition), self.effect(part))
+                return m.WhenEffect(self.condition(condition), self.effect(part))
             case "forall":
                 names, body = self._parts(group, 2)
                 result = self.effect(body)
                 for variable in reversed(self.variables(names)):
-                    result = Each(variable, result)
+                    result = m.Each(variable, result)
                 return result
             case "not":
                 negated, inner = self._compound(self._parts(group, 1)[0])
                 if inner not in _CONNECTIVES:
-                    return DeleteEffect(self._atom(negated))
+                    return m.DeleteEffect(self._atom(negated))
                 raise error_at(
                     self._text, negated.offset, Offence.CONDITION_IN_EFFECT, "an atom in (not ...)"
                 )
@@ -204,9 +175,9 @@ class PddlReader:
                     self._text, group.offset, Offence.CONDITION_IN_EFFECT, f"an effect, not ({head} ...)"
                 )
             case _:
-                return AddEffect(self._atom(group))
+                return m.AddEffect(self._atom(group))
 
-    def variables(self, expression: SExpr) -> tuple[Variable, ...]:
+    def variables(self, expression: SExpr) -> tuple[f.Variable, ...]:
         """The value of a typed list of variables."""
         if not isinstance(expression, Group):
             raise error_at(
@@ -221,7 +192,7 @@ class PddlReader:
                     Offence.MALFORMED,
                     "a variable, as in ?x",
                 )
-            found.append(Variable(symbol.text[1:], None if category == OBJECT else category))
+            found.append(f.Variable(symbol.text[1:], None if category == m.OBJECT else category))
         return tuple(found)
 
     def _definition(self, group: Group, kind: str) -> tuple[str, Sequence[Group]]:
@@ -231,34 +202,34 @@ class PddlReader:
             case _:
                 raise error_at(self._text, group.offset, Offence.MALFORMED, f"(define ({kind} NAME) ...)")
 
-    def _predicate(self, expression: SExpr) -> PddlPredicate:
+    def _predicate(self, expression: SExpr) -> m.PddlPredicate:
         group, head = self._compound(expression)
-        return PddlPredicate(head, self.variables(Group(group.items[1:], group.offset, group.end)))
+        return m.PddlPredicate(head, self.variables(Group(group.items[1:], group.offset, group.end)))
 
-    def _axiom(self, section: Group) -> PddlAxiom:
+    def _axiom(self, section: Group) -> m.PddlAxiom:
         if len(section.items) != 3:
             raise error_at(self._text, section.offset, Offence.MALFORMED, "(:derived (NAME ...) CONDITION)")
         head = self._predicate(section.items[1])
-        return PddlAxiom(head.name, head.parameters, self.condition(section.items[2]))
+        return m.PddlAxiom(head.name, head.parameters, self.condition(section.items[2]))
 
-    def _literal(self, expression: SExpr) -> Formula:
+    def _literal(self, expression: SExpr) -> f.Formula:
         found = self.formula(expression)
-        if isinstance(found.operand if isinstance(found, Not) else found, Atom):
+        if isinstance(found.operand if isinstance(found, f.Not) else found, f.Atom):
             return found
         raise error_at(
             self._text, expression.offset, Offence.UNSUPPORTED, "an atom or a negated atom in :init"
         )
 
-    def _atom(self, group: Group) -> Atom:
-        return Atom(self._word(group.items[0]).text, tuple(map(self._term, group.items[1:])))
+    def _atom(self, group: Group) -> f.Atom:
+        return f.Atom(self._word(group.items[0]).text, tuple(map(self._term, group.items[1:])))
 
-    def _term(self, expression: SExpr) -> Term:
+    def _term(self, expression: SExpr) -> f.Term:
         name = self._word(expression).text
-        return Variable(name[1:]) if _is_variable(name) else Constant(name)
+        return f.Variable(name[1:]) if _is_variable(name) else f.Constant(name)
 
-    def _typed_names(self, items: Sequence[SExpr]) -> tuple[TypedName, ...]:
+    def _typed_names(self, items: Sequence[SExpr]) -> tuple[m.TypedName, ...]:
         return tuple(
-            TypedName(symbol.text, category or OBJECT) for symbol, category in self._typed_list(items)
+            m.TypedName(symbol.text, category or m.OBJECT) for symbol, category in self._typed_list(items)
         )
 
     def _typed_list(self, items: Sequence[SExpr]) -> list[_Typed]:

@@ -15,39 +15,17 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
-from eai.logic.formula import (
-    FALSE,
-    And,
-    Atom,
-    Equals,
-    Exists,
-    ForAll,
-    Formula,
-    Implies,
-    Not,
-    Or,
-    Term,
-    Variable,
-)
-from eai.pddl.model import (
-    AddEffect,
-    Both,
-    DeleteEffect,
-    Each,
-    PddlAction,
-    PddlEffect,
-    WhenEffect,
-    effect_atoms,
-)
+import eai.logic.formula as f
+import eai.pddl.model as m
 from eai.pddl.offence import Offence, PddlFinding
 
-UNBOUND_ADDED = Atom("eai--unbound-added")
+UNBOUND_ADDED = f.Atom("eai--unbound-added")
 """The atom that stands for adding an atom with an unbound variable."""
 
 Names = frozenset[str]
 
 
-def bind_loose_variables(action: PddlAction) -> PddlAction | PddlFinding:
+def bind_loose_variables(action: m.PddlAction) -> m.PddlAction | PddlFinding:
     """The operator with every variable bound, or the offence for which the reference's planner refused it.
 
     Refused is an unbound variable inside a ``forall`` of a condition (an ``exists`` under ``not`` is one).
@@ -60,7 +38,7 @@ def bind_loose_variables(action: PddlAction) -> PddlAction | PddlFinding:
     precondition = leak.open(negation_normal(action.precondition))
     scope = parameters | {variable.name for variable in leak.found}
     binder = _Binder()
-    bound = PddlAction(
+    bound = m.PddlAction(
         name=action.name,
         parameters=(*action.parameters, *leak.found),
         precondition=binder.condition(precondition, scope),
@@ -71,21 +49,21 @@ def bind_loose_variables(action: PddlAction) -> PddlAction | PddlFinding:
     return bound
 
 
-def negation_normal(formula: Formula, *, negated: bool = False) -> Formula:
+def negation_normal(formula: f.Formula, *, negated: bool = False) -> f.Formula:
     """The formula with negation in front of atoms only and without implications."""
     match formula:
-        case Not(operand):
+        case f.Not(operand):
             return negation_normal(operand, negated=not negated)
-        case And(operands) | Or(operands):
-            connective = And if isinstance(formula, And) != negated else Or
+        case f.And(operands) | f.Or(operands):
+            connective = f.And if isinstance(formula, f.And) != negated else f.Or
             return connective(tuple(negation_normal(operand, negated=negated) for operand in operands))
-        case Implies(premise, conclusion):
-            return negation_normal(Or((Not(premise), conclusion)), negated=negated)
-        case ForAll(variable, body) | Exists(variable, body):
-            quantifier = ForAll if isinstance(formula, ForAll) != negated else Exists
+        case f.Implies(premise, conclusion):
+            return negation_normal(f.Or((f.Not(premise), conclusion)), negated=negated)
+        case f.ForAll(variable, body) | f.Exists(variable, body):
+            quantifier = f.ForAll if isinstance(formula, f.ForAll) != negated else f.Exists
             return quantifier(variable, negation_normal(body, negated=negated))
         case _:
-            return Not(formula) if negated else formula
+            return f.Not(formula) if negated else formula
 
 
 @dataclass(slots=True)
@@ -93,15 +71,15 @@ class _Leak:
     """Opens the existential quantifiers that leak, left to right, unless their name is taken."""
 
     taken: set[str]
-    found: list[Variable] = field(default_factory=list)
+    found: list[f.Variable] = field(default_factory=list)
 
-    def open(self, formula: Formula) -> Formula:
+    def open(self, formula: f.Formula) -> f.Formula:
         match formula:
-            case And(operands):
-                return And(tuple(map(self.open, operands)))
-            case Exists(variable, body):
+            case f.And(operands):
+                return f.And(tuple(map(self.open, operands)))
+            case f.Exists(variable, body):
                 if variable.name in self.taken:
-                    return Exists(variable, self.open(body))
+                    return f.Exists(variable, self.open(body))
                 self.taken.add(variable.name)
                 self.found.append(variable)
                 return self.open(body)
@@ -115,92 +93,92 @@ class _Binder:
 
     refused: list[str] = field(default_factory=list)
 
-    def condition(self, formula: Formula, scope: Names, *, universal: bool = False) -> Formula:
+    def condition(self, formula: f.Formula, scope: Names, *, universal: bool = False) -> f.Formula:
         match formula:
-            case Atom(_, arguments):
+            case f.Atom(_, arguments):
                 return self._literal(formula, arguments, scope, universal=universal)
-            case Equals(left, right):
+            case f.Equals(left, right):
                 return self._literal(formula, (left, right), scope, universal=universal)
-            case Not(operand):
-                return Not(self.condition(operand, scope, universal=universal))
-            case And(operands) | Or(operands):
+            case f.Not(operand):
+                return f.Not(self.condition(operand, scope, universal=universal))
+            case f.And(operands) | f.Or(operands):
                 parts = (self.condition(operand, scope, universal=universal) for operand in operands)
                 return type(formula)(tuple(parts))
-            case ForAll(variable, body) | Exists(variable, body):
-                inside = universal or isinstance(formula, ForAll)
+            case f.ForAll(variable, body) | f.Exists(variable, body):
+                inside = universal or isinstance(formula, f.ForAll)
                 bound = self.condition(body, scope | {variable.name}, universal=inside)
                 return type(formula)(variable, bound)
             case _:
                 return formula
 
-    def effect(self, effect: PddlEffect, scope: Names) -> PddlEffect:
+    def effect(self, effect: m.PddlEffect, scope: Names) -> m.PddlEffect:
         match effect:
-            case AddEffect(atom):
-                return effect if _is_bound(atom.arguments, scope) else AddEffect(UNBOUND_ADDED)
-            case DeleteEffect(atom):
-                return effect if _is_bound(atom.arguments, scope) else Both(())
-            case Both(parts):
-                return Both(tuple(self.effect(part, scope) for part in parts))
-            case Each(variable, part):
-                return Each(variable, self.effect(part, scope | {variable.name}))
-            case WhenEffect():
+            case m.AddEffect(atom):
+                return effect if _is_bound(atom.arguments, scope) else m.AddEffect(UNBOUND_ADDED)
+            case m.DeleteEffect(atom):
+                return effect if _is_bound(atom.arguments, scope) else m.Both(())
+            case m.Both(parts):
+                return m.Both(tuple(self.effect(part, scope) for part in parts))
+            case m.Each(variable, part):
+                return m.Each(variable, self.effect(part, scope | {variable.name}))
+            case m.WhenEffect():
                 return self._when(effect, scope)
 
-    def _when(self, effect: WhenEffect, scope: Names) -> PddlEffect:
+    def _when(self, effect: m.WhenEffect, scope: Names) -> m.PddlEffect:
         leak = _Leak(taken=set(scope))
         condition = leak.open(negation_normal(effect.condition))
         inner = scope | {variable.name for variable in leak.found}
-        result: PddlEffect = WhenEffect(self.condition(condition, inner), self.effect(effect.part, inner))
+        result: m.PddlEffect = m.WhenEffect(self.condition(condition, inner), self.effect(effect.part, inner))
         for variable in reversed(leak.found):
-            result = Each(variable, result)
+            result = m.Each(variable, result)
         return result
 
     def _literal(
-        self, literal: Formula, arguments: tuple[Term, ...], scope: Names, *, universal: bool
-    ) -> Formula:
+        self, literal: f.Formula, arguments: tuple[f.Term, ...], scope: Names, *, universal: bool
+    ) -> f.Formula:
         if _is_bound(arguments, scope):
             return literal
         if universal:
             self.refused.extend(_loose_terms(arguments, scope))
-        return FALSE
+        return f.FALSE
 
 
-def _is_bound(arguments: tuple[Term, ...], scope: Names) -> bool:
+def _is_bound(arguments: tuple[f.Term, ...], scope: Names) -> bool:
     return next(_loose_terms(arguments, scope), None) is None
 
 
-def _loose_terms(arguments: tuple[Term, ...], scope: Names) -> Iterator[str]:
-    return (term.name for term in arguments if isinstance(term, Variable) and term.name not in scope)
+def _loose_terms(arguments: tuple[f.Term, ...], scope: Names) -> Iterator[str]:
+    return (term.name for term in arguments if isinstance(term, f.Variable) and term.name not in scope)
 
 
-def _has_loose(condition: Formula, effect: PddlEffect, scope: Names) -> bool:
+def _has_loose(condition: f.Formula, effect: m.PddlEffect, scope: Names) -> bool:
     return next(_loose(condition, scope), None) is not None or _has_loose_effect(effect, scope)
 
 
-def _has_loose_effect(effect: PddlEffect, scope: Names) -> bool:
+def _has_loose_effect(effect: m.PddlEffect, scope: Names) -> bool:
     match effect:
-        case Both(parts):
+        case m.Both(parts):
             return any(_has_loose_effect(part, scope) for part in parts)
-        case Each(variable, part):
+        case m.Each(variable, part):
             return _has_loose_effect(part, scope | {variable.name})
-        case WhenEffect(condition, part):
+        case m.WhenEffect(condition, part):
             return _has_loose(condition, part, scope)
         case _:
-            return any(not _is_bound(atom.arguments, scope) for atom in effect_atoms(effect))
+            return any(not _is_bound(atom.arguments, scope) for atom in m.effect_atoms(effect))
 
 
-def _loose(formula: Formula, scope: Names) -> Iterator[str]:
+def _loose(formula: f.Formula, scope: Names) -> Iterator[str]:
     match formula:
-        case Atom(_, arguments):
+        case f.Atom(_, arguments):
             yield from _loose_terms(arguments, scope)
-        case Equals(left, right):
+        case f.Equals(left, right):
             yield from _loose_terms((left, right), scope)
-        case Not(operand):
+        case f.Not(operand):
             yield from _loose(operand, scope)
-        case And(operands) | Or(operands):
+        case f.And(operands) | f.Or(operands):
             for operand in operands:
                 yield from _loose(operand, scope)
-        case Implies(premise, conclusion):
-            yield from _loose(And((premise, conclusion)), scope)
-        case ForAll(variable, body) | Exists(variable, body):
+        case f.Implies(premise, conclusion):
+            yield from _loose(f.And((premise, conclusion)), scope)
+        case f.ForAll(variable, body) | f.Exists(variable, body):
             yield from _loose(body, scope | {variable.name})

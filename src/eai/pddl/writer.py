@@ -7,38 +7,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from eai.logic.formula import (
-    And,
-    Atom,
-    Constant,
-    Equals,
-    Exists,
-    ForAll,
-    Formula,
-    Implies,
-    Not,
-    Or,
-    Term,
-    Variable,
-)
-from eai.pddl.model import (
-    AddEffect,
-    Both,
-    DeleteEffect,
-    Each,
-    PddlAction,
-    PddlAxiom,
-    PddlDomain,
-    PddlEffect,
-    PddlProblem,
-    TypedName,
-    WhenEffect,
-    type_of,
-)
+import eai.logic.formula as f
+import eai.pddl.model as m
 from eai.pddl.operator_text import OperatorText
 
 
-def write_domain(domain: PddlDomain) -> str:
+def write_domain(domain: m.PddlDomain) -> str:
     """The domain as text, one declaration a line."""
     sections = [
         f"(:requirements {' '.join(domain.requirements)})" if domain.requirements else "",
@@ -51,7 +25,7 @@ def write_domain(domain: PddlDomain) -> str:
     return _definition(f"(domain {domain.name})", sections)
 
 
-def write_problem(problem: PddlProblem) -> str:
+def write_problem(problem: m.PddlProblem) -> str:
     """The problem as text, one fact a line."""
     denied = (f"(not {write_atom(atom)})" for atom in problem.denied)
     sections = [
@@ -63,12 +37,12 @@ def write_problem(problem: PddlProblem) -> str:
     return _definition(f"(problem {problem.name})", sections)
 
 
-def _axiom(axiom: PddlAxiom) -> str:
+def _axiom(axiom: m.PddlAxiom) -> str:
     head = _list([axiom.name, *_declared(axiom.parameters)])
     return f"(:derived {head}\n    {write_formula(axiom.condition)})"
 
 
-def write_action(action: PddlAction) -> str:
+def write_action(action: m.PddlAction) -> str:
     """The operator as text."""
     return "\n  ".join(
         (
@@ -80,7 +54,7 @@ def write_action(action: PddlAction) -> str:
     )
 
 
-def operator_text(action: PddlAction) -> OperatorText:
+def operator_text(action: m.PddlAction) -> OperatorText:
     """The operator as the text of its parts."""
     parameters = _list(_declared(action.parameters))
     return OperatorText(
@@ -88,67 +62,67 @@ def operator_text(action: PddlAction) -> OperatorText:
     )
 
 
-def write_effect(effect: PddlEffect) -> str:
+def write_effect(effect: m.PddlEffect) -> str:
     """The effect as text on one line."""
     match effect:
-        case AddEffect(atom):
+        case m.AddEffect(atom):
             return write_atom(atom)
-        case DeleteEffect(atom):
+        case m.DeleteEffect(atom):
             return f"(not {write_atom(atom)})"
-        case Both(parts):
+        case m.Both(parts):
             return _list(["and", *map(write_effect, parts)])
-        case Each(variable, part):
+        case m.Each(variable, part):
             return f"(forall {_list(_declared((variable,)))} {write_effect(part)})"
-        case WhenEffect(condition, part):
+        case m.WhenEffect(condition, part):
             return f"(when {write_formula(condition)} {write_effect(part)})"
 
 
-def write_formula(formula: Formula) -> str:
+def write_formula(formula: f.Formula) -> str:
     """The condition as text on one line.
 
     Raises:
         ValueError: the formula has a part without a PDDL form, such as a temporal operator.
     """
     match formula:
-        case Atom():
+        case f.Atom():
             return write_atom(formula)
-        case Equals(left, right):
+        case f.Equals(left, right):
             return f"(= {_term(left)} {_term(right)})"
-        case Not(operand):
+        case f.Not(operand):
             return f"(not {write_formula(operand)})"
-        case And(operands):
+        case f.And(operands):
             return _list(["and", *map(write_formula, operands)])
-        case Or(operands):
+        case f.Or(operands):
             return _list(["or", *map(write_formula, operands)])
-        case Implies(premise, conclusion):
+        case f.Implies(premise, conclusion):
             return f"(imply {write_formula(premise)} {write_formula(conclusion)})"
-        case ForAll(variable, body):
+        case f.ForAll(variable, body):
             return f"(forall {_list(_declared((variable,)))} {write_formula(body)})"
-        case Exists(variable, body):
+        case f.Exists(variable, body):
             return f"(exists {_list(_declared((variable,)))} {write_formula(body)})"
         case _:
             raise ValueError(f"{type(formula).__name__} has no PDDL form")
 
 
-def write_atom(atom: Atom) -> str:
+def write_atom(atom: f.Atom) -> str:
     """The atom as text."""
     return _list([atom.predicate, *map(_term, atom.arguments)])
 
 
-def _term(term: Term) -> str:
+def _term(term: f.Term) -> str:
     match term:
-        case Variable(name):
+        case f.Variable(name):
             return f"?{name}"
-        case Constant(name):
+        case f.Constant(name):
             return name
 
 
-def _declared(variables: Iterable[Variable]) -> list[str]:
+def _declared(variables: Iterable[f.Variable]) -> list[str]:
     """A typed list with every type written out: a type reaches back over the names before it."""
-    return [f"?{variable.name} - {type_of(variable)}" for variable in variables]
+    return [f"?{variable.name} - {m.type_of(variable)}" for variable in variables]
 
 
-def _typed_names(names: Iterable[TypedName]) -> str:
+def _typed_names(names: Iterable[m.TypedName]) -> str:
     return " ".join(f"{item.name} - {item.type}" for item in names)
 
 

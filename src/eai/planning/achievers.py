@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import NamedTuple
 
-from eai.logic.formula import TRUE, Atom, Constant, Formula, Not, Variable
+import eai.logic.formula as f
 from eai.logic.traversal import walk
 from eai.planning.effect_schema import EffectSchema, effect_schemas, taking
 from eai.world.condition import Conditions
@@ -23,7 +23,7 @@ from eai.world.vocabulary import Vocabulary
 class Precondition(NamedTuple):
     """A formula over the variables of an effect, and the function that reads it."""
 
-    formula: Formula
+    formula: f.Formula
     holds: Truth
 
 
@@ -69,14 +69,14 @@ class Achiever:
     def __init__(self, schema: EffectSchema, vocabulary: Vocabulary) -> None:
         self.schema = schema
         self._vocabulary = vocabulary
-        self._frame = Frame([Variable(name) for name in schema.variables])
+        self._frame = Frame([f.Variable(name) for name in schema.variables])
         self._compiler = Conditions(vocabulary, self._frame)
         self._joins: dict[tuple[str, ...], _Join] = {}
-        named = {term.name for term in schema.atom.arguments if isinstance(term, Variable)}
+        named = {term.name for term in schema.atom.arguments if isinstance(term, f.Variable)}
         self.open_variables = len(set(schema.variables) - named)
         own = [c for c in schema.given if free_variables(c) <= named]
         others = [c for c in schema.given if c not in own]
-        needed = [c for c in (*own, *schema.checks) if c != TRUE]
+        needed = [c for c in (*own, *schema.checks) if c != f.TRUE]
         fixed = [c for c in needed if _is_fixed(c, vocabulary)]
         self._filters = (*fixed, *others)
         self.conditions = tuple(Precondition(c, self._compiler.truth(c)) for c in needed if c not in fixed)
@@ -87,7 +87,7 @@ class Achiever:
         for term, index in zip(self.schema.atom.arguments, arguments, strict=True):
             if term == ANYTHING:
                 continue
-            if isinstance(term, Constant):
+            if isinstance(term, f.Constant):
                 if term != AGENT or index != agent:
                     return None
             elif found.setdefault(term.name, index) != index:
@@ -113,9 +113,9 @@ class Achiever:
                 return
         yield from _complete(state, binding, join.steps, usable)
 
-    def failing(self, state: State, binding: Binding, most: float) -> list[Formula] | None:
+    def failing(self, state: State, binding: Binding, most: float) -> list[f.Formula] | None:
         """The conditions that do not hold, or None if there are ``most`` of them or more."""
-        found: list[Formula] = []
+        found: list[f.Formula] = []
         for condition, holds in self.conditions:
             if not holds(state, binding):
                 found.append(condition)
@@ -206,16 +206,16 @@ class Achievers:
         return list(found.values())
 
 
-def _is_stored(formula: Formula, vocabulary: Vocabulary) -> bool:
+def _is_stored(formula: f.Formula, vocabulary: Vocabulary) -> bool:
     """Whether a formula says something of one stored predicate, or denies it."""
-    atom = formula.operand if isinstance(formula, Not) else formula
-    return isinstance(atom, Atom) and vocabulary.stored(atom.predicate) is not None
+    atom = formula.operand if isinstance(formula, f.Not) else formula
+    return isinstance(atom, f.Atom) and vocabulary.stored(atom.predicate) is not None
 
 
-def _is_fixed(formula: Formula, vocabulary: Vocabulary) -> bool:
+def _is_fixed(formula: f.Formula, vocabulary: Vocabulary) -> bool:
     """Whether no action can change the truth of a formula."""
     return all(
-        _is_fixed_predicate(part.predicate, vocabulary) for part in walk(formula) if isinstance(part, Atom)
+        _is_fixed_predicate(part.predicate, vocabulary) for part in walk(formula) if isinstance(part, f.Atom)
     )
 
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from typing import NamedTuple
 
-from eai.logic.formula import FALSE, TRUE, And, Atom, Equals, Exists, Formula, Not, Or, Variable
+import eai.logic.formula as f
 from eai.world.effect import Add, Delete, Effect, ForEach, Let, When
 from eai.world.operator import Operator
 
-_NO_ATOM = Atom("")
+_NO_ATOM = f.Atom("")
 
 
 class EffectSchema(NamedTuple):
@@ -26,10 +26,10 @@ class EffectSchema(NamedTuple):
 
     operator: Operator
     adds: bool
-    atom: Atom
+    atom: f.Atom
     variables: tuple[str, ...]
-    checks: tuple[Formula, ...]
-    given: tuple[Formula, ...] = ()
+    checks: tuple[f.Formula, ...]
+    given: tuple[f.Formula, ...] = ()
 
 
 def taking(operator: Operator) -> EffectSchema:
@@ -55,7 +55,7 @@ def _schemas(effects: Iterable[Effect], around: EffectSchema) -> Iterator[Effect
                 yield around._replace(atom=atom, adds=isinstance(effect, Add))
             case When(condition, inner, otherwise):
                 yield from _schemas(inner, _given(around, condition))
-                yield from _schemas(otherwise, _given(around, Not(condition)))
+                yield from _schemas(otherwise, _given(around, f.Not(condition)))
             case ForEach(variable, condition, inner) | Let(variable, condition, inner):
                 # Where the variable hides another one, the effect is left out: estimates can do without it.
                 if variable.name not in around.variables:
@@ -66,31 +66,33 @@ def _schemas(effects: Iterable[Effect], around: EffectSchema) -> Iterator[Effect
                     yield from _schemas(inner, _given(wider, condition))
 
 
-def _given(around: EffectSchema, condition: Formula) -> EffectSchema:
+def _given(around: EffectSchema, condition: f.Formula) -> EffectSchema:
     return around._replace(given=(*around.given, condition))
 
 
-def _of_this_one(check: Formula, variable: Variable, condition: Formula) -> Formula:
+def _of_this_one(check: f.Formula, variable: f.Variable, condition: f.Formula) -> f.Formula:
     """What a check on whatever meets ``condition`` says of the one object that does.
 
     "What the hand holds is not too big" becomes "this object is not too big" where the object is going to be
     in the hand, but is not yet.
     """
     match check:
-        case Atom(predicate, arguments) if isinstance(condition, Atom) and condition.predicate == predicate:
+        case f.Atom(predicate, arguments) if (
+            isinstance(condition, f.Atom) and condition.predicate == predicate
+        ):
             same = zip(arguments, condition.arguments, strict=True)
-            return Or((check, _all([Equals(one, other) for one, other in same])))
-        case Exists(quantified, body) if quantified == variable:
-            parts = body.operands if isinstance(body, And) else (body,)
+            return f.Or((check, _all([f.Equals(one, other) for one, other in same])))
+        case f.Exists(quantified, body) if quantified == variable:
+            parts = body.operands if isinstance(body, f.And) else (body,)
             return _all([part for part in parts if part != condition]) if condition in parts else check
-        case Not(operand):
+        case f.Not(operand):
             inner = _of_this_one(operand, variable, condition)
-            return FALSE if inner == TRUE else TRUE if inner == FALSE else Not(inner)
-        case And(operands) | Or(operands):
+            return f.FALSE if inner == f.TRUE else f.TRUE if inner == f.FALSE else f.Not(inner)
+        case f.And(operands) | f.Or(operands):
             return type(check)(tuple(_of_this_one(part, variable, condition) for part in operands))
         case _:
             return check
 
 
-def _all(parts: Sequence[Formula]) -> Formula:
-    return parts[0] if len(parts) == 1 else And(tuple(parts))
+def _all(parts: Sequence[f.Formula]) -> f.Formula:
+    return parts[0] if len(parts) == 1 else f.And(tuple(parts))

@@ -5,20 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple, TypeAlias
 
-from eai.logic.formula import (
-    And,
-    Atom,
-    Exactly,
-    Exists,
-    ForAll,
-    Formula,
-    ForPairs,
-    Implies,
-    Not,
-    Or,
-    Term,
-    Variable,
-)
+import eai.logic.formula as f
 from eai.world.frame import AGENT
 from eai.world.reading import Readings, Scope
 from eai.world.relation import bits
@@ -28,7 +15,7 @@ from eai.world.state import Scene, State
 class Subgoal(NamedTuple):
     """A condition that shall hold, or (``truth`` False) shall not, for the objects in ``scope``."""
 
-    formula: Formula
+    formula: f.Formula
     scope: Scope
     truth: bool
 
@@ -94,7 +81,7 @@ class Unfolding:
         formula, scope, truth = subgoal
         return self._readings.holds(formula, scope, self._state) == truth
 
-    def atom(self, atom: Atom, subgoal: Subgoal) -> GroundAtom:
+    def atom(self, atom: f.Atom, subgoal: Subgoal) -> GroundAtom:
         """An atom about the objects that its terms stand for in a subgoal."""
         arguments = [self._index(term, subgoal.scope) for term in atom.arguments]
         return GroundAtom(atom.predicate, tuple(arguments), subgoal.truth)
@@ -103,55 +90,55 @@ class Unfolding:
         """What a compound condition comes down to; None for an atom and what nothing is known of."""
         formula, scope, truth = subgoal
         match formula:
-            case Not(operand):
+            case f.Not(operand):
                 return Conjunction((Subgoal(operand, scope, not truth),))
-            case And(operands) | Or(operands):
-                parts = tuple([Subgoal(f, scope, truth) for f in operands])
-                return Conjunction(parts) if isinstance(formula, And) == truth else Disjunction(parts)
-            case Implies(premise, conclusion):
+            case f.And(operands) | f.Or(operands):
+                parts = tuple([Subgoal(each, scope, truth) for each in operands])
+                return Conjunction(parts) if isinstance(formula, f.And) == truth else Disjunction(parts)
+            case f.Implies(premise, conclusion):
                 either = (Subgoal(premise, scope, not truth), Subgoal(conclusion, scope, truth))
                 return Disjunction(either) if truth else Conjunction(either)
-            case Exists(variable, body) | ForAll(variable, body):
-                if isinstance(formula, Exists) == truth:
+            case f.Exists(variable, body) | f.ForAll(variable, body):
+                if isinstance(formula, f.Exists) == truth:
                     values = self._promising(variable, body, scope) if truth else self._usable(variable)
                     return Disjunction(self._instances(variable, body, scope, truth, values))
                 offending = self._offending(variable, body, scope, truth)
                 return Conjunction(self._instances(variable, body, scope, truth, offending))
-            case Exactly(count, variable, body) if truth:
+            case f.Exactly(count, variable, body) if truth:
                 return ExactNumber(count, self._instances(variable, body, scope, truth, self._all(variable)))
-            case ForPairs() if truth:
+            case f.ForPairs() if truth:
                 return self._pairs(formula, scope)
             case _:
                 return None
 
-    def _index(self, term: Term, scope: Scope) -> int:
+    def _index(self, term: f.Term, scope: Scope) -> int:
         scene = self._state.scene
-        if isinstance(term, Variable):
+        if isinstance(term, f.Variable):
             return scope[term.name]
         if term == AGENT and scene.agent is not None:
             return scene.agent
         return scene.index[term.name]
 
     def _instances(
-        self, variable: Variable, body: Formula, scope: Scope, truth: bool, values: Sequence[int]
+        self, variable: f.Variable, body: f.Formula, scope: Scope, truth: bool, values: Sequence[int]
     ) -> tuple[Subgoal, ...]:
         return tuple([Subgoal(body, {**scope, variable.name: value}, truth) for value in values])
 
-    def _all(self, variable: Variable) -> list[int]:
+    def _all(self, variable: f.Variable) -> list[int]:
         return list(bits(self._state.scene.category(variable.category)))
 
-    def _usable(self, variable: Variable) -> list[int]:
+    def _usable(self, variable: f.Variable) -> list[int]:
         allowed = self._state.scene.category(variable.category)
         return [i for i in self._objects if allowed >> i & 1]
 
-    def _promising(self, variable: Variable, body: Formula, scope: Scope) -> list[int]:
+    def _promising(self, variable: f.Variable, body: f.Formula, scope: Scope) -> list[int]:
         """The usable values for which a part of the body holds already; all of them if there are none."""
         usable = self._usable(variable)
-        parts = body.operands if isinstance(body, And) else ()
+        parts = body.operands if isinstance(body, f.And) else ()
         found = {i for part in parts for i in self._readings.witnesses(variable, part, scope, self._state)}
         return [i for i in usable if i in found] or usable
 
-    def _offending(self, variable: Variable, body: Formula, scope: Scope, truth: bool) -> list[int]:
+    def _offending(self, variable: f.Variable, body: f.Formula, scope: Scope, truth: bool) -> list[int]:
         """The values for which the body is not as it should be for all."""
         holding = self._readings.witnesses(variable, body, scope, self._state)
         if not truth:
@@ -159,7 +146,7 @@ class Unfolding:
         held = set(holding)
         return [i for i in self._all(variable) if i not in held]
 
-    def _pairs(self, formula: ForPairs, scope: Scope) -> PairSelection:
+    def _pairs(self, formula: f.ForPairs, scope: Scope) -> PairSelection:
         first, second, body = formula.first, formula.second, formula.body
         rows, columns = self._all(first), self._all(second)
         count = min(len(rows), len(columns)) if formula.count is None else formula.count
@@ -179,12 +166,12 @@ def conjuncts(subgoal: Subgoal, scene: Scene) -> Iterator[Subgoal]:
     """The subgoals that one comes down to, all of them needed, each for itself."""
     formula, scope, truth = subgoal
     match formula:
-        case Not(operand):
+        case f.Not(operand):
             yield from conjuncts(Subgoal(operand, scope, not truth), scene)
-        case And(operands) | Or(operands) if isinstance(formula, And) == truth:
+        case f.And(operands) | f.Or(operands) if isinstance(formula, f.And) == truth:
             for part in operands:
                 yield from conjuncts(Subgoal(part, scope, truth), scene)
-        case ForAll(variable, body) | Exists(variable, body) if isinstance(formula, ForAll) == truth:
+        case f.ForAll(variable, body) | f.Exists(variable, body) if isinstance(formula, f.ForAll) == truth:
             for value in bits(scene.category(variable.category)):
                 yield from conjuncts(Subgoal(body, {**scope, variable.name: value}, truth), scene)
         case _:

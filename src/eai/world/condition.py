@@ -10,21 +10,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 
+import eai.logic.formula as f
 from eai.errors import DomainError
-from eai.logic.formula import (
-    And,
-    Atom,
-    Equals,
-    Exactly,
-    Exists,
-    ForAll,
-    Formula,
-    ForPairs,
-    Implies,
-    Not,
-    Or,
-    Variable,
-)
 from eai.logic.matching import maximum_matching
 from eai.world.connective import all_of, any_of, emptiness, intersection, negation, union
 from eai.world.derived import Computed, Defined, Lookup, evaluated_as
@@ -49,60 +36,60 @@ class Conditions:
         self._unfolded: list[str] = []
 
     def truth(
-        self, formula: Formula, scope: Mapping[str, int] | None = None, *, wanted: bool = True
+        self, formula: f.Formula, scope: Mapping[str, int] | None = None, *, wanted: bool = True
     ) -> Truth:
         """Whether the formula holds in a state under a binding, or (not ``wanted``) whether it does not."""
         scope = self._frame.scope if scope is None else scope
         match formula:
-            case Atom():
+            case f.Atom():
                 return self._atom_truth(formula, scope, wanted)
-            case Equals(left, right):
+            case f.Equals(left, right):
                 a, b = self._frame.slot_of(left, scope), self._frame.slot_of(right, scope)
                 return lambda state, binding: (binding[a] == binding[b]) is wanted
-            case Not(operand):
+            case f.Not(operand):
                 return self.truth(operand, scope, wanted=not wanted)
-            case And(operands) | Or(operands):
+            case f.And(operands) | f.Or(operands):
                 parts = [self.truth(operand, scope, wanted=wanted) for operand in operands]
-                return all_of(parts) if isinstance(formula, And) is wanted else any_of(parts)
-            case Implies(premise, conclusion):
-                return self.truth(Or((Not(premise), conclusion)), scope, wanted=wanted)
-            case Exists(variable, body):
+                return all_of(parts) if isinstance(formula, f.And) is wanted else any_of(parts)
+            case f.Implies(premise, conclusion):
+                return self.truth(f.Or((f.Not(premise), conclusion)), scope, wanted=wanted)
+            case f.Exists(variable, body):
                 empty = emptiness(self._values(variable, body, scope))
                 return negation(empty) if wanted else empty
-            case ForAll(variable, body):
-                return self.truth(Exists(variable, Not(body)), scope, wanted=not wanted)
-            case Exactly(count, variable, body):
+            case f.ForAll(variable, body):
+                return self.truth(f.Exists(variable, f.Not(body)), scope, wanted=not wanted)
+            case f.Exactly(count, variable, body):
                 matching = self._values(variable, body, scope)
                 return lambda state, binding: (matching(state, binding).bit_count() == count) is wanted
-            case ForPairs():
+            case f.ForPairs():
                 paired = self._pairs_truth(formula, scope)
                 return paired if wanted else negation(paired)
             case _:
                 raise DomainError(f"{type(formula).__name__} is not a condition on one state")
 
-    def extension(self, formula: Formula, slot: int, scope: Mapping[str, int]) -> Extension:
+    def extension(self, formula: f.Formula, slot: int, scope: Mapping[str, int]) -> Extension:
         """The mask of all objects that make the formula true when put in ``slot``."""
         match formula:
-            case Atom():
+            case f.Atom():
                 return self._atom_extension(formula, slot, scope)
-            case Equals(left, right):
+            case f.Equals(left, right):
                 slots = {self._frame.slot_of(left, scope), self._frame.slot_of(right, scope)}
                 if slot in slots and len(slots) == 2:
                     other = (slots - {slot}).pop()
                     return lambda state, binding: 1 << binding[other]
                 return self._by_trial(formula, slot, scope)
-            case Not(operand):
+            case f.Not(operand):
                 inner = self.extension(operand, slot, scope)
                 return lambda state, binding: state.scene.everything & ~inner(state, binding)
-            case And(operands) | Or(operands):
+            case f.And(operands) | f.Or(operands):
                 parts = [self.extension(operand, slot, scope) for operand in operands]
-                return intersection(parts) if isinstance(formula, And) else union(parts)
-            case Implies(premise, conclusion):
-                return self.extension(Or((Not(premise), conclusion)), slot, scope)
+                return intersection(parts) if isinstance(formula, f.And) else union(parts)
+            case f.Implies(premise, conclusion):
+                return self.extension(f.Or((f.Not(premise), conclusion)), slot, scope)
             case _:
                 return self._by_trial(formula, slot, scope)
 
-    def _values(self, variable: Variable, body: Formula, scope: Mapping[str, int]) -> Extension:
+    def _values(self, variable: f.Variable, body: f.Formula, scope: Mapping[str, int]) -> Extension:
         """The mask of the values of a quantified variable for which the body holds."""
         slot = self._frame.new_slot()
         inner = self.extension(body, slot, {**scope, variable.name: slot})
@@ -111,7 +98,7 @@ class Conditions:
             return inner
         return lambda state, binding: inner(state, binding) & state.scene.category(category)
 
-    def _by_trial(self, formula: Formula, slot: int, scope: Mapping[str, int]) -> Extension:
+    def _by_trial(self, formula: f.Formula, slot: int, scope: Mapping[str, int]) -> Extension:
         """The extension of any formula: put every object into the slot and look."""
         truth = self.truth(formula, scope)
 
@@ -126,7 +113,7 @@ class Conditions:
 
         return extension
 
-    def _pairs_truth(self, formula: ForPairs, scope: Mapping[str, int]) -> Truth:
+    def _pairs_truth(self, formula: f.ForPairs, scope: Mapping[str, int]) -> Truth:
         """A pairing exists iff a maximum matching is large enough."""
         first, second, count = formula.first, formula.second, formula.count
         slot = self._frame.new_slot()
@@ -144,7 +131,7 @@ class Conditions:
 
         return truth
 
-    def _atom_truth(self, atom: Atom, scope: Mapping[str, int], wanted: bool) -> Truth:
+    def _atom_truth(self, atom: f.Atom, scope: Mapping[str, int], wanted: bool) -> Truth:
         slots = self._slots(atom, scope)
         derived = self._derived.get(atom.predicate)
         match derived:
@@ -161,7 +148,7 @@ class Conditions:
             case _:
                 raise DomainError(f"derived predicate {atom.predicate} has no known form")
 
-    def _atom_extension(self, atom: Atom, slot: int, scope: Mapping[str, int]) -> Extension:
+    def _atom_extension(self, atom: f.Atom, slot: int, scope: Mapping[str, int]) -> Extension:
         slots = self._slots(atom, scope)
         derived = self._derived.get(atom.predicate)
         if slots.count(slot) == 0:
@@ -187,7 +174,7 @@ class Conditions:
         finally:
             self._unfolded.pop()
 
-    def _slots(self, atom: Atom, scope: Mapping[str, int]) -> tuple[int, ...]:
+    def _slots(self, atom: f.Atom, scope: Mapping[str, int]) -> tuple[int, ...]:
         arity = self._vocabulary.arity(atom.predicate)
         if arity is None:
             raise DomainError(f"predicate {atom.predicate} is not declared")

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TypeAlias
 
-from eai.logic.formula import Atom, Equals, Exists, Formula, Or, Term, Variable
+import eai.logic.formula as f
 from eai.world.state import State
 from eai.world.vocabulary import DerivedPredicate, atom
 
@@ -30,8 +30,8 @@ class Defined:
     """
 
     name: str
-    parameters: tuple[Variable, ...]
-    definition: Formula
+    parameters: tuple[f.Variable, ...]
+    definition: f.Formula
     values: Values | None = None
 
     @property
@@ -44,7 +44,7 @@ class Defined:
         """Nothing beyond what its formula says."""
         return ()
 
-    def __call__(self, *terms: Term) -> Atom:
+    def __call__(self, *terms: f.Term) -> f.Atom:
         """The atom of this predicate with these terms."""
         return atom(self.name, self.arity, terms)
 
@@ -62,7 +62,7 @@ class Computed:
     reads: tuple[str, ...]
     meaning: Defined | None = None
 
-    def __call__(self, *terms: Term) -> Atom:
+    def __call__(self, *terms: f.Term) -> f.Atom:
         """The atom of this predicate with these terms."""
         return atom(self.name, self.arity, terms)
 
@@ -85,16 +85,16 @@ class Lookup:
     single: bool = False
     open_in_meaning: str = ""
 
-    def __call__(self, *terms: Term) -> Atom:
+    def __call__(self, *terms: f.Term) -> f.Atom:
         """The atom of this predicate with these terms."""
         return atom(self.name, self.arity, terms)
 
 
-def is_a(term: Term, *categories: str) -> Formula:
+def is_a(term: f.Term, *categories: str) -> f.Formula:
     """The object belongs to one of the categories."""
-    member = Variable("member")
-    memberships = tuple(Exists(Variable(member.name, c), Equals(member, term)) for c in categories)
-    return memberships[0] if len(memberships) == 1 else Or(memberships)
+    member = f.Variable("member")
+    memberships = tuple(f.Exists(f.Variable(member.name, c), f.Equals(member, term)) for c in categories)
+    return memberships[0] if len(memberships) == 1 else f.Or(memberships)
 
 
 def evaluated_as(derived: DerivedPredicate) -> DerivedPredicate:

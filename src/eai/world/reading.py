@@ -5,18 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TypeAlias
 
-from eai.logic.formula import (
-    Atom,
-    Equals,
-    Exactly,
-    Exists,
-    ForAll,
-    Formula,
-    ForPairs,
-    Occurs,
-    Term,
-    Variable,
-)
+import eai.logic.formula as f
 from eai.logic.traversal import children
 from eai.world.condition import Conditions
 from eai.world.frame import UNBOUND, Extension, Frame, Truth
@@ -33,34 +22,34 @@ class Readings:
 
     def __init__(self, vocabulary: Vocabulary) -> None:
         self._vocabulary = vocabulary
-        self._truths: dict[int, tuple[Formula, tuple[str, ...], Frame, Truth]] = {}
-        self._extensions: dict[tuple[int, str], tuple[Formula, tuple[str, ...], Frame, Extension]] = {}
+        self._truths: dict[int, tuple[f.Formula, tuple[str, ...], Frame, Truth]] = {}
+        self._extensions: dict[tuple[int, str], tuple[f.Formula, tuple[str, ...], Frame, Extension]] = {}
 
-    def names(self, formula: Formula) -> tuple[str, ...]:
+    def names(self, formula: f.Formula) -> tuple[str, ...]:
         """The names of the free variables of a formula, in alphabetical order."""
         return self._read(formula)[1]
 
-    def holds(self, formula: Formula, scope: Scope, state: State) -> bool:
+    def holds(self, formula: f.Formula, scope: Scope, state: State) -> bool:
         """Whether a formula holds in a state, its free variables standing for the objects in ``scope``."""
         _, names, frame, truth = self._truths.get(id(formula)) or self._read(formula)
         return truth(state, frame.bind(state.scene, [scope[name] for name in names]))
 
-    def _read(self, formula: Formula) -> tuple[Formula, tuple[str, ...], Frame, Truth]:
+    def _read(self, formula: f.Formula) -> tuple[f.Formula, tuple[str, ...], Frame, Truth]:
         found = self._truths.get(id(formula))
         if found is None:
             names = tuple(sorted(free_variables(formula)))
-            frame = Frame([Variable(name) for name in names])
+            frame = Frame([f.Variable(name) for name in names])
             truth = Conditions(self._vocabulary, frame).truth(formula)
             found = self._truths[id(formula)] = (formula, names, frame, truth)
         return found
 
-    def witnesses(self, variable: Variable, body: Formula, scope: Scope, state: State) -> Iterator[int]:
+    def witnesses(self, variable: f.Variable, body: f.Formula, scope: Scope, state: State) -> Iterator[int]:
         """The values of a quantified variable for which the body of the quantifier holds."""
         key = (id(body), variable.name)
         found = self._extensions.get(key)
         if found is None:
             names = tuple(sorted(free_variables(body) - {variable.name}))
-            frame = Frame([Variable(name) for name in (*names, variable.name)])
+            frame = Frame([f.Variable(name) for name in (*names, variable.name)])
             conditions = Conditions(self._vocabulary, frame)
             extension = conditions.extension(body, len(names) + 1, frame.scope)
             found = self._extensions[key] = (body, names, frame, extension)
@@ -69,20 +58,20 @@ class Readings:
         return bits(extension(state, binding) & state.scene.category(variable.category))
 
 
-def free_variables(formula: Formula) -> frozenset[str]:
+def free_variables(formula: f.Formula) -> frozenset[str]:
     """The names of the variables that no quantifier of the formula binds."""
     match formula:
-        case Atom(_, arguments) | Occurs(_, arguments):
+        case f.Atom(_, arguments) | f.Occurs(_, arguments):
             return _names(arguments)
-        case Equals(left, right):
+        case f.Equals(left, right):
             return _names((left, right))
-        case ForAll(variable, body) | Exists(variable, body) | Exactly(_, variable, body):
+        case f.ForAll(variable, body) | f.Exists(variable, body) | f.Exactly(_, variable, body):
             return free_variables(body) - {variable.name}
-        case ForPairs(first, second, body):
+        case f.ForPairs(first, second, body):
             return free_variables(body) - {first.name, second.name}
         case _:
             return frozenset().union(*map(free_variables, children(formula)))
 
 
-def _names(terms: Sequence[Term]) -> frozenset[str]:
-    return frozenset([term.name for term in terms if isinstance(term, Variable)])
+def _names(terms: Sequence[f.Term]) -> frozenset[str]:
+    return frozenset([term.name for term in terms if isinstance(term, f.Variable)])

@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 from typing_extensions import assert_never
 
+import eai.logic.formula as f
 from eai.abilities.subgoal_decomposition.lexicon import Lexicon
 from eai.abilities.subgoal_decomposition.program import Do, End, Instruction, Program, Require, Split
 from eai.abilities.subgoal_decomposition.progress import StateTest
@@ -20,20 +21,6 @@ from eai.abilities.subgoal_decomposition.rewriting import substitute
 from eai.abilities.subgoal_decomposition.translation import Translation
 from eai.abilities.task import Task
 from eai.errors import InputError
-from eai.logic.formula import (
-    FALSE,
-    And,
-    Atom,
-    Constant,
-    Exists,
-    Formula,
-    Implies,
-    Not,
-    Occurs,
-    Or,
-    Then,
-    Variable,
-)
 from eai.logic.ltl_printer import print_ltl
 from eai.logic.traversal import children, is_state_formula, walk
 from eai.planning.subgoal import GroundAtom
@@ -48,7 +35,7 @@ _NOT_DONE = "a few actions do not bring it about"
 
 
 def program_of(
-    task: Task, lexicon: Lexicon, translation: Translation, subgoals: Sequence[Formula]
+    task: Task, lexicon: Lexicon, translation: Translation, subgoals: Sequence[f.Formula]
 ) -> Program:
     """The program that carries out subgoals one after the other.
 
@@ -66,7 +53,7 @@ class _Part(NamedTuple):
     """A part of the subgoal of this number."""
 
     subgoal: int
-    formula: Formula
+    formula: f.Formula
 
 
 class _Builder:
@@ -78,20 +65,20 @@ class _Builder:
         self._lexicon = lexicon
         self._translation = translation
 
-    def with_classes(self, subgoal: Formula) -> Formula:
+    def with_classes(self, subgoal: f.Formula) -> f.Formula:
         """A subgoal where the name of a class has become a variable for an object of it."""
         names = dict.fromkeys(
             term
             for part in walk(subgoal)
-            if isinstance(part, (Atom, Occurs))
+            if isinstance(part, (f.Atom, f.Occurs))
             for term in part.arguments
-            if isinstance(term, Constant) and term.name not in self._lexicon.objects
+            if isinstance(term, f.Constant) and term.name not in self._lexicon.objects
         )
         if not names:
             return subgoal
-        subgoal = substitute(subgoal, {name: Variable(name.name) for name in names})
+        subgoal = substitute(subgoal, {name: f.Variable(name.name) for name in names})
         for name in reversed(names):
-            subgoal = Exists(Variable(name.name, name.name), subgoal)
+            subgoal = f.Exists(f.Variable(name.name, name.name), subgoal)
         return subgoal
 
     def sequence(self, subgoals: Sequence[_Part], then: int) -> int:
@@ -107,86 +94,93 @@ class _Builder:
                 then = self._part(part, then)
         return then
 
-    def _parts(self, formula: Formula) -> list[Formula]:
+    def _parts(self, formula: f.Formula) -> list[f.Formula]:
         """A subgoal as parts to be carried out one after the other, with negations pushed inwards."""
         match formula:
-            case Not(Not() | And() | Or() | Implies() as operand):
+            case f.Not(f.Not() | f.And() | f.Or() | f.Implies() as operand):
                 return self._parts(_negated(operand))
-            case Then(operands):
+            case f.Then(operands):
                 return [part for operand in operands for part in self._parts(operand)]
-            case And(operands):
+            case f.And(operands):
                 ordered = sorted(operands, key=self._only_holds)
                 parts = [part for operand in ordered for part in self._parts(operand)]
                 return self._joined(parts) if self._translation.whole and is_state_formula(formula) else parts
             case _:
                 return [formula]
 
-    def _joined(self, parts: Sequence[Formula]) -> list[Formula]:
+    def _joined(self, parts: Sequence[f.Formula]) -> list[f.Formula]:
         """The parts of a conjunction, all literals that are brought about as one of them."""
-        together = [part for part in parts if isinstance(part, And) or self._is_brought_about(part)]
+        together = [part for part in parts if isinstance(part, f.And) or self._is_brought_about(part)]
         literals = [
-            each for part in together for each in (part.operands if isinstance(part, And) else (part,))
+            each for part in together for each in (part.operands if isinstance(part, f.And) else (part,))
         ]
         others = [part for part in parts if part not in together]
-        return [And(tuple(literals)), *others] if len(literals) > 1 else list(parts)
+        return [f.And(tuple(literals)), *others] if len(literals) > 1 else list(parts)
 
     def _part(self, part: _Part, then: int) -> int:
         match part.formula:
-            case Or(operands):
+            case f.Or(operands):
                 return self._any(operands, part.subgoal, then)
-            case Implies(premise, conclusion):
-                return self._any((Not(premise), conclusion), part.subgoal, then)
-            case Exists(variable, body):
+            case f.Implies(premise, conclusion):
+                return self._any((f.Not(premise), conclusion), part.subgoal, then)
+            case f.Exists(variable, body):
                 return self._any(self._instances(variable, body), part.subgoal, then)
-            case Occurs() as occurrence:
+            case f.Occurs() as occurrence:
                 plans = self._translation.plans_to_take(self._lexicon.action(occurrence), self._task)
                 return self._add(Do(plans, part.subgoal, then))
-            case And(operands):
+            case f.And(operands):
                 return self._do(self._literals(operands), part.subgoal, self._tested(part, then))
             case formula if self._is_brought_about(formula):
                 return self._do(self._literals((formula,)), part.subgoal, self._tested(part, then))
             case _:
                 return self._require(part, then)
 
-    def _any(self, alternatives: Iterable[Formula], subgoal: int, then: int) -> int:
+    def _any(self, alternatives: Iterable[f.Formula], subgoal: int, then: int) -> int:
         entries = tuple([self.sequence([_Part(subgoal, each)], then) for each in alternatives])
         if len(entries) == 1:
             return entries[0]
-        return self._add(Split(entries)) if entries else self._require(_Part(subgoal, FALSE), then)
+        return self._add(Split(entries)) if entries else self._require(_Part(subgoal, f.FALSE), then)
 
-    def _instances(self, variable: Variable, body: Formula) -> Iterable[Formula]:
+    def _instances(self, variable: f.Variable, body: f.Formula) -> Iterable[f.Formula]:
         """The body for each of the task's objects of a class, or, if there are none, for all in the scene."""
         scene = self._task.scene
         mask = scene.category(variable.category)
         indices = [i for i in self._task.relevant if mask >> i & 1] or bits(mask)
         for index in indices:
-            yield substitute(body, {Variable(variable.name): Constant(self._lexicon.name(index))})
+            yield substitute(body, {f.Variable(variable.name): f.Constant(self._lexicon.name(index))})
 
-    def _done_together(self, first: Formula, second: Formula) -> tuple[GroundAtom, GroundAtom] | None:
+    def _done_together(self, first: f.Formula, second: f.Formula) -> tuple[GroundAtom, GroundAtom] | None:
         """The literals of two parts, if they are brought about together."""
         one, other = self._lexicon.literal(first), self._lexicon.literal(second)
         if one is None or other is None or not self._translation.are_done_together(one, other):
             return None
         return one, other
 
-    def _literals(self, formulas: Iterable[Formula]) -> list[GroundAtom]:
+    def _literals(self, formulas: Iterable[f.Formula]) -> list[GroundAtom]:
         return [literal for literal in map(self._lexicon.literal, formulas) if literal is not None]
 
-    def _is_brought_about(self, formula: Formula) -> bool:
+    def _is_brought_about(self, formula: f.Formula) -> bool:
         """Whether a formula is a literal for which something is done."""
         literal = self._lexicon.literal(formula)
         return literal is not None and self._translation.brings_about(literal, self._task.scene)
 
-    def _only_holds(self, formula: Formula) -> bool:
+    def _only_holds(self, formula: f.Formula) -> bool:
         """Whether no action brings about any part of a formula; of what is about variables, one may."""
         match formula:
-            case Occurs():
+            case f.Occurs():
                 return False
-            case Atom(_, arguments) | Not(Atom(_, arguments)):
-                if any(isinstance(term, Variable) for term in arguments):
+            case f.Atom(_, arguments) | f.Not(f.Atom(_, arguments)):
+                if any(isinstance(term, f.Variable) for term in arguments):
                     return False
                 return not self._is_brought_about(formula)
-            case Not(And() | Or() | Implies() | Not()) | And() | Or() | Then() | Implies() | Exists():
+            case (
+                f.Not(f.And() | f.Or() | f.Implies() | f.Not())
+                | f.And()
+                | f.Or()
+                | f.Then()
+                | f.Implies()
+                | f.Exists()
+            ):
                 return all(self._only_holds(part) for part in children(formula))
             case _:
                 return True
@@ -201,13 +195,13 @@ class _Builder:
     def _require(self, part: _Part, then: int, why: str = _BY_NOTHING) -> int:
         """A test, or nothing for a literal of which the domain knows nothing."""
         formula, lexicon = part.formula, self._lexicon
-        is_literal = isinstance(formula.operand if isinstance(formula, Not) else formula, Atom)
+        is_literal = isinstance(formula.operand if isinstance(formula, f.Not) else formula, f.Atom)
         if is_literal and lexicon.is_unobserved(formula):
             return then
         text = print_ltl(formula)
         if (
             not is_state_formula(formula)
-            or any(isinstance(each, Occurs) for each in walk(formula))
+            or any(isinstance(each, f.Occurs) for each in walk(formula))
             or lexicon.is_unobserved(formula)
         ):
             raise InputError(f"{text}: there is no way to carry this out")
@@ -222,16 +216,16 @@ class _Builder:
         return len(self.program) - 1
 
 
-def _negated(formula: Not | And | Or | Implies) -> Formula:
+def _negated(formula: f.Not | f.And | f.Or | f.Implies) -> f.Formula:
     """The negation of a connective, as a formula with negations further in."""
     match formula:
-        case Not(operand):
+        case f.Not(operand):
             return operand
-        case And(parts):
-            return Or(tuple(Not(part) for part in parts))
-        case Or(parts):
-            return And(tuple(Not(part) for part in parts))
-        case Implies(premise, conclusion):
-            return And((premise, Not(conclusion)))
+        case f.And(parts):
+            return f.Or(tuple(f.Not(part) for part in parts))
+        case f.Or(parts):
+            return f.And(tuple(f.Not(part) for part in parts))
+        case f.Implies(premise, conclusion):
+            return f.And((premise, f.Not(conclusion)))
         case _:
             assert_never(formula)

@@ -7,9 +7,9 @@ from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 
+import eai.logic.formula as f
 from eai.abilities.subgoal_decomposition.rewriting import Leaf, rewrite
 from eai.errors import InputError
-from eai.logic.formula import Atom, Constant, Equals, Formula, Not, Occurs, Term
 from eai.logic.signature import Signature
 from eai.logic.traversal import walk
 from eai.planning.subgoal import GroundAtom
@@ -59,29 +59,31 @@ class Lexicon:
         """What an object is called."""
         return self._names[index]
 
-    def said(self, literal: GroundAtom) -> Formula:
+    def said(self, literal: GroundAtom) -> f.Formula:
         """A literal as subgoals say it."""
         name = literal.predicate
         spoken = name in self.signature.predicates and name not in self.predicates
         word = name if spoken else self._predicate_words.get(name, name)
-        atom = Atom(word, self._terms(literal.arguments))
-        return atom if literal.truth else Not(atom)
+        atom = f.Atom(word, self._terms(literal.arguments))
+        return atom if literal.truth else f.Not(atom)
 
-    def said_action(self, action: Action) -> Occurs:
+    def said_action(self, action: Action) -> f.Occurs:
         """An action as subgoals say it."""
-        return Occurs(self._action_words.get(action.operator, action.operator), self._terms(action.arguments))
+        return f.Occurs(
+            self._action_words.get(action.operator, action.operator), self._terms(action.arguments)
+        )
 
-    def literal(self, formula: Formula) -> GroundAtom | None:
+    def literal(self, formula: f.Formula) -> GroundAtom | None:
         """What an atom or a negated one asks for; None if the domain cannot say it, or not of objects."""
-        atom, truth = (formula.operand, False) if isinstance(formula, Not) else (formula, True)
-        if not isinstance(atom, Atom) or atom.predicate in self.unobserved:
+        atom, truth = (formula.operand, False) if isinstance(formula, f.Not) else (formula, True)
+        if not isinstance(atom, f.Atom) or atom.predicate in self.unobserved:
             return None
         arguments = self._indices(atom.arguments)
         if arguments is None or atom.predicate in self.categories:
             return None
         return GroundAtom(self.predicates.get(atom.predicate, atom.predicate), arguments, truth)
 
-    def action(self, formula: Occurs) -> Action:
+    def action(self, formula: f.Occurs) -> Action:
         """The action that a subgoal asks for.
 
         Raises:
@@ -92,11 +94,11 @@ class Lexicon:
             raise InputError(f"{formula.action}: an argument is no object")
         return Action(self.actions.get(formula.action, formula.action), arguments)
 
-    def is_unobserved(self, formula: Formula) -> bool:
+    def is_unobserved(self, formula: f.Formula) -> bool:
         """Whether a formula says anything of which the domain knows nothing."""
-        return any(isinstance(part, Atom) and part.predicate in self.unobserved for part in walk(formula))
+        return any(isinstance(part, f.Atom) and part.predicate in self.unobserved for part in walk(formula))
 
-    def meaning(self, formula: Formula) -> Formula:
+    def meaning(self, formula: f.Formula) -> f.Formula:
         """A formula of subgoals in the words of the domain, with the names that objects have in the scene.
 
         Raises:
@@ -104,38 +106,38 @@ class Lexicon:
         """
         return rewrite(formula, lambda leaf, bound: self._meaning(leaf))
 
-    def _meaning(self, leaf: Leaf) -> Formula:
+    def _meaning(self, leaf: Leaf) -> f.Formula:
         match leaf:
-            case Equals(left, right):
+            case f.Equals(left, right):
                 left, right = self._meant((left, right))
-                return Equals(left, right)
-            case Atom(predicate, arguments):
+                return f.Equals(left, right)
+            case f.Atom(predicate, arguments):
                 terms = self._meant(arguments)
                 if predicate in self.categories:
                     return is_a(terms[0], self.categories[predicate])
-                return Atom(self.predicates.get(predicate, predicate), terms)
-            case Occurs(action, arguments):
-                return Occurs(self.actions.get(action, action), self._meant(arguments))
+                return f.Atom(self.predicates.get(predicate, predicate), terms)
+            case f.Occurs(action, arguments):
+                return f.Occurs(self.actions.get(action, action), self._meant(arguments))
 
-    def _meant(self, terms: Iterable[Term]) -> tuple[Term, ...]:
+    def _meant(self, terms: Iterable[f.Term]) -> tuple[f.Term, ...]:
         """Terms with objects by their names in the scene."""
         things, index = self.scene.objects, self.objects
         return tuple(
             [
-                Constant(things[index[term.name]].name)
-                if isinstance(term, Constant) and term.name in index
+                f.Constant(things[index[term.name]].name)
+                if isinstance(term, f.Constant) and term.name in index
                 else term
                 for term in terms
             ]
         )
 
-    def _indices(self, terms: Iterable[Term]) -> tuple[int, ...] | None:
+    def _indices(self, terms: Iterable[f.Term]) -> tuple[int, ...] | None:
         index = self.objects
-        found = [index[t.name] for t in terms if isinstance(t, Constant) and t.name in index]
+        found = [index[t.name] for t in terms if isinstance(t, f.Constant) and t.name in index]
         return tuple(found) if len(found) == len(tuple(terms)) else None
 
-    def _terms(self, arguments: Iterable[int]) -> tuple[Term, ...]:
-        return tuple([Constant(self.name(i)) for i in arguments])
+    def _terms(self, arguments: Iterable[int]) -> tuple[f.Term, ...]:
+        return tuple([f.Constant(self.name(i)) for i in arguments])
 
 
 class ObjectsAndClasses:

@@ -11,16 +11,16 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+import eai.logic.formula as f
 from eai.abilities.subgoal_decomposition.rewriting import Leaf, rewrite
 from eai.errors import InputError
-from eai.logic.formula import FALSE, And, Equals, Formula, Occurs, Then, Variable
 from eai.logic.traversal import is_state_formula, walk
 from eai.world.condition import Conditions
 from eai.world.execution import Action
 from eai.world.frame import UNBOUND, Frame, Truth
 from eai.world.state import Scene, State
 
-_ARGUMENTS = (Variable("argument 1"), Variable("argument 2"))
+_ARGUMENTS = (f.Variable("argument 1"), f.Variable("argument 2"))
 """Stand for the objects of the action; their blanks keep them apart from the variables of any formula."""
 
 
@@ -33,7 +33,7 @@ class StateTest:
 
     __slots__ = ("_binding", "_truth")
 
-    def __init__(self, formula: Formula, scene: Scene) -> None:
+    def __init__(self, formula: f.Formula, scene: Scene) -> None:
         frame = Frame(_ARGUMENTS)
         self._truth: Truth = Conditions(scene.vocabulary, frame).truth(formula)
         self._binding = tuple(frame.bind(scene, (UNBOUND, UNBOUND)))
@@ -51,10 +51,10 @@ class _Part:
 
     __slots__ = ("_actions", "_formula", "_scene", "_tests")
 
-    def __init__(self, formula: Formula, scene: Scene) -> None:
+    def __init__(self, formula: f.Formula, scene: Scene) -> None:
         self._formula = formula
         self._scene = scene
-        self._actions = frozenset([part.action for part in walk(formula) if isinstance(part, Occurs)])
+        self._actions = frozenset([part.action for part in walk(formula) if isinstance(part, f.Occurs)])
         self._tests: dict[str | None, StateTest] = {}
 
     def holds(self, state: State, action: Action | None) -> bool:
@@ -75,14 +75,14 @@ class _Part:
         return test
 
 
-def _with_action(leaf: Leaf, name: str | None) -> Formula:
+def _with_action(leaf: Leaf, name: str | None) -> f.Formula:
     """A leaf where the action of this name is taken: its occurrence becomes equality of the objects."""
-    if not isinstance(leaf, Occurs):
+    if not isinstance(leaf, f.Occurs):
         return leaf
     if leaf.action != name:
-        return FALSE
+        return f.FALSE
     pairs = zip(leaf.arguments, _ARGUMENTS, strict=False)
-    return And(tuple(Equals(term, argument) for term, argument in pairs))
+    return f.And(tuple(f.Equals(term, argument) for term, argument in pairs))
 
 
 class GoalProgress:
@@ -98,8 +98,8 @@ class GoalProgress:
         DomainError: it uses a predicate or an object that there is not.
     """
 
-    def __init__(self, goal: Formula, scene: Scene, at_end: Callable[[State], bool] | None = None) -> None:
-        parts = goal.parts if isinstance(goal, Then) else (goal,)
+    def __init__(self, goal: f.Formula, scene: Scene, at_end: Callable[[State], bool] | None = None) -> None:
+        parts = goal.parts if isinstance(goal, f.Then) else (goal,)
         for part in parts:
             if not is_state_formula(part):
                 raise InputError("a goal must be a sequence of state formulas, 'f then g then ...'")

@@ -6,65 +6,52 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import TypeAlias
 
+import eai.logic.formula as f
 from eai.errors import InputError
-from eai.logic.formula import (
-    And,
-    Atom,
-    Equals,
-    Exactly,
-    Exists,
-    ForAll,
-    Formula,
-    ForPairs,
-    Implies,
-    Not,
-    Occurs,
-    Or,
-    Term,
-    Then,
-)
 
-Leaf: TypeAlias = Atom | Occurs | Equals
+Leaf: TypeAlias = f.Atom | f.Occurs | f.Equals
 
 
 def rewrite(
-    formula: Formula, change: Callable[[Leaf, frozenset[str]], Formula], bound: frozenset[str] = frozenset()
-) -> Formula:
+    formula: f.Formula,
+    change: Callable[[Leaf, frozenset[str]], f.Formula],
+    bound: frozenset[str] = frozenset(),
+) -> f.Formula:
     """The formula with each leaf replaced by what ``change`` makes of it and of the variables bound there.
 
     Raises:
         InputError: the formula has a temporal operator other than `Then`.
     """
     match formula:
-        case Atom() | Occurs() | Equals():
+        case f.Atom() | f.Occurs() | f.Equals():
             return change(formula, bound)
-        case And(parts) | Or(parts) | Then(parts):
+        case f.And(parts) | f.Or(parts) | f.Then(parts):
             return type(formula)(tuple(rewrite(part, change, bound) for part in parts))
-        case Not(operand):
-            return Not(rewrite(operand, change, bound))
-        case Implies(premise, conclusion):
-            return Implies(rewrite(premise, change, bound), rewrite(conclusion, change, bound))
-        case ForAll(variable, body) | Exists(variable, body) | Exactly(_, variable, body):
+        case f.Not(operand):
+            return f.Not(rewrite(operand, change, bound))
+        case f.Implies(premise, conclusion):
+            return f.Implies(rewrite(premise, change, bound), rewrite(conclusion, change, bound))
+        case f.ForAll(variable, body) | f.Exists(variable, body) | f.Exactly(_, variable, body):
             return replace(formula, body=rewrite(body, change, bound | {variable.name}))
-        case ForPairs(first, second, body):
+        case f.ForPairs(first, second, body):
             return replace(formula, body=rewrite(body, change, bound | {first.name, second.name}))
         case _:
             raise InputError(f"{type(formula).__name__} is not an operator of goals and subgoals")
 
 
-def substitute(formula: Formula, values: Mapping[Term, Term]) -> Formula:
+def substitute(formula: f.Formula, values: Mapping[f.Term, f.Term]) -> f.Formula:
     """The formula with constants, and variables where they are free, replaced.
 
     Raises:
         InputError: the formula has a temporal operator other than `Then`.
     """
 
-    def value(term: Term, bound: frozenset[str]) -> Term:
+    def value(term: f.Term, bound: frozenset[str]) -> f.Term:
         return term if term.name in bound else values.get(term, term)
 
-    def change(leaf: Leaf, bound: frozenset[str]) -> Formula:
-        if isinstance(leaf, Equals):
-            return Equals(value(leaf.left, bound), value(leaf.right, bound))
+    def change(leaf: Leaf, bound: frozenset[str]) -> f.Formula:
+        if isinstance(leaf, f.Equals):
+            return f.Equals(value(leaf.left, bound), value(leaf.right, bound))
         return replace(leaf, arguments=tuple([value(term, bound) for term in leaf.arguments]))
 
     return rewrite(formula, change)

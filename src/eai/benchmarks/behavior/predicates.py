@@ -7,6 +7,7 @@ is what both of its halves are, and a thing in a bowl in a fridge is inside the 
 
 from __future__ import annotations
 
+import eai.logic.formula as f
 from eai.benchmarks.behavior.support import (
     Values,
     as_its_parts,
@@ -15,14 +16,13 @@ from eai.benchmarks.behavior.support import (
     standing_floor,
     targets,
 )
-from eai.logic.formula import Atom, Equals, Exists, ForAll, Implies, Or, Variable
 from eai.world.derived import Defined, Lookup
 from eai.world.vocabulary import Predicate, Vocabulary
 
-X = Variable("x")
-Y = Variable("y")
-Z = Variable("z")
-P = Variable("p")
+X = f.Variable("x")
+Y = f.Variable("y")
+Z = f.Variable("z")
+P = f.Variable("p")
 
 # Abilities and kinds of an object. They never change.
 cookable = Predicate("cookable", 1, static=True)
@@ -88,21 +88,21 @@ STATES = (
 """Each state with the ability that it takes."""
 
 # Derived.
-part = Defined("part", (X,), Exists(Y, part_of(X, Y)))
-cut_up = Defined("cut_up", (X,), is_sliced(X) & ~Exists(Y, part_of(X, Y)))
+part = Defined("part", (X,), f.Exists(Y, part_of(X, Y)))
+cut_up = Defined("cut_up", (X,), is_sliced(X) & ~f.Exists(Y, part_of(X, Y)))
 held = Defined("held", (X,), in_left_hand(X) | in_right_hand(X))
-hands_full = Defined("hands_full", (), Exists(X, in_left_hand(X)) & Exists(X, in_right_hand(X)))
+hands_full = Defined("hands_full", (), f.Exists(X, in_left_hand(X)) & f.Exists(X, in_right_hand(X)))
 closed = Defined("closed", (X,), openable(X) & ~is_open(X))
-labelled = Defined("labelled", (X,), Or(tuple(Exists(Y, r(X, Y) | r(Y, X)) for r in LABELS)))
+labelled = Defined("labelled", (X,), f.Or(tuple(f.Exists(Y, r(X, Y) | r(Y, X)) for r in LABELS)))
 carries = Defined("carries", (X, Y), lies_in(Y, X) | lies_on(Y, X))
 _SUPPORT = ("lies_in", "lies_on")
 carried_by = Defined(
-    "carried_by", (X, Y), carries(Y, X) | Exists(Z, carries(Z, X) & Atom("carried_by", (Z, Y))), carriers
+    "carried_by", (X, Y), carries(Y, X) | f.Exists(Z, carries(Z, X) & f.Atom("carried_by", (Z, Y))), carriers
 )
 within = Defined(
-    "within", (X, Y), lies_in(X, Y) | Exists(Z, carries(Z, X) & Atom("within", (Z, Y))), containers
+    "within", (X, Y), lies_in(X, Y) | f.Exists(Z, carries(Z, X) & f.Atom("within", (Z, Y))), containers
 )
-shut_in = Defined("shut_in", (X,), Exists(Y, closed(Y) & within(X, Y)))
+shut_in = Defined("shut_in", (X,), f.Exists(Y, closed(Y) & within(X, Y)))
 floor_below = Lookup(
     "floor_below",
     2,
@@ -111,9 +111,9 @@ floor_below = Lookup(
     Defined(
         "floor_below",
         (X, Y),
-        (floor(X) & Equals(X, Y))
-        | (~floor(X) & ~Exists(Z, carries(Z, X)) & stands_on(X, Y))
-        | (~floor(X) & Exists(Z, carries(Z, X) & Atom("floor_below", (Z, Y)))),
+        (floor(X) & f.Equals(X, Y))
+        | (~floor(X) & ~f.Exists(Z, carries(Z, X)) & stands_on(X, Y))
+        | (~floor(X) & f.Exists(Z, carries(Z, X) & f.Atom("floor_below", (Z, Y)))),
     ),
 )
 
@@ -122,13 +122,13 @@ floor_below = Lookup(
 
 def _state_seen(name: str, own: Predicate) -> Defined:
     """A state as goals see it."""
-    of_parts = ForAll(P, Implies(part_of(P, X), own(P)))
+    of_parts = f.ForAll(P, f.Implies(part_of(P, X), own(P)))
     return Defined(name, (X,), (own(X) & ~cut_up(X)) | (cut_up(X) & of_parts))
 
 
 def _relation_seen(name: str, own: Predicate | Defined, values: Values) -> Defined:
     """A relation as goals see it."""
-    of_parts = ForAll(P, Implies(part_of(P, X), own(P, Y)))
+    of_parts = f.ForAll(P, f.Implies(part_of(P, X), own(P, Y)))
     seen = (own(X, Y) & ~cut_up(X)) | (cut_up(X) & of_parts)
     return Defined(name, (X, Y), seen, as_its_parts(values))
 

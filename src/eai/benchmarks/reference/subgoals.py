@@ -8,6 +8,7 @@ from abc import abstractmethod
 from collections import Counter
 from dataclasses import replace
 
+import eai.logic.formula as f
 from eai.abilities.subgoal_decomposition.compiled import Compiled, Rejected, offending, unparseable
 from eai.abilities.subgoal_decomposition.notation import WrittenSubgoals
 from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
@@ -16,7 +17,6 @@ from eai.abilities.unreadable import Unreadable
 from eai.abilities.verdict import Counted, SubgoalCategory, SubgoalVerdict
 from eai.benchmarks.reference.lots import Lots
 from eai.errors import ParseError
-from eai.logic.formula import And, Atom, Formula, Not, Occurs, Or, Then
 from eai.logic.ltl import Dialect, parse
 from eai.logic.signature import Signature
 from eai.logic.traversal import children
@@ -64,7 +64,7 @@ def _counting(verdict: SubgoalVerdict, errors: tuple[tuple[FaultKind, int], ...]
     return replace(verdict, counted=Counted(bool(verdict.success), verdict.goals, errors))
 
 
-def parse_at_once(written: WrittenSubgoals | Unreadable, signature: Signature) -> Formula | Rejected:
+def parse_at_once(written: WrittenSubgoals | Unreadable, signature: Signature) -> f.Formula | Rejected:
     """The formula of an answer whose subgoals are one text."""
     if isinstance(written, Unreadable):
         return unparseable(written.reason)
@@ -89,20 +89,20 @@ def read_output(text: str) -> list[str] | Unreadable:
     return [subgoal.strip() for subgoal in output]
 
 
-def literals(formula: Formula, lots: Lots) -> list[Formula] | None:
+def literals(formula: f.Formula, lots: Lots) -> list[f.Formula] | None:
     """The atoms, actions and negated ones of a formula in order; None for what is rejected at once.
 
     Of an ``or`` one operand is taken by lot.
     """
-    if isinstance(formula, (Atom, Occurs)):
+    if isinstance(formula, (f.Atom, f.Occurs)):
         return [formula]
-    if isinstance(formula, Or):
+    if isinstance(formula, f.Or):
         return literals(lots.choice(formula.operands), lots)
-    if isinstance(formula, Not):
+    if isinstance(formula, f.Not):
         return [formula] if _is_odd_negation(formula) else None
-    if not isinstance(formula, (And, Then)):
+    if not isinstance(formula, (f.And, f.Then)):
         return None
-    found: list[Formula] = []
+    found: list[f.Formula] = []
     for part in children(formula):
         inner = literals(part, lots)
         if inner is None:
@@ -111,9 +111,9 @@ def literals(formula: Formula, lots: Lots) -> list[Formula] | None:
     return found
 
 
-def _is_odd_negation(formula: Formula) -> bool:
+def _is_odd_negation(formula: f.Formula) -> bool:
     """Whether an atom or action is negated an odd number of times, which is rejected when it is reached."""
     odd = False
-    while isinstance(formula, Not):
+    while isinstance(formula, f.Not):
         formula, odd = formula.operand, not odd
-    return odd and isinstance(formula, (Atom, Occurs))
+    return odd and isinstance(formula, (f.Atom, f.Occurs))

@@ -12,21 +12,9 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import chain, combinations, islice, permutations, product
 from typing import TypeAlias
 
+import eai.logic.formula as f
 from eai.errors import InputError
 from eai.logic.choice import Universe, value_of
-from eai.logic.formula import (
-    And,
-    Atom,
-    Exactly,
-    Exists,
-    ForAll,
-    Formula,
-    ForPairs,
-    Implies,
-    Not,
-    Or,
-    Variable,
-)
 from eai.logic.options import Option
 
 MAX_VECTORS = 20
@@ -35,7 +23,7 @@ MAX_PERMUTATIONS = 10
 _Binding: TypeAlias = Mapping[str, str]
 
 
-def truncated_options(formula: Formula, universe: Universe) -> list[Option]:
+def truncated_options(formula: f.Formula, universe: Universe) -> list[Option]:
     """The options of a closed BDDL condition in the reference's order, with its omissions.
 
     Raises:
@@ -48,35 +36,35 @@ class _Truncation:
     def __init__(self, universe: Universe) -> None:
         self._universe = universe
 
-    def options(self, formula: Formula, binding: _Binding) -> list[Option]:
+    def options(self, formula: f.Formula, binding: _Binding) -> list[Option]:
         match formula:
-            case Atom(predicate, arguments):
-                return [(Atom(predicate, tuple(value_of(term, binding) for term in arguments)),)]
-            case And(operands):
+            case f.Atom(predicate, arguments):
+                return [(f.Atom(predicate, tuple(value_of(term, binding) for term in arguments)),)]
+            case f.And(operands):
                 return _joined(product(*[self.options(operand, binding) for operand in operands]))
-            case Or(operands):
+            case f.Or(operands):
                 return [option for operand in operands for option in self.options(operand, binding)]
-            case Not(operand):
+            case f.Not(operand):
                 return _negated(self.options(operand, binding))
-            case Implies(premise, conclusion):
+            case f.Implies(premise, conclusion):
                 return _negated(self.options(premise, binding)) + self.options(conclusion, binding)
-            case ForAll(variable, body):
+            case f.ForAll(variable, body):
                 return _joined(_first_vectors(self._instances(variable, body, binding)))
-            case Exists(variable, body):
+            case f.Exists(variable, body):
                 return list(chain.from_iterable(self._instances(variable, body, binding)))
-            case Exactly(count, variable, body):
+            case f.Exactly(count, variable, body):
                 vectors = _first_vectors(self._instances(variable, body, binding))
                 return _joined(chosen for vector in vectors for chosen in combinations(vector, count))
-            case ForPairs():
+            case f.ForPairs():
                 return self._pairs(formula, binding)
             case _:
                 raise InputError(f"BDDL has no {type(formula).__name__}")
 
-    def _instances(self, variable: Variable, body: Formula, binding: _Binding) -> list[list[Option]]:
+    def _instances(self, variable: f.Variable, body: f.Formula, binding: _Binding) -> list[list[Option]]:
         values = self._universe.objects(variable.category)
         return [self.options(body, {**binding, variable.name: value}) for value in values]
 
-    def _pairs(self, formula: ForPairs, binding: _Binding) -> list[Option]:
+    def _pairs(self, formula: f.ForPairs, binding: _Binding) -> list[Option]:
         first, second, body = formula.first, formula.second, formula.body
         rows, columns = self._universe.objects(first.category), self._universe.objects(second.category)
         cells = [
@@ -105,7 +93,7 @@ def _joined(vectors: Iterable[Sequence[Option]]) -> list[Option]:
 def _negated(found: Sequence[Option]) -> list[Option]:
     """One negated condition of each option, in all combinations."""
     return [
-        tuple(choice) for choice in product(*[[Not(condition) for condition in option] for option in found])
+        tuple(choice) for choice in product(*[[f.Not(condition) for condition in option] for option in found])
     ]
 
 

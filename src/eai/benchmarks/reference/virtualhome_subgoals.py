@@ -1,4 +1,4 @@
-"""How eai-eval 1.0.5 reads VirtualHome subgoals (spec sections b and e; reference: ``subgoal_plan.py``).
+"""How eai-eval 1.0.5 reads VirtualHome subgoals (``subgoal_plan.py``).
 
 Its quirks: an answer ends at the first closing brace; strings without anything like ``word(...)`` vanish; a
 string with `` or `` is cut there as plain text, whatever the brackets say, and one piece is taken by lot

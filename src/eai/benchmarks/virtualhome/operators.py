@@ -1,21 +1,21 @@
 """The actions of VirtualHome: what each one checks, in order, and what it does.
 
-This is the simulator as it is meant (protocol `strict`). Where the reference deviates by a defect, `quirks`
-says so. Section (c) of the specification and the reference's ``execution.py`` are the sources.
+This is the simulator as it is meant (protocol `strict`). Where the reference deviates by a defect,
+`eai.benchmarks.reference.virtualhome_quirks` says so. The source is the reference's ``execution.py``.
 """
 
 from __future__ import annotations
 
+import eai.logic.formula as f
 from eai.benchmarks.virtualhome import predicates as p
 from eai.benchmarks.virtualhome.predicates import R, X, Y
-from eai.logic.formula import Exists, Formula, Implies, Or, Term, Variable
 from eai.world.derived import is_a
 from eai.world.effect import ANYTHING, Add, Delete, Effect, ForEach, Let, When, both_ways
 from eai.world.frame import AGENT
 from eai.world.operator import Check, Operator, additional, affordance, missing
 from eai.world.vocabulary import Predicate
 
-H = Variable("h")
+H = f.Variable("h")
 
 SQUEEZABLE = (
     "check",
@@ -54,17 +54,17 @@ def set_state(operator: str, check: Check, old: Predicate, new: Predicate, *chec
     return _unary(operator, (*checks, check), (Delete(old(X)), Add(new(X))))
 
 
-def cut_loose(thing: Term, *relations: Predicate) -> tuple[Effect, ...]:
+def cut_loose(thing: f.Term, *relations: Predicate) -> tuple[Effect, ...]:
     """Remove an object from these relations, on both sides."""
     return tuple(e for r in relations for e in both_ways(Delete, r(thing, ANYTHING)))
 
 
-def take_out_of_hand(thing: Variable) -> tuple[Effect, ...]:
+def take_out_of_hand(thing: f.Variable) -> tuple[Effect, ...]:
     """The object is in neither hand any more."""
     return Delete(p.holds_rh(AGENT, thing)), Delete(p.holds_lh(AGENT, thing))
 
 
-def forget_origin(thing: Variable) -> tuple[Effect, ...]:
+def forget_origin(thing: f.Variable) -> tuple[Effect, ...]:
     """Forget where the object was taken from."""
     return (
         Delete(p.taken_from_top_of(thing, ANYTHING)),
@@ -73,7 +73,7 @@ def forget_origin(thing: Variable) -> tuple[Effect, ...]:
     )
 
 
-def go_to(target: Variable, room_of_held: Formula) -> tuple[Effect, ...]:
+def go_to(target: f.Variable, room_of_held: f.Formula) -> tuple[Effect, ...]:
     """The character goes to an object, or into a room, with what it holds.
 
     ``room_of_held`` says of ``r`` that held objects are in it afterwards.
@@ -103,17 +103,17 @@ def go_to(target: Variable, room_of_held: Formula) -> tuple[Effect, ...]:
     )
 
 
-def walk(name: str, room_of_held: Formula) -> Operator:
+def walk(name: str, room_of_held: f.Formula) -> Operator:
     """An action that goes to an object, whatever lies in between."""
     return _unary(name, (UPRIGHT, SOMEWHERE), go_to(X, room_of_held))
 
 
-def find(room_of_held: Formula) -> Operator:
+def find(room_of_held: f.Formula) -> Operator:
     """FIND: turn away from everything and step up to an object at hand; walk to any other."""
     checks = (
-        missing(Implies(p.ontop(X, AGENT) | p.body_part(X), p.near(X)), NEAR.reason, sought=(p.near(X),)),
-        missing(Or((p.upright(), AT_HAND)), UPRIGHT.reason, sought=(p.upright(),)),
-        affordance(Or((p.somewhere(X), AT_HAND)), SOMEWHERE.reason),
+        missing(f.Implies(p.ontop(X, AGENT) | p.body_part(X), p.near(X)), NEAR.reason, sought=(p.near(X),)),
+        missing(f.Or((p.upright(), AT_HAND)), UPRIGHT.reason, sought=(p.upright(),)),
+        affordance(f.Or((p.somewhere(X), AT_HAND)), SOMEWHERE.reason),
     )
     step_up = (Delete(p.facing(AGENT, ANYTHING)), *both_ways(Add, p.next_to(AGENT, X)))
     return _unary("FIND", checks, (When(p.near(X), step_up, go_to(X, room_of_held)),))
@@ -167,11 +167,11 @@ def put_back_where_it_was() -> Operator:
         missing(p.taken(X), "{x} was not grabbed, so it has no place to return to"),
         HELD,
         missing(
-            Or(tuple(Exists(Y, memory(X, Y) & p.near(Y)) for memory, _, _ in ORIGINS)),
+            f.Or(tuple(f.Exists(Y, memory(X, Y) & p.near(Y)) for memory, _, _ in ORIGINS)),
             "the character is not next to the place where {x} was taken from",
         ),
         missing(
-            ~Exists(Y, p.taken_from_inside(X, Y) & p.can_open(Y) & ~p.open_(Y)),
+            ~f.Exists(Y, p.taken_from_inside(X, Y) & p.can_open(Y) & ~p.open_(Y)),
             "the place where {x} was taken from is closed",
         ),
     )
@@ -215,7 +215,7 @@ def shove(name: str, *checks: Check) -> Operator:
     return _unary(name, (*checks, NEAR, REACHABLE, HAND_FREE))
 
 
-def declared_operators(room_of_held: Formula) -> tuple[Operator, ...]:
+def declared_operators(room_of_held: f.Formula) -> tuple[Operator, ...]:
     """All actions, their checks in the order in which the reference tests them.
 
     ``room_of_held`` says in which room ``r`` held objects are after walking to ``x``.
@@ -232,7 +232,7 @@ def declared_operators(room_of_held: Formula) -> tuple[Operator, ...]:
     )
 
 
-def _moving(room_of_held: Formula) -> tuple[Operator, ...]:
+def _moving(room_of_held: f.Formula) -> tuple[Operator, ...]:
     return walk("WALK", room_of_held), walk("RUN", room_of_held), find(room_of_held)
 
 
@@ -356,7 +356,7 @@ def _looking() -> tuple[Operator, ...]:
 
 
 def _using() -> tuple[Operator, ...]:
-    knife_in_hand = Exists(Y, p.held(Y) & is_a(Y, "knife"))
+    knife_in_hand = f.Exists(Y, p.held(Y) & is_a(Y, "knife"))
     can_be_moved = affordance(p.movable(X) | is_a(X, "button", "chair", "curtain"), "{x} cannot be moved")
     return (
         _unary("DRINK", (affordance(p.drinkable(X) | p.recipient(X), "{x} is nothing to drink"), HELD)),
@@ -365,7 +365,7 @@ def _using() -> tuple[Operator, ...]:
             (
                 NEAR,
                 affordance(
-                    p.eatable(X) | Exists(Y, p.ontop(Y, X) & p.eatable(Y)),
+                    p.eatable(X) | f.Exists(Y, p.ontop(Y, X) & p.eatable(Y)),
                     "{x} cannot be eaten, nor is there anything eatable on it",
                 ),
             ),
@@ -400,7 +400,7 @@ def _using() -> tuple[Operator, ...]:
 
 def _cleaning() -> tuple[Operator, ...]:
     cleaned = (Delete(p.dirty(X)), Add(p.clean(X)))
-    something_in_hand = missing(Exists(Y, p.held(Y)), "the character holds nothing to wipe with")
+    something_in_hand = missing(f.Exists(Y, p.held(Y)), "the character holds nothing to wipe with")
     return (
         *(_unary(name, (NEAR,), cleaned) for name in ("WASH", "RINSE", "SCRUB")),
         _unary("WIPE", (NEAR, something_in_hand), cleaned),

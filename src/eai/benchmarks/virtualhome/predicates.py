@@ -8,17 +8,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
+import eai.logic.formula as f
 from eai.benchmarks.virtualhome.places import BEDS, SEATS, full_bed, full_seat, origins, rooms
-from eai.logic.formula import And, Atom, Equals, Exists, Formula, Or, Variable
 from eai.world.derived import Computed, Defined, Lookup, is_a
 from eai.world.frame import AGENT
 from eai.world.state import State
 from eai.world.vocabulary import Predicate, Vocabulary
 
-X = Variable("x")
-Y = Variable("y")
-Z = Variable("z")
-R = Variable("r")
+X = f.Variable("x")
+Y = f.Variable("y")
+Z = f.Variable("z")
+R = f.Variable("r")
 
 # Properties: what an object is good for. They never change.
 PROPERTIES = (
@@ -98,21 +98,21 @@ taken_from_next_to = Predicate("TAKEN_FROM_NEXT_TO", 2, visible=False, single=Tr
 near = Defined(
     "near",
     (X,),
-    next_to(AGENT, X) | Exists(Y, next_to(AGENT, Y) & (next_to(Y, X) | ontop(X, Y))),
+    next_to(AGENT, X) | f.Exists(Y, next_to(AGENT, Y) & (next_to(Y, X) | ontop(X, Y))),
 )
-faced = Defined("faced", (X,), facing(AGENT, X) | Exists(Y, facing(AGENT, Y) & facing(Y, X)))
-shut_in = Defined("shut_in", (X,), Exists(Y, inside(X, Y) & ~room(Y) & closed(Y)))
+faced = Defined("faced", (X,), facing(AGENT, X) | f.Exists(Y, facing(AGENT, Y) & facing(Y, X)))
+shut_in = Defined("shut_in", (X,), f.Exists(Y, inside(X, Y) & ~room(Y) & closed(Y)))
 held = Defined("held", (X,), holds_rh(AGENT, X) | holds_lh(AGENT, X))
-right_hand_free = Defined("right_hand_free", (), ~Exists(Y, holds_rh(AGENT, Y)))
-left_hand_free = Defined("left_hand_free", (), ~Exists(Y, holds_lh(AGENT, Y)))
+right_hand_free = Defined("right_hand_free", (), ~f.Exists(Y, holds_rh(AGENT, Y)))
+left_hand_free = Defined("left_hand_free", (), ~f.Exists(Y, holds_lh(AGENT, Y)))
 hand_free = Defined("hand_free", (), right_hand_free() | left_hand_free())
 upright = Defined("upright", (), ~sitting(AGENT) & ~lying(AGENT))
 taken = Defined(
     "taken",
     (X,),
-    Exists(Y, taken_from_top_of(X, Y) | taken_from_inside(X, Y) | taken_from_next_to(X, Y)),
+    f.Exists(Y, taken_from_top_of(X, Y) | taken_from_inside(X, Y) | taken_from_next_to(X, Y)),
 )
-_only_container = inside(X, Y) & ~Exists(Z, inside(X, Z) & ~Equals(Y, Z))
+_only_container = inside(X, Y) & ~f.Exists(Z, inside(X, Z) & ~f.Equals(Y, Z))
 room_of = Lookup(
     "room_of",
     2,
@@ -121,31 +121,31 @@ room_of = Lookup(
     meaning=Defined(
         "room_of",
         (X, R),
-        (room(X) & Equals(X, R))
+        (room(X) & f.Equals(X, R))
         | (~room(X) & room(R) & inside(X, R))
-        | (~room(X) & Exists(Y, _only_container & ~room(Y) & Atom("room_of", (Y, R)))),
+        | (~room(X) & f.Exists(Y, _only_container & ~room(Y) & f.Atom("room_of", (Y, R)))),
     ),
     single=True,
 )
-in_same_room = Defined("in_same_room", (X,), Exists(R, room_of(AGENT, R) & room_of(X, R)))
-somewhere = Defined("somewhere", (X,), Exists(R, room_of(X, R)))
+in_same_room = Defined("in_same_room", (X,), f.Exists(R, room_of(AGENT, R) & room_of(X, R)))
+somewhere = Defined("somewhere", (X,), f.Exists(R, room_of(X, R)))
 
 
 def _lies(place: int, name: str) -> Lookup:
     """The first object that something lies on, in or next to, by one relation if none before it holds."""
     *earlier, relation = (ontop, inside, next_to)[: place + 1]
-    nowhere_else = tuple(~Exists(Z, other(X, Z) & ~room(Z)) for other in earlier)
-    meaning = Defined(name, (X, Y), And((relation(X, Y), ~room(Y), *nowhere_else)))
+    nowhere_else = tuple(~f.Exists(Z, other(X, Z) & ~room(Z)) for other in earlier)
+    meaning = Defined(name, (X, Y), f.And((relation(X, Y), ~room(Y), *nowhere_else)))
     return Lookup(name, 2, origins(place), ("ROOM", "ONTOP", "INSIDE", "NEXT_TO"), meaning)
 
 
-def _so_many_on(place: Variable, count: int) -> Formula:
+def _so_many_on(place: f.Variable, count: int) -> f.Formula:
     """So many different things, or more, are on a place."""
-    things = [Variable(f"y{i}") for i in range(count)]
-    found: Formula = And(())
+    things = [f.Variable(f"y{i}") for i in range(count)]
+    found: f.Formula = f.And(())
     for i, thing in reversed(list(enumerate(things))):
-        new = tuple(~Equals(thing, other) for other in things[:i])
-        found = Exists(thing, And((ontop(thing, place), *new, found)))
+        new = tuple(~f.Equals(thing, other) for other in things[:i])
+        found = f.Exists(thing, f.And((ontop(thing, place), *new, found)))
     return found
 
 
@@ -155,8 +155,8 @@ def _full(
     """As many things are on a place as fit there, by its category; 1 where nothing is said."""
     by_size = {n: [c for c, fits in capacities.items() if fits == n] for n in sorted({*capacities.values()})}
     sized = tuple(is_a(X, *categories) & _so_many_on(X, n) for n, categories in by_size.items())
-    others = ~is_a(X, *capacities) & Exists(Y, ontop(Y, X))
-    return Computed(name, 1, test, ("ONTOP",), Defined(name, (X,), Or((*sized, others))))
+    others = ~is_a(X, *capacities) & f.Exists(Y, ontop(Y, X))
+    return Computed(name, 1, test, ("ONTOP",), Defined(name, (X,), f.Or((*sized, others))))
 
 
 lies_on, lies_in, lies_next_to = (
