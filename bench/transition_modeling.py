@@ -25,7 +25,7 @@ from eai.abilities.transition_modeling.planners import make_planner
 from eai.abilities.transition_modeling.scorer import TransitionModeling
 from eai.abilities.transition_modeling.task import TransitionTask
 from eai.benchmarks.gold_operators import open_virtualhome, rules_of
-from eai.pddl.fast_downward import FastDownward, Limits
+from eai.pddl.fast_downward import FastDownward, PlannerLimits
 from eai.pddl.planning import PddlPlanner, PlannerChoice
 from reference import CACHE, REFERENCE, environment, package_folder
 
@@ -105,7 +105,7 @@ def reference_logic(tasks: Sequence[TransitionTask], python: Path) -> float:
 
 def reference_planner(tasks: Sequence[TransitionTask], header: str) -> float:
     """The planner's own command on each task, with all gold operators."""
-    binaries = FastDownward.installed(Limits()).binaries
+    binaries = FastDownward.installed(PlannerLimits()).binaries
     driver = binaries.parents[2] / "fast-downward.py"
     with tempfile.TemporaryDirectory(prefix="eai-bench-") as name:
         folder = Path(name)

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 from eai.abilities.protocol import Protocol
 from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
-from eai.abilities.subgoal_decomposition.search import Limits
+from eai.abilities.subgoal_decomposition.search import SearchLimits
 from eai.abilities.task import Task
 from eai.benchmarks.behavior import domain as behavior
 from eai.benchmarks.behavior.subgoal_notation import BehaviorSubgoals
@@ -20,7 +20,7 @@ from eai.benchmarks.virtualhome.subgoal_translation import VirtualHomeTranslatio
 
 
 def virtualhome_subgoals(
-    protocol: Protocol, limits: Limits | None = None
+    protocol: Protocol, limits: SearchLimits | None = None
 ) -> Callable[[Task], SubgoalDecomposition]:
     """What makes the scorer of a VirtualHome task."""
     if protocol is Protocol.EAI_1_0_5:
@@ -31,7 +31,7 @@ def virtualhome_subgoals(
 
 
 def behavior_subgoals(
-    protocol: Protocol, limits: Limits | None = None
+    protocol: Protocol, limits: SearchLimits | None = None
 ) -> Callable[[BehaviorTask], SubgoalDecomposition]:
     """What makes the scorer of a BEHAVIOR task."""
     if protocol is Protocol.EAI_1_0_5:

@@ -48,6 +48,7 @@ def _signature(value: object) -> str:
     if not callable(value):
         return ""
     text = re.sub(r"(: |-> )'([^']*)'", r"\1\2", str(inspect.signature(value)))
+    text = re.sub(r"\b[a-z]\.(?=[A-Z])", "", text)  # the aliases of modules
     return re.sub(r"<factory>|<function \S+ at 0x\w+>", "...", text)
 
 

@@ -20,7 +20,7 @@ from eai.errors import DataError
 from eai.pddl.evaluation import PddlState
 from eai.pddl.execute import Executor
 from eai.pddl.export import export
-from eai.pddl.fast_downward import FastDownward, Limits
+from eai.pddl.fast_downward import FastDownward, PlannerLimits
 from eai.pddl.planning import PlannerOutcome, PlanningTask
 from eai.world.domain import Domain
 from eai.world.execution import Fault, attempt, execute
@@ -88,7 +88,7 @@ def test_what_is_not_said_exactly_is_named(virtualhome_tasks: VirtualHomeTasks) 
 
 def planner() -> FastDownward:
     try:
-        return FastDownward.installed(Limits(cpu_seconds=60))
+        return FastDownward.installed(PlannerLimits(cpu_seconds=60))
     except DataError as error:
         pytest.skip(str(error))
 

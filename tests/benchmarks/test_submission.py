@@ -7,7 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from eai.benchmarks.submission import Finding, build_submission, check_submission, submission_files
+from eai.benchmarks.finding import Finding
+from eai.benchmarks.submission import build_submission, check_submission, submission_files
 from eai.data.store import Store
 from eai.errors import InputError
 

@@ -23,7 +23,7 @@ from eai.logic.formula import (
     Or,
     Variable,
 )
-from eai.logic.signature import OffenceKind, Signature
+from eai.logic.signature import MisuseKind, Signature
 from eai.logic.traversal import MAX_DEPTH
 
 PROBLEM = """(define (problem Sorting_0)   ; a comment with (brackets
@@ -142,9 +142,9 @@ def test_names_are_checked_against_a_signature() -> None:
     text = "(and (open ?shelf.n.01_1 b)\n (forall (?x - y) (opened ?x)))"
     found = [(o.kind, o.name, o.line, o.column) for o in parse_condition(text, signature).offences]
     assert found == [
-        (OffenceKind.WRONG_ARITY, "open", 1, 7),
-        (OffenceKind.UNKNOWN_OBJECT, "b", 1, 26),
-        (OffenceKind.UNKNOWN_PREDICATE, "opened", 2, 20),
+        (MisuseKind.WRONG_ARITY, "open", 1, 7),
+        (MisuseKind.UNKNOWN_OBJECT, "b", 1, 26),
+        (MisuseKind.UNKNOWN_PREDICATE, "opened", 2, 20),
     ]
 
 
@@ -190,7 +190,7 @@ def test_a_comment_ends_with_its_line() -> None:
 def test_wrong_names_are_found_where_they_stand(comment: str) -> None:
     signature = Signature({"in": 2}, objects={"cup"})
     (offence,) = parse_condition(f"(not (in cup {comment} box))", signature).offences
-    assert offence.kind is OffenceKind.UNKNOWN_OBJECT
+    assert offence.kind is MisuseKind.UNKNOWN_OBJECT
     assert (offence.line, offence.column) == ((2, 2) if comment else (1, 15))
 
 

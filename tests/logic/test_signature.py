@@ -9,7 +9,7 @@ from eai.logic.formula import (
     Occurs,
 )
 from eai.logic.ltl import MAX_KNOWN, parse
-from eai.logic.signature import OffenceKind, Signature
+from eai.logic.signature import MisuseKind, Signature
 
 P = Atom("p", (Constant("a"),))
 
@@ -19,10 +19,10 @@ def test_kinds_of_offences_and_their_places() -> None:
     text = "open(cup.1) and\n opn(cup.1) or in( cup.1 ) then grab(cup.2) and exists x. (any(x, x, y))"
     found = [(o.kind, o.name, o.primitive, o.line, o.column) for o in parse(text, signature).offences]
     assert found == [
-        (OffenceKind.UNKNOWN_PREDICATE, "opn", "opn", 2, 2),
-        (OffenceKind.WRONG_ARITY, "in", "in", 2, 16),
-        (OffenceKind.UNKNOWN_OBJECT, "cup.2", "grab", 2, 38),
-        (OffenceKind.UNKNOWN_OBJECT, "y", "any", 2, 70),
+        (MisuseKind.UNKNOWN_PREDICATE, "opn", "opn", 2, 2),
+        (MisuseKind.WRONG_ARITY, "in", "in", 2, 16),
+        (MisuseKind.UNKNOWN_OBJECT, "cup.2", "grab", 2, 38),
+        (MisuseKind.UNKNOWN_OBJECT, "y", "any", 2, 70),
     ]
     assert str(parse(text, signature).offences[1]) == "line 2, column 16: in takes 2 arguments, not 1"
 
@@ -31,7 +31,7 @@ def test_a_variable_is_no_object_outside_its_quantifier() -> None:
     signature = Signature({"open": 1}, objects=())
     assert parse("forall x. (open(x))", signature).offences == ()
     (offence,) = parse("forall x. (open(x)) and open(x)", signature).offences
-    assert (offence.kind, offence.column) == (OffenceKind.UNKNOWN_OBJECT, 30)
+    assert (offence.kind, offence.column) == (MisuseKind.UNKNOWN_OBJECT, 30)
 
 
 def test_actions_come_from_the_signature() -> None:
@@ -47,7 +47,7 @@ def test_what_is_remembered_is_what_is_allowed_wherever_it_stands() -> None:
     assert set(signature.known) == {"grab(cup.1)", "open(cup.1)"}
     assert parse(text, signature) == first
     (offence,) = parse("grab(cup.1) and open(x)", signature).offences
-    assert (offence.kind, offence.column) == (OffenceKind.UNKNOWN_OBJECT, 22)
+    assert (offence.kind, offence.column) == (MisuseKind.UNKNOWN_OBJECT, 22)
 
 
 def test_memory_is_bounded() -> None:

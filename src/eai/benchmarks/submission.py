@@ -6,11 +6,11 @@ import json
 import zipfile
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
 from eai.abilities.protocol import Ability
 from eai.abilities.responses import SUFFIX, find_response_files, read_responses
+from eai.benchmarks.finding import Finding
 from eai.benchmarks.identifiers import SCENE_PREFIX, task_id_of
 from eai.benchmarks.registry import FIRST, find_benchmark
 from eai.data.store import Store
@@ -20,19 +20,6 @@ MAX_SIZE = 200_000_000
 """The most bytes that a file of a submission may hold."""
 
 _EPOCH = (1980, 1, 1, 0, 0, 0)
-
-
-@dataclass(frozen=True, slots=True)
-class Finding:
-    """One thing that is wrong with a submission.
-
-    Attributes:
-        file: the file of the submission that it is about; the zip itself where it is about all of it.
-        problem: what is wrong, with the identifier where there is one.
-    """
-
-    file: str
-    problem: str
 
 
 def submission_files(store: Store | None = None) -> dict[str, tuple[str, ...]]:

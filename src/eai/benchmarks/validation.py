@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from types import MappingProxyType
 
+from eai.benchmarks.finding import Finding
 from eai.benchmarks.packs import PROMPTS, RESOURCES, published_packs
 from eai.benchmarks.published_files import PROBLEMS_MEMBER
 from eai.benchmarks.statistics import virtualhome_rows
@@ -39,14 +39,6 @@ PUBLISHED_COUNTS: Mapping[str, int | float] = MappingProxyType(
     }
 )
 """Figures of the published data set, by the label of `stats.StatRow`."""
-
-
-@dataclass(frozen=True, slots=True)
-class Finding:
-    """Something that is not as it should be."""
-
-    pack: str
-    problem: str
 
 
 def validate(

@@ -97,7 +97,7 @@ def validate(data: DataFolder = None) -> None:
     """
     findings = check(store(data))
     for finding in findings:
-        output().print(f"{finding.pack}: {finding.problem}", soft_wrap=True, highlight=False)
+        output().print(f"{finding.place}: {finding.problem}", soft_wrap=True, highlight=False)
     if findings:
         raise typer.Exit(2)
     output().print("the data set is as published")

@@ -8,7 +8,8 @@ from typing import Annotated
 
 import typer
 
-from eai.benchmarks.submission import Finding, build_submission, check_submission
+from eai.benchmarks.finding import Finding
+from eai.benchmarks.submission import build_submission, check_submission
 from eai.cli.console import output
 from eai.cli.data import DataFolder, store
 
@@ -47,7 +48,7 @@ def check(
 
 def _tell(findings: Sequence[Finding]) -> None:
     for finding in findings:
-        output().print(f"{finding.file}: {finding.problem}", soft_wrap=True, highlight=False, markup=False)
+        output().print(f"{finding.place}: {finding.problem}", soft_wrap=True, highlight=False, markup=False)
     if findings:
         raise typer.Exit(2)
     output().print("the submission is complete", highlight=False)

@@ -10,7 +10,7 @@ from eai.logic.formula import Constant, Formula, Term, Variable
 from eai.logic.grammar import place
 
 
-class OffenceKind(Enum):
+class MisuseKind(Enum):
     """How a formula that parses can still be about nothing that exists."""
 
     UNKNOWN_PREDICATE = "unknown_predicate"
@@ -22,7 +22,7 @@ class OffenceKind(Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class Offence:
+class Misuse:
     """One use of a name that the signature does not allow.
 
     ``line`` and ``column`` count from 1 and point at the offending name: the predicate for an unknown
@@ -30,7 +30,7 @@ class Offence:
     predicate or action that it occurs in.
     """
 
-    kind: OffenceKind
+    kind: MisuseKind
     name: str
     primitive: str
     line: int
@@ -69,7 +69,7 @@ class Reading:
     """A text that parsed: its formula, and in text order the names that the signature does not allow."""
 
     formula: Formula
-    offences: tuple[Offence, ...] = ()
+    offences: tuple[Misuse, ...] = ()
 
 
 def term(name: str, scope: frozenset[str]) -> Term:
@@ -88,7 +88,7 @@ class NameChecker:
     def __init__(self, text: str, signature: Signature | None) -> None:
         self._text = text
         self._signature = signature
-        self.offences: list[Offence] = []
+        self.offences: list[Misuse] = []
 
     def check(self, name: str, terms: Sequence[Term], position: Callable[[int], int]) -> None:
         """Look at one predicate or action.
@@ -104,17 +104,17 @@ class NameChecker:
         arities, objects = signature.arities(name), signature.objects
         if name not in arities:
             detail = f"{name} is no predicate and no action"
-            self._add(OffenceKind.UNKNOWN_PREDICATE, name, name, position(0), detail)
+            self._add(MisuseKind.UNKNOWN_PREDICATE, name, name, position(0), detail)
         elif (wanted := arities[name]) is not None and wanted != len(terms):
             detail = f"{name} takes {wanted} arguments, not {len(terms)}"
-            self._add(OffenceKind.WRONG_ARITY, name, name, position(0), detail)
+            self._add(MisuseKind.WRONG_ARITY, name, name, position(0), detail)
         if objects is None:
             return
         for i, term in enumerate(terms, start=1):
             if isinstance(term, Constant) and term.name not in objects:
                 detail = f"there is no object {term.name}"
-                self._add(OffenceKind.UNKNOWN_OBJECT, term.name, name, position(i), detail)
+                self._add(MisuseKind.UNKNOWN_OBJECT, term.name, name, position(i), detail)
 
-    def _add(self, kind: OffenceKind, name: str, primitive: str, position: int, detail: str) -> None:
+    def _add(self, kind: MisuseKind, name: str, primitive: str, position: int, detail: str) -> None:
         line, column = place(self._text, position)
-        self.offences.append(Offence(kind, name, primitive, line, column, detail))
+        self.offences.append(Misuse(kind, name, primitive, line, column, detail))

@@ -61,7 +61,7 @@ _OUTCOMES = {
 
 
 @dataclass(frozen=True, slots=True)
-class Limits:
+class PlannerLimits:
     """What each of the two processes of a call may use."""
 
     cpu_seconds: int = 100
@@ -87,10 +87,10 @@ class FastDownward:
 
     binaries: Path
     version: str
-    limits: Limits
+    limits: PlannerLimits
 
     @classmethod
-    def installed(cls, limits: Limits) -> FastDownward:
+    def installed(cls, limits: PlannerLimits) -> FastDownward:
         """The planner of the current environment.
 
         Raises:

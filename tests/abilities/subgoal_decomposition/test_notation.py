@@ -5,7 +5,7 @@ import json
 import pytest
 
 from abilities.subgoal_decomposition.test_scorer import TASK
-from eai.abilities.subgoal_decomposition.lexicon import Lexicon, spelt
+from eai.abilities.subgoal_decomposition.lexicon import SubgoalLexicon, spelt
 from eai.abilities.subgoal_decomposition.notation import SubgoalNotation, WrittenSubgoals
 from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
 from eai.abilities.task import Goal, GoalKind, Task
@@ -93,7 +93,7 @@ def test_a_domain_with_other_names_is_scored_by_the_spelling_of_its_own() -> Non
     assert scorer.score('{"output": ["pick_up(a_1)"]}').success
 
 
-LEXICON = Lexicon(
+LEXICON = SubgoalLexicon(
     TASK.scene,
     Signature({"shining": 1, "lit": 1, "seen": 1, "box_of": 1}),
     {"lamp": 5, "lamp.1": 5, "red": 3},
@@ -116,7 +116,7 @@ def test_a_literal_is_said_in_the_words_of_the_domain() -> None:
 def test_what_the_domain_says_is_said_in_the_words_of_subgoals() -> None:
     assert LEXICON.said(GroundAtom("lit", (5,), truth=False)) == Not(Atom("lit", (Constant("lamp.1"),)))
     assert LEXICON.said_action(Action("PRESS", (3,))) == Occurs("press", (Constant("red"),))
-    hidden = Lexicon(TASK.scene, Signature({"shining": 1}), {"lamp": 5}, predicates={"shining": "lit"})
+    hidden = SubgoalLexicon(TASK.scene, Signature({"shining": 1}), {"lamp": 5}, predicates={"shining": "lit"})
     assert hidden.said(GroundAtom("lit", (5,), truth=True)) == Atom("shining", (Constant("lamp"),))
 
 

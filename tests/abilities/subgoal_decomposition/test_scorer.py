@@ -10,7 +10,7 @@ import pytest
 from eai.abilities.planning import find_plan
 from eai.abilities.subgoal_decomposition.notation import SubgoalNotation
 from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
-from eai.abilities.subgoal_decomposition.search import Limits
+from eai.abilities.subgoal_decomposition.search import SearchLimits
 from eai.abilities.task import NO_GOALS, Goal, GoalKind, Task
 from eai.abilities.verdict import SubgoalVerdict, Tally
 from eai.logic.formula import Atom, Constant, Formula, Not, Occurs, Or
@@ -150,7 +150,7 @@ def test_a_task_without_goals_is_excluded_and_explained() -> None:
 
 
 def test_the_end_of_the_search_is_told() -> None:
-    scorer = SubgoalDecomposition(TASK, toy.DOMAIN, limits=Limits(attempts=1))
+    scorer = SubgoalDecomposition(TASK, toy.DOMAIN, limits=SearchLimits(attempts=1))
     verdict = scorer.score(answer("at(red, shed)", "lit(lamp)"))
     assert verdict.search == "attempts"
 

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from benchmarks.virtualhome import flat
 from eai.abilities.subgoal_decomposition.program import Do, End, Halt, Instruction, Require, Split
 from eai.abilities.subgoal_decomposition.progress import GoalProgress
-from eai.abilities.subgoal_decomposition.search import Limits, Outcome, SearchEnd, search
+from eai.abilities.subgoal_decomposition.search import Outcome, SearchEnd, SearchLimits, search
 from eai.benchmarks.virtualhome import domain as virtualhome
 from eai.logic.formula import FALSE
 from eai.logic.ltl import parse
@@ -44,9 +44,11 @@ def program(subgoals: Sequence[Sequence[Plan]]) -> list[Instruction]:
     return made
 
 
-def run(made: Sequence[Instruction], goal: str = "OPEN(fridge.10)", limits: Limits | None = None) -> Outcome:
+def run(
+    made: Sequence[Instruction], goal: str = "OPEN(fridge.10)", limits: SearchLimits | None = None
+) -> Outcome:
     progress = GoalProgress(parse(goal).formula, SCENE)
-    return search(DOMAIN, START, made, progress, limits or Limits())
+    return search(DOMAIN, START, made, progress, limits or SearchLimits())
 
 
 def done(outcome: Outcome) -> list[str]:
@@ -132,18 +134,18 @@ def test_a_halt_ends_everything_when_it_is_reached() -> None:
 
 def test_some_faults_end_everything() -> None:
     progress = GoalProgress(parse("OPEN(fridge.10)").formula, SCENE)
-    outcome = search(DOMAIN, START, program([[OPEN]]), progress, Limits(), lambda fault: True)
+    outcome = search(DOMAIN, START, program([[OPEN]]), progress, SearchLimits(), lambda fault: True)
     assert outcome.end is SearchEnd.HALTED
 
 
 def test_the_limits_end_the_search_visibly() -> None:
     made = program([[GO], [OPEN], [CLOSE], [OPEN]])
-    outcome = run(made, limits=Limits(attempts=2))
+    outcome = run(made, limits=SearchLimits(attempts=2))
     assert (outcome.end, outcome.attempts, outcome.success) == (SearchEnd.ATTEMPTS, 2, False)
     ticks = iter(range(100))
-    timed = run(made, limits=Limits(seconds=2.0, clock=lambda: next(ticks)))
+    timed = run(made, limits=SearchLimits(seconds=2.0, clock=lambda: next(ticks)))
     assert timed.end is SearchEnd.TIME
-    assert run(made, limits=Limits(attempts=4, seconds=None)).end is SearchEnd.COMPLETE
+    assert run(made, limits=SearchLimits(attempts=4, seconds=None)).end is SearchEnd.COMPLETE
 
 
 def test_choices_that_meet_in_one_state_do_not_multiply() -> None:

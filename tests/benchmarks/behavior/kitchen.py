@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from eai.benchmarks.behavior.evidence import Evidence, GroundRelation, Volumes
+from eai.benchmarks.behavior.evidence import GroundRelation, UnpublishedFacts, Volumes
 from eai.benchmarks.behavior.records import BehaviorObject, BehaviorRecord, WrittenAction
 from eai.benchmarks.behavior.tasks import BehaviorTask, build_task
 from eai.logic.bddl import parse_problem
@@ -51,7 +51,7 @@ OBJECTS = {
     "pebble_1": "pebble",
 }
 
-EVIDENCE = Evidence(
+EVIDENCE = UnpublishedFacts(
     initially_open=frozenset({"carton"}),
     standing=frozenset({"fridge", "table", "sink", "dishwasher", "car"}),
     added={TASK_ID: (GroundRelation("nextto", "rag_1", "rag_10"),)},

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from eai.abilities.goal_interpretation.lexicon import Lexicon
+from eai.abilities.goal_interpretation.lexicon import GoalLexicon
 from eai.abilities.goal_interpretation.notation import Alternatives, GoalNotation
 from eai.abilities.goal_interpretation.written import WrittenGoal
 from eai.abilities.task import GoalKind, Task
@@ -46,7 +46,7 @@ class GoldGoals:
         of_kind: the conditions of each kind.
     """
 
-    def __init__(self, alternatives: tuple[Alternatives, ...], lexicon: Lexicon) -> None:
+    def __init__(self, alternatives: tuple[Alternatives, ...], lexicon: GoalLexicon) -> None:
         self._lexicon = lexicon
         self._numbers: dict[WrittenGoal, int] = {}
         self.stated: list[WrittenGoal] = []
@@ -78,7 +78,7 @@ class GoldGoals:
 
 def write_goals(task: Task, domain: Domain, notation: GoalNotation) -> tuple[str, ...]:
     """A right answer, in parts: the first option of each goal."""
-    lexicon = Lexicon(task, domain, notation)
+    lexicon = GoalLexicon(task, domain, notation)
     options = [next(choice_options(goal.options), ()) for goal in notation.alternatives(task)]
     conditions = dict.fromkeys(condition for option in options for condition in option)
     return notation.write([lexicon.spelt(condition) for condition in conditions])

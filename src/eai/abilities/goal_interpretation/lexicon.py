@@ -13,7 +13,7 @@ from eai.logic.formula import Atom, Constant, Not, Occurs, Term
 from eai.world.domain import Domain
 
 
-class Lexicon:
+class GoalLexicon:
     """What answers to a task may speak of, and how.
 
     Attributes:

@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 from eai.abilities.explanation import Explanation, GoalReport, repairs_told
 from eai.abilities.goal_interpretation.gold import GoldGoals
-from eai.abilities.goal_interpretation.lexicon import Lexicon
+from eai.abilities.goal_interpretation.lexicon import GoalLexicon
 from eai.abilities.goal_interpretation.notation import GoalNotation
 from eai.abilities.goal_interpretation.written import SECTIONS, WrittenGoal, WrittenGoals
 from eai.abilities.scorer import Assessment, Scorer
@@ -46,7 +46,7 @@ class GoalInterpretation(Scorer):
     def __init__(self, task: Task, domain: Domain, notation: GoalNotation) -> None:
         self.task = task
         self.notation = notation
-        self.lexicon = Lexicon(task, domain, notation)
+        self.lexicon = GoalLexicon(task, domain, notation)
         self.gold = GoldGoals(notation.alternatives(task), self.lexicon)
 
     def assess(self, text: str) -> Assessment:

@@ -14,7 +14,7 @@ from typing import NamedTuple
 from typing_extensions import assert_never
 
 import eai.logic.formula as f
-from eai.abilities.subgoal_decomposition.lexicon import Lexicon
+from eai.abilities.subgoal_decomposition.lexicon import SubgoalLexicon
 from eai.abilities.subgoal_decomposition.program import Do, End, Instruction, Program, Require, Split
 from eai.abilities.subgoal_decomposition.progress import StateTest
 from eai.abilities.subgoal_decomposition.rewriting import substitute
@@ -35,7 +35,7 @@ _NOT_DONE = "a few actions do not bring it about"
 
 
 def program_of(
-    task: Task, lexicon: Lexicon, translation: Translation, subgoals: Sequence[f.Formula]
+    task: Task, lexicon: SubgoalLexicon, translation: Translation, subgoals: Sequence[f.Formula]
 ) -> Program:
     """The program that carries out subgoals one after the other.
 
@@ -59,7 +59,7 @@ class _Part(NamedTuple):
 class _Builder:
     """Makes instructions from the end of a plan to its beginning."""
 
-    def __init__(self, task: Task, lexicon: Lexicon, translation: Translation) -> None:
+    def __init__(self, task: Task, lexicon: SubgoalLexicon, translation: Translation) -> None:
         self.program: list[Instruction] = [End()]
         self._task = task
         self._lexicon = lexicon

@@ -12,7 +12,7 @@ from eai.abilities.verdict import ErrorReport, SubgoalCategory
 from eai.errors import InputError, ParseError
 from eai.logic.formula import Formula
 from eai.logic.ltl import parse
-from eai.logic.signature import Offence, OffenceKind, Signature
+from eai.logic.signature import Misuse, MisuseKind, Signature
 from eai.world.fault import FaultKind
 
 
@@ -32,7 +32,7 @@ class Rejected:
     category: SubgoalCategory
     error: ErrorReport
     repairs: tuple[str, ...] = ()
-    offences: tuple[Offence, ...] = ()
+    offences: tuple[Misuse, ...] = ()
 
 
 def unparseable(reason: str, repairs: tuple[str, ...] = ()) -> Rejected:
@@ -52,7 +52,7 @@ def compile_each(
     if isinstance(written, Unreadable):
         return unparseable(written.reason)
     formulas: list[Formula] = []
-    offences: list[Offence] = []
+    offences: list[Misuse] = []
     for number, subgoal in enumerate(written.subgoals):
         try:
             reading = parse(subgoal, signature)
@@ -68,13 +68,13 @@ def compile_each(
         return unparseable(str(error), written.repairs)
 
 
-_PRECEDENCE = (OffenceKind.UNKNOWN_PREDICATE, OffenceKind.WRONG_ARITY, OffenceKind.UNKNOWN_OBJECT)
+_PRECEDENCE = (MisuseKind.UNKNOWN_PREDICATE, MisuseKind.WRONG_ARITY, MisuseKind.UNKNOWN_OBJECT)
 
 
-def offending(offences: Sequence[Offence], repairs: tuple[str, ...]) -> Rejected:
+def offending(offences: Sequence[Misuse], repairs: tuple[str, ...]) -> Rejected:
     """The rejection for names that are not allowed: unknown predicates first, then numbers of objects."""
     worst = min(offences, key=lambda offence: _PRECEDENCE.index(offence.kind))
-    wrong_number = worst.kind is OffenceKind.WRONG_ARITY
+    wrong_number = worst.kind is MisuseKind.WRONG_ARITY
     kind = FaultKind.ARGUMENT_NUMBER if wrong_number else FaultKind.HALLUCINATION
     error = ErrorReport(kind, None, worst.detail)
     return Rejected(SubgoalCategory.HALLUCINATION, error, repairs, tuple(offences))

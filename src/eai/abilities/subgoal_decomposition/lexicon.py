@@ -22,7 +22,7 @@ _NUMBERED = re.compile(r"(.+)\.([0-9]+)")
 
 
 @dataclass(frozen=True)
-class Lexicon:
+class SubgoalLexicon:
     """The words of subgoals about one scene.
 
     Attributes:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from eai.abilities.json_text import Pairs, find_json
 from eai.abilities.planning import find_plan
-from eai.abilities.subgoal_decomposition.lexicon import Lexicon, ObjectsAndClasses, spelt
+from eai.abilities.subgoal_decomposition.lexicon import ObjectsAndClasses, SubgoalLexicon, spelt
 from eai.abilities.task import Task
 from eai.abilities.unreadable import Unreadable
 from eai.logic.formula import And, Formula
@@ -47,7 +47,7 @@ class SubgoalNotation:
     def __init__(self, domain: Domain) -> None:
         self.domain = domain
 
-    def lexicon(self, scene: Scene) -> Lexicon:
+    def lexicon(self, scene: Scene) -> SubgoalLexicon:
         """What subgoals about a scene may say."""
         vocabulary = self.domain.vocabulary
         visible = [p.name for p in vocabulary.predicates if p.visible]
@@ -60,7 +60,7 @@ class SubgoalNotation:
             {word: self.domain.arities[name] for word, name in actions.items()},
             ObjectsAndClasses(objects, scene),
         )
-        return Lexicon(scene, signature, objects, predicates, actions)
+        return SubgoalLexicon(scene, signature, objects, predicates, actions)
 
     def read(self, text: str) -> WrittenSubgoals | Unreadable:
         """The subgoals in an answer, or why there are none."""

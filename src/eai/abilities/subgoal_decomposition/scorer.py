@@ -14,7 +14,7 @@ from eai.abilities.subgoal_decomposition.compiled import Compiled, Rejected, com
 from eai.abilities.subgoal_decomposition.notation import SubgoalNotation
 from eai.abilities.subgoal_decomposition.progress import GoalProgress
 from eai.abilities.subgoal_decomposition.reporting import category_of, error_of
-from eai.abilities.subgoal_decomposition.search import Limits, Outcome, SearchEnd, search, uncategorised
+from eai.abilities.subgoal_decomposition.search import Outcome, SearchEnd, SearchLimits, search, uncategorised
 from eai.abilities.subgoal_decomposition.shortest_plans import ShortestPlans
 from eai.abilities.subgoal_decomposition.translation import Translation
 from eai.abilities.task import NO_GOALS, GoalKind, Task
@@ -52,7 +52,7 @@ class SubgoalDecomposition(Scorer):
         translation: Translation | None = None,
         *,
         goals: GoalTest | None = None,
-        limits: Limits | None = None,
+        limits: SearchLimits | None = None,
     ) -> None:
         self.task = task
         self.domain = domain
@@ -64,7 +64,7 @@ class SubgoalDecomposition(Scorer):
         self.lexicon = self.notation.lexicon(task.scene)
         self.temporal_goal = self._temporal_goal()
         self._goal = self._goal_to_reach()
-        self._limits = limits or Limits()
+        self._limits = limits or SearchLimits()
 
     def assess(self, text: str) -> Assessment:
         """The verdict on an answer, and what becomes of it step by step in the reported branch."""

@@ -35,7 +35,7 @@ from eai.world.fault import FaultKind
 from eai.world.state import State
 
 
-class Goal(Protocol):
+class BranchGoal(Protocol):
     """What a branch is to achieve, as far as its past can be summed up in a number."""
 
     def advance(self, met: int, state: State, action: Action) -> int:
@@ -48,7 +48,7 @@ class Goal(Protocol):
 
 
 @dataclass(frozen=True, slots=True)
-class Limits:
+class SearchLimits:
     """How much a search may do.
 
     Attributes:
@@ -103,8 +103,8 @@ def search(
     domain: Domain,
     initial: State,
     program: Program,
-    goal: Goal,
-    limits: Limits,
+    goal: BranchGoal,
+    limits: SearchLimits,
     halts: Callable[[Fault], bool] = uncategorised,
 ) -> Outcome:
     """Carry out a program of subgoals in all ways.
@@ -121,8 +121,8 @@ class _Search:
         self,
         domain: Domain,
         program: Program,
-        goal: Goal,
-        limits: Limits,
+        goal: BranchGoal,
+        limits: SearchLimits,
         halts: Callable[[Fault], bool],
     ) -> None:
         self._halts = halts

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from eai.pddl.fast_downward import FastDownward, Limits
+from eai.pddl.fast_downward import FastDownward, PlannerLimits
 from eai.pddl.planner import BuiltInPlanner, TieredPlanner
 from eai.pddl.planning import PddlPlanner, PlannerChoice
 from eai.pddl.search import Effort
@@ -23,7 +23,7 @@ def make_planner(choice: PlannerChoice, cpu_seconds: int) -> PddlPlanner | None:
         case PlannerChoice.BUILT_IN:
             return BuiltInPlanner()
         case PlannerChoice.FAST_DOWNWARD:
-            return FastDownward.installed(Limits(cpu_seconds=cpu_seconds))
+            return FastDownward.installed(PlannerLimits(cpu_seconds=cpu_seconds))
         case PlannerChoice.FULL:
-            authority = FastDownward.installed(Limits(cpu_seconds=cpu_seconds))
+            authority = FastDownward.installed(PlannerLimits(cpu_seconds=cpu_seconds))
             return TieredPlanner(BuiltInPlanner(FIRST_EFFORT), authority)

@@ -56,7 +56,7 @@ class Claim:
 
 
 @dataclass(frozen=True, slots=True)
-class Evidence:
+class UnpublishedFacts:
     """All facts that are in no published file.
 
     Attributes:
@@ -82,7 +82,7 @@ class Evidence:
 
 
 @cache
-def load_evidence() -> Evidence:
+def load_evidence() -> UnpublishedFacts:
     """The table of this package."""
     content = resources.files("eai.benchmarks.behavior").joinpath(_FILE).read_bytes()
     table = tomllib.loads(content.decode())
@@ -93,7 +93,7 @@ def load_evidence() -> Evidence:
     for entry in table["removed_relations"]:
         gone = (entry["predicate"], entry["object"])
         removed[entry["task"]] = removed.get(entry["task"], frozenset()) | {gone}
-    return Evidence(
+    return UnpublishedFacts(
         initially_open=frozenset(table["initially_open"]["categories"]),
         standing=frozenset(table["stands_on_floor"]["categories"]),
         added=added,

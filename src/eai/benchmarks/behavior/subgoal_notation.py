@@ -11,7 +11,7 @@ import re
 from collections.abc import Iterable
 
 from eai.abilities.planning import find_plan
-from eai.abilities.subgoal_decomposition.lexicon import Lexicon
+from eai.abilities.subgoal_decomposition.lexicon import SubgoalLexicon
 from eai.abilities.subgoal_decomposition.notation import SubgoalNotation, WrittenSubgoals, read_output
 from eai.abilities.task import Task
 from eai.abilities.unreadable import Unreadable
@@ -33,7 +33,7 @@ class BehaviorSubgoals(SubgoalNotation):
     def __init__(self) -> None:
         super().__init__(behavior.as_meant())
 
-    def lexicon(self, scene: Scene) -> Lexicon:
+    def lexicon(self, scene: Scene) -> SubgoalLexicon:
         """The prompts' names of states, actions and objects."""
         return lexicon(scene)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 
-from eai.abilities.subgoal_decomposition.lexicon import Lexicon
+from eai.abilities.subgoal_decomposition.lexicon import SubgoalLexicon
 from eai.benchmarks.behavior import predicates as p
 from eai.logic.signature import Signature
 from eai.world.state import Scene
@@ -95,7 +95,7 @@ ACTIONS: Mapping[str, int | None] = {
 _NUMBERED = re.compile(r"(.+)_(\d+)")
 
 
-def lexicon(scene: Scene) -> Lexicon:
+def lexicon(scene: Scene) -> SubgoalLexicon:
     """What subgoals about a scene may say."""
     known = {name: arity for name, arity in ACTIONS.items() if arity is not None}
     objects = object_names(scene)
@@ -104,11 +104,11 @@ def lexicon(scene: Scene) -> Lexicon:
     return meant(scene, Signature(predicates, known, objects), objects)
 
 
-def meant(scene: Scene, signature: Signature, objects: Mapping[str, int]) -> Lexicon:
+def meant(scene: Scene, signature: Signature, objects: Mapping[str, int]) -> SubgoalLexicon:
     """What these names mean in the domain."""
     categories = {n: c for n, c in category_predicates(scene).items() if scene.vocabulary.arity(n) is None}
     actions = {name: name.upper() for name in ACTIONS}
-    return Lexicon(scene, signature, objects, IN_DOMAIN, actions, categories, UNOBSERVED)
+    return SubgoalLexicon(scene, signature, objects, IN_DOMAIN, actions, categories, UNOBSERVED)
 
 
 def category_predicates(scene: Scene) -> dict[str, str]:

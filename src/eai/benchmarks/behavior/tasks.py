@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from eai.abilities.task import Goal, GoalKind, Task
 from eai.benchmarks.behavior import predicates as p
-from eai.benchmarks.behavior.evidence import Evidence, GroundRelation, load_evidence
+from eai.benchmarks.behavior.evidence import GroundRelation, UnpublishedFacts, load_evidence
 from eai.benchmarks.behavior.predicates import VOCABULARY
 from eai.benchmarks.behavior.records import PACK, Behavior, BehaviorObject, BehaviorRecord, GroundOption
 from eai.benchmarks.packs import open_published
@@ -73,7 +73,7 @@ class BehaviorTasks(Mapping[str, BehaviorTask]):
         sha256: digest of the data and of the evidence that the tasks are made from.
     """
 
-    def __init__(self, records: Behavior, evidence: Evidence | None = None) -> None:
+    def __init__(self, records: Behavior, evidence: UnpublishedFacts | None = None) -> None:
         self._evidence = load_evidence() if evidence is None else evidence
         self.sha256 = hashlib.sha256(f"{records.sha256}{self._evidence.sha256}".encode()).hexdigest()
         self._records = records
@@ -95,7 +95,7 @@ class BehaviorTasks(Mapping[str, BehaviorTask]):
 
 
 def build_task(
-    record: BehaviorRecord, goal_options: tuple[tuple[GroundOption, ...], ...], evidence: Evidence
+    record: BehaviorRecord, goal_options: tuple[tuple[GroundOption, ...], ...], evidence: UnpublishedFacts
 ) -> BehaviorTask:
     """The task of a record.
 
@@ -132,7 +132,7 @@ def open_tasks(store: Store | None = None, *, report: Report = silent) -> Behavi
     return BehaviorTasks(Behavior(open_published(PACK, store, report=report)))
 
 
-def initial_relations(record: BehaviorRecord, evidence: Evidence) -> tuple[GroundRelation, ...]:
+def initial_relations(record: BehaviorRecord, evidence: UnpublishedFacts) -> tuple[GroundRelation, ...]:
     """How objects stand to each other at the start, by name: as listed, as assumed, as found by evidence."""
     listed = listed_relations(record)
     removed = evidence.removed.get(record.id, frozenset())
@@ -150,7 +150,7 @@ def listed_relations(record: BehaviorRecord) -> tuple[GroundRelation, ...]:
     )
 
 
-def standing_relations(record: BehaviorRecord, evidence: Evidence) -> tuple[GroundRelation, ...]:
+def standing_relations(record: BehaviorRecord, evidence: UnpublishedFacts) -> tuple[GroundRelation, ...]:
     """For furniture that the problem file places nowhere: it stands on the floor of its room."""
     rooms = {f.arguments[0].name: f.arguments[1].name for f in _facts(record) if f.predicate == "inroom"}
     floors = {rooms[o.instance]: o.name for o in record.objects if o.is_floor and o.instance in rooms}
@@ -166,7 +166,7 @@ def standing_relations(record: BehaviorRecord, evidence: Evidence) -> tuple[Grou
     )
 
 
-def initial_states(record: BehaviorRecord, evidence: Evidence) -> Iterator[tuple[str, str]]:
+def initial_states(record: BehaviorRecord, evidence: UnpublishedFacts) -> Iterator[tuple[str, str]]:
     """State and name of each object that is in it at the start."""
     name_of = {thing.instance: thing.name for thing in record.objects}
     for fact in _facts(record):
@@ -185,7 +185,7 @@ def _facts(record: BehaviorRecord) -> Iterator[Atom]:
 class _Builder:
     """Makes scene, state and goals of one task."""
 
-    def __init__(self, record: BehaviorRecord, evidence: Evidence) -> None:
+    def __init__(self, record: BehaviorRecord, evidence: UnpublishedFacts) -> None:
         self._record = record
         self._evidence = evidence
         parts = (WorldObject(part, f"half_{thing.model}") for thing in record.objects for part in thing.parts)

@@ -8,36 +8,20 @@ Each quirk replaces checks or effects of the declaration; together they turn the
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from typing_extensions import assert_never
 
 from eai.benchmarks.behavior import operators as o
 from eai.benchmarks.behavior import predicates as p
 from eai.benchmarks.behavior.predicates import X, Y
+from eai.benchmarks.reference.quirk import Quirk
 from eai.logic.formula import FALSE, Exists, Formula
 from eai.world.domain import Domain
 from eai.world.effect import Add, Delete, Effect, ForEach, Let, When
 from eai.world.fault import FaultKind
 from eai.world.operator import Check, Operator
 from eai.world.vocabulary import Predicate
-
-
-@dataclass(frozen=True, slots=True)
-class Quirk:
-    """A named defect of the reference's simulator.
-
-    Attributes:
-        name: what reports call it.
-        source: where the reference has it.
-        meaning: what it does, in one sentence.
-        apply: puts it into a domain.
-    """
-
-    name: str
-    source: str
-    meaning: str
-    apply: Callable[[Domain], Domain]
 
 
 def _each(change: Callable[[Operator], Operator]) -> Callable[[Domain], Domain]:

@@ -13,10 +13,10 @@ from dataclasses import replace
 from typing import NamedTuple
 
 from eai.abilities.subgoal_decomposition.compiled import Compiled, Rejected, unparseable
-from eai.abilities.subgoal_decomposition.lexicon import Lexicon
+from eai.abilities.subgoal_decomposition.lexicon import SubgoalLexicon
 from eai.abilities.subgoal_decomposition.notation import WrittenSubgoals
 from eai.abilities.subgoal_decomposition.program import Do, End, Instruction, Program
-from eai.abilities.subgoal_decomposition.search import Limits
+from eai.abilities.subgoal_decomposition.search import SearchLimits
 from eai.abilities.unreadable import Unreadable
 from eai.abilities.verdict import ErrorReport, SubgoalCategory
 from eai.benchmarks.behavior.subgoal_notation import BehaviorSubgoals
@@ -46,7 +46,7 @@ _QUANTIFIERS = ("forall", "exists", "forpairs", "forn")
 class PublishedSubgoals(BehaviorSubgoals):
     """The reference's names; it checks numbers of objects and names of objects in an order of its own."""
 
-    def lexicon(self, scene: Scene) -> Lexicon:
+    def lexicon(self, scene: Scene) -> SubgoalLexicon:
         """The names of the data set, where parts of objects have none."""
         predicates = dict.fromkeys((*category_predicates(scene), *STATES))
         return meant(scene, Signature(predicates, dict.fromkeys(ACTIONS), None), published_names(scene))
@@ -59,7 +59,7 @@ class BehaviorSubgoalDecomposition(ReferenceSubgoals):
     goals as they are in the initial state.
     """
 
-    def __init__(self, task: BehaviorTask, *, limits: Limits | None = None) -> None:
+    def __init__(self, task: BehaviorTask, *, limits: SearchLimits | None = None) -> None:
         task = replace(task, initial=task.initial_as_published)
         domain, table = behavior_domain.as_in_reference_subgoals(), BehaviorTranslation(by_substring=True)
         goals = behavior_goal_test(task)

@@ -1,8 +1,8 @@
 """Comparing a condition or effect with the gold one as eai-eval 1.0.5 does (protocol ``eai-1.0.5``).
 
 Reproduced is ``virtualhome_eval/simulation/evolving_graph/logic_score.py``. What differs from the paper's
-"maximum bipartite matching over clauses" is listed in `Quirk`, each with the place in that file; `matching`
-is what the paper says. The input is text, since two of the quirks are about text.
+"maximum bipartite matching over clauses" is listed in `CountingQuirk`, each with the place in that file;
+`matching` is what the paper says. The input is text, since two of the quirks are about text.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from typing import TypeAlias
 from eai.logic.matching import maximum_matching
 
 
-class Quirk(str, Enum):
+class CountingQuirk(str, Enum):
     """Where the reference's counting departs from the paper. Values are names for reports."""
 
     TEXT_LITERALS = "text_literals"
@@ -44,7 +44,7 @@ class Quirk(str, Enum):
 class PredicateSets:
     """Names of the predicates that are matched, additional in the answer, and missing from it.
 
-    A name can be in all three (`Quirk.SETS`).
+    A name can be in all three (`CountingQuirk.SETS`).
     """
 
     matched: frozenset[str] = frozenset()
@@ -202,7 +202,7 @@ def _compare_lists(predicted: _Node, gold: _Node) -> _Comparison:
     additional = (
         child
         for row, child in enumerate(predicted.arguments)
-        if partner[row] is None or row not in columns  # Quirk.ROW_AS_COLUMN
+        if partner[row] is None or row not in columns  # CountingQuirk.ROW_AS_COLUMN
     )
     return _Comparison(
         score=len(columns) / shorter if shorter else 0.0,

@@ -7,8 +7,9 @@ into that of `eai-1.0.5`. The engine knows nothing of them.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
+from eai.benchmarks.reference.quirk import Quirk
 from eai.benchmarks.reference.virtualhome_order import IN_SLOT_ORDER
 from eai.benchmarks.virtualhome import operators as o
 from eai.benchmarks.virtualhome import predicates as p
@@ -19,24 +20,6 @@ from eai.world.effect import Let
 from eai.world.fault import FaultKind
 from eai.world.frame import AGENT
 from eai.world.operator import Check, Operator, affordance
-
-
-@dataclass(frozen=True, slots=True)
-class Quirk:
-    """A named defect of the reference's simulator.
-
-    Attributes:
-        name: what reports call it.
-        source: where the reference has it.
-        meaning: what it does, in one sentence.
-        apply: puts it into a domain.
-    """
-
-    name: str
-    source: str
-    meaning: str
-    apply: Callable[[Domain], Domain]
-
 
 SOUGHT: Mapping[Formula, tuple[Formula, ...]] = {
     p.near(X): (p.next_to(AGENT, X),),

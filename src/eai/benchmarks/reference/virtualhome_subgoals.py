@@ -16,7 +16,7 @@ from eai.abilities.subgoal_decomposition.compiled import Compiled, Rejected, unp
 from eai.abilities.subgoal_decomposition.notation import WrittenSubgoals
 from eai.abilities.subgoal_decomposition.program import Do, End, Halt, Instruction, Program
 from eai.abilities.subgoal_decomposition.progress import GoalProgress
-from eai.abilities.subgoal_decomposition.search import Limits, Outcome, uncategorised
+from eai.abilities.subgoal_decomposition.search import Outcome, SearchLimits, uncategorised
 from eai.abilities.task import Task
 from eai.abilities.unreadable import Unreadable
 from eai.benchmarks.reference import virtualhome_domain
@@ -37,7 +37,7 @@ _WITHOUT_ARGUMENTS = frozenset({"SLEEP", "WAKEUP", "STANDUP"})
 class VirtualHomeSubgoalDecomposition(ReferenceSubgoals):
     """VirtualHome subgoals as the reference scores them: the goal counts if it held at any time."""
 
-    def __init__(self, task: Task, *, limits: Limits | None = None) -> None:
+    def __init__(self, task: Task, *, limits: SearchLimits | None = None) -> None:
         domain, words = virtualhome_domain.as_in_reference(), VirtualHomeSubgoals(ACTIONS)
         table = VirtualHomeTranslation(either_way=False)
         super().__init__(task, domain, words, table, goals=_ActionsSingly(task), limits=limits)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable, Sequence
 
-from eai.abilities.subgoal_decomposition.lexicon import Lexicon, ObjectsAndClasses
+from eai.abilities.subgoal_decomposition.lexicon import ObjectsAndClasses, SubgoalLexicon
 from eai.abilities.subgoal_decomposition.notation import SubgoalNotation, WrittenSubgoals, read_output
 from eai.abilities.task import Task
 from eai.abilities.unreadable import Unreadable
@@ -63,10 +63,10 @@ class VirtualHomeSubgoals(SubgoalNotation):
         }
         self._alone = frozenset(name for name, arity in self._actions.items() if arity == 0)
 
-    def lexicon(self, scene: Scene) -> Lexicon:
+    def lexicon(self, scene: Scene) -> SubgoalLexicon:
         """The names of the data set, which are those of the scene."""
         names = ObjectsAndClasses(scene.index, scene)
-        return Lexicon(scene, Signature(self._predicates, self._actions, names), scene.index)
+        return SubgoalLexicon(scene, Signature(self._predicates, self._actions, names), scene.index)
 
     def read(self, text: str) -> WrittenSubgoals | Unreadable:
         """The subgoals in an answer; actions without objects need no brackets."""
