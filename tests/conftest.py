@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import signal
+
 import pytest
 
 from eai.benchmarks.behavior.tasks import BehaviorTasks
@@ -11,6 +13,12 @@ from eai.benchmarks.virtualhome.tasks import VirtualHomeTasks, open_tasks
 from eai.data.store import Store
 from eai.errors import DataError
 from oracle import Oracle, read_oracle
+
+
+def pytest_configure() -> None:
+    """What a shell starts in the background ignores interrupts, and so would all that the tests start."""
+    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 @pytest.fixture(scope="session")
