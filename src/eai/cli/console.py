@@ -14,9 +14,7 @@ from eai.data.progress import Progress as Step
 from eai.data.progress import Report, Stage
 from eai.metrics.rate import Rate
 
-DOMAIN_HELP = (
-    "A benchmark: virtualhome, behavior, another one by its name, module:object, or pddl:DOMAIN,PROBLEMS."
-)
+DOMAIN_HELP = "A benchmark: virtualhome, behavior, another one by its name, module:object, or pddl:FILE,DIR."
 """What ``--domain`` takes."""
 
 _COLUMN_WIDTH = 18

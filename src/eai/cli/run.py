@@ -33,7 +33,12 @@ SHOWN_TASKS = 5
 
 
 def run(
-    model: Annotated[list[str], typer.Option(help="A model as Inspect names it, or eai/oracle, eai/noisy.")],
+    model: Annotated[
+        list[str],
+        typer.Option(
+            help="A model as Inspect names it, or eai/oracle, eai/planner, eai/noisy, eai/replay: no network."
+        ),
+    ],
     domain: Annotated[
         list[str] | None, typer.Option(help=f"{DOMAIN_HELP} All registered ones if not given.")
     ] = None,
