@@ -18,7 +18,7 @@ Change = Callable[[dict[str, Any]], None]
 
 
 def problems(store: Store, packs: Sequence[Pack], **counts: int) -> list[str]:
-    return [f"{each.pack}: {each.problem}" for each in validate(store, packs=packs, counts=counts)]
+    return [f"{each.place}: {each.problem}" for each in validate(store, packs=packs, counts=counts)]
 
 
 def test_a_fetched_store_is_valid(store: Store, packs: Sequence[Pack]) -> None:
@@ -41,7 +41,7 @@ def test_an_absent_a_damaged_and_a_foreign_pack_are_found(store: Store, packs: S
     pinned = packs[2].archives[0]
     foreign = dataclasses.replace(packs[2], archives=(dataclasses.replace(pinned, sha256="0" * 64),))
     found = validate(store, packs=[*packs[:2], foreign])
-    assert [each.pack for each in found] == [PACK, RESOURCES, PROMPTS]
+    assert [each.place for each in found] == [PACK, RESOURCES, PROMPTS]
     assert "no such data" in found[0].problem
     assert "vocabulary.json" in found[1].problem
     assert "other archives" in found[2].problem
