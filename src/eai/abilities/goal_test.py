@@ -43,6 +43,7 @@ class GoalTest:
         self._actions = tuple([alternatives(goal) for goal in task.goals_of(GoalKind.ACTION)])
         shares = [_halves(goal) for goal in task.goals]
         self._shares = tuple([tuple([share[kind] for share in shares]) for kind in range(3)])
+        self._totals = tuple([_of_halves(sum(of_kind)) for of_kind in self._shares])
         self.none_reached: tuple[bool, ...] = (False,) * len(task.goals)
 
     def reached(self, final: State, actions: Sequence[str]) -> tuple[bool, ...]:
@@ -63,7 +64,8 @@ class GoalTest:
 
     def tallies(self, reached: Sequence[bool]) -> GoalTallies:
         """The reached goals by kind, where these are reached."""
-        return GoalTallies(*[_tally(shares, reached) for shares in self._shares])
+        satisfied = [_of_halves(sum(map(mul, reached, of_kind))) for of_kind in self._shares]
+        return GoalTallies(*map(Tally, satisfied, self._totals))
 
     def _met(self, goals: Sequence[tuple[str, ...]], actions: Sequence[str]) -> Sequence[int]:
         """Which of the action goals, given by their alternatives, the actions meet."""
@@ -121,10 +123,6 @@ def _halves(goal: Goal) -> tuple[int, int, int]:
     if binary == {True, False}:
         return 1, 1, 0
     return (0, 2, 0) if binary == {True} else (2, 0, 0)
-
-
-def _tally(shares: Sequence[int], reached: Sequence[bool]) -> Tally:
-    return Tally(_of_halves(sum(map(mul, reached, shares))), _of_halves(sum(shares)))
 
 
 def _of_halves(number: int) -> float:

@@ -2,7 +2,17 @@
 
 from __future__ import annotations
 
-from eai.abilities.declaration import AnswerOutcome, MetricColumn, error_outcome, label_of
+from collections.abc import Callable
+from typing import TypeVar
+
+from eai.abilities.declaration import (
+    AbilityDeclaration,
+    AnswerOutcome,
+    MetricColumn,
+    error_outcome,
+    label_of,
+)
+from eai.abilities.protocol import Ability
 from eai.abilities.share import Share, Shares
 from eai.abilities.task import GoalKind
 from eai.abilities.verdict import GoalTallies, PlanVerdict, Tally
@@ -28,10 +38,27 @@ COLUMNS = (
 )
 """The columns of the paper's tables."""
 
-TERMINAL = tuple(column.metric for column in COLUMNS)
-MAIN = {"task_success": "Task", "execution_success": "Execution"}
-AVERAGED = ("task_success",)
-YES_NO = frozenset(MAIN)
+P = TypeVar("P", bound=PlanVerdict)
+
+
+def on_trajectories(
+    ability: Ability, title: str, short: str, verdict: type[P], contributions: Callable[[P], Shares]
+) -> AbilityDeclaration[P]:
+    """The declaration of an ability whose answers are executed."""
+    main = {"task_success": "Task", "execution_success": "Execution"}
+    return AbilityDeclaration(
+        ability=ability,
+        title=title,
+        short=short,
+        verdict=verdict,
+        contributions=contributions,
+        outcome=plan_outcome,
+        columns=COLUMNS,
+        terminal=tuple(column.metric for column in COLUMNS),
+        main=main,
+        averaged=("task_success",),
+        yes_no=frozenset(main),
+    )
 
 
 def times(verdict: PlanVerdict, kind: FaultKind) -> int:

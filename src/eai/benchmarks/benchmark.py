@@ -61,7 +61,7 @@ class Benchmark:
         translation: what is done for subgoals; by default a few actions that are searched for.
         wings: how other protocols than ``strict`` open the suites.
         open_operators: opens the tasks of transition modeling; exported from the declaration if None.
-        asks: whether an ability is asked for in a task; by default each is in all.
+        asks: for an ability that is not asked for in all tasks, whether it is in one.
         wordings: how prompts name things, by ability; by default as declared.
         formats: how an answer is written, in words, by ability; by default that of the default notation.
         response_schemas: the JSON schema of an answer, by ability, for providers that can enforce one.
@@ -81,7 +81,7 @@ class Benchmark:
     translation: Translation | None = None
     wings: Mapping[Protocol, Wing] = field(default_factory=dict)
     open_operators: OpenTasks[TransitionTask] | None = None
-    asks: Callable[[Task, Ability], bool] | None = None
+    asks: Mapping[Ability, Callable[[Task], bool]] = field(default_factory=dict)
     wordings: Callable[[Ability], Wording] | None = None
     formats: Mapping[Ability, str] = field(default_factory=dict)
     response_schemas: Mapping[Ability, Mapping[str, Json]] = field(default_factory=dict)
@@ -100,17 +100,19 @@ class Benchmark:
 
     def tasks_for(self, ability: Ability, source: Source) -> TaskSet[Task]:
         """The tasks in which an ability is asked for, other than transition modeling, in the same order."""
-        tasks, asks = self.open_tasks(source), self.asks
+        tasks, asks = self.open_tasks(source), self.asks.get(ability)
         if asks is None:
             return tasks
-        return TaskSet({i: task for i, task in tasks.items() if asks(task, ability)}, tasks.sha256)
+        asked = [task_id for task_id, task in tasks.items() if asks(task)]
+        return TaskSet(asked, tasks.__getitem__, tasks.sha256)
 
     def operators(self, source: Source) -> TaskSet[TransitionTask]:
         """The tasks of transition modeling in the order of the data set."""
         if self.open_operators is not None:
             return self.open_operators(source)
         tasks = self.open_tasks(source)
-        return TaskSet(declared_tasks(self.domain, tasks), tasks.sha256)
+        declared = declared_tasks(self.domain, tasks)
+        return TaskSet(declared, declared.__getitem__, tasks.sha256)
 
     def wording(self, ability: Ability) -> Wording:
         """How prompts of an ability name things."""

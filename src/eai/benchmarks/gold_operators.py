@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-
 from eai.abilities.protocol import Protocol
 from eai.abilities.transition_modeling.judgement import Rules
 from eai.abilities.transition_modeling.rules import PaperRules
@@ -11,6 +9,7 @@ from eai.abilities.transition_modeling.task import Category, OperatorLibrary, Tr
 from eai.benchmarks.packs import BEHAVIOR_PDDL, RESOURCES, open_published
 from eai.benchmarks.published_files import PROBLEMS_MEMBER
 from eai.benchmarks.reference.operator_rules import ReferenceRules
+from eai.benchmarks.source import TaskSet
 from eai.data.progress import Report, silent
 from eai.data.store import PackFile, Store
 from eai.pddl.operator_text import OperatorText
@@ -25,16 +24,14 @@ def rules_of(protocol: Protocol, planner: PddlPlanner | None) -> Rules:
     return PaperRules.with_planner(planner)
 
 
-class TransitionTasks(Mapping[str, TransitionTask]):
-    """Task id -> task, in the order of the data set.
+class TransitionTasks(TaskSet[TransitionTask]):
+    """The tasks of a household.
 
     Attributes:
-        domain: what the tasks share.
-        sha256: digest of the data behind them.
+        domain: what they share.
     """
 
     def __init__(self, pack: PackFile, header_member: str) -> None:
-        self.sha256 = pack.manifest.sha256
         self.domain = OperatorLibrary(
             header=read_domain(pack.read(header_member).decode() + ")"),
             operators={
@@ -53,7 +50,7 @@ class TransitionTasks(Mapping[str, TransitionTask]):
         problems = pack.read_json(PROBLEMS_MEMBER)
         operators = pack.read_json("id2action.json")
         categories = pack.read_json("id2category_2.json")
-        self._tasks = {
+        tasks = {
             task_id: TransitionTask(
                 task_id,
                 self.domain,
@@ -63,15 +60,7 @@ class TransitionTasks(Mapping[str, TransitionTask]):
             )
             for task_id in pack.read_json("success_task.json")
         }
-
-    def __getitem__(self, task_id: str) -> TransitionTask:
-        return self._tasks[task_id]
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._tasks)
-
-    def __len__(self) -> int:
-        return len(self._tasks)
+        super().__init__(tasks, tasks.__getitem__, pack.manifest.sha256)
 
 
 def category_of(label: str) -> Category:

@@ -45,7 +45,7 @@ def open_pddl(domain_file: Path, problems: Path) -> OpenedPddl:
         tasks[name] = _task(name, file, declaration)
     texts = [read.text, *(f"{name}\0{file.text}" for name, file in zip(tasks, files, strict=True))]
     digest = hashlib.sha256("\0".join(texts).encode()).hexdigest()
-    return OpenedPddl(declaration.domain, TaskSet(tasks, digest), read.remarks)
+    return OpenedPddl(declaration.domain, TaskSet(tasks, tasks.__getitem__, digest), read.remarks)
 
 
 def _declare(read: DomainFile) -> DeclaredDomain:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import wraps
 from pathlib import Path
@@ -28,20 +28,31 @@ class Source:
 
 
 class TaskSet(Mapping[str, T_co]):
-    """Tasks by id, in the order of the data set, and the digest of the data that they are made from."""
+    """Tasks by id, in the order of the data set; each is built once, on first use.
 
-    def __init__(self, tasks: Mapping[str, T_co], sha256: str) -> None:
-        self._tasks = tasks
+    Args:
+        task_ids: the ids, in order.
+        build: builds the task of an id; its KeyError says that there is none.
+        sha256: digest of the data that the tasks are made from.
+    """
+
+    def __init__(self, task_ids: Iterable[str], build: Callable[[str], T_co], sha256: str) -> None:
         self.sha256 = sha256
+        self._task_ids = tuple(task_ids)
+        self._build = build
+        self._built: dict[str, T_co] = {}
 
     def __getitem__(self, task_id: str) -> T_co:
-        return self._tasks[task_id]
+        task = self._built.get(task_id)
+        if task is None:
+            task = self._built[task_id] = self._build(task_id)
+        return task
 
     def __iter__(self) -> Iterator[str]:
-        return iter(self._tasks)
+        return iter(self._task_ids)
 
     def __len__(self) -> int:
-        return len(self._tasks)
+        return len(self._task_ids)
 
 
 OpenTasks: TypeAlias = Callable[[Source], TaskSet[T]]
@@ -51,7 +62,8 @@ OpenTasks: TypeAlias = Callable[[Source], TaskSet[T]]
 def given(*tasks: Task) -> OpenTasks[Task]:
     """The opener of tasks that are written down in a program."""
     sha256 = hashlib.sha256(repr([_content(task) for task in tasks]).encode()).hexdigest()
-    opened = TaskSet({task.id: task for task in tasks}, sha256)
+    by_id = {task.id: task for task in tasks}
+    opened = TaskSet(by_id, by_id.__getitem__, sha256)
     return lambda source: opened
 
 

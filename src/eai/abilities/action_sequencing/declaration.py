@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from eai.abilities import trajectory_metrics
-from eai.abilities.declaration import AbilityDeclaration
 from eai.abilities.protocol import Ability
 from eai.abilities.share import Share, of_all
-from eai.abilities.trajectory_metrics import goal_shares, times, times_additional
+from eai.abilities.trajectory_metrics import goal_shares, on_trajectories, times, times_additional
 from eai.abilities.verdict import PlanVerdict
 from eai.world.fault import FaultKind
 
@@ -33,16 +31,6 @@ def contributions(verdict: PlanVerdict) -> dict[str, Share]:
     }
 
 
-ACTION_SEQUENCING = AbilityDeclaration(
-    ability=Ability.ACTION_SEQUENCING,
-    title="Action sequencing",
-    short="actions",
-    verdict=PlanVerdict,
-    contributions=contributions,
-    outcome=trajectory_metrics.plan_outcome,
-    columns=trajectory_metrics.COLUMNS,
-    terminal=trajectory_metrics.TERMINAL,
-    main=trajectory_metrics.MAIN,
-    averaged=trajectory_metrics.AVERAGED,
-    yes_no=trajectory_metrics.YES_NO,
+ACTION_SEQUENCING = on_trajectories(
+    Ability.ACTION_SEQUENCING, "Action sequencing", "actions", PlanVerdict, contributions
 )

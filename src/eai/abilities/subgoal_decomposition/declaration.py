@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from eai.abilities import trajectory_metrics
-from eai.abilities.declaration import AbilityDeclaration
 from eai.abilities.protocol import Ability
 from eai.abilities.share import Share, of_all
-from eai.abilities.trajectory_metrics import goal_shares, times, times_additional
+from eai.abilities.trajectory_metrics import goal_shares, on_trajectories, times, times_additional
 from eai.abilities.verdict import SubgoalCategory, SubgoalVerdict
 from eai.world.fault import FaultKind
 
@@ -36,16 +34,6 @@ def contributions(verdict: SubgoalVerdict) -> dict[str, Share]:
     }
 
 
-SUBGOAL_DECOMPOSITION = AbilityDeclaration(
-    ability=Ability.SUBGOAL_DECOMPOSITION,
-    title="Subgoal decomposition",
-    short="subgoals",
-    verdict=SubgoalVerdict,
-    contributions=contributions,
-    outcome=trajectory_metrics.plan_outcome,
-    columns=trajectory_metrics.COLUMNS,
-    terminal=trajectory_metrics.TERMINAL,
-    main=trajectory_metrics.MAIN,
-    averaged=trajectory_metrics.AVERAGED,
-    yes_no=trajectory_metrics.YES_NO,
+SUBGOAL_DECOMPOSITION = on_trajectories(
+    Ability.SUBGOAL_DECOMPOSITION, "Subgoal decomposition", "subgoals", SubgoalVerdict, contributions
 )

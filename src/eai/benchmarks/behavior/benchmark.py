@@ -25,15 +25,13 @@ NAME = "behavior"
 @once_per_store
 def open_tasks(source: Source) -> TaskSet[BehaviorTask]:
     """The 100 tasks."""
-    tasks = open_behavior_tasks(source.store, report=source.report)
-    return TaskSet(tasks, tasks.sha256)
+    return open_behavior_tasks(source.store, report=source.report)
 
 
 @once_per_store
 def open_operators(source: Source) -> TaskSet[TransitionTask]:
     """The 100 tasks of transition modeling."""
-    tasks = open_behavior(source.store, report=source.report)
-    return TaskSet(tasks, tasks.sha256)
+    return open_behavior(source.store, report=source.report)
 
 
 def behavior() -> Benchmark:

@@ -12,6 +12,7 @@ from eai.benchmarks.behavior.evidence import GroundRelation, UnpublishedFacts, l
 from eai.benchmarks.behavior.predicates import VOCABULARY
 from eai.benchmarks.behavior.records import PACK, Behavior, BehaviorObject, BehaviorRecord, GroundOption
 from eai.benchmarks.packs import open_published
+from eai.benchmarks.source import TaskSet
 from eai.data.progress import Report, silent
 from eai.data.store import Store
 from eai.logic.formula import Atom, Formula
@@ -66,32 +67,17 @@ class BehaviorTask(Task):
     initial_as_published: State
 
 
-class BehaviorTasks(Mapping[str, BehaviorTask]):
-    """Task id -> task, in the order of the data set; each is built once, on first use.
-
-    Attributes:
-        sha256: digest of the data and of the evidence that the tasks are made from.
-    """
+class BehaviorTasks(TaskSet[BehaviorTask]):
+    """The tasks of the records; their digest is that of the data and of the evidence."""
 
     def __init__(self, records: Behavior, evidence: UnpublishedFacts | None = None) -> None:
-        self._evidence = load_evidence() if evidence is None else evidence
-        self.sha256 = hashlib.sha256(f"{records.sha256}{self._evidence.sha256}".encode()).hexdigest()
         self._records = records
-        self._built: dict[str, BehaviorTask] = {}
+        self._evidence = load_evidence() if evidence is None else evidence
+        sha256 = hashlib.sha256(f"{records.sha256}{self._evidence.sha256}".encode()).hexdigest()
+        super().__init__(records, self._task, sha256)
 
-    def __getitem__(self, task_id: str) -> BehaviorTask:
-        task = self._built.get(task_id)
-        if task is None:
-            options = self._records.goal_options(task_id)
-            task = build_task(self._records[task_id], options, self._evidence)
-            self._built[task_id] = task
-        return task
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._records)
-
-    def __len__(self) -> int:
-        return len(self._records)
+    def _task(self, task_id: str) -> BehaviorTask:
+        return build_task(self._records[task_id], self._records.goal_options(task_id), self._evidence)
 
 
 def build_task(

@@ -37,15 +37,13 @@ _PLAN: dict[str, Json] = {
 @once_per_store
 def open_tasks(source: Source) -> TaskSet[VirtualHomeTask]:
     """The 342 tasks."""
-    tasks = open_virtualhome_tasks(source.store, report=source.report)
-    return TaskSet(tasks, tasks.sha256)
+    return open_virtualhome_tasks(source.store, report=source.report)
 
 
 @once_per_store
 def open_operators(source: Source) -> TaskSet[TransitionTask]:
     """The 296 tasks of transition modeling."""
-    tasks = open_virtualhome(source.store, report=source.report)
-    return TaskSet(tasks, tasks.sha256)
+    return open_virtualhome(source.store, report=source.report)
 
 
 def _rendered(store: Store | None, report: Report) -> Mapping[str, str]:
@@ -65,9 +63,7 @@ def virtualhome() -> Benchmark:
         translation=VirtualHomeTranslation(),
         wings={Protocol.EAI_1_0_5: virtualhome_wing},
         open_operators=open_operators,
-        asks=lambda task, ability: (
-            ability is not Ability.SUBGOAL_DECOMPOSITION or task.temporal_goal is not None
-        ),
+        asks={Ability.SUBGOAL_DECOMPOSITION: lambda task: task.temporal_goal is not None},
         wordings=wording,
         formats=formats_of("eai.benchmarks.virtualhome"),
         response_schemas={Ability.ACTION_SEQUENCING: _PLAN},

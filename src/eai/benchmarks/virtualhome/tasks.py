@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cache
 
 from eai.abilities.task import Goal, GoalKind, Task
 from eai.benchmarks.packs import open_virtualhome
+from eai.benchmarks.source import TaskSet
 from eai.benchmarks.virtualhome.pack import VirtualHome
 from eai.benchmarks.virtualhome.predicates import VOCABULARY
 from eai.benchmarks.virtualhome.records import (
@@ -141,33 +142,14 @@ class VirtualHomeTask(Task):
     record: TaskRecord
 
 
-class VirtualHomeTasks(Mapping[str, VirtualHomeTask]):
-    """Task id -> task, in the order of the data set; each is built once, on first use.
-
-    Attributes:
-        sha256: digest of the data that the tasks are made from.
-    """
+class VirtualHomeTasks(TaskSet[VirtualHomeTask]):
+    """The tasks of the records."""
 
     def __init__(self, records: VirtualHome) -> None:
-        self.sha256 = records.sha256
-        self._records = records
+        super().__init__(records, lambda task_id: self._task(records[task_id]), records.sha256)
         self._base = _Lines(records.base)
-        self._built: dict[str, VirtualHomeTask] = {}
 
-    def __getitem__(self, task_id: str) -> VirtualHomeTask:
-        task = self._built.get(task_id)
-        if task is None:
-            task = self._build(self._records[task_id])
-            self._built[task_id] = task
-        return task
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._records)
-
-    def __len__(self) -> int:
-        return len(self._records)
-
-    def _build(self, record: TaskRecord) -> VirtualHomeTask:
+    def _task(self, record: TaskRecord) -> VirtualHomeTask:
         lines = self._base.copy()
         lines.apply(record.initial)
         scene = Scene(VOCABULARY, lines.objects, agent=lines.index[CHARACTER_ID])
