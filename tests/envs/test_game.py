@@ -1,10 +1,15 @@
 from __future__ import annotations
 
 import json
+from functools import cache
 from typing import Any
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
+from eai.benchmarks.source import Source
+from eai.data.store import Store
 from eai.envs import TextEnvironment, make
 from eai.errors import InputError
 from envs.switches import SWITCHES, WON
@@ -158,6 +163,28 @@ def test_a_line_and_a_step_of_an_answer_are_the_same_action(text: str, repairs: 
     turn = play(text)[-1]
     assert turn[0].startswith("PRESS(lamp): done.")
     assert turn[4]["repairs"] == repairs
+
+
+WORDS = st.sampled_from(
+    ["GO", "PRESS", "press", "lamp", "torch", "(", ")", ",", "[", "{", '"', ":", "\n", "DONE"]
+)
+
+
+@pytest.mark.parametrize("name", ["switches", "virtualhome", "behavior"])
+@given(text=st.text() | st.lists(WORDS).map("".join) | st.lists(WORDS).map(" ".join))
+@settings(deadline=None)
+def test_no_text_is_refused(text: str, name: str, data_store: Store) -> None:
+    environment = environment_of(name, data_store)
+    environment.reset(seed=0)
+    observation, reward, _, _, info = environment.step(text)
+    assert observation in environment.observation_space
+    assert reward == 0 or info["fault"] is None
+
+
+@cache
+def environment_of(name: str, store: Store) -> TextEnvironment:
+    task_id = {"switches": "both"}.get(name)
+    return make(SWITCHES if name == "switches" else name, task_id, source=Source(store))
 
 
 def test_an_action_without_objects_is_a_word_or_has_empty_brackets() -> None:

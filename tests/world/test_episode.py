@@ -3,7 +3,7 @@ from __future__ import annotations
 import math
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from eai.errors import InputError
@@ -28,6 +28,7 @@ def episode(luck: Luck | None = None) -> Episode:
 
 
 @given(cases())
+@settings(deadline=None)
 def test_a_plan_without_slips_becomes_what_execute_makes_of_it(case: Case) -> None:
     played = Episode(case.domain, case.initial, Luck(Slips(0), "task"))
     ended = played.run(case.plan)
@@ -37,6 +38,7 @@ def test_a_plan_without_slips_becomes_what_execute_makes_of_it(case: Case) -> No
 
 
 @given(cases(), st.floats(0, 1))
+@settings(deadline=None)
 def test_what_was_executed_leads_to_the_same_states_by_itself(case: Case, probability: float) -> None:
     played = Episode(case.domain, case.initial, lucky(probability))
     for action in case.plan:

@@ -3,7 +3,7 @@ from __future__ import annotations
 from itertools import permutations
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from eai.errors import DomainError
@@ -47,6 +47,7 @@ def states(draw: st.DrawFn) -> State:
     return SCENE.state([*facts, *[("ringing", ())] * draw(st.booleans())])
 
 
+@settings(deadline=None)
 @given(states(), st.lists(indices, unique=True), st.sampled_from(PREDICATES))
 def test_all_facts_about_different_objects_are_listed_by_their_order(
     state: State, objects: list[int], predicate: str
