@@ -34,12 +34,14 @@ LAYERS: tuple[frozenset[str], ...] = tuple(
         "benchmarks",
         "scoring",
         "analysis",
-        "run report",
+        "run envs report",
         "cli",
     )
 )
 ALLOWED_SIBLINGS: frozenset[tuple[str, str]] = frozenset()
-ONLY_IMPORTER = {"inspect_ai": "run"}
+ONLY_IMPORTER = {"gymnasium": "envs", "inspect_ai": "run"}
+OF_EXTRAS = frozenset(ONLY_IMPORTER.values())
+"""Packages that load a library that not everybody installs."""
 
 
 def rank(part: str) -> int | None:
@@ -135,6 +137,8 @@ def write_package(root: Path, files: dict[str, str]) -> Path:
         ("pddl/bad.py", "from eai.planning import x", "eai/pddl/bad.py:1: pddl must not import planning"),
         ("metrics/bad.py", "import eai.analysis", "eai/metrics/bad.py:1: metrics must not import analysis"),
         ("world/bad.py", "from inspect_ai import Task", "eai/world/bad.py:1: only run imports inspect_ai"),
+        ("run/bad.py", "import gymnasium.spaces", "eai/run/bad.py:1: only envs imports gymnasium"),
+        ("run/bad.py", "import eai.envs", "eai/run/bad.py:1: run must not import envs"),
         ("kitchen.py", "", "eai/kitchen: has no place in LAYERS"),
     ],
 )
@@ -148,6 +152,7 @@ def test_checker_finds(tmp_path: Path, place: str, text: str, found: str) -> Non
         ("world/good.py", "from eai.logic import formula\nfrom . import other\nimport json"),
         ("analysis/good.py", "from eai.metrics import rate"),
         ("run/good.py", "import inspect_ai"),
+        ("envs/good.py", "import gymnasium\nfrom eai.benchmarks import registry"),
         ("cli/good.py", "from eai import __version__, run, world"),
     ],
 )
@@ -193,7 +198,7 @@ def import_report(folder: Path, names: list[str]) -> list[str]:
 
 
 def test_importing_does_no_work_and_loads_nothing_slow() -> None:
-    names = [name for name, _ in modules(SOURCE) if part_of(name) != "run"]
+    names = [name for name, _ in modules(SOURCE) if part_of(name) not in OF_EXTRAS]
     assert import_report(SOURCE, names) == []
 
 

@@ -7,10 +7,11 @@ import pytest
 from benchmarks.plan_scorers import virtualhome_scorer
 from benchmarks.virtualhome.household import make_task
 from eai.abilities.codec import dataclass_to_json
-from eai.abilities.explanation import Explanation, GoalReport, StepReport, formula_text
+from eai.abilities.explanation import Explanation, GoalReport, StepReport, formula_text, step_reports
 from eai.abilities.protocol import Protocol
 from eai.abilities.task import Task
 from eai.logic.formula import Atom, Constant, Occurs, Or
+from eai.world import Action, Episode, Luck, Slips
 
 BOTH = pytest.mark.parametrize("protocol", list(Protocol), ids=lambda protocol: protocol.value)
 
@@ -55,6 +56,18 @@ def test_a_wrong_order_tells_when_the_step_would_have_been_possible() -> None:
     steps = explain('{"WALK": ["cup"], "WALK": ["bed"], "GRAB": ["cup"]}').steps
     assert steps[-1].outcome == "wrong_order"
     assert steps[-1].earlier == "it would have been possible after step 1, WALK(cup.13)"
+
+
+def test_a_slip_is_told_and_the_steps_after_it_with_their_own_changes() -> None:
+    task = make_task("NEXT_TO character.65 fridge.10", relevant=["fridge.10"])
+    domain = virtualhome_scorer(task, Protocol.STRICT).domain
+    episode = Episode(domain, task.initial, Luck(Slips(0.5, 3), "1_1"))
+    fridge = (task.scene.index["fridge.10"],)
+    for _ in range(2):
+        episode.act(Action("OPEN", fridge))
+    slipped, opened = step_reports(task, domain, episode.trajectory)
+    assert (slipped.outcome, slipped.reason) == ("slip", "it was possible, but it did not work")
+    assert (opened.outcome, opened.added) == ("executed", ("OPEN(fridge.10)",))
 
 
 def test_a_wrong_order_may_have_been_possible_from_the_start() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import random
 import shutil
 from pathlib import Path
 from typing import Any
@@ -13,7 +14,7 @@ import eai as library
 from cli.conftest import Command
 from eai.abilities.declarations import DECLARATIONS
 from eai.abilities.protocol import Ability
-from eai.world import check
+from eai.world import Action, Episode, check, execute
 from processes import eai as in_own_process
 
 FOLDER = Path(__file__).parents[2] / "examples" / "lamps"
@@ -69,6 +70,19 @@ def test_it_conforms() -> None:
     benchmark = library.find_benchmark(LAMPS)
     tasks = benchmark.tasks(library.Source())
     assert check(benchmark.domain, [task.initial for task in tasks.values()]) == ()
+
+
+def test_random_plans_run_in_an_episode_as_they_are_executed() -> None:
+    benchmark = library.find_benchmark(LAMPS)
+    initial = benchmark.tasks(library.Source())["pack"].initial
+    objects = range(len(initial.scene.objects))
+    rng = random.Random(0)
+    for _ in range(200):
+        chosen = rng.choices(benchmark.domain.operators, k=12)
+        plan = [Action(each.name, tuple(rng.choices(objects, k=each.arity))) for each in chosen]
+        episode = Episode(benchmark.domain, initial)
+        episode.run(plan)
+        assert episode.trajectory == execute(benchmark.domain, initial, plan)
 
 
 @pytest.mark.parametrize("ability", ["action_sequencing", "subgoal_decomposition"])

@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
 from eai.benchmarks.reference import virtualhome_domain
@@ -70,6 +72,8 @@ def with_operator(operator: Operator) -> Domain:
             ),
             "d: derived predicate d is defined by itself",
         ),
+        (replace(toy.DOMAIN, visible=toy.lit(Variable("y"))), "what is visible: variable y is not bound"),
+        (replace(toy.DOMAIN, landmarks=Atom("new", (X,))), "landmarks: predicate new is not declared"),
     ],
 )
 def test_what_does_not_conform_is_found(domain: Domain, problem: str) -> None:

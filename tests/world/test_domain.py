@@ -7,6 +7,7 @@ from dataclasses import replace
 import pytest
 
 from eai.logic.formula import FALSE, Formula
+from eai.world.derived import is_a
 from eai.world.domain import Domain, each_held_before, was_possible_before
 from eai.world.effect import Add, Delete
 from eai.world.execution import Action, Trajectory, execute
@@ -14,6 +15,7 @@ from eai.world.fault import FaultKind
 from eai.world.operator import Operator, Try, additional, affordance, in_paper_order, missing
 from eai.world.state import Scene, WorldObject
 from eai.world.vocabulary import Predicate, Vocabulary
+from world import toy
 
 WET, DIRTY, MUDDY, SOAP = (Predicate(name, 0) for name in ("wet", "dirty", "muddy", "soap"))
 CLEAN = Operator(
@@ -136,3 +138,13 @@ def test_a_check_that_seeks_nothing_possible_is_never_in_the_wrong_order() -> No
     fault = run("dirty", "TAKE", "LOSE", "CLEAN", domain=domain).steps[-1].fault
     assert fault is not None
     assert fault.kind is FaultKind.MISSING_STEP
+
+
+def test_a_domain_says_what_is_visible_and_known() -> None:
+    state = toy.initial()
+    things = range(len(state.scene.objects))
+    assert [toy.DOMAIN.sees(state, i) for i in things] == [True] * len(things)
+    assert [toy.DOMAIN.is_landmark(state, i) for i in things] == [False] * len(things)
+    limited = replace(toy.DOMAIN, visible=toy.beside(toy.X), landmarks=is_a(toy.X, "place"))
+    assert [state.scene.objects[i].name for i in things if limited.sees(state, i)] == ["robot", "red"]
+    assert [state.scene.objects[i].name for i in things if limited.is_landmark(state, i)] == ["hall", "shed"]

@@ -15,6 +15,12 @@ from eai.world.fault import FaultKind
 from eai.world.state import Fact, Scene, change
 from eai.world.timeline import timeline
 
+SLIP = "slip"
+"""The outcome of a step that was possible and did not work."""
+
+SLIPPED = "it was possible, but it did not work"
+"""What there is to say of such a step."""
+
 
 @dataclass(frozen=True, slots=True)
 class StepReport:
@@ -22,8 +28,8 @@ class StepReport:
 
     Attributes:
         action: the ground action as text.
-        outcome: ``executed``, or the kind of the fault.
-        reason: which check failed, in words; empty if none did.
+        outcome: ``executed``, the kind of the fault, or ``slip``.
+        reason: which check failed, in words, or that it slipped; empty if it was executed.
         earlier: for a wrong order, after which earlier step the action would have been possible.
         added: facts that became true.
         removed: facts that became false.
@@ -90,11 +96,13 @@ def step_reports(task: Task, domain: Domain, trajectory: Trajectory) -> tuple[St
     reports = []
     executed = 0
     for step in trajectory.steps:
-        if step.fault is None:
+        if step.fault is not None:
+            reports.append(_failed(task, domain, trajectory, step.action, step.fault))
+        elif step.slipped:
+            reports.append(StepReport(action_text(step.action, task.scene), SLIP, SLIPPED))
+        else:
             reports.append(_executed(focus, trajectory, executed, step.action))
             executed += 1
-        else:
-            reports.append(_failed(task, domain, trajectory, step.action, step.fault))
     return tuple(reports)
 
 

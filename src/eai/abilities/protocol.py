@@ -28,7 +28,7 @@ class Ability(str, Enum):
     TRANSITION_MODELING = "transition_modeling"
 
 
-E = TypeVar("E", Ability, Protocol)
+E = TypeVar("E", bound=Enum)
 
 
 def ability_of(name: Ability | str) -> Ability:
@@ -37,7 +37,7 @@ def ability_of(name: Ability | str) -> Ability:
     Raises:
         InputError: there is none.
     """
-    return _member(Ability, name, "ability")
+    return member(Ability, name, "ability")
 
 
 def protocol_of(name: Protocol | str) -> Protocol:
@@ -46,10 +46,15 @@ def protocol_of(name: Protocol | str) -> Protocol:
     Raises:
         InputError: there is none.
     """
-    return _member(Protocol, name, "protocol")
+    return member(Protocol, name, "protocol")
 
 
-def _member(kind: type[E], name: E | str, noun: str) -> E:
+def member(kind: type[E], name: E | str, noun: str) -> E:
+    """The member of an enumeration with this value; ``noun`` is what a message calls such a thing.
+
+    Raises:
+        InputError: there is none.
+    """
     try:
         return kind(name)
     except ValueError as error:

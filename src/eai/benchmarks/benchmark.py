@@ -63,6 +63,8 @@ class Benchmark:
         open_operators: opens the tasks of transition modeling; exported from the declaration if None.
         asks: for an ability that is not asked for in all tasks, whether it is in one.
         wordings: how prompts name things, by ability; by default as declared.
+        also_observed: what observations of an environment tell besides that of which prompts of action
+            sequencing speak: predicates by name.
         formats: how an answer is written, in words, by ability; by default that of the default notation.
         response_schemas: the JSON schema of an answer, by ability, for providers that can enforce one.
         published_prompts: the prompts of the data set; None if it has none.
@@ -83,6 +85,7 @@ class Benchmark:
     open_operators: OpenTasks[TransitionTask] | None = None
     asks: Mapping[Ability, Callable[[Task], bool]] = field(default_factory=dict)
     wordings: Callable[[Ability], Wording] | None = None
+    also_observed: tuple[str, ...] = ()
     formats: Mapping[Ability, str] = field(default_factory=dict)
     response_schemas: Mapping[Ability, Mapping[str, Json]] = field(default_factory=dict)
     published_prompts: PublishedPrompts | None = None

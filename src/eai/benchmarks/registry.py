@@ -24,8 +24,11 @@ GROUP = "eai.benchmarks"
 PDDL = "pddl"
 """What stands before the colon in a reference to PDDL files."""
 
-FIRST = ("virtualhome", "behavior")
-"""The benchmarks that come with the package, in the order of the paper; the others follow by name."""
+CAPITALISED = {"virtualhome": "VirtualHome", "behavior": "Behavior"}
+"""How identifiers with capitals spell the benchmarks that come with the package."""
+
+FIRST = tuple(CAPITALISED)
+"""These benchmarks in the order of the paper; the others follow by name."""
 
 
 @cache

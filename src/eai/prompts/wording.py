@@ -4,19 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from itertools import permutations
+from functools import cached_property
 from typing import TypeAlias
 
 from eai.abilities.task import Task
-from eai.logic.formula import Formula, Occurs, Or, Variable
+from eai.logic.formula import Formula, Occurs, Or
 from eai.logic.ltl_printer import print_ltl
 from eai.logic.renaming import rename_objects
-from eai.world.condition import Conditions
 from eai.world.domain import Domain
 from eai.world.fault import FaultKind
-from eai.world.frame import Frame, Truth
+from eai.world.listing import Listing, listing
 from eai.world.operator import Check, Operator
-from eai.world.vocabulary import Predicate, Vocabulary
+from eai.world.state import Fact
+from eai.world.vocabulary import Predicate
 
 ObjectName: TypeAlias = Callable[[Task, int], str]
 """What a prompt calls an object of a task."""
@@ -68,25 +68,30 @@ class Wording:
 
     def objects(self, task: Task) -> str:
         """The objects of a task with their properties, each once."""
+        return _lines(dict.fromkeys([self.object(task, index) for index in subjects(task)]))
+
+    def object(self, task: Task, index: int) -> str:
+        """An object with its kind and its properties."""
         properties = [p for p in self.domain.vocabulary.predicates if _is_property(p)]
-        lines = []
-        for index in _subjects(task):
-            having = [p.name for p in properties if task.initial.has(p.name, index)]
-            category = task.scene.objects[index].category
-            lines.append(f"{self.object_name(task, index)} [{category}]: {', '.join(having) or '-'}")
-        return _lines(dict.fromkeys(lines))
+        having = [p.name for p in properties if task.initial.has(p.name, index)]
+        category = task.scene.objects[index].category
+        return f"{self.object_name(task, index)} [{category}]: {', '.join(having) or '-'}"
 
     def initial(self, task: Task) -> str:
         """What holds of a task's objects at the start."""
-        facts = []
-        for name in self.predicates:
-            arity = self._arity(name)
-            truth, frame = _truth(self.domain.vocabulary, name, arity)
-            for arguments in permutations(_subjects(task), arity):
-                if truth(task.initial, frame.bind(task.scene, arguments)):
-                    names = ", ".join(self.object_name(task, i) for i in arguments)
-                    facts.append(f"{self._name(name)}({names})")
-        return _lines(dict.fromkeys(facts))
+        about = subjects(task)
+        facts = [fact for each in self.listings for fact in each.facts(task.initial, about)]
+        return _lines(dict.fromkeys([self.fact(task, fact) for fact in facts]))
+
+    @cached_property
+    def listings(self) -> tuple[Listing, ...]:
+        """What lists the facts of each predicate, in order."""
+        return tuple([listing(self.domain.vocabulary, name) for name in self.predicates])
+
+    def fact(self, task: Task, fact: Fact) -> str:
+        """A fact about objects of a task."""
+        names = ", ".join([self.object_name(task, i) for i in fact.arguments])
+        return f"{self._name(fact.predicate)}({names})"
 
     def goals(self, task: Task) -> str:
         """The goals of a task."""
@@ -102,7 +107,7 @@ class Wording:
         return self.domain.vocabulary.arity(predicate) or 0
 
 
-def _subjects(task: Task) -> list[int]:
+def subjects(task: Task) -> list[int]:
     """The objects that a prompt speaks of: those that an answer may name, and the agent."""
     agent = () if task.scene.agent is None else (task.scene.agent,)
     return list(dict.fromkeys((*task.relevant, *agent)))
@@ -134,14 +139,6 @@ def _goal_text(formula: Formula) -> str:
 
 def _is_property(predicate: Predicate) -> bool:
     return predicate.visible and predicate.static and predicate.arity == 1
-
-
-def _truth(vocabulary: Vocabulary, predicate: str, arity: int) -> tuple[Truth, Frame]:
-    """A predicate, stored or derived, as a function of a state and a binding of its arguments."""
-    variables = tuple(Variable(name) for name in "xyz"[:arity])
-    frame = Frame(variables)
-    declared = vocabulary.stored(predicate) or vocabulary.derived_by_name[predicate]
-    return Conditions(vocabulary, frame).truth(declared(*variables)), frame
 
 
 def _lines(texts: Iterable[str]) -> str:

@@ -26,6 +26,7 @@ from eai.world.conformance import Defect, check
 from eai.world.derived import Computed, Defined, Lookup, is_a
 from eai.world.domain import Domain, each_held_before, was_possible_before
 from eai.world.effect import ANYTHING, Add, Delete, Effect, ForEach, Let, When, both_ways
+from eai.world.episode import Episode, Luck, Notice, Slip, Slips
 from eai.world.execution import Action, Fault, Step, Trajectory, attempt, describe, execute
 from eai.world.fault import FaultKind
 from eai.world.frame import AGENT
@@ -51,6 +52,7 @@ __all__ = [
     "Delete",
     "Domain",
     "Effect",
+    "Episode",
     "Equals",
     "Exactly",
     "Exists",
@@ -64,11 +66,15 @@ __all__ = [
     "Implies",
     "Let",
     "Lookup",
+    "Luck",
     "Not",
+    "Notice",
     "Operator",
     "Or",
     "Predicate",
     "Scene",
+    "Slip",
+    "Slips",
     "State",
     "Step",
     "Trajectory",

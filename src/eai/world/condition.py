@@ -67,44 +67,51 @@ class Conditions:
             case _:
                 raise DomainError(f"{type(formula).__name__} is not a condition on one state")
 
-    def extension(self, formula: f.Formula, slot: int, scope: Mapping[str, int]) -> Extension:
-        """The mask of all objects that make the formula true when put in ``slot``."""
+    def extension(
+        self, formula: f.Formula, slot: int, scope: Mapping[str, int], category: str | None = None
+    ) -> Extension:
+        """The mask of all objects that make the formula true when put in ``slot``.
+
+        Where there is a ``category``, only its objects need be told from each other.
+        """
         match formula:
             case f.Atom():
-                return self._atom_extension(formula, slot, scope)
+                return self._atom_extension(formula, slot, scope, category)
             case f.Equals(left, right):
                 slots = {self._frame.slot_of(left, scope), self._frame.slot_of(right, scope)}
                 if slot in slots and len(slots) == 2:
                     other = (slots - {slot}).pop()
                     return lambda state, binding: 1 << binding[other]
-                return self._by_trial(formula, slot, scope)
+                return self._by_trial(formula, slot, scope, category)
             case f.Not(operand):
-                inner = self.extension(operand, slot, scope)
+                inner = self.extension(operand, slot, scope, category)
                 return lambda state, binding: state.scene.everything & ~inner(state, binding)
             case f.And(operands) | f.Or(operands):
-                parts = [self.extension(operand, slot, scope) for operand in operands]
+                parts = [self.extension(operand, slot, scope, category) for operand in operands]
                 return intersection(parts) if isinstance(formula, f.And) else union(parts)
             case f.Implies(premise, conclusion):
-                return self.extension(f.Or((f.Not(premise), conclusion)), slot, scope)
+                return self.extension(f.Or((f.Not(premise), conclusion)), slot, scope, category)
             case _:
-                return self._by_trial(formula, slot, scope)
+                return self._by_trial(formula, slot, scope, category)
 
     def _values(self, variable: f.Variable, body: f.Formula, scope: Mapping[str, int]) -> Extension:
         """The mask of the values of a quantified variable for which the body holds."""
         slot = self._frame.new_slot()
-        inner = self.extension(body, slot, {**scope, variable.name: slot})
         category = variable.category
+        inner = self.extension(body, slot, {**scope, variable.name: slot}, category)
         if category is None:
             return inner
         return lambda state, binding: inner(state, binding) & state.scene.category(category)
 
-    def _by_trial(self, formula: f.Formula, slot: int, scope: Mapping[str, int]) -> Extension:
-        """The extension of any formula: put every object into the slot and look."""
+    def _by_trial(
+        self, formula: f.Formula, slot: int, scope: Mapping[str, int], category: str | None
+    ) -> Extension:
+        """The extension of any formula: put every object of a category into the slot and look."""
         truth = self.truth(formula, scope)
 
         def extension(state: State, binding: Binding) -> int:
             mask = 0
-            for i in range(len(state.scene.objects)):
+            for i in bits(state.scene.category(category)):
                 binding[slot] = i
                 if truth(state, binding):
                     mask |= 1 << i
@@ -148,7 +155,9 @@ class Conditions:
             case _:
                 raise DomainError(f"derived predicate {atom.predicate} has no known form")
 
-    def _atom_extension(self, atom: f.Atom, slot: int, scope: Mapping[str, int]) -> Extension:
+    def _atom_extension(
+        self, atom: f.Atom, slot: int, scope: Mapping[str, int], category: str | None
+    ) -> Extension:
         slots = self._slots(atom, scope)
         derived = self._derived.get(atom.predicate)
         if slots.count(slot) == 0:
@@ -156,11 +165,11 @@ class Conditions:
             return lambda state, binding: state.scene.everything if truth(state, binding) else 0
         if isinstance(derived, Defined):
             with self._unfolding(derived):
-                return self.extension(derived.definition, slot, _inner_scope(derived, slots))
+                return self.extension(derived.definition, slot, _inner_scope(derived, slots), category)
         if isinstance(derived, Lookup) and slots.index(slot) == len(slots) - 1:
             return _looked_up(derived, slots[:-1])
         if derived is not None or slots.count(slot) > 1:
-            return self._by_trial(atom, slot, scope)
+            return self._by_trial(atom, slot, scope, category)
         return _stored_extension(self._vocabulary, atom.predicate, slots, slot)
 
     @contextmanager

@@ -73,10 +73,15 @@ def _declaration(domain: Domain) -> Iterator[Defect]:
             yield Defect(derived.name, str(error))
     for operator in domain.operators:
         yield from _operator(operator)
-    try:
-        _ = domain.compiled
-    except DomainError as error:
-        yield Defect(domain.name, str(error))
+    for subject, needed in (
+        (domain.name, lambda: domain.compiled),
+        ("what is visible", lambda: domain.sees),
+        ("landmarks", lambda: domain.is_landmark),
+    ):
+        try:
+            needed()
+        except DomainError as error:
+            yield Defect(subject, str(error))
 
 
 def _operator(operator: Operator) -> Iterator[Defect]:

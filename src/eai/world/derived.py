@@ -6,13 +6,14 @@ names what it reads.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import TypeAlias
 
 import eai.logic.formula as f
+from eai.logic.traversal import walk
 from eai.world.state import State
-from eai.world.vocabulary import DerivedPredicate, atom
+from eai.world.vocabulary import DerivedPredicate, Vocabulary, atom
 
 Values: TypeAlias = Callable[[State, tuple[int, ...]], int]
 """Gives the mask of the objects that make a predicate true as last argument, from the other arguments."""
@@ -113,3 +114,23 @@ def meaning(derived: DerivedPredicate) -> Defined | None:
             return derived.meaning
         case _:
             return None
+
+
+def stored_sources(predicates: Iterable[str], vocabulary: Vocabulary) -> list[str]:
+    """The stored predicates that predicates come down to, each once."""
+    found: dict[str, None] = {}
+    pending, seen = list(predicates), set[str]()
+    while pending:
+        name = pending.pop(0)
+        if name in seen:
+            continue
+        seen.add(name)
+        derived = vocabulary.derived_by_name.get(name)
+        match derived:
+            case None:
+                found[name] = None
+            case Defined(definition=definition):
+                pending += [part.predicate for part in walk(definition) if isinstance(part, f.Atom)]
+            case _:
+                pending += derived.reads
+    return list(found)

@@ -8,7 +8,7 @@ from functools import cached_property
 from typing import NamedTuple, TypeAlias
 
 from eai.errors import DomainError
-from eai.logic.formula import And, Formula, Variable
+from eai.logic.formula import FALSE, TRUE, And, Formula, Variable
 from eai.world.condition import Conditions
 from eai.world.connective import all_of
 from eai.world.effect import Apply, Effects
@@ -177,6 +177,10 @@ class Domain:
         operators: the actions.
         history_rule: tells a wrong order from a missing step.
         precedence: which kind of fault counts where a step has several, first to last.
+        visible: what an agent sees that does not see everything: the objects that make this true as ``x``,
+            its only free variable. None where whoever acts sees all there is.
+        landmarks: what such an agent knows of from the start without seeing it: the objects that make this
+            true as ``x``. None where there is nothing.
 
     Raises:
         DomainError: two operators have one name, or a formula or effect uses what is not declared.
@@ -187,6 +191,8 @@ class Domain:
     operators: tuple[Operator, ...]
     history_rule: HistoryRule = each_held_before
     precedence: tuple[FaultKind, ...] = PRECEDENCE
+    visible: Formula | None = None
+    landmarks: Formula | None = None
 
     def __post_init__(self) -> None:
         names = [operator.name for operator in self.operators]
@@ -220,6 +226,22 @@ class Domain:
         by_name = {operator.name: operator for operator in changed}
         kept = tuple(by_name.pop(o.name, o) for o in self.operators if o.name not in without)
         return replace(self, operators=(*kept, *by_name.values()))
+
+    @cached_property
+    def sees(self) -> Callable[[State, int], bool]:
+        """Whether an object, by index, is visible in a state."""
+        return self._about_one(self.visible)
+
+    @cached_property
+    def is_landmark(self) -> Callable[[State, int], bool]:
+        """Whether an object, by index, is known of from the start of an episode that begins in a state."""
+        return self._about_one(self.landmarks or FALSE)
+
+    def _about_one(self, formula: Formula | None) -> Callable[[State, int], bool]:
+        """A formula as a function of a state and the object that its variable ``x`` stands for."""
+        frame = Frame((Variable("x"),))
+        truth = Conditions(self.vocabulary, frame).truth(TRUE if formula is None else formula)
+        return lambda state, index: truth(state, frame.bind(state.scene, (index,)))
 
     def holds(self, formula: Formula, state: State, arguments: Mapping[str, int] | None = None) -> bool:
         """Whether a state formula holds; ``arguments`` gives its free variables their objects."""

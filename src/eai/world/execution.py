@@ -39,20 +39,26 @@ class Fault:
 
 
 class Step(NamedTuple):
-    """A step of a plan that was tried: ``fault`` is None if it was executed."""
+    """A step that was tried: executed, unless it has a fault or was possible but ``slipped``."""
 
     action: Action
     fault: Fault | None
+    slipped: bool = False
+
+    @property
+    def executed(self) -> bool:
+        """Whether the action was carried out."""
+        return self.fault is None and not self.slipped
 
 
 @dataclass(frozen=True, slots=True)
 class Trajectory:
-    """What became of a plan.
+    """What became of a plan, or of all that was tried in an episode.
 
     Attributes:
         states: the initial state, then the state after each executed step.
-        steps: every step tried, in order. Only the last can have a fault other than an additional step; the
-            steps of the plan after it were not tried.
+        steps: every step tried, in order. Of a plan only the last can have a fault other than an additional
+            step; the steps after it were not tried.
     """
 
     states: tuple[State, ...]
@@ -65,14 +71,14 @@ class Trajectory:
 
     @property
     def failure(self) -> Fault | None:
-        """The fault that ended the plan, or None if it was executed to its end."""
+        """The fault of the last step, which ended the plan, or None if none did."""
         fault = self.steps[-1].fault if self.steps else None
         return None if fault is None or fault.kind is FaultKind.ADDITIONAL_STEP else fault
 
     @property
     def executed(self) -> tuple[Action, ...]:
         """The actions that were executed."""
-        return tuple(step.action for step in self.steps if step.fault is None)
+        return tuple(step.action for step in self.steps if step.executed)
 
     @property
     def additional_steps(self) -> int:

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from functools import partial
-from typing import cast
 
 from eai.abilities.action_sequencing.notation import PlanNotation
-from eai.abilities.action_sequencing.plan import WrittenPlan, WrittenStep
+from eai.abilities.action_sequencing.plan import WrittenPlan
+from eai.abilities.action_sequencing.resolution import resolve
 from eai.abilities.explanation import Explanation, goal_reports, repairs_told, step_reports
 from eai.abilities.goal_test import GoalTest
 from eai.abilities.scorer import Assessment, Scorer
@@ -60,26 +60,7 @@ class ActionSequencing(Scorer):
 
     def resolve(self, plan: WrittenPlan) -> tuple[Action, ...] | ErrorReport:
         """The plan as ground actions, or its first grammar error: of all names before of any arity."""
-        arities, operator_of, object_of = self.domain.arities, self.notation.operator, self._object
-        actions = []
-        misapplied = None
-        for number, step in enumerate(plan.steps):
-            operator = operator_of(step.action)
-            objects = tuple(map(object_of, step.objects))
-            if operator not in arities or None in objects:
-                return ErrorReport(FaultKind.HALLUCINATION, number, self._unknown(step))
-            if misapplied is None and len(objects) != arities[operator]:
-                detail = f"{operator} takes {arities[operator]} objects, not {len(objects)}"
-                misapplied = ErrorReport(FaultKind.ARGUMENT_NUMBER, number, detail)
-            actions.append(Action(operator, cast("tuple[int, ...]", objects)))
-        return misapplied or tuple(actions)
-
-    def _unknown(self, step: WrittenStep) -> str:
-        """What a step names that there is not: its action, or else its first such object."""
-        if self.notation.operator(step.action) not in self.domain.arities:
-            return f"{step.action} is not an action"
-        stranger = next(each for each in step.objects if self._object(each) is None)
-        return f"{step.action}: there is no {stranger}"
+        return resolve(plan, self.domain, self.notation, self._object)
 
     def _refuse(self, error: ErrorReport, repairs: tuple[str, ...] = ()) -> Assessment:
         """The assessment of an answer that cannot be run."""

@@ -24,7 +24,7 @@ from eai.planning.achievers import Achievers
 from eai.planning.effect_schema import EffectSchema, effect_schemas
 from eai.planning.subgoal import GroundAtom
 from eai.planning.successor_generator import applicable_actions
-from eai.world.derived import Defined
+from eai.world.derived import stored_sources
 from eai.world.domain import Domain
 from eai.world.effect import ANYTHING
 from eai.world.execution import Action
@@ -32,7 +32,6 @@ from eai.world.fault import FaultKind
 from eai.world.frame import AGENT
 from eai.world.operator import Operator
 from eai.world.state import Scene, State
-from eai.world.vocabulary import Vocabulary
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,7 +75,7 @@ class ShortestPlans(Translation):
         predicate, _, truth = literal
         if self._domain.vocabulary.stored(predicate) is not None:
             return bool(self._achievers.of(predicate, adding=truth))
-        return bool(self._achievers.writers(_sources([predicate], self._domain.vocabulary)))
+        return bool(self._achievers.writers(stored_sources([predicate], self._domain.vocabulary)))
 
     def plans(self, literals: Sequence[GroundAtom], task: Task) -> Plans:
         """All shortest plans after which the literals hold; none where they hold, and where none is found."""
@@ -108,11 +107,11 @@ class ShortestPlans(Translation):
     def _relevant(self, literals: Sequence[GroundAtom]) -> Iterable[Operator]:
         """The operators that can bring literals about, and those that change what these ask for."""
         vocabulary = self._domain.vocabulary
-        predicates = _sources([literal.predicate for literal in literals], vocabulary)
+        predicates = stored_sources([literal.predicate for literal in literals], vocabulary)
         for _ in range(self._bounds.deeds - 1):
             operators = self._achievers.writers(predicates)
             asked = {name for operator in operators for name in _asked(operator)}
-            predicates = list(dict.fromkeys([*predicates, *_sources(sorted(asked), vocabulary)]))
+            predicates = list(dict.fromkeys([*predicates, *stored_sources(sorted(asked), vocabulary)]))
         names = {operator.name for operator in self._achievers.writers(predicates)}
         return [operator for operator in self._domain.operators if operator.name in names]
 
@@ -211,23 +210,3 @@ def _asked(operator: Operator) -> Iterator[str]:
     for change in effect_schemas(operator):
         for formula in (*change.checks, *change.given):
             yield from (part.predicate for part in walk(formula) if isinstance(part, Atom))
-
-
-def _sources(predicates: Iterable[str], vocabulary: Vocabulary) -> list[str]:
-    """The stored predicates that predicates come down to, each once."""
-    found: dict[str, None] = {}
-    pending, seen = list(predicates), set[str]()
-    while pending:
-        name = pending.pop(0)
-        if name in seen:
-            continue
-        seen.add(name)
-        derived = vocabulary.derived_by_name.get(name)
-        match derived:
-            case None:
-                found[name] = None
-            case Defined(definition=definition):
-                pending += [part.predicate for part in walk(definition) if isinstance(part, Atom)]
-            case _:
-                pending += derived.reads
-    return list(found)

@@ -47,6 +47,7 @@ def behavior() -> Benchmark:
         wings={Protocol.EAI_1_0_5: behavior_wing},
         open_operators=open_operators,
         wordings=wording,
+        also_observed=("in_left_hand", "in_right_hand", "robot_on"),
         formats=formats_of("eai.benchmarks.behavior"),
         published_prompts=OfficialPrompts(NAME, {}),
         task_id_of=task_id_of,

@@ -6,7 +6,7 @@ from dataclasses import replace
 from functools import cache
 
 from eai.benchmarks.behavior.operators import declared_operators, going_there
-from eai.benchmarks.behavior.predicates import VOCABULARY
+from eai.benchmarks.behavior.predicates import VOCABULARY, X, held, is_sliced, part, shut_in
 from eai.world.domain import Domain, was_possible_before
 from eai.world.operator import in_paper_order
 
@@ -19,5 +19,14 @@ def as_meant() -> Domain:
 
 
 def as_declared() -> Domain:
-    """The domain with the reference's order of checks."""
-    return Domain("behavior", VOCABULARY, declared_operators(), was_possible_before)
+    """The domain with the reference's order of checks.
+
+    The robot sees what it holds and what is in nothing that is closed, but no parts of what is whole.
+    """
+    return Domain(
+        "behavior",
+        VOCABULARY,
+        declared_operators(),
+        was_possible_before,
+        visible=(held(X) | ~shut_in(X)) & (~part(X) | is_sliced(X)),
+    )

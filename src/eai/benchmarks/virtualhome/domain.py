@@ -6,7 +6,7 @@ from dataclasses import replace
 from functools import cache
 
 from eai.benchmarks.virtualhome.operators import declared_operators
-from eai.benchmarks.virtualhome.predicates import VOCABULARY, R, X, room_of
+from eai.benchmarks.virtualhome.predicates import VOCABULARY, R, X, held, in_same_room, room, room_of, shut_in
 from eai.world.domain import Domain
 from eai.world.operator import in_paper_order
 
@@ -19,5 +19,14 @@ def as_meant() -> Domain:
 
 
 def as_declared() -> Domain:
-    """The domain with the reference's order of checks."""
-    return Domain("virtualhome", VOCABULARY, declared_operators(room_of_held=room_of(X, R)))
+    """The domain with the reference's order of checks.
+
+    The character sees what it holds and what is in its room but in nothing closed; it knows all rooms.
+    """
+    return Domain(
+        "virtualhome",
+        VOCABULARY,
+        declared_operators(room_of_held=room_of(X, R)),
+        visible=held(X) | (in_same_room(X) & ~shut_in(X)),
+        landmarks=room(X),
+    )

@@ -1,0 +1,107 @@
+"""Steps of the environments a CPU second, and what the plain way to make the same observations costs.
+
+Every gold plan that succeeds is played as commands, game after game, resets included. Then the same states
+are observed as one would at first: all facts of a state are walked, and those told that are about what the
+task is about. The plain way tells stored facts alone, so in BEHAVIOR, where goals are said with derived ones,
+it does less than the environment does.
+
+    python bench/environment.py [--seconds N]
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
+from typing import NamedTuple, cast
+
+from eai.abilities.action_sequencing.plan import WrittenPlan
+from eai.abilities.action_sequencing.scorer import ActionSequencing
+from eai.abilities.explanation import action_text, fact_text
+from eai.abilities.protocol import Ability
+from eai.abilities.task import Task
+from eai.benchmarks.gold_answers import open_answer_book
+from eai.benchmarks.registry import FIRST
+from eai.benchmarks.suite import open_suite
+from eai.envs import TextEnvironment, make
+from eai.envs.rules import Observe
+from eai.world.domain import Domain
+from eai.world.execution import Action, execute
+
+SECONDS = 5.0
+
+
+class Plan(NamedTuple):
+    """A gold plan that succeeds: ground, and as commands."""
+
+    task: Task
+    domain: Domain
+    actions: Sequence[Action]
+    commands: Sequence[str]
+
+
+def gold_plans(name: str) -> list[Plan]:
+    suite, found = open_suite(name, Ability.ACTION_SEQUENCING), []
+    book = open_answer_book(suite.benchmark, Ability.ACTION_SEQUENCING)
+    for task_id in suite.task_ids:
+        scorer, text = cast("ActionSequencing", suite.scorer(task_id)), book.gold(task_id).text
+        written = scorer.notation.read(text)
+        actions = scorer.resolve(written) if isinstance(written, WrittenPlan) else None
+        if isinstance(actions, tuple) and getattr(scorer.score(text), "success", False):
+            commands = [action_text(action, scorer.task.scene) for action in actions]
+            found.append(Plan(scorer.task, scorer.domain, actions, commands))
+    return found
+
+
+def play(environment: TextEnvironment, plans: Sequence[Plan]) -> Iterator[int]:
+    """The number of steps of each game."""
+    for plan in plans:
+        environment.reset(options={"task_id": plan.task.id})
+        steps = 0
+        for command in plan.commands:
+            steps += 1
+            if environment.step(command)[2]:
+                break
+        yield steps
+
+
+def observe_plainly(plans: Sequence[Plan]) -> Iterator[int]:
+    """The number of steps of each plan, all facts of each state walked."""
+    for plan in plans:
+        scene, told = plan.task.scene, {*plan.task.relevant, plan.task.scene.agent}
+        states = execute(plan.domain, plan.task.initial, plan.actions).states
+        for state in states:
+            "\n".join([fact_text(fact, scene) for fact in state.facts() if told.issuperset(fact.arguments)])
+        yield len(states) - 1
+
+
+def steps_per_second(games: Callable[[], Iterator[int]], seconds: float) -> float:
+    """Steps a CPU second, of as many whole games as fit."""
+    steps, start = 0, time.process_time()
+    while True:
+        for played in games():
+            steps += played
+            spent = time.process_time() - start
+            if spent > seconds:
+                return steps / spent
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    parser.add_argument("--seconds", type=float, default=SECONDS, help="CPU seconds for each number")
+    seconds = parser.parse_args().seconds
+    for name in FIRST:
+        plans = gold_plans(name)
+        plain = steps_per_second(partial(observe_plainly, plans), seconds)
+        print(f"{name}: {len(plans)} plans, {plain:,.0f} steps/s the plain way")
+        for observe in Observe:
+            environment = make(name, observe=observe, max_steps=None)
+            for _ in play(environment, plans):  # the tasks are built
+                pass
+            rate = steps_per_second(partial(play, environment, plans), seconds)
+            print(f"  {observe.value:8} {rate:9,.0f} steps/s, {rate / plain:5.1f} times the plain way")
+
+
+if __name__ == "__main__":
+    main()

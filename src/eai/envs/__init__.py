@@ -1,0 +1,34 @@
+"""Benchmarks as environments for gymnasium: one action a turn, written as text; observations are text.
+
+    import gymnasium
+    import eai.envs
+
+    env = gymnasium.make("eai/Benchmark-v1", benchmark="lamps:lamps", slip=0.1)
+
+Importing this package registers the environments; every option of `make` is one of `gymnasium.make`. The
+benchmarks that come with the package have names of their own, such as those of `IDS`.
+"""
+
+from __future__ import annotations
+
+try:
+    import gymnasium
+except ImportError as error:
+    raise ImportError("environments need gymnasium: pip install 'embodied-agent-interface[envs]'") from error
+
+from eai.benchmarks.registry import CAPITALISED
+from eai.envs.environment import AnyText, TextEnvironment, make
+
+ANY = "eai/Benchmark-v1"
+"""The environment of the benchmark that its option ``benchmark`` names."""
+
+IDS = {f"eai/{title}-v1": name for name, title in CAPITALISED.items()}
+"""The environments of the benchmarks that come with the package."""
+
+_MAKER = "eai.envs.environment:make"
+
+gymnasium.register(ANY, entry_point=_MAKER)
+for _id, _name in IDS.items():
+    gymnasium.register(_id, entry_point=_MAKER, kwargs={"benchmark": _name})
+
+__all__ = ["ANY", "IDS", "AnyText", "TextEnvironment", "make"]

@@ -1,0 +1,105 @@
+"""Commands: one action as an agent writes it, on a line or in the notation of the benchmark's answers."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Collection
+from typing import NamedTuple
+
+from eai.abilities.action_sequencing.notation import PlanNotation
+from eai.abilities.action_sequencing.plan import WrittenPlan, WrittenStep
+from eai.abilities.action_sequencing.resolution import resolve
+from eai.abilities.task import Task
+from eai.abilities.unreadable import Unreadable
+from eai.abilities.verdict import ErrorReport
+from eai.prompts.wording import ObjectName
+from eai.world.domain import Domain
+from eai.world.execution import Action
+from eai.world.fault import FaultKind
+
+DONE = "DONE"
+"""What an agent writes where the episode ends when it says so."""
+
+MAX_LENGTH = 10_000
+"""The longest command that is looked at, in characters."""
+
+_LINE = re.compile(r"\s*([\w-]+)\s*(?:\(([^()\n]*)\))?\s*")
+
+
+class Command(NamedTuple):
+    """What a text asks for: an action, the end of the episode (None), or nothing that can be tried.
+
+    ``repairs`` names what it took to read it.
+    """
+
+    meant: Action | ErrorReport | None
+    repairs: tuple[str, ...] = ()
+
+
+class Commands:
+    """Reads and writes the commands of one task.
+
+    Args:
+        task: the task.
+        domain: the world in which actions are tried.
+        notation: how answers are written.
+        object_name: what objects are called; the notation's own names will do too.
+    """
+
+    def __init__(self, task: Task, domain: Domain, notation: PlanNotation, object_name: ObjectName) -> None:
+        self._domain = domain
+        self._notation = notation
+        self._names = [object_name(task, i) for i in range(len(task.scene.objects))]
+        self._index = {name: i for i, name in reversed(list(enumerate(self._names)))}
+        self._by_notation = notation.objects(task)
+
+    @property
+    def hint(self) -> str:
+        """How a command is written."""
+        example = self._domain.operators[0]
+        names = ", ".join([parameter.name for parameter in example.parameters])
+        return f"Write one action, such as {example.name}({names})."
+
+    def write(self, action: Action) -> str:
+        """An action as a line, such as ``OPEN(jar_0)``."""
+        return f"{action.operator}({', '.join([self._names[i] for i in action.arguments])})"
+
+    def read(self, text: str, nameable: Collection[int], *, ends: bool) -> Command:
+        """What a text asks for.
+
+        Args:
+            text: the text.
+            nameable: the objects that it may name, by index.
+            ends: whether it may end the episode.
+        """
+        plan = self._written(text)
+        if isinstance(plan, Unreadable):
+            return Command(ErrorReport(FaultKind.PARSING, None, plan.reason))
+        if ends and plan.steps == (WrittenStep(DONE, ()),):
+            return Command(None, plan.repairs)
+        if len(plan.steps) != 1:
+            reason = f"one action at a time, not {len(plan.steps)}"
+            return Command(ErrorReport(FaultKind.PARSING, None, reason), plan.repairs)
+
+        def object_of(word: object) -> int | None:
+            index = self._index.get(word) if isinstance(word, str) else None
+            if index is None:
+                index = self._by_notation(word)
+            return index if index in nameable else None
+
+        everything = len(nameable) == len(self._names)
+        stranger = "there is no" if everything else "you have not yet seen"
+        meant = resolve(plan, self._domain, self._notation, object_of, stranger)
+        return Command(meant if isinstance(meant, ErrorReport) else meant[0], plan.repairs)
+
+    def _written(self, text: str) -> WrittenPlan | Unreadable:
+        """The steps of a text: of a line, of a whole answer, or of one part of an answer."""
+        if len(text) > MAX_LENGTH:
+            return Unreadable(f"it is longer than {MAX_LENGTH:,} characters")
+        line = _LINE.fullmatch(text)
+        if line is not None:
+            objects = line[2].split(",") if line[2] and line[2].strip() else []
+            return WrittenPlan((WrittenStep(line[1], tuple(map(str.strip, objects))),))
+        plan = self._notation.read(text)
+        part = self._notation.read(self._notation.join((text,))) if isinstance(plan, Unreadable) else plan
+        return Unreadable("no action was found") if isinstance(part, Unreadable) else part

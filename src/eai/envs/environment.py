@@ -1,0 +1,200 @@
+"""The environment of a benchmark: a thin object around games, as gymnasium wants it."""
+
+from __future__ import annotations
+
+import string
+from collections.abc import Container, Mapping, Sequence
+from functools import cached_property
+from typing import Any
+
+import gymnasium
+from gymnasium.error import ResetNeeded
+
+from eai.abilities.protocol import Ability, member
+from eai.abilities.task import Task
+from eai.benchmarks.benchmark import Benchmark
+from eai.benchmarks.registry import find_benchmark
+from eai.benchmarks.source import Source
+from eai.envs.command import MAX_LENGTH
+from eai.envs.game import Game, Stage, manual
+from eai.envs.rules import Observe, Reward, Rules, Until
+from eai.errors import InputError
+
+MAX_OBSERVATION = 1 << 16
+"""How long an observation may be, in characters."""
+
+
+class AnyText(gymnasium.Space[str]):
+    """All texts up to a length, whatever their characters; samples are of printable ASCII.
+
+    It is no `gymnasium.spaces.Text`: that has a fixed set of characters, and observations of that space never
+    arrive through the memory that `gymnasium.vector.AsyncVectorEnv` shares by default. With this one it says
+    that it needs ``shared_memory=False``.
+    """
+
+    def __init__(self, max_length: int) -> None:
+        super().__init__(dtype=str)
+        self.max_length = max_length
+
+    def sample(self, mask: None = None, probability: None = None) -> str:
+        """A text of random printable characters."""
+        length = int(self.np_random.integers(self.max_length + 1))
+        return "".join(
+            [string.printable[i] for i in self.np_random.integers(len(string.printable), size=length)]
+        )
+
+    def contains(self, x: Any) -> bool:
+        """Whether this is a text, and not too long."""
+        return isinstance(x, str) and len(x) <= self.max_length
+
+    @property
+    def is_np_flattenable(self) -> bool:
+        """A text is no array."""
+        return False
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, AnyText) and self.max_length == other.max_length
+
+    def __hash__(self) -> int:
+        return hash((AnyText, self.max_length))
+
+    def __repr__(self) -> str:
+        return f"AnyText({self.max_length})"
+
+
+class TextEnvironment(gymnasium.Env[str, str]):
+    """A benchmark played by text: an action is a line such as ``GRAB(soap.1002)``.
+
+    A step of an answer in the benchmark's own notation is an action too. What cannot be read, names what
+    there is not or is impossible costs a step and changes nothing.
+
+    Args:
+        benchmark: the benchmark.
+        task_ids: the tasks of which each reset chooses one.
+        rules: how they are played.
+        tasks: all tasks by id.
+
+    Attributes:
+        benchmark: the benchmark.
+        rules: how its tasks are played.
+    """
+
+    metadata: dict[str, Any] = {"render_modes": []}  # noqa: RUF012 - as gymnasium declares it
+
+    def __init__(
+        self, benchmark: Benchmark, task_ids: Sequence[str], rules: Rules, tasks: Mapping[str, Task]
+    ) -> None:
+        self.benchmark = benchmark
+        self.rules = rules
+        self.action_space = AnyText(MAX_LENGTH)
+        self.observation_space = AnyText(MAX_OBSERVATION)
+        self._tasks = tasks
+        self._task_ids = tuple(task_ids)
+        self._stages: dict[str, Stage] = {}
+        self._game: Game | None = None
+        self._epoch = -1
+
+    @cached_property
+    def manual(self) -> str:
+        """What an agent may be told before it begins: what can be said of the world, and its actions."""
+        return manual(self.benchmark)
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[str, dict[str, Any]]:
+        """Begin a new game: the first observation, with the instruction, the goals and the objects.
+
+        Args:
+            seed: of the choice among several tasks and of slips; equal seeds give equal games in equal order.
+            options: ``task_id`` says which task to play.
+
+        Raises:
+            InputError: there is no such task, or it has no goals.
+        """
+        super().reset(seed=seed)
+        self._epoch = 0 if seed is not None else self._epoch + 1
+        wanted: str | None = (options or {}).get("task_id")
+        stage = self._stage(self._chosen() if wanted is None else wanted)
+        self._game = Game(stage, self.rules, self.np_random_seed or 0, self._epoch)
+        observation, info = self._game.opening()
+        return observation, {**info}
+
+    def step(self, action: str) -> tuple[str, float, bool, bool, dict[str, Any]]:
+        """Play one turn.
+
+        Raises:
+            ResetNeeded: no game has begun, or the last one is over.
+        """
+        if self._game is None or self._game.over:
+            raise ResetNeeded("the episode is over or has not begun: call reset")
+        observation, reward, terminated, truncated, info = self._game.act(action)
+        return observation, reward, terminated, truncated, {**info}
+
+    def _chosen(self) -> str:
+        """One of the tasks at random; those without goals are passed over where there are others."""
+        order = [self._task_ids[int(i)] for i in self.np_random.permutation(len(self._task_ids))]
+        return next((task_id for task_id in order if self._tasks[task_id].goals), order[0])
+
+    def _stage(self, task_id: str) -> Stage:
+        if task_id not in self._stages:
+            _refuse_strangers((task_id,), self._tasks, self.benchmark)
+            self._stages[task_id] = Stage(self._tasks[task_id], self.benchmark, self.rules)
+        return self._stages[task_id]
+
+
+def make(
+    benchmark: Benchmark | str,
+    task_id: str | Sequence[str] | None = None,
+    *,
+    slip: float = 0.0,
+    observe: Observe | str = Observe.FULL,
+    reward: Reward | str = Reward.SPARSE,
+    gamma: float = 1.0,
+    until: Until | str = Until.GOAL,
+    max_steps: int | None = 100,
+    admissible: bool = False,
+    source: Source | None = None,
+) -> TextEnvironment:
+    """The environment of a benchmark.
+
+    Args:
+        benchmark: its name, ``module:object``, or a `Benchmark`.
+        task_id: the task; or several, of which each reset chooses one; or None for all that have goals.
+        slip: the probability that a possible action does not work.
+        observe: ``full``, or ``partial``: what the agent can see, as the domain declares it. Then actions may
+            name only what has been seen.
+        reward: ``sparse``, ``progress`` or ``verdict``: see `eai.envs.rules.Reward`.
+        gamma: the discount that ``progress`` reckons with.
+        until: ``goal``: an episode ends in the first state in which all goals are reached; ``done``: it ends
+            when the agent writes ``DONE``, as a plan ends.
+        max_steps: after how many actions an episode is cut off; None for never.
+        admissible: whether ``info`` lists all actions that are possible now, about what has been seen.
+        source: where the data comes from; the user's default store if None. It is fetched on first use.
+
+    Raises:
+        InputError: there is no such benchmark or task, or an option has no such value.
+        DataError: the data cannot be had.
+    """
+    found = find_benchmark(benchmark) if isinstance(benchmark, str) else benchmark
+    rules = Rules(
+        slip,
+        member(Observe, observe, "way to observe"),
+        member(Reward, reward, "reward"),
+        gamma,
+        member(Until, until, "end of an episode"),
+        max_steps,
+        admissible,
+    )
+    source = source or Source()
+    tasks = found.tasks_for(Ability.ACTION_SEQUENCING, source)
+    task_ids = (task_id,) if isinstance(task_id, str) else tuple(tasks if task_id is None else task_id)
+    if not task_ids:
+        raise InputError(f"{found.name}: no task is named")
+    _refuse_strangers(task_ids, tasks, found)
+    return TextEnvironment(found, task_ids, rules, tasks)
+
+
+def _refuse_strangers(task_ids: Sequence[str], tasks: Container[str], benchmark: Benchmark) -> None:
+    for task_id in task_ids:
+        if task_id not in tasks:
+            raise InputError(f"{benchmark.name} has no task {task_id!r}")

@@ -1,0 +1,229 @@
+"""Games: a task played by text, one action a turn. Nothing here knows of gymnasium."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import replace
+from typing import NamedTuple
+
+from typing_extensions import TypedDict, assert_never
+
+from eai.abilities.goal_test import GoalTest
+from eai.abilities.protocol import Ability
+from eai.abilities.task import NO_GOALS, Task
+from eai.abilities.verdict import ErrorReport
+from eai.benchmarks.benchmark import Benchmark
+from eai.envs.command import DONE, Commands
+from eai.envs.rules import Observe, Rules, Standing, Until
+from eai.envs.view import View
+from eai.errors import InputError
+from eai.planning.successor_generator import applicable_actions
+from eai.prompts.template import Templates
+from eai.prompts.wording import Wording
+from eai.world.episode import Episode, Luck, Slip, Slips
+from eai.world.execution import Action, Fault, describe
+from eai.world.fault import FaultKind
+from eai.world.state import State
+
+
+class Info(TypedDict, total=False):
+    """What there is to know of a turn besides what the agent is told.
+
+    ``goals`` says of each goal whether it is reached now, and ``won`` whether the episode ended with all of
+    them. ``fault`` is the kind of error of the action, or None; ``repairs`` are those that reading it took.
+    ``admissible_commands`` are there if they were asked for.
+    """
+
+    task_id: str
+    goals: list[bool]
+    won: bool
+    fault: str | None
+    slipped: bool
+    repairs: list[str]
+    admissible_commands: list[str]
+
+
+class Turn(NamedTuple):
+    """What an action leads to, as `gymnasium.Env.step` returns it."""
+
+    observation: str
+    reward: float
+    terminated: bool
+    truncated: bool
+    info: Info
+
+
+class Stage:
+    """All that the games of one task share.
+
+    Raises:
+        InputError: the task has no goals, or an action is called what ends the episode.
+    """
+
+    def __init__(self, task: Task, benchmark: Benchmark, rules: Rules) -> None:
+        if not task.goals:
+            raise InputError(f"{benchmark.name}: {task.id} cannot be played: {NO_GOALS}")
+        if rules.until is Until.DONE and DONE in benchmark.domain.arities:
+            raise InputError(f"{benchmark.name}: {DONE} is an action, so it cannot end an episode")
+        wording = observed_wording(benchmark)
+        self.task = task
+        self.domain = benchmark.domain
+        self.commands = Commands(task, benchmark.domain, benchmark.plans, wording.object_name)
+        self.view = View(task, wording, rules.observe)
+        self.goals = GoalTest(task)
+        self.opening = _opening(task, wording, rules)
+
+
+def _opening(task: Task, wording: Wording, rules: Rules) -> str:
+    """What an agent is told of a task."""
+    parts = [f"{task.title}\n{task.instruction}", f"Goals:\n{wording.goals(task)}"]
+    agent = task.scene.agent
+    notes = [] if agent is None else [f"You are {wording.object_name(task, agent)}."]
+    if rules.observe is Observe.PARTIAL:
+        notes.append("You do not see everything: an action may name only what is listed below or seen later.")
+    return "\n\n".join([*parts, " ".join(notes)] if notes else parts)
+
+
+def observed_wording(benchmark: Benchmark) -> Wording:
+    """How observations name things: as prompts of action sequencing do, with what else is observed."""
+    words = benchmark.wording(Ability.ACTION_SEQUENCING)
+    return replace(words, predicates=(*words.predicates, *benchmark.also_observed))
+
+
+class _Tried(NamedTuple):
+    """What came of a command: in words, and the fault and slip of its action."""
+
+    told: str
+    fault: FaultKind | None = None
+    slipped: bool = False
+
+
+class Game:
+    """One game.
+
+    Args:
+        stage: the task.
+        rules: how it is played.
+        seed: of the slips.
+        epoch: which of the games with this seed it is.
+
+    Attributes:
+        over: whether it has ended.
+    """
+
+    def __init__(self, stage: Stage, rules: Rules, seed: int, epoch: int) -> None:
+        luck = Luck(Slips(rules.slip, seed), stage.task.id, epoch)
+        self._stage = stage
+        self._rules = rules
+        self._episode = Episode(stage.domain, stage.task.initial, luck)
+        self._taken: list[str] = []
+        self._turns = 0
+        self._executable = True
+        self._look = stage.view.first
+        self._known = {*self._look.sight, *stage.view.landmarks}
+        self._standing = self._stand()
+        self.over = False
+
+    def opening(self) -> tuple[str, Info]:
+        """The first observation, and what there is to know besides."""
+        objects = self._stage.view.objects(self._known)
+        told = f"{self._stage.opening}\n\nObjects [kind]: properties\n{objects}"
+        return f"{told}\n\n{self._facts()}", self._info(_Tried(""), ())
+
+    def act(self, text: str) -> Turn:
+        """Play one turn. Whatever the text, it is a turn."""
+        before = self._standing
+        command = self._stage.commands.read(text, self._nameable(), ends=self._rules.until is Until.DONE)
+        tried = self._try(command.meant)
+        self._turns += 1
+        self._executable &= tried.fault in (None, FaultKind.ADDITIONAL_STEP)
+        self._standing = self._stand()
+        reached = self._rules.until is Until.GOAL and self._standing.complete
+        terminated = reached or command.meant is None
+        truncated = not terminated and self._turns == self._rules.max_steps
+        self.over = terminated or truncated
+        reward = self._rules.pay(before, self._standing, ended=self.over, executable=self._executable)
+        told = tried.told
+        if self.over:
+            told += "\nAll goals are reached." if self._standing.complete else "\nThe episode is over."
+        observation = f"{told}\n\n{self._facts()}"
+        return Turn(observation, reward, terminated, truncated, self._info(tried, command.repairs))
+
+    def _nameable(self) -> Collection[int]:
+        """The objects that a command may name."""
+        if self._rules.observe is Observe.PARTIAL:
+            return self._known
+        return range(len(self._stage.task.scene.objects))
+
+    def _try(self, meant: Action | ErrorReport | None) -> _Tried:
+        """Carry out what a command means."""
+        if meant is None:
+            return _Tried(f"{DONE}.")
+        if isinstance(meant, ErrorReport):
+            hint = f" {self._stage.commands.hint}" if meant.kind is FaultKind.PARSING else ""
+            return _Tried(f"Failed ({_words(meant.kind)}): {meant.detail}.{hint}", meant.kind)
+        line, outcome = self._stage.commands.write(meant), self._episode.act(meant)
+        match outcome:
+            case Fault(kind):
+                reason = describe(outcome, self._stage.domain, meant, self._stage.task.scene)
+                failed = "not needed" if kind is FaultKind.ADDITIONAL_STEP else f"failed ({_words(kind)})"
+                return _Tried(f"{line}: {failed}: {reason}.", kind)
+            case Slip():
+                return _Tried(f"{line}: nothing happened.", slipped=True)
+            case State():
+                self._taken.append(meant.operator)
+                return _Tried(f"{line}: done.\n{self._news(outcome)}")
+            case _:
+                assert_never(outcome)
+
+    def _news(self, state: State) -> str:
+        """What an action has changed of what is seen, and what is seen for the first time."""
+        view, before = self._stage.view, self._look
+        self._look = view.next(before, state)
+        told = view.changes(before, self._look) or "No fact that you see has changed."
+        new = [index for index in self._look.sight if index not in self._known]
+        if new:
+            self._known.update(new)
+            told += f"\n\nYou see for the first time:\n{view.objects(new)}"
+        return told
+
+    def _facts(self) -> str:
+        """All that is seen to be so."""
+        return f"Now:\n{self._look.text or '-'}"
+
+    def _stand(self) -> Standing:
+        return Standing(self._stage.goals.reached(self._episode.state, self._taken))
+
+    def _info(self, tried: _Tried, repairs: tuple[str, ...]) -> Info:
+        info = Info(
+            task_id=self._stage.task.id,
+            goals=list(self._standing.reached),
+            won=self.over and self._standing.complete,
+            fault=None if tried.fault is None else tried.fault.value,
+            slipped=tried.slipped,
+            repairs=list(repairs),
+        )
+        if self._rules.admissible:
+            info["admissible_commands"] = self._admissible()
+        return info
+
+    def _admissible(self) -> list[str]:
+        """All commands for actions that are possible now, about objects that the agent has seen."""
+        objects = [index for index in self._stage.view.subjects if index in self._known]
+        domain, state = self._stage.domain, self._episode.state
+        return [
+            self._stage.commands.write(action)
+            for operator in domain.operators
+            for action in applicable_actions(domain, operator, state, objects)
+        ]
+
+
+def manual(benchmark: Benchmark) -> str:
+    """What there is to know of a world before one acts in it: what can be said of it, and its actions."""
+    wording = observed_wording(benchmark)
+    values = {"vocabulary": wording.vocabulary(), "operators": wording.operators()}
+    return Templates().fill("environment.txt", values)
+
+
+def _words(kind: FaultKind) -> str:
+    return kind.value.replace("_", " ")

@@ -1,0 +1,109 @@
+"""The rules of a game: how actions are carried out, what is seen, when it ends and what it pays."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+from typing import NamedTuple
+
+from typing_extensions import assert_never
+
+from eai.errors import InputError
+from eai.world.episode import Slips
+
+
+class Observe(str, Enum):
+    """How much of the world an observation shows: all that the task is about, or what the agent can see."""
+
+    FULL = "full"
+    PARTIAL = "partial"
+
+
+class Until(str, Enum):
+    """When an episode ends: in the first state in which all goals are reached, or when the agent says so."""
+
+    GOAL = "goal"
+    DONE = "done"
+
+
+class Reward(str, Enum):
+    """What is paid.
+
+    ``sparse`` is the paper's (appendix on the decision process): 1 at the end if all goals are reached, else
+    0. ``progress`` is the change of a potential, the share of goals that are reached: what it adds up to
+    depends on where an episode begins and ends alone (Ng, Harada and Russell 1999). ``verdict`` is paid at
+    the end too: what the actions are worth as one plan, that is, the share of goals reached, and 0 if any of
+    them could not be carried out.
+    """
+
+    SPARSE = "sparse"
+    PROGRESS = "progress"
+    VERDICT = "verdict"
+
+
+class Standing(NamedTuple):
+    """Which goals of a task are reached, in order."""
+
+    reached: tuple[bool, ...]
+
+    @property
+    def complete(self) -> bool:
+        """Whether all are."""
+        return all(self.reached)
+
+    @property
+    def share(self) -> float:
+        """The share that is: the potential of a state."""
+        return sum(self.reached) / len(self.reached)
+
+
+@dataclass(frozen=True, slots=True)
+class Rules:
+    """The rules of a game.
+
+    Attributes:
+        slip: the probability that a possible action does not work.
+        observe: how much of the world is shown.
+        reward: what is paid.
+        gamma: the discount that ``progress`` reckons with.
+        until: when an episode ends.
+        max_steps: after how many actions it is cut off; None for never.
+        admissible: whether all actions that are possible now are listed after each turn.
+
+    Raises:
+        InputError: a number is out of its range.
+    """
+
+    slip: float = 0.0
+    observe: Observe = Observe.FULL
+    reward: Reward = Reward.SPARSE
+    gamma: float = 1.0
+    until: Until = Until.GOAL
+    max_steps: int | None = 100
+    admissible: bool = False
+
+    def __post_init__(self) -> None:
+        Slips(self.slip)
+        if not 0 <= self.gamma <= 1:
+            raise InputError(f"a discount of {self.gamma} is not between 0 and 1")
+        if self.max_steps is not None and self.max_steps < 1:
+            raise InputError(f"an episode of at most {self.max_steps} steps has none")
+
+    def pay(self, before: Standing, after: Standing, *, ended: bool, executable: bool) -> float:
+        """The reward of one turn.
+
+        Args:
+            before: how the goals stood before it.
+            after: how they stand after it.
+            ended: whether the episode is over.
+            executable: whether every action so far could be carried out, needless ones aside.
+        """
+        match self.reward:
+            case Reward.SPARSE:
+                return float(ended and after.complete)
+            case Reward.PROGRESS:
+                return self.gamma * after.share - before.share
+            case Reward.VERDICT:
+                return after.share if ended and executable else 0.0
+            case _:
+                assert_never(self.reward)

@@ -1,0 +1,146 @@
+"""Episodes: one action after the other in a world that goes on, where a possible action may slip."""
+
+from __future__ import annotations
+
+import hashlib
+import random
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from enum import Enum
+from typing import TypeAlias
+
+from eai.errors import InputError
+from eai.world.domain import Domain
+from eai.world.execution import Action, Fault, Step, Trajectory, attempt
+from eai.world.fault import FaultKind
+from eai.world.state import State
+
+
+@dataclass(frozen=True, slots=True)
+class Slip:
+    """An action that was possible did not work: nothing has changed."""
+
+
+Outcome: TypeAlias = State | Fault | Slip
+"""What became of an action: the state after it, the diagnosis of its failure, or a slip."""
+
+
+class Notice(str, Enum):
+    """Whether whoever acts learns of a slip.
+
+    A detected slip ends the plan. After a silent one the plan goes on as if the action had worked, and what
+    depends on it fails later.
+    """
+
+    DETECTED = "detected"
+    SILENT = "silent"
+
+
+@dataclass(frozen=True, slots=True)
+class Slips:
+    """How often possible actions do not work (paper, appendix on replanning with stochastic actions).
+
+    Attributes:
+        probability: that a possible action slips, independently of all others.
+        seed: of the draws.
+        notice: whether a slip is noticed.
+
+    Raises:
+        InputError: the probability is not between 0 and 1.
+    """
+
+    probability: float
+    seed: int = 0
+    notice: Notice = Notice.DETECTED
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.probability <= 1:
+            raise InputError(f"a slip probability of {self.probability} is not between 0 and 1")
+
+
+class Luck:
+    """The draws for one task and epoch: one for each possible action, none for an impossible one.
+
+    So two policies meet the same luck at the same executed step. Episodes that share it go on with its draws.
+
+    Args:
+        slips: how often actions slip.
+        task_id: the task.
+        epoch: which of several independent repetitions this is.
+    """
+
+    def __init__(self, slips: Slips, task_id: str, epoch: int = 0) -> None:
+        self.slips = slips
+        stream = hashlib.sha256(f"{slips.seed} {task_id} {epoch}".encode()).digest()
+        self._random = random.Random(stream)  # noqa: S311 - chance, not secrets
+
+    def strikes(self) -> bool:
+        """Whether the next possible action slips."""
+        return self._random.random() < self.slips.probability
+
+
+class Episode:
+    """A world in which one action after the other is tried, and what has happened in it so far.
+
+    An action that is impossible or slips changes nothing, and the next one is tried in the same state. A
+    wrong order looks back over the whole episode. A plan that runs in a new episode without slips becomes
+    what `execute` makes of it.
+
+    Args:
+        domain: the world.
+        initial: the state to begin in.
+        luck: which possible actions slip; none if None.
+    """
+
+    def __init__(self, domain: Domain, initial: State, luck: Luck | None = None) -> None:
+        self.domain = domain
+        self._luck = luck
+        self._states = [initial]
+        self._steps: list[Step] = []
+
+    @property
+    def state(self) -> State:
+        """What is true now."""
+        return self._states[-1]
+
+    @property
+    def trajectory(self) -> Trajectory:
+        """All that has happened so far."""
+        return Trajectory(tuple(self._states), tuple(self._steps))
+
+    def act(self, action: Action) -> Outcome:
+        """Try one action; it must name an operator of the domain and have as many arguments."""
+        tried = attempt(self.domain, self._states, action)
+        if isinstance(tried, Fault):
+            self._steps.append(Step(action, tried))
+            return tried
+        if self._luck is not None and self._luck.strikes():
+            self._steps.append(Step(action, None, slipped=True))
+            return Slip()
+        self._states.append(tried)
+        self._steps.append(Step(action, None))
+        return tried
+
+    def run(
+        self, plan: Iterable[Action], until: Callable[[Episode], bool] | None = None
+    ) -> Fault | Slip | None:
+        """Try the actions of a plan up to a fatal fault, a detected slip or its end.
+
+        Args:
+            plan: the actions.
+            until: asked after each executed action; the plan ends early where it is true.
+
+        Returns:
+            The fault or slip that ended the plan, or None.
+        """
+        for action in plan:
+            outcome = self.act(action)
+            match outcome:
+                case State():
+                    if until is not None and until(self):
+                        return None
+                case Fault(kind) if kind is not FaultKind.ADDITIONAL_STEP:
+                    return outcome
+                case Slip() if self._luck is not None and self._luck.slips.notice is Notice.DETECTED:
+                    return outcome
+        return None

@@ -1,0 +1,96 @@
+"""Listings: which facts about some objects hold, said with chosen predicates, stored or derived."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import partial
+from itertools import permutations
+from typing import TypeAlias
+
+from eai.errors import DomainError
+from eai.logic.formula import Variable
+from eai.world.condition import Conditions
+from eai.world.derived import stored_sources
+from eai.world.frame import UNBOUND, Extension, Frame, Truth
+from eai.world.state import Fact, State
+from eai.world.vocabulary import Vocabulary
+
+_Objects: TypeAlias = Sequence[int]
+_Holding: TypeAlias = Callable[[State, _Objects], Iterator[tuple[int, ...]]]
+"""The tuples of different objects, out of some, that make a predicate true, in the order of these."""
+
+
+@dataclass(frozen=True, slots=True)
+class Listing:
+    """The facts of one predicate.
+
+    Attributes:
+        predicate: its name.
+        sources: the stored predicates that decide it: where these are as they were, so is the listing.
+    """
+
+    predicate: str
+    sources: tuple[str, ...]
+    _holding: _Holding
+
+    def facts(self, state: State, objects: Sequence[int]) -> list[Fact]:
+        """The facts about different objects of these, by their order: first arguments first."""
+        return [Fact(self.predicate, arguments) for arguments in self._holding(state, objects)]
+
+
+def listing(vocabulary: Vocabulary, predicate: str) -> Listing:
+    """The listing of a predicate.
+
+    Raises:
+        DomainError: it is not declared.
+    """
+    sources = tuple(stored_sources((predicate,), vocabulary))
+    return Listing(predicate, sources, _holding(vocabulary, predicate))
+
+
+def _holding(vocabulary: Vocabulary, predicate: str) -> _Holding:
+    if vocabulary.stored(predicate) is not None and vocabulary.arity(predicate) == 2:
+        return partial(_related, predicate)
+    declared = vocabulary.stored(predicate) or vocabulary.derived_by_name.get(predicate)
+    if declared is None:
+        raise DomainError(f"predicate {predicate} is not declared")
+    variables = tuple(Variable(f"x{i}") for i in range(declared.arity))
+    frame = Frame(variables)
+    conditions = Conditions(vocabulary, frame)
+    if declared.arity == 2:
+        values = conditions.extension(declared(*variables), frame.scope["x1"], frame.scope)
+        return partial(_paired, values, frame)
+    return partial(_true, conditions.truth(declared(*variables)), frame, declared.arity)
+
+
+def _related(predicate: str, state: State, objects: _Objects) -> Iterator[tuple[int, ...]]:
+    """Pairs of a stored relation."""
+    relation, among = state.relation(predicate), _mask(objects)
+    for x in objects:
+        if relation.sources >> x & 1:
+            yield from _pairs(x, relation.row(x) & among, objects)
+
+
+def _paired(values: Extension, frame: Frame, state: State, objects: _Objects) -> Iterator[tuple[int, ...]]:
+    """Pairs of a derived relation."""
+    among = _mask(objects)
+    for x in objects:
+        yield from _pairs(x, values(state, frame.bind(state.scene, (x, UNBOUND))) & among, objects)
+
+
+def _pairs(x: int, row: int, objects: _Objects) -> Iterator[tuple[int, ...]]:
+    return ((x, y) for y in objects if row >> y & 1 and y != x) if row else iter(())
+
+
+def _true(
+    truth: Truth, frame: Frame, arity: int, state: State, objects: _Objects
+) -> Iterator[tuple[int, ...]]:
+    """Tuples of any length, one by one."""
+    for arguments in permutations(objects, arity):
+        if truth(state, frame.bind(state.scene, arguments)):
+            yield arguments
+
+
+def _mask(objects: _Objects) -> int:
+    return sum([1 << x for x in objects])

@@ -1,0 +1,120 @@
+"""The environments as gymnasium has them."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+import sys
+import warnings
+from itertools import chain
+from pathlib import Path
+
+import gymnasium
+import pytest
+from gymnasium.error import ResetNeeded
+from gymnasium.utils.env_checker import check_env
+
+from eai.benchmarks.source import Source
+from eai.data.store import Store
+from eai.envs import ANY, IDS, AnyText, make
+from envs.switches import SWITCHES, WON
+
+LAMPS = Path(__file__).parents[2] / "examples" / "lamps" / "lamps.py"
+TASKS = {
+    "eai/VirtualHome-v1": "27_2",
+    "eai/Behavior-v1": "bottling_fruit_0_Wainscott_0_int_0_2021-05-24_19-46-46",
+}
+
+
+@pytest.fixture
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Works in a folder with the example's file, as its author would."""
+    shutil.copy(LAMPS, tmp_path)
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(tmp_path)
+
+
+def test_every_benchmark_of_the_package_has_an_id() -> None:
+    assert {*IDS} == {*TASKS}
+    assert {*IDS, ANY} <= {*gymnasium.registry}
+
+
+@pytest.mark.parametrize("options", [{}, {"observe": "partial", "reward": "progress", "slip": 0.5}])
+@pytest.mark.parametrize("name", TASKS)
+def test_gymnasiums_own_check_finds_nothing(name: str, options: dict[str, object], data_store: Store) -> None:
+    source = Source(data_store)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        check_env(gymnasium.make(name, task_id=TASKS[name], source=source, **options).unwrapped)
+        check_env(gymnasium.make(name, source=source, **options).unwrapped)
+
+
+def test_any_benchmark_is_made_by_its_reference(here: None) -> None:
+    environment = gymnasium.make(ANY, benchmark="lamps:lamps", task_id="light", max_steps=5)
+    assert environment.reset(seed=0)[0].startswith("light\nSwitch both lamps on.")
+    played = [
+        environment.step(f"{action}({lamp})") for lamp in ("lamp_1", "lamp_2") for action in ("GO", "PRESS")
+    ]
+    assert played[-1][2]
+    assert played[-1][4]["won"]
+
+
+def test_a_domain_that_says_nothing_of_sight_shows_everything(here: None) -> None:
+    full, partial = [make("lamps:lamps", "pack", observe=observe) for observe in ("full", "partial")]
+    facts = [each.reset(seed=0)[0].partition("Objects")[2] for each in (full, partial)]
+    assert facts[0] == facts[1]
+
+
+def test_a_step_needs_a_reset() -> None:
+    environment = make(SWITCHES, "both")
+    with pytest.raises(ResetNeeded):
+        environment.step("WAVE")
+    environment.reset()
+    for command in WON:
+        environment.step(command)
+    with pytest.raises(ResetNeeded):
+        environment.step("WAVE")
+
+
+def test_a_text_of_any_characters_is_in_the_space() -> None:
+    space = AnyText(5)
+    assert "" in space
+    assert "é 漢\n" in space
+    assert "123456" not in space
+    assert 3 not in space
+    space.seed(0)
+    assert space.sample() in space
+
+
+@pytest.mark.parametrize("mode", ["sync", "async"])
+def test_vectors_play_side_by_side(mode: str, here: None) -> None:
+    environments = gymnasium.make_vec(
+        ANY,
+        num_envs=2,
+        vectorization_mode=mode,
+        vector_kwargs={"shared_memory": False} if mode == "async" else {},
+        benchmark="lamps:lamps",
+        task_id="light",
+    )
+    observations, infos = environments.reset(seed=[1, 2])
+    assert observations[0] == observations[1]
+    assert list(infos["task_id"]) == ["light", "light"]
+    for command in chain(*[(f"GO({lamp})", f"PRESS({lamp})") for lamp in ("lamp_1", "lamp_2")]):
+        _, rewards, terminated, _, infos = environments.step((command, "GO(ball)"))
+    assert list(rewards) == [1.0, 0.0]
+    assert list(terminated) == list(infos["won"]) == [True, False]
+    assert infos["fault"][1] == "additional_step"
+    observations, *_ = environments.step(("GO(ball)", "GO(ball)"))
+    assert observations[0].startswith("light"), "a game that is over begins again"
+    environments.close()
+
+
+def test_what_would_not_arrive_through_shared_memory_is_refused(here: None) -> None:
+    with pytest.raises(ValueError, match="shared_memory=False"):
+        gymnasium.make_vec(ANY, num_envs=2, vectorization_mode="async", benchmark="lamps:lamps")
+
+
+def test_what_comes_without_gymnasium_is_said() -> None:
+    code = "import sys; sys.modules['gymnasium'] = None; import eai.envs"
+    result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert "pip install 'embodied-agent-interface[envs]'" in result.stderr.splitlines()[-1]

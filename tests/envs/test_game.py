@@ -1,0 +1,348 @@
+from __future__ import annotations
+
+import json
+from functools import cache
+from typing import Any
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from eai.benchmarks.source import Source
+from eai.data.store import Store
+from eai.envs import TextEnvironment, make
+from eai.errors import InputError
+from envs.switches import SWITCHES, WON
+
+
+def play(*commands: str, task_id: str = "both", **options: Any) -> list[tuple[str, float, bool, bool, Any]]:
+    environment = make(SWITCHES, task_id, **options)
+    environment.reset(seed=0)
+    return [environment.step(command) for command in commands]
+
+
+def told(*commands: str, **options: Any) -> str:
+    """What the last command led to, without the facts."""
+    return play(*commands, **options)[-1][0].partition("\n\nNow:")[0]
+
+
+def rewards(*commands: str, **options: Any) -> list[float]:
+    return [turn[1] for turn in play(*commands, **options)]
+
+
+OPENING = """\
+both
+Switch both on.
+
+Goals:
+lit(lamp)
+lit(torch)
+
+You are robot.
+
+Objects [kind]: properties
+robot [robot]: -
+hall [room]: room
+shed [room]: room
+box [box]: -
+lamp [lamp]: -
+torch [lamp]: -
+
+Now:
+at(robot, hall)
+at(box, shed)
+at(lamp, hall)
+at(torch, shed)
+inside(torch, box)
+shut(box)"""
+
+PARTIAL_OPENING = """\
+both
+Switch both on.
+
+Goals:
+lit(lamp)
+lit(torch)
+
+You are robot. You do not see everything: an action may name only what is listed below or seen later.
+
+Objects [kind]: properties
+robot [robot]: -
+hall [room]: room
+shed [room]: room
+lamp [lamp]: -
+
+Now:
+at(robot, hall)
+at(lamp, hall)"""
+
+
+@pytest.mark.parametrize(("observe", "opening"), [("full", OPENING), ("partial", PARTIAL_OPENING)])
+def test_the_first_observation_is_the_task_and_what_is_seen(observe: str, opening: str) -> None:
+    observation, info = make(SWITCHES, "both", observe=observe).reset(seed=0)
+    assert observation == opening
+    assert info == {
+        "task_id": "both",
+        "goals": [False, False],
+        "won": False,
+        "fault": None,
+        "slipped": False,
+        "repairs": [],
+    }
+
+
+def test_an_action_tells_what_it_changed_and_what_holds_now() -> None:
+    observation = play("PRESS(lamp)")[-1][0]
+    assert observation.startswith("PRESS(lamp): done.\n+ lit(lamp)\n\nNow:\nat(robot, hall)\n")
+    assert "\nlit(lamp)\n" in observation
+
+
+def test_what_is_seen_for_the_first_time_is_introduced_once() -> None:
+    assert told("GO(shed)", observe="partial") == (
+        "GO(shed): done.\n+ at(robot, shed)\n- at(robot, hall)\n\nYou see for the first time:\nbox [box]: -"
+    )
+    assert "first time" not in told("GO(shed)", "GO(hall)", "GO(shed)", observe="partial")
+
+
+def test_what_appears_did_not_become_true_and_what_disappears_did_not_become_false() -> None:
+    opened = told("GO(shed)", "OPEN(box)", observe="partial")
+    assert opened == "OPEN(box): done.\n- shut(box)\n\nYou see for the first time:\ntorch [lamp]: -"
+    assert "- at(lamp" not in told("GO(shed)", observe="partial")
+
+
+@pytest.mark.parametrize(
+    ("text", "fault", "words"),
+    [
+        ("I would press the lamp.", "parsing", "Failed (parsing): no action was found."),
+        ("", "parsing", "Failed (parsing): "),
+        ("x" * 10_001, "parsing", "Failed (parsing): it is longer than 10,000 characters."),
+        (
+            '[{"action": "PRESS", "object": "lamp"}, {"action": "PRESS", "object": "lamp"}]',
+            "parsing",
+            "Failed (parsing): one action at a time, not 2.",
+        ),
+        ("FLY(lamp)", "hallucination", "Failed (hallucination): FLY is not an action."),
+        ("PRESS(sun)", "hallucination", "Failed (hallucination): PRESS: there is no sun."),
+        ("PRESS(lamp, torch)", "argument_number", "Failed (argument number): PRESS takes 1 objects, not 2."),
+        ("PRESS()", "argument_number", "Failed (argument number): PRESS takes 1 objects, not 0."),
+        ("GO(hall)", "additional_step", "GO(hall): not needed: the robot is in hall already."),
+        ("PRESS(box)", "affordance", "PRESS(box): failed (affordance): box is no lamp."),
+        (
+            "PRESS(torch)",
+            "missing_step",
+            "PRESS(torch): failed (missing step): the robot is not beside torch.",
+        ),
+        ("DONE", "hallucination", "Failed (hallucination): DONE is not an action."),
+    ],
+)
+def test_what_fails_costs_a_step_and_changes_nothing(text: str, fault: str, words: str) -> None:
+    environment = make(SWITCHES, "both", max_steps=2)
+    first, _ = environment.reset(seed=0)
+    observation, reward, terminated, truncated, info = environment.step(text)
+    assert (info["fault"], reward, terminated, truncated) == (fault, 0.0, False, False)
+    assert observation.startswith(words)
+    assert observation.partition("Now:")[2] == first.partition("Now:")[2]
+    assert environment.step(text)[3], "it was a step"
+
+
+def test_a_parsing_error_says_how_an_action_is_written() -> None:
+    assert told("let me think").endswith("Write one action, such as GO(x).")
+
+
+@pytest.mark.parametrize(
+    ("text", "repairs"),
+    [
+        ("PRESS(lamp)", []),
+        ("  PRESS ( lamp ) \n", []),
+        ('{"action": "PRESS", "object": "lamp"}', []),
+        ('[{"action": "PRESS", "object": "lamp"}]', []),
+        ('```json\n[{"action": "PRESS", "object": "lamp"}]\n```', ["code_fence"]),
+    ],
+)
+def test_a_line_and_a_step_of_an_answer_are_the_same_action(text: str, repairs: list[str]) -> None:
+    turn = play(text)[-1]
+    assert turn[0].startswith("PRESS(lamp): done.")
+    assert turn[4]["repairs"] == repairs
+
+
+WORDS = st.sampled_from(
+    ["GO", "PRESS", "press", "lamp", "torch", "(", ")", ",", "[", "{", '"', ":", "\n", "DONE"]
+)
+
+
+@pytest.mark.parametrize("name", ["switches", "virtualhome", "behavior"])
+@given(text=st.text() | st.lists(WORDS).map("".join) | st.lists(WORDS).map(" ".join))
+@settings(deadline=None)
+def test_no_text_is_refused(text: str, name: str, data_store: Store) -> None:
+    environment = environment_of(name, data_store)
+    environment.reset(seed=0)
+    observation, reward, _, _, info = environment.step(text)
+    assert observation in environment.observation_space
+    assert reward == 0 or info["fault"] is None
+
+
+@cache
+def environment_of(name: str, store: Store) -> TextEnvironment:
+    task_id = {"switches": "both"}.get(name)
+    return make(SWITCHES if name == "switches" else name, task_id, source=Source(store))
+
+
+def test_an_action_without_objects_is_a_word_or_has_empty_brackets() -> None:
+    assert told("WAVE") == told("WAVE()") == "WAVE(): done.\nNo fact that you see has changed."
+
+
+def test_the_goal_ends_the_episode() -> None:
+    turns = play(*WON)
+    assert [turn[2] for turn in turns] == [False, False, False, True]
+    assert turns[-1][4]["won"]
+    assert turns[-1][4]["goals"] == [True, True]
+    assert "\nAll goals are reached.\n" in turns[-1][0]
+
+
+def test_a_game_is_cut_off() -> None:
+    turns = play("WAVE", "WAVE", max_steps=2)
+    assert [(turn[2], turn[3]) for turn in turns] == [(False, False), (False, True)]
+    assert not turns[-1][4]["won"]
+    assert "\nThe episode is over.\n" in turns[-1][0]
+
+
+def test_the_last_step_that_is_allowed_may_win() -> None:
+    assert [turn[2:4] for turn in play(*WON, max_steps=len(WON))][-1] == (True, False)
+
+
+@pytest.mark.parametrize(
+    ("commands", "won"),
+    [((*WON, "DONE"), True), ((*WON, "PRESS(torch)", "DONE"), False), (("DONE()",), False)],
+)
+def test_an_agent_that_ends_the_episode_is_judged_by_the_last_state(
+    commands: tuple[str, ...], won: bool
+) -> None:
+    turns = play(*commands, until="done")
+    assert [turn[2] for turn in turns] == [False] * (len(commands) - 1) + [True]
+    assert turns[-1][4]["won"] is won
+    assert [turn[1] for turn in turns] == [0.0] * (len(commands) - 1) + [float(won)]
+
+
+def test_rewards() -> None:
+    assert rewards(*WON) == [0, 0, 0, 1]
+    assert rewards(*WON, reward="progress") == [0.5, 0, 0, 0.5]
+    assert rewards("PRESS(lamp)", "PRESS(lamp)", reward="progress") == [0.5, -0.5]
+    assert rewards(*WON, reward="verdict") == [0, 0, 0, 1]
+    assert rewards("PRESS(lamp)", "WAVE", reward="verdict", max_steps=2) == [0, 0.5]
+
+
+def test_a_discount_telescopes_too() -> None:
+    gamma = 0.9
+    paid = rewards(*WON, reward="progress", gamma=gamma)
+    assert sum(gamma**t * r for t, r in enumerate(paid)) == pytest.approx(gamma ** len(WON))
+
+
+@pytest.mark.parametrize(
+    ("slipped_in", "worth"),
+    [("GO(hall)", 1.0), ("WAVE", 1.0), ("PRESS(torch)", 0.0), ("FLY", 0.0), ("what?", 0.0)],
+)
+def test_a_verdict_is_worth_what_the_actions_are_as_a_plan(slipped_in: str, worth: float) -> None:
+    assert rewards(slipped_in, *WON, reward="verdict")[-1] == worth
+
+
+def test_action_goals_are_met_in_order_and_stay_met() -> None:
+    turns = play("PRESS(lamp)", "WAVE", "GO(shed)", "OPEN(box)", "PRESS(torch)", task_id="greet")
+    assert [turn[4]["goals"] for turn in turns] == [
+        [False, True, False],
+        [False, True, False],
+        [False, True, False],
+        [False, True, False],
+        [True, True, True],
+    ]
+
+
+def test_slips_change_nothing_and_are_told() -> None:
+    observation, _, _, _, info = play("PRESS(lamp)", slip=1.0)[-1]
+    assert observation.startswith("PRESS(lamp): nothing happened.\n\nNow:\nat(robot, hall)")
+    assert info["slipped"]
+    assert info["fault"] is None
+
+
+def test_equal_seeds_give_equal_bytes() -> None:
+    def transcript(environment: TextEnvironment, seed: int) -> list[object]:
+        games: list[object] = [environment.reset(seed=seed)]
+        for _ in range(3):
+            games += [environment.step(command) for command in WON[:3]]
+            games.append(environment.reset())
+        return games
+
+    options = {"slip": 0.5, "observe": "partial", "admissible": True}
+    environment = make(SWITCHES, ["both", "greet"], **options)
+    first = transcript(environment, 1)
+    assert transcript(environment, 1) == first
+    assert transcript(make(SWITCHES, ["both", "greet"], **options), 1) == first
+    assert transcript(environment, 2) != first
+
+
+def test_admissible_commands_are_those_that_are_possible_about_what_was_seen() -> None:
+    environment = make(SWITCHES, "both", admissible=True, observe="partial")
+    assert environment.reset(seed=0)[1]["admissible_commands"] == [
+        "GO(shed)", "OPEN(robot)", "OPEN(lamp)", "PRESS(lamp)", "WAVE()",
+    ]  # fmt: skip
+    info = environment.step("GO(shed)")[4]
+    assert info["admissible_commands"] == ["GO(hall)", "OPEN(robot)", "OPEN(box)", "WAVE()"]
+    for command in info["admissible_commands"]:
+        environment.reset(seed=0)
+        environment.step("GO(shed)")
+        assert environment.step(command)[4]["fault"] is None
+
+
+def test_a_hidden_object_cannot_be_told_from_one_that_does_not_exist() -> None:
+    words = "Failed (hallucination): PRESS: you have not yet seen {}."
+    for name in ("torch", "sun"):
+        assert told(f"PRESS({name})", observe="partial") == words.format(name)
+    answer = json.dumps({"action": "PRESS", "object": "torch"})
+    assert told(answer, observe="partial") == words.format("torch")
+
+
+def test_what_was_seen_once_may_be_named_where_it_is_out_of_sight() -> None:
+    left = told("GO(shed)", "PRESS(lamp)", observe="partial")
+    assert left == "PRESS(lamp): failed (wrong order): the robot is not beside lamp."
+
+
+def test_what_is_hidden_is_nowhere_in_the_transcript() -> None:
+    environment = make(SWITCHES, "greet", observe="partial", admissible=True)
+    opening, info = environment.reset(seed=0)
+    texts = [opening.partition("Objects")[2], *info["admissible_commands"]]
+    for command in ("GO(shed)", "GO(hall)", "PRESS(lamp)", "GO(shed)"):
+        observation, _, _, _, info = environment.step(command)
+        texts += [observation, *info["admissible_commands"]]
+    assert [text for text in texts if "torch" in text] == []
+
+
+@pytest.mark.parametrize(
+    ("options", "told"),
+    [
+        ({"task_id": "some"}, "switches has no task 'some'"),
+        ({"task_id": []}, "switches: no task is named"),
+        ({"slip": 2}, "a slip probability of 2 is not between 0 and 1"),
+        ({"gamma": -1}, "a discount of -1 is not between 0 and 1"),
+        ({"max_steps": 0}, "an episode of at most 0 steps has none"),
+        ({"observe": "all"}, "'all' is no way to observe: expected one of full, partial"),
+        ({"reward": "much"}, "'much' is no reward: expected one of sparse, progress, verdict"),
+        ({"until": "noon"}, "'noon' is no end of an episode: expected one of goal, done"),
+    ],
+)
+def test_an_option_that_cannot_be_is_refused(options: dict[str, Any], told: str) -> None:
+    with pytest.raises(InputError) as error:
+        make(SWITCHES, **options)
+    assert str(error.value) == told
+
+
+def test_a_task_without_goals_is_never_chosen_and_refused_by_name() -> None:
+    environment = make(SWITCHES)
+    environment.reset(seed=0)
+    assert {environment.reset()[1]["task_id"] for _ in range(40)} == {"both", "greet"}
+    with pytest.raises(InputError, match="none cannot be played: the task has no goals"):
+        environment.reset(options={"task_id": "none"})
+
+
+def test_the_manual_names_every_action_and_predicate() -> None:
+    manual = make(SWITCHES).manual
+    for words in ("at(x, y)", "lit(x)", "GO(x)", "not yet possible while: the robot is not beside x"):
+        assert words in manual

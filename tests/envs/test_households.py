@@ -1,0 +1,157 @@
+"""The gold plans of the two data sets, played as commands."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Sequence
+from functools import cache
+from typing import Any, NamedTuple
+
+import pytest
+
+from eai.abilities.action_sequencing.scorer import ActionSequencing
+from eai.abilities.explanation import action_text
+from eai.abilities.protocol import Ability
+from eai.abilities.unreadable import Unreadable
+from eai.abilities.verdict import PlanVerdict
+from eai.benchmarks.source import Source
+from eai.benchmarks.suite import open_suite
+from eai.data.store import Store
+from eai.envs import TextEnvironment, make
+from eai.envs.game import Stage
+from suites import answer_book
+
+SOLVED = {"virtualhome": 337, "behavior": 91}
+"""How many tasks the data set's own plan solves."""
+
+SOLVED_IN_SIGHT = {"virtualhome": 335, "behavior": 91}
+"""In how many of them it names nothing before it has been seen."""
+
+names = pytest.mark.parametrize("name", SOLVED)
+
+
+class Plan(NamedTuple):
+    """A gold plan that solves its task, as steps of an answer and as lines."""
+
+    task_id: str
+    parts: Sequence[str]
+    lines: Sequence[str]
+
+
+@cache
+def gold_plans(name: str, store: Store) -> tuple[Plan, ...]:
+    suite = open_suite(name, Ability.ACTION_SEQUENCING, source=Source(store))
+    book = answer_book(name, Ability.ACTION_SEQUENCING, store)
+    plans = []
+    for task_id in suite.task_ids:
+        scorer, answer = suite.scorer(task_id), book.gold(task_id)
+        assert isinstance(scorer, ActionSequencing)
+        verdict = scorer.score(answer.text)
+        assert isinstance(verdict, PlanVerdict)
+        written = scorer.notation.read(answer.text)
+        if verdict.success and not isinstance(written, Unreadable):
+            actions = scorer.resolve(written)
+            assert isinstance(actions, tuple)
+            lines = [action_text(action, scorer.task.scene) for action in actions]
+            plans.append(Plan(task_id, answer.parts, lines))
+    return tuple(plans)
+
+
+def play(
+    environment: TextEnvironment, task_id: str, commands: Sequence[str]
+) -> tuple[list[float], dict[str, Any]]:
+    """All rewards of a game, and the info of its last turn."""
+    _, info = environment.reset(seed=0, options={"task_id": task_id})
+    paid = []
+    for command in commands:
+        _, reward, terminated, _, info = environment.step(command)
+        paid.append(float(reward))
+        if terminated:
+            break
+    return paid, info
+
+
+@names
+def test_gold_plans_win(name: str, data_store: Store) -> None:
+    environment = make(name, source=Source(data_store))
+    plans = gold_plans(name, data_store)
+    assert len(plans) == SOLVED[name]
+    for plan in plans:
+        for commands in (plan.lines, plan.parts):
+            paid, info = play(environment, plan.task_id, commands)
+            assert (sum(paid), paid[-1], info["won"]) == (1.0, 1.0, True), plan.task_id
+
+
+@names
+def test_gold_plans_win_with_what_they_see(name: str, data_store: Store) -> None:
+    environment = make(name, observe="partial", source=Source(data_store))
+    plans = gold_plans(name, data_store)
+    won = [plan for plan in plans if play(environment, plan.task_id, plan.lines)[1]["won"]]
+    assert len(won) == SOLVED_IN_SIGHT[name]
+
+
+@names
+@pytest.mark.parametrize("gamma", [1.0, 0.9])
+def test_the_return_of_progress_depends_on_both_ends_alone(
+    name: str, gamma: float, data_store: Store
+) -> None:
+    environment = make(name, reward="progress", gamma=gamma, source=Source(data_store))
+    for plan in gold_plans(name, data_store)[::4]:
+        _, info = environment.reset(seed=0, options={"task_id": plan.task_id})
+        start = sum(info["goals"]) / len(info["goals"])
+        for commands in (plan.lines, plan.lines[: len(plan.lines) // 2]):
+            paid, info = play(environment, plan.task_id, commands)
+            end = sum(info["goals"]) / len(info["goals"])
+            returned = math.fsum(gamma**t * reward for t, reward in enumerate(paid))
+            assert returned == pytest.approx(gamma ** len(paid) * end - start), plan.task_id
+
+
+@names
+def test_a_verdict_is_that_of_the_scorer(name: str, data_store: Store) -> None:
+    environment = make(name, reward="verdict", until="done", source=Source(data_store))
+    suite = open_suite(name, Ability.ACTION_SEQUENCING, source=Source(data_store))
+    judged = []
+    for plan in gold_plans(name, data_store)[::5]:
+        for chosen in (slice(None), slice(-1), slice(1, None)):
+            paid, info = play(environment, plan.task_id, [*plan.lines[chosen], "DONE"])
+            verdict = suite.score(plan.task_id, environment.benchmark.plans.join(plan.parts[chosen]))
+            assert isinstance(verdict, PlanVerdict)
+            if verdict.executable:
+                assert info["goals"] == list(verdict.goals_satisfied)
+            assert paid[-1] == (sum(info["goals"]) / len(info["goals"]) if verdict.executable else 0.0)
+            assert info["won"] or not verdict.success
+            judged.append((verdict.executable, verdict.success))
+    assert {*judged} == {(True, True), (True, False), (False, False)}
+
+
+def mentioned(text: str, stage: Stage) -> set[str]:
+    """The objects of a scene that a text names."""
+    words = {word.strip(".") for word in re.findall(r"[\w.]+", text)}
+    return words & {*stage.task.scene.index}
+
+
+def introduced(text: str, heading: str) -> set[str]:
+    """The objects that a text introduces under a heading."""
+    lines = text.partition(heading)[2].partition("\n\n")[0].splitlines()
+    return {line.partition(" [")[0] for line in lines}
+
+
+@names
+def test_nothing_is_mentioned_before_it_is_seen(name: str, data_store: Store) -> None:
+    environment = make(name, observe="partial", admissible=True, source=Source(data_store))
+    hidden = 0
+    for plan in gold_plans(name, data_store)[::7]:
+        told, info = environment.reset(seed=0, options={"task_id": plan.task_id})
+        stage = environment._stages[plan.task_id]
+        known = introduced(told, "Objects [kind]: properties\n")
+        hidden += not {stage.task.scene.objects[i].name for i in stage.view.subjects} <= known
+        assert mentioned(told.partition("Objects [kind]: properties\n")[2], stage) <= known
+        for command in plan.lines:
+            assert mentioned(" ".join(info["admissible_commands"]), stage) <= known
+            told, _, over, _, info = environment.step(command)
+            known |= introduced(told, "You see for the first time:\n")
+            assert mentioned(told, stage) <= known | mentioned(command, stage)
+            if over:
+                break
+    assert hidden

@@ -1,0 +1,60 @@
+from __future__ import annotations
+
+import random
+
+import pytest
+
+from eai.abilities.protocol import Ability
+from eai.benchmarks.registry import find_benchmark
+from eai.benchmarks.source import Source
+from eai.data.store import Store
+from eai.envs.game import observed_wording
+from eai.envs.rules import Observe
+from eai.envs.view import View
+from eai.planning.successor_generator import applicable_actions
+from eai.world.episode import Episode
+from eai.world.state import State, change
+
+TASKS = {
+    "virtualhome": ("27_2", "1003_2", "499_1"),
+    "behavior": (
+        "bottling_fruit_0_Wainscott_0_int_0_2021-05-24_19-46-46",
+        "assembling_gift_baskets_0_Beechwood_0_int_0_2021-10-26_12-46-37",
+    ),
+}
+
+
+@pytest.mark.parametrize("observe", list(Observe), ids=lambda observe: observe.value)
+@pytest.mark.parametrize(("name", "task_id"), [(n, t) for n, ids in TASKS.items() for t in ids])
+def test_a_walk_is_seen_as_if_each_state_were_looked_at_anew(
+    name: str, task_id: str, observe: Observe, data_store: Store
+) -> None:
+    benchmark = find_benchmark(name)
+    task = benchmark.tasks_for(Ability.ACTION_SEQUENCING, Source(data_store))[task_id]
+    wording, rng = observed_wording(benchmark), random.Random(0)
+    view, episode = View(task, wording, observe), Episode(benchmark.domain, task.initial)
+    look = view.first
+    stored = {each.predicate for each in wording.listings if each.sources == (each.predicate,)}
+    for _ in range(40):
+        operator = rng.choice(benchmark.domain.operators)
+        possible = list(applicable_actions(benchmark.domain, operator, episode.state, task.relevant))
+        if not possible:
+            continue
+        outcome = episode.act(rng.choice(possible))
+        assert isinstance(outcome, State)
+        before, look = look, view.next(look, outcome)
+        facts = [fact for each in wording.listings for fact in each.facts(outcome, look.sight)]
+        assert look.text.splitlines() == [wording.fact(task, fact) for fact in facts]
+        difference = change(before.state, outcome)
+        told = view.changes(before, look).splitlines()
+        expected = {
+            f"{sign} {wording.fact(task, fact)}"
+            for sign, facts, seen in (
+                ("+", difference.added, look.sight),
+                ("-", difference.removed, before.sight),
+            )
+            for fact in facts
+            if fact.predicate in stored and {*seen}.issuperset(fact.arguments)
+            if len({*fact.arguments}) == len(fact.arguments)
+        }
+        assert {line for line in told if line[2:].partition("(")[0] in stored} == expected

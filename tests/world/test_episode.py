@@ -1,0 +1,159 @@
+from __future__ import annotations
+
+import math
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from eai.errors import InputError
+from eai.world.episode import Episode, Luck, Notice, Slip, Slips
+from eai.world.execution import Action, Fault, execute
+from eai.world.fault import FaultKind
+from eai.world.state import State
+from world import toy
+from world.random_domains import Case, cases
+from world.test_execution import plan
+
+RUN = plan("LIFT red", "GO shed", "DROP red", "PRESS lamp")
+"""A plan in which every step needs the one before it, but the last."""
+
+
+def lucky(probability: float, *, seed: int = 0, notice: Notice = Notice.DETECTED) -> Luck:
+    return Luck(Slips(probability, seed, notice), "task")
+
+
+def episode(luck: Luck | None = None) -> Episode:
+    return Episode(toy.DOMAIN, toy.initial(), luck)
+
+
+@given(cases())
+@settings(deadline=None)
+def test_a_plan_without_slips_becomes_what_execute_makes_of_it(case: Case) -> None:
+    played = Episode(case.domain, case.initial, Luck(Slips(0), "task"))
+    ended = played.run(case.plan)
+    trajectory = execute(case.domain, case.initial, case.plan)
+    assert played.trajectory == trajectory
+    assert ended == trajectory.failure
+
+
+@given(cases(), st.floats(0, 1))
+@settings(deadline=None)
+def test_what_was_executed_leads_to_the_same_states_by_itself(case: Case, probability: float) -> None:
+    played = Episode(case.domain, case.initial, lucky(probability))
+    for action in case.plan:
+        played.act(action)
+    trajectory = played.trajectory
+    alone = execute(case.domain, case.initial, trajectory.executed)
+    assert alone.failure is None
+    assert alone.states == trajectory.states
+    assert [step.action for step in trajectory.steps] == list(case.plan)
+
+
+def test_each_outcome_is_told() -> None:
+    acted = episode()
+    (lift, go, *_), (press,) = RUN, plan("PRESS lamp")
+    fault = acted.act(press)
+    assert isinstance(fault, Fault)
+    assert fault.kind is FaultKind.MISSING_STEP
+    assert isinstance(acted.act(lift), State)
+    assert acted.act(go) is acted.state
+    assert [step.executed for step in acted.trajectory.steps] == [False, True, True]
+    assert len(acted.trajectory.states) == 3
+
+
+def test_after_a_fault_the_next_action_is_tried_in_the_same_state() -> None:
+    acted = episode()
+    before = acted.state
+    acted.act(plan("PRESS lamp")[0])
+    assert acted.state is before
+    assert acted.run(RUN) is None
+
+
+def test_a_wrong_order_looks_back_over_the_whole_episode() -> None:
+    acted = episode()
+    assert acted.run(plan("GO shed", "LIFT blue", "LIFT blue")) is not None
+    assert acted.run(plan("GO hall")) is None
+    fault = acted.run(plan("PRESS lamp"))
+    assert isinstance(fault, Fault)
+    assert (fault.kind, fault.earlier) == (FaultKind.WRONG_ORDER, 2)
+
+
+def test_an_additional_step_ends_no_plan() -> None:
+    acted = episode()
+    assert acted.run(plan("GO hall", "GO shed")) is None
+    assert acted.trajectory.additional_steps == 1
+
+
+def test_a_plan_ends_early_where_it_is_asked_to() -> None:
+    acted = episode()
+    lit = acted.state.scene.index["lamp"]
+    assert acted.run([*RUN, *RUN], until=lambda now: now.state.has("lit", lit)) is None
+    assert len(acted.trajectory.steps) == len(RUN)
+
+
+def test_a_slip_changes_nothing_and_is_recorded() -> None:
+    acted = episode(lucky(1))
+    before = acted.state
+    assert acted.act(RUN[0]) == Slip()
+    assert acted.state is before
+    (step,) = acted.trajectory.steps
+    assert (step.fault, step.slipped, step.executed) == (None, True, False)
+    assert acted.trajectory.executed == ()
+    assert acted.trajectory.failure is None
+
+
+def test_a_detected_slip_ends_the_plan() -> None:
+    acted = episode(lucky(1))
+    assert acted.run(RUN) == Slip()
+    assert len(acted.trajectory.steps) == 1
+
+
+def test_after_a_silent_slip_the_plan_goes_on_and_fails_where_it_depends_on_it() -> None:
+    acted = episode(lucky(1, notice=Notice.SILENT))
+    fault = acted.run(RUN)
+    assert isinstance(fault, Fault)
+    assert fault.kind is FaultKind.MISSING_STEP
+    assert [step.slipped for step in acted.trajectory.steps] == [True, True, False]
+
+
+def test_an_impossible_action_draws_no_luck() -> None:
+    plain, stumbling = episode(lucky(0.5, seed=3)), episode(lucky(0.5, seed=3))
+    outcomes = []
+    for action in RUN * 5:
+        stumbling.act(plan("PRESS red")[0])
+        outcomes.append((plain.act(action), stumbling.act(action)))
+    assert [type(a) for a, _ in outcomes] == [type(b) for _, b in outcomes]
+
+
+def test_equal_seeds_slip_alike_and_others_do_not() -> None:
+    def draws(slips: Slips, task_id: str = "a", epoch: int = 0) -> list[bool]:
+        luck = Luck(slips, task_id, epoch)
+        return [luck.strikes() for _ in range(100)]
+
+    assert draws(Slips(0.5)) == draws(Slips(0.5))
+    others = [draws(Slips(0.5, 1)), draws(Slips(0.5), "b"), draws(Slips(0.5), "a", 1)]
+    assert draws(Slips(0.5)) not in others
+
+
+def test_fewer_slips_are_some_of_more_slips() -> None:
+    few, many = lucky(0.1), lucky(0.3)
+    assert all(b or not a for a, b in [(few.strikes(), many.strikes()) for _ in range(200)])
+
+
+@pytest.mark.parametrize("probability", [-0.1, 1.1, math.nan])
+def test_a_probability_lies_between_0_and_1(probability: float) -> None:
+    with pytest.raises(InputError, match="not between 0 and 1"):
+        Slips(probability)
+
+
+def test_a_possible_action_slips_as_often_as_it_should() -> None:
+    seeds, p, length = 4000, 0.1, len(RUN)
+    succeeded = sum([episode(Luck(Slips(p, seed), "task")).run(RUN) is None for seed in range(seeds)])
+    expected = (1 - p) ** length
+    assert abs(succeeded - seeds * expected) < 4 * math.sqrt(seeds * expected * (1 - expected))
+
+
+def test_unknown_actions_are_a_programmers_error() -> None:
+    with pytest.raises(KeyError):
+        episode().act(Action("FLY", ()))

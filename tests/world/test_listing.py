@@ -1,0 +1,76 @@
+from __future__ import annotations
+
+from itertools import permutations
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from eai.errors import DomainError
+from eai.logic.formula import Atom, Variable
+from eai.world import (
+    Computed,
+    Defined,
+    Domain,
+    Exists,
+    Lookup,
+    Predicate,
+    Scene,
+    State,
+    Vocabulary,
+    WorldObject,
+)
+from eai.world.listing import listing
+from eai.world.state import Fact
+
+X, Y, Z = Variable("x"), Variable("y"), Variable("z")
+ringing, lit, near = Predicate("ringing", 0), Predicate("lit", 1), Predicate("near", 2)
+VOCABULARY = Vocabulary(
+    (ringing, lit, near),
+    (
+        Defined("alone", (X,), ~Exists(Y, near(X, Y))),
+        Defined("linked", (X, Y), Exists(Z, near(X, Z) & near(Z, Y))),
+        Defined("chain", (X, Y, Z), near(X, Y) & near(Y, Z)),
+        Lookup("around", 2, lambda state, known: state.relation("near").column(known[0]), ("near",)),
+        Computed("dark", 0, lambda state, known: not state.those("lit"), ("lit",)),
+    ),
+)
+PREDICATES = ("ringing", "lit", "near", "alone", "linked", "chain", "around", "dark")
+SCENE = Scene(VOCABULARY, [WorldObject(f"o{i}", "object") for i in range(5)])
+indices = st.integers(0, 4)
+
+
+@st.composite
+def states(draw: st.DrawFn) -> State:
+    pairs = draw(st.lists(st.tuples(indices, indices)))
+    facts = [("near", pair) for pair in pairs] + [("lit", (i,)) for i in draw(st.lists(indices))]
+    return SCENE.state([*facts, *[("ringing", ())] * draw(st.booleans())])
+
+
+@settings(deadline=None)
+@given(states(), st.lists(indices, unique=True), st.sampled_from(PREDICATES))
+def test_all_facts_about_different_objects_are_listed_by_their_order(
+    state: State, objects: list[int], predicate: str
+) -> None:
+    domain, arity = Domain("listed", VOCABULARY, ()), VOCABULARY.arity(predicate) or 0
+    names = ("x", "y", "z")[:arity]
+    atom = Atom(predicate, tuple(Variable(name) for name in names))
+    holding = [
+        Fact(predicate, arguments)
+        for arguments in permutations(objects, arity)
+        if domain.holds(atom, state, dict(zip(names, arguments, strict=True)))
+    ]
+    assert listing(VOCABULARY, predicate).facts(state, objects) == holding
+
+
+@pytest.mark.parametrize(
+    ("predicate", "sources"),
+    [("lit", ("lit",)), ("linked", ("near",)), ("around", ("near",)), ("dark", ("lit",))],
+)
+def test_what_decides_a_predicate_is_known(predicate: str, sources: tuple[str, ...]) -> None:
+    assert listing(VOCABULARY, predicate).sources == sources
+
+
+def test_what_is_not_declared_cannot_be_listed() -> None:
+    with pytest.raises(DomainError, match="predicate cold is not declared"):
+        listing(VOCABULARY, "cold")
