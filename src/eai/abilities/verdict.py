@@ -139,8 +139,9 @@ class GoalVerdict(Verdict):
     """What scoring says of an interpretation of goals.
 
     Attributes:
-        counts: goals found, invented and missed, by kind; ``all`` where there are goals of no kind.
-        predicted: how many goals the answer states.
+        counts: goals found, invented and missed, by kind, and ``all`` together. What is ill-formed or names
+            what does not exist is not among those invented (the reference counts a part of it).
+        predicted: how many goals the answer states, those included that are not counted.
         ill_formed: how many of them lack a part.
         hallucinated: for each goal that names what does not exist, the first such name.
         unknown_predicates: the predicates that there are not.
