@@ -121,6 +121,8 @@ class SubgoalVerdict(PlanVerdict):
 
     Attributes:
         category: the outcome.
+        goals_elsewhere: whether the goals are those of another way to carry the subgoals out than the
+            reported one, which reaches fewer.
         errors: the kinds of all errors of the reported way to carry them out, in order.
         offences: what is wrong with names, each kind once.
         search: why the search for a way ended, or None if there was none.
@@ -128,6 +130,7 @@ class SubgoalVerdict(PlanVerdict):
     """
 
     category: SubgoalCategory | None = None
+    goals_elsewhere: bool = False
     errors: tuple[FaultKind, ...] = ()
     offences: tuple[str, ...] = ()
     search: str | None = None
