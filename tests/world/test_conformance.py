@@ -7,17 +7,19 @@ import pytest
 from eai.benchmarks.reference import virtualhome_domain
 from eai.benchmarks.virtualhome import domain as virtualhome
 from eai.benchmarks.virtualhome.tasks import VirtualHomeTasks
-from eai.logic.formula import Atom, Variable
+from eai.logic.formula import TRUE, Atom, Formula, Variable
 from eai.world.conformance import check
 from eai.world.derived import Defined
 from eai.world.domain import Domain
-from eai.world.effect import Add
+from eai.world.effect import ANYTHING, Add, Delete, Effect, ForEach, When
 from eai.world.fault import FaultKind
-from eai.world.operator import Check, Operator, missing
+from eai.world.frame import AGENT
+from eai.world.operator import Check, Operator, additional, missing
+from eai.world.state import Scene
 from eai.world.vocabulary import Predicate, Vocabulary
 from world import toy
 
-X = Variable("x")
+X, Y = Variable("x"), Variable("y")
 
 
 def test_the_toy_domain_conforms() -> None:
@@ -29,6 +31,45 @@ def test_the_toy_domain_conforms() -> None:
 )
 def test_virtualhome_conforms(virtualhome_tasks: VirtualHomeTasks, domain: Domain) -> None:
     assert check(domain, [virtualhome_tasks[i].initial for i in ("27_2", "1003_2")], steps=150) == ()
+
+
+def additional_where(condition: Formula, *effects: Effect) -> Domain:
+    needless = additional(~condition, "{x} needs it no more")
+    return toy.DOMAIN.with_operators(Operator("PRESS", (X,), (needless,), effects))
+
+
+HELD, LIT, NOTED = toy.holding(X), toy.lit(X), Predicate("noted", 1, visible=False)
+
+
+@pytest.mark.parametrize(
+    ("domain", "still_to_come"),
+    [
+        (additional_where(LIT, Add(LIT)), None),
+        (additional_where(~LIT, Delete(LIT)), None),
+        (additional_where(TRUE, Add(LIT)), "lit(x)"),
+        (additional_where(TRUE, Delete(toy.at(AGENT, X))), "not at(agent, x)"),
+        (additional_where(TRUE, When(LIT, (Add(HELD),), (Add(LIT),))), "holding(x) or lit(x)"),
+        (additional_where(HELD | LIT, When(LIT, (Add(HELD),), (Add(LIT),))), None),
+        (additional_where(TRUE, When(~LIT, (Add(LIT),))), None),
+        (additional_where(TRUE, ForEach(Y, toy.at(Y, X), (Add(toy.lit(Y)),))), None),
+        (additional_where(TRUE, Delete(toy.at(X, ANYTHING))), None),
+        (additional_where(TRUE, Delete(LIT), Add(LIT)), "lit(x)"),
+        (additional_where(TRUE, Add(LIT), When(TRUE, (Delete(LIT),))), None),
+    ],
+)
+def test_a_step_is_additional_only_if_its_intended_effect_is_there(
+    domain: Domain, still_to_come: str | None
+) -> None:
+    found = {str(defect) for defect in check(domain, [toy.initial()])}
+    expected = f"PRESS: an additional step that would bring about {still_to_come}"
+    assert found == (set() if still_to_come is None else {expected})
+
+
+def test_what_cannot_be_seen_is_no_intended_effect() -> None:
+    vocabulary = Vocabulary((*toy.VOCABULARY.predicates, NOTED), toy.VOCABULARY.derived)
+    press = Operator("PRESS", (X,), (additional(~TRUE, "never"),), (Add(NOTED(X)),))
+    state = Scene(vocabulary, toy.initial().scene.objects, agent=0).state([])
+    assert check(Domain("toy", vocabulary, (press,)), [state]) == ()
 
 
 def defined_as(name: str, other: str) -> Defined:

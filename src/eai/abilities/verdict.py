@@ -121,6 +121,8 @@ class SubgoalVerdict(PlanVerdict):
 
     Attributes:
         category: the outcome.
+        goals_elsewhere: whether the goals are those of another way to carry the subgoals out than the
+            reported one, which reaches fewer.
         errors: the kinds of all errors of the reported way to carry them out, in order.
         offences: what is wrong with names, each kind once.
         search: why the search for a way ended, or None if there was none.
@@ -128,6 +130,7 @@ class SubgoalVerdict(PlanVerdict):
     """
 
     category: SubgoalCategory | None = None
+    goals_elsewhere: bool = False
     errors: tuple[FaultKind, ...] = ()
     offences: tuple[str, ...] = ()
     search: str | None = None
@@ -139,8 +142,9 @@ class GoalVerdict(Verdict):
     """What scoring says of an interpretation of goals.
 
     Attributes:
-        counts: goals found, invented and missed, by kind; ``all`` where there are goals of no kind.
-        predicted: how many goals the answer states.
+        counts: goals found, invented and missed, by kind, and ``all`` together. What is ill-formed or names
+            what does not exist is not among those invented (the reference counts a part of it).
+        predicted: how many goals the answer states, those included that are not counted.
         ill_formed: how many of them lack a part.
         hallucinated: for each goal that names what does not exist, the first such name.
         unknown_predicates: the predicates that there are not.

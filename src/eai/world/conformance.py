@@ -7,7 +7,11 @@ Run it over a domain of your own with a few of its initial states::
         print(defect)
 
 It looks at the declaration first; if that is sound, it takes random walks from the states and watches the
-laws of execution.
+laws of execution. One of them is the paper's: a step is additional only if its intended effect is already
+there (appendix, "Action Sequencing: Trajectory Error Detection"). The intended effect is what the operator
+does in any case and can be seen: its own additions and deletions. What it does besides, for each object that
+happens to be there or only under a condition, is no reason to do it again: who sits on a sofa already does
+not sit down because he has turned away from what it faces.
 """
 
 from __future__ import annotations
@@ -18,14 +22,17 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 from eai.errors import DomainError
-from eai.logic.formula import Variable
+from eai.logic.formula import And, Atom, Formula, Not, Or, Variable
+from eai.logic.ltl_printer import print_ltl
 from eai.world.condition import Conditions
 from eai.world.domain import Domain
+from eai.world.effect import ANYTHING, Add, Delete, Effect, When
 from eai.world.execution import Action, Fault, attempt, describe
 from eai.world.fault import FaultKind
 from eai.world.frame import Frame
 from eai.world.operator import Operator
 from eai.world.state import State, change
+from eai.world.vocabulary import Vocabulary
 
 _CHECKED_FAULTS = (
     FaultKind.AFFORDANCE,
@@ -134,6 +141,38 @@ def _fault(domain: Domain, states: Sequence[State], action: Action, fault: Fault
         yield Defect(action.operator, "a wrong order comes without the earlier state, or the other way round")
     if fault.earlier is not None and not 0 <= fault.earlier < len(states):
         yield Defect(action.operator, "the history rule points outside the trajectory")
+    if fault.kind is FaultKind.ADDITIONAL_STEP:
+        yield from _needed(domain, states[-1], action)
+
+
+def _needed(domain: Domain, before: State, action: Action) -> Iterator[Defect]:
+    """What an action that counts as an additional step would still bring about."""
+    compiled = domain.compiled[action.operator]
+    names = [parameter.name for parameter in compiled.operator.parameters]
+    arguments = dict(zip(names, action.arguments, strict=True))
+    after = compiled.apply(before, compiled.bind(before, action.arguments))
+    for effect in _intended(compiled.operator.effects, domain.vocabulary):
+        if domain.holds(effect, after, arguments) and not domain.holds(effect, before, arguments):
+            yield Defect(action.operator, f"an additional step that would bring about {print_ltl(effect)}")
+
+
+def _intended(effects: Iterable[Effect], vocabulary: Vocabulary) -> Iterator[Formula]:
+    """What effects bring about in any case and can be seen: of two alternatives, one or the other."""
+
+    def can_be_seen(atom: Atom) -> bool:
+        predicate = vocabulary.stored(atom.predicate)
+        return predicate is not None and predicate.visible
+
+    for effect in effects:
+        match effect:
+            case Add(atom) if can_be_seen(atom):
+                yield atom
+            case Delete(atom) if can_be_seen(atom) and ANYTHING not in atom.arguments:
+                yield Not(atom)
+            case When(_, then, otherwise):
+                yield Or(tuple(And(tuple(_intended(each, vocabulary))) for each in (then, otherwise)))
+            case _:
+                pass
 
 
 def _random_action(operators: Sequence[Operator], state: State, rng: random.Random) -> Action:

@@ -9,6 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from abilities.goal_interpretation.lamps import DOMAIN, OBJECTS, atom, make_task
+from eai.abilities.declaration import AnswerOutcome
+from eai.abilities.goal_interpretation.declaration import GOAL_INTERPRETATION
 from eai.abilities.goal_interpretation.gold import write_goals
 from eai.abilities.goal_interpretation.notation import JsonGoals
 from eai.abilities.goal_interpretation.scorer import GoalInterpretation
@@ -68,16 +70,18 @@ def counts(text: str, scorer: GoalInterpretation = SCORER) -> tuple[object, ...]
         ),
         # Either action will do.
         (answer(actions=["OPEN"]), ((0, 0, 3), (0, 0, 1), (1, 0, 0))),
-        (answer(actions=["OPEN", "PRESS", "FLY"]), ((0, 0, 3), (0, 0, 1), (1, 2, 0))),
+        (answer(actions=["OPEN", "PRESS", "FLY"]), ((0, 0, 3), (0, 0, 1), (1, 1, 0))),
         (answer(actions=[["OPEN", "box_0"]]), ((0, 0, 3), (0, 0, 1), (0, 1, 1))),
         # Said again.
         (answer([*LAMPS, *LAMPS, ["open", "box_1"], ["open", "box_1"]]), ((2, 1, 1), (0, 0, 1), (0, 0, 1))),
-        # What does not exist, and what is ill-formed.
-        (answer([["lit", "sun"], ["shiny", "box_0"], ["open"]]), ((0, 3, 3), (0, 0, 1), (0, 0, 1))),
-        (answer(relations=[["beats", "box_0", "box_1"], 7]), ((0, 0, 3), (0, 2, 1), (0, 0, 1))),
+        # What does not exist, and what is ill-formed, is neither right nor wrong.
+        (answer([["lit", "sun"], ["shiny", "box_0"], ["open"]]), ((0, 0, 3), (0, 0, 1), (0, 0, 1))),
+        (answer([*LAMPS, SHUT, ["lit", "sun"], ["lit", "sun"]]), ((3, 0, 0), (0, 0, 1), (0, 0, 1))),
+        (answer(relations=[["beats", "box_0", "box_1"], 7]), ((0, 0, 3), (0, 0, 1), (0, 0, 1))),
+        (answer([["lit", "lamp_0", "lamp_1"]]), ((0, 0, 3), (0, 0, 1), (0, 0, 1))),
         # Kinds go by the predicate, not by the section.
         (answer(relations=LAMPS), ((2, 0, 1), (0, 0, 1), (0, 0, 1))),
-        (answer([["inside", "ball_0"]]), ((0, 0, 3), (0, 1, 1), (0, 0, 1))),
+        (answer([["inside", "ball_0", "box_0"]]), ((0, 0, 3), (1, 0, 0), (0, 0, 1))),
         ("Light all lamps.", ((0, 0, 3), (0, 0, 1), (0, 0, 1))),
     ],
 )
@@ -93,6 +97,16 @@ def test_what_is_wrong_with_goals_is_told() -> None:
     assert verdict.unknown_predicates == ("shiny",)
 
 
+def test_what_is_left_out_has_a_rate_of_its_own_and_spoils_a_success() -> None:
+    whole = answer([*LAMPS, SHUT], [["inside", "ball_0", "box_1"]], ["OPEN"])
+    with_sun = answer([*LAMPS, SHUT, ["lit", "sun"], ["lit"]], [["inside", "ball_0", "box_1"]], ["OPEN"])
+    shares = GOAL_INTERPRETATION.contributions(judge(with_sun))
+    assert shares["overall.f1"] == GOAL_INTERPRETATION.contributions(judge(whole))["overall.f1"] == (10, 10)
+    assert (shares["hallucination"], shares["ill_formed"]) == ((1, 7), (1, 7))
+    assert GOAL_INTERPRETATION.outcome(judge(whole)) is AnswerOutcome.SUCCESS
+    assert GOAL_INTERPRETATION.outcome(judge(with_sun)) is AnswerOutcome.PARTLY_RIGHT
+
+
 def test_what_is_fixed_or_hidden_is_no_goal() -> None:
     verdict = judge(answer([["heavy", "box_0"], ["memory", "box_0"], ["together", "box_0", "ball_0"]]))
     assert verdict.unknown_predicates == ("heavy", "memory")
@@ -106,16 +120,16 @@ def test_what_cannot_be_read_is_a_parsing_error() -> None:
 
 
 def test_an_explanation_tells_what_is_wrong_and_which_goals_are_met() -> None:
-    text = f"Sure! {answer([*LAMPS, ['lit', 'sun'], ['open']], actions=['OPEN'])}"
+    text = f"Sure! {answer([*LAMPS, ['lit', 'sun'], ['open', 'box_0'], ['open']], actions=['OPEN'])}"
     explanation = SCORER.explain(text)
     assert explanation.notes == (
         "read with repair: prose",
-        "ill-formed: 1 of the node goals",
-        "hallucination: there is no sun",
-        "state goals: 2 right, 2 wrong",
+        "left out as ill-formed: 1 of the node goals",
+        "left out as hallucination: lit(sun), there is no sun",
+        "state goals: 2 right, 1 wrong",
         "relation goals: 0 right, 0 wrong",
         "action goals: 1 right, 0 wrong",
-        "wrong: lit(sun)",
+        "wrong: open(box_0)",
     )
     assert [(goal.kind, goal.satisfied) for goal in explanation.goals] == [
         ("state", True),
@@ -195,10 +209,11 @@ WORDS = st.sampled_from(["lit", "open", "inside", "not", "PRESS", "sun", *OBJECT
 
 
 @given(st.text(max_size=40) | st.lists(WORDS | st.lists(WORDS | st.lists(WORDS))).map(answer))
-def test_what_is_right_and_wrong_is_what_is_predicted(text: str) -> None:
+def test_all_that_is_predicted_is_right_or_wrong_or_left_out(text: str) -> None:
     verdict = judge(text)
     assert verdict.counts is not None
     everything = verdict.counts["all"]
     assert isinstance(everything, Confusion)
-    assert everything.true_positives + everything.false_positives == verdict.predicted
+    left_out = verdict.ill_formed + len(verdict.hallucinated)
+    assert everything.true_positives + everything.false_positives + left_out == verdict.predicted
     SCORER.explain(text)

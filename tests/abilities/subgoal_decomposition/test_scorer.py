@@ -162,3 +162,28 @@ def test_plans_of_the_planner_are_subgoals() -> None:
     subgoals = notation.write(task, plan)
     assert len(subgoals) == len(plan) > 4
     assert told(SubgoalDecomposition(task, toy.DOMAIN).score(notation.join(subgoals))) == "correct"
+
+
+@pytest.mark.parametrize(
+    ("alternatives", "lit", "elsewhere"),
+    [
+        # The reported way is the longer one, which meets no goal.
+        (["at(blue, hall) or lit(lamp)"], 1, True),
+        # A way that fails counts as far as it goes; what is reported is the one that is carried out.
+        (["at(blue, hall) or (lit(lamp) then DROP(red))"], 1, True),
+        # The reported way is as good as any.
+        (["at(blue, hall) or holding(blue)"], 0, False),
+        (["lit(lamp) or PRESS(red)"], 1, False),
+    ],
+)
+def test_goals_are_those_of_the_way_that_reaches_most(
+    alternatives: list[str], lit: int, elsewhere: bool
+) -> None:
+    verdict = SCORER.score(answer(*alternatives))
+    assert isinstance(verdict, SubgoalVerdict)
+    assert told(verdict) == "goal_unreachable"
+    assert verdict.goals is not None
+    assert (verdict.goals.state, verdict.goals_elsewhere) == (Tally(lit, 1), elsewhere)
+    explanation = SCORER.explain(answer(*alternatives))
+    assert [goal.satisfied for goal in explanation.goals] == [*verdict.goals_satisfied]
+    assert any("another way" in note for note in explanation.notes) is elsewhere

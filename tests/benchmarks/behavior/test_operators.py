@@ -43,7 +43,7 @@ def has(state: State, fact: str) -> bool:
         (["RIGHT_GRASP room_floor_kitchen_0"], "affordance", "affordance"),
         (["RIGHT_GRASP car_1"], "affordance", "affordance"),
         (["RIGHT_GRASP rag_1", "RIGHT_GRASP rag_1"], "additional_step", "additional_step"),
-        (["RIGHT_GRASP rag_1", "LEFT_GRASP rag_1"], "additional_step", "additional_step"),
+        (["RIGHT_GRASP rag_1", "LEFT_GRASP rag_1"], "wrong_order", "additional_step"),
         (["RIGHT_GRASP rag_1", "RIGHT_GRASP plate_1"], "wrong_order", "wrong_order"),
         (["RIGHT_GRASP peach_1"], "missing_step", "missing_step"),
         (["OPEN fridge_1", "CLOSE fridge_1", "RIGHT_GRASP peach_1"], "wrong_order", "wrong_order"),

@@ -17,6 +17,8 @@ AT_FRIDGE = ("NEXT_TO character.65 fridge.10",)
 AT_TABLE = ("NEXT_TO character.65 table.12",)
 AT_BED = ("NEXT_TO character.65 bed.20",)
 AT_TV = ("NEXT_TO character.65 television.22",)
+RUNNING = ("-OFF fridge.10", "ON fridge.10")
+GRABBED = ("TAKEN_FROM_TOP_OF bread.14 table.12",)
 HANDS_FULL = ("HOLDS_RH character.65 cup.13", "HOLDS_LH character.65 knife.15")
 A, D, M, W, U = (
     FaultKind.AFFORDANCE,
@@ -52,26 +54,26 @@ def after(domain: Domain, facts: tuple[str, ...], action: str) -> tuple[set[str]
         ((), "GRAB cup.13", M),
         (AT_FRIDGE, "GRAB milk.11", M),
         ((*AT_TABLE, *HANDS_FULL), "GRAB bread.14", M),
-        ((*AT_TABLE, "TAKEN_FROM_TOP_OF bread.14 table.12"), "GRAB bread.14", D),
+        ((*AT_TABLE, "HOLDS_LH character.65 bread.14", *GRABBED), "GRAB bread.14", D),
         ((), "SIT bed.20", M),
-        ((*AT_BED, "SITTING character.65"), "SIT bed.20", D),
+        ((*AT_BED, "SITTING character.65", "ONTOP character.65 bed.20"), "SIT bed.20", D),
         ((*AT_BED, "NEXT_TO character.65 book.16"), "SIT book.16", A),
         (("NEXT_TO character.65 chair.21", "ONTOP cup.13 chair.21"), "SIT chair.21", M),
-        ((*AT_BED, "LYING character.65"), "LIE bed.20", D),
+        ((*AT_BED, "LYING character.65", "ONTOP character.65 bed.20"), "LIE bed.20", D),
         (AT_TABLE, "LIE table.12", A),
         ((), "STANDUP", D),
         ((), "SLEEP", M),
         (AT_TABLE, "OPEN table.12", A),
         ((), "OPEN fridge.10", M),
         ((*AT_FRIDGE, "-CLOSED fridge.10", "OPEN fridge.10"), "OPEN fridge.10", D),
-        ((*AT_FRIDGE, "-OFF fridge.10", "ON fridge.10"), "OPEN fridge.10", D),
+        ((*AT_FRIDGE, *RUNNING, "-CLOSED fridge.10", "OPEN fridge.10"), "OPEN fridge.10", D),
         ((*AT_FRIDGE, *HANDS_FULL), "OPEN fridge.10", M),
         (AT_FRIDGE, "CLOSE fridge.10", D),
         (AT_TABLE, "PUTBACK cup.13 table.12", M),
         (("HOLDS_RH character.65 cup.13",), "PUTBACK cup.13 table.12", M),
         ((), "SWITCHON table.12", A),
         ((), "SWITCHON fridge.10", M),
-        ((*AT_FRIDGE, "-OFF fridge.10", "ON fridge.10"), "SWITCHON fridge.10", D),
+        ((*AT_FRIDGE, *RUNNING), "SWITCHON fridge.10", D),
         (AT_FRIDGE, "SWITCHOFF fridge.10", D),
         (AT_FRIDGE, "PLUGIN fridge.10", D),
         ((), "PLUGOUT table.12", A),
@@ -207,6 +209,53 @@ def test_quirk_held_objects_stay_behind() -> None:
 def test_quirk_unplugged_is_additional() -> None:
     assert fault_of(STRICT, AT_TV, "SWITCHON television.22") is M
     assert fault_of(REFERENCE, AT_TV, "SWITCHON television.22") is D
+
+
+def test_quirk_running_is_additional() -> None:
+    assert fault_of(STRICT, (*AT_FRIDGE, *RUNNING), "OPEN fridge.10") is M
+    assert fault_of(REFERENCE, (*AT_FRIDGE, *RUNNING), "OPEN fridge.10") is D
+
+
+@pytest.mark.parametrize(
+    ("facts", "action"),
+    [
+        ((*AT_FRIDGE, "-OFF fridge.10"), "SWITCHON fridge.10"),
+        ((*AT_FRIDGE, "-OFF fridge.10"), "SWITCHOFF fridge.10"),
+        ((*AT_FRIDGE, "-CLOSED fridge.10"), "OPEN fridge.10"),
+        ((*AT_FRIDGE, "-CLOSED fridge.10"), "CLOSE fridge.10"),
+        ((*AT_FRIDGE, "-PLUGGED_IN fridge.10"), "PLUGIN fridge.10"),
+        ((*AT_FRIDGE, "-PLUGGED_IN fridge.10"), "PLUGOUT fridge.10"),
+    ],
+)
+def test_quirk_no_state_is_additional(facts: tuple[str, ...], action: str) -> None:
+    assert fault_of(STRICT, facts, action) is A
+    assert fault_of(REFERENCE, facts, action) is D
+
+
+def test_quirk_grabbed_once_is_additional() -> None:
+    facts = (*AT_TABLE, *GRABBED)
+    assert fault_of(STRICT, facts, "GRAB bread.14") is None
+    assert fault_of(REFERENCE, facts, "GRAB bread.14") is D
+
+
+def test_what_is_grabbed_anew_goes_back_to_where_it_was_last() -> None:
+    moved = ("NEXT_TO character.65 bread.14", "-ONTOP bread.14 table.12", "ONTOP bread.14 chair.21", *GRABBED)
+    added, removed = after(STRICT, moved, "GRAB bread.14")
+    assert "TAKEN_FROM_TOP_OF bread.14 chair.21" in added
+    assert {*GRABBED} <= removed
+
+
+@pytest.mark.parametrize(
+    ("facts", "action"),
+    [
+        (("SITTING character.65", "ONTOP character.65 chair.21"), "SIT bed.20"),
+        (("SITTING character.65",), "SIT bed.20"),
+        (("LYING character.65",), "LIE bed.20"),
+    ],
+)
+def test_quirk_seated_elsewhere_is_additional(facts: tuple[str, ...], action: str) -> None:
+    assert fault_of(STRICT, (*AT_BED, *facts), action) is M
+    assert fault_of(REFERENCE, (*AT_BED, *facts), action) is D
 
 
 def test_quirk_closed_container_is_affordance() -> None:

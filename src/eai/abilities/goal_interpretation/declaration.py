@@ -32,7 +32,8 @@ def contributions(verdict: GoalVerdict) -> dict[str, Share]:
     """What one answer contributes to each rate.
 
     Besides the paper's columns: ``parsing``, unreadable answers among all; ``ill_formed`` and
-    ``hallucination``, predicted goals that lack a field or name what does not exist, among all predicted.
+    ``hallucination``, predicted goals that lack a part or name what does not exist, among all predicted: the
+    pool from which precision and F1 leave them out.
     """
     counts = verdict.counts or {}
     by_kind = {kind.value: counts.get(kind.value, _NONE) for kind in GoalKind}
@@ -51,7 +52,8 @@ def contributions(verdict: GoalVerdict) -> dict[str, Share]:
 
 def outcome(verdict: GoalVerdict) -> AnswerOutcome:
     """What an interpretation of goals came to."""
-    return error_outcome(verdict) or counts_outcome(add((verdict.counts or {}).values()))
+    flawless = not verdict.ill_formed and not verdict.hallucinated
+    return error_outcome(verdict) or counts_outcome(add((verdict.counts or {}).values()), enough=flawless)
 
 
 GOAL_INTERPRETATION = AbilityDeclaration(

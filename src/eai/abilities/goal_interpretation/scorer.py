@@ -1,16 +1,18 @@
 """Goal interpretation: from an answer's text to counts, for any benchmark.
 
-A goal can be met in several ways, its options; the option that the answer meets best is what the answer is
-compared with. Where several objects share one name, goals are matched up to renaming: said twice, a goal
-matches two that are stated in the same way. What is said more often than of how many objects it can be said
-is mere repetition, and counts nothing. What is ill-formed, or names what does not exist, is wrong. An answer
-that cannot be read misses all goals of its task.
+What is ill-formed, or names what does not exist, is left out first: it is counted apart, and is neither
+right nor wrong (paper, appendix "Goal Interpretation: State Goal, Relation Goal and Action Goal"). The rest
+is compared with the goals of the task. A goal can be met in several ways, its options; the option that the
+answer meets best is what the answer is compared with. Where several objects share one name, goals are
+matched up to renaming: said twice, a goal matches two that are stated in the same way. What is said more
+often than of how many objects it can be said is mere repetition, and counts nothing. An answer that cannot
+be read misses all goals of its task.
 """
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from functools import partial, reduce
 from operator import or_
 from typing import NamedTuple
@@ -35,9 +37,23 @@ ALL = "all"
 class Compared(NamedTuple):
     """How often a goal is stated rightly, and how often wrongly."""
 
-    kind: GoalKind | None
+    kind: GoalKind
     right: int
     wrong: int
+
+
+class Hallucination(NamedTuple):
+    """A goal, and the first name in it that means nothing."""
+
+    goal: WrittenGoal
+    name: str
+
+
+class Stated(NamedTuple):
+    """The well-formed goals of an answer: how often each is stated that can be compared, and the others."""
+
+    known: Counter[WrittenGoal]
+    unknown: tuple[Hallucination, ...]
 
 
 class GoalInterpretation(Scorer):
@@ -66,10 +82,10 @@ class GoalInterpretation(Scorer):
 
     def judge(self, goals: WrittenGoals) -> GoalVerdict:
         """The verdict on the goals of an answer."""
-        said = self._said(goals)
-        faults = self._faults(goals)
+        said, unknown = self._stated(goals)
+        ill_formed = len(self._faults(goals))
         wanted = reduce(or_, self._chosen(said), 0)
-        compared = [Compared(kind, 0, 1) for kind in faults]
+        compared = []
         for goal, times in said.items():
             asked = (self.gold.mask_of.get(goal, 0) & wanted).bit_count()
             if times > 1:
@@ -84,25 +100,29 @@ class GoalInterpretation(Scorer):
         return GoalVerdict(
             counts={**counts, ALL: everything},
             repairs=goals.repairs,
-            predicted=everything.true_positives + everything.false_positives,
-            ill_formed=len(faults),
-            hallucinated=tuple(
-                [name for goal in said if (name := self.lexicon.first_unknown(goal)) is not None]
-            ),
+            predicted=everything.true_positives + everything.false_positives + len(unknown) + ill_formed,
+            ill_formed=ill_formed,
+            hallucinated=tuple([each.name for each in unknown]),
             unknown_predicates=tuple(
                 [goal.predicate for goal in goals.goals if not self.lexicon.has_predicate(goal)]
             ),
         )
 
     def wrong(self, goals: WrittenGoals) -> Iterable[WrittenGoal]:
-        """What an answer states that is no goal of the task, each once."""
-        said = self._said(goals)
+        """What an answer states that could be a goal of the task and is none, each once."""
+        said = self._stated(goals).known
         wanted = {goal for option in self._chosen(said) for goal in self.gold.conditions(option)}
         return [goal for goal in said if goal not in wanted]
 
+    def left_out(self, goals: WrittenGoals) -> Iterable[str]:
+        """What of an answer is neither right nor wrong, and why, in words."""
+        yield from ill_formed_told(self._faults(goals))
+        for goal, name in dict.fromkeys(self._stated(goals).unknown):
+            yield f"left out as hallucination: {goal}, there is no {name}"
+
     def reports(self, goals: WrittenGoals) -> tuple[GoalReport, ...]:
         """For each goal of the task whether an answer has it; a condition uses up one statement of it."""
-        left = self._said(goals)
+        left = self._stated(goals).known
         options = self._chosen(left)
         met = 0
         for number in bits(reduce(or_, options, 0)):
@@ -123,11 +143,7 @@ class GoalInterpretation(Scorer):
         return Explanation(
             notes=(
                 *repairs_told(goals.repairs),
-                *(
-                    f"ill-formed: {number} of {'no kind' if kind is None else 'the ' + SECTIONS[kind]}"
-                    for kind, number in Counter(self._faults(goals)).items()
-                ),
-                *(f"hallucination: there is no {name}" for name in dict.fromkeys(verdict.hallucinated)),
+                *self.left_out(goals),
                 *(
                     f"{kind} goals: {count.true_positives} right, {count.false_positives} wrong"
                     for kind, count in (verdict.counts or {}).items()
@@ -138,10 +154,17 @@ class GoalInterpretation(Scorer):
             goals=self.reports(goals),
         )
 
-    def _said(self, goals: WrittenGoals) -> Counter[WrittenGoal]:
-        """How often each well-formed goal is stated."""
+    def _stated(self, goals: WrittenGoals) -> Stated:
+        """The well-formed goals of an answer, in canonical form."""
         lexicon = self.lexicon
-        return Counter([lexicon.canonical(goal) for goal in goals.goals if lexicon.is_well_formed(goal)])
+        known = Counter([lexicon.canonical(goal) for goal in goals.goals if lexicon.is_well_formed(goal)])
+        unknown: list[Hallucination] = []
+        for goal in [*known]:
+            name = lexicon.first_unknown(goal)
+            if name is not None:
+                times = min(known.pop(goal), max(1, lexicon.instances(goal)))
+                unknown += [Hallucination(goal, name)] * times
+        return Stated(known, tuple(unknown))
 
     def _faults(self, goals: WrittenGoals) -> list[GoalKind | None]:
         """The kind of every entry that is ill-formed, each entry once; None for one of no kind."""
@@ -156,6 +179,13 @@ class GoalInterpretation(Scorer):
         """Of each goal the option that an answer meets best."""
         mask_of = self.gold.mask_of
         return self.gold.chosen(reduce(or_, [mask_of.get(goal, 0) for goal in said], 0))
+
+
+def ill_formed_told(kinds: Iterable[GoalKind | None]) -> Iterator[str]:
+    """How many entries of each kind are ill-formed, in words."""
+    for kind, number in Counter(kinds).items():
+        section = "no kind" if kind is None else f"the {SECTIONS[kind]}"
+        yield f"left out as ill-formed: {number} of {section}"
 
 
 def _confusion(compared: Sequence[Compared], wanted: int) -> Confusion:

@@ -33,7 +33,8 @@ class SubgoalDecomposition(Scorer):
     Whole answers are tested before anything is executed: whether there are subgoals, then all names. Then
     every way to carry them out is tried (`search`). An answer succeeds if one way reaches the goal: the parts
     of the task's temporal goal, or else its action goals, are met in order, and all goals about states hold
-    at the end. One that is not carried out reaches no goal.
+    at the end. Errors are those of one way, the one reported; the goals are those of the way that reaches
+    most. One that is not carried out reaches no goal.
 
     Args:
         task: the task.
@@ -104,8 +105,8 @@ class SubgoalDecomposition(Scorer):
         return unparseable(outcome.reason) if outcome.end is SearchEnd.HALTED else outcome
 
     def _judge(self, compiled: Compiled, outcome: Outcome) -> SubgoalVerdict:
-        branch = outcome.reported
-        reached = self._reached(branch)
+        branch, best = outcome.reported, self._with_most_goals(outcome)
+        reached = self._reached(best)
         kinds = tuple([fault.kind for fault in branch.faults])
         return SubgoalVerdict(
             executable=outcome.executable,
@@ -116,6 +117,7 @@ class SubgoalDecomposition(Scorer):
             goals=self.goals.tallies(reached),
             repairs=compiled.repairs,
             goals_satisfied=reached,
+            goals_elsewhere=best is not branch,
             errors=kinds,
             search=outcome.end.value,
             attempts=outcome.attempts,
@@ -140,6 +142,15 @@ class SubgoalDecomposition(Scorer):
             offences=tuple(dict.fromkeys([offence.kind.value for offence in rejected.offences])),
         )
 
+    def _with_most_goals(self, outcome: Outcome) -> Branch:
+        """Of the ways to carry out the subgoals the one in which most goals are reached.
+
+        It is the reported one if none reaches more. The paper takes the maximum over all sequences of actions
+        (section "Ability Module 2: Subgoal Decomposition"), and goals count where a sequence of actions
+        stops: so a way that fails counts as far as it goes.
+        """
+        return max((outcome.reported, *outcome.ended), key=lambda branch: sum(self._reached(branch)))
+
     def _reached(self, branch: Branch) -> tuple[bool, ...]:
         """For each goal, in order, whether a branch reaches it."""
         return self.goals.reached(branch.states[-1], executed(branch))
@@ -149,7 +160,7 @@ class SubgoalDecomposition(Scorer):
         return self.goals.none_reached
 
     def _explain(self, compiled: Compiled, outcome: Outcome) -> Explanation:
-        branch = outcome.reported
+        branch, best = outcome.reported, self._with_most_goals(outcome)
         notes = [category_of(outcome).value, *repairs_told(compiled.repairs)]
         notes += [f"subgoal {i + 1}: {print_ltl(f)}" for i, f in enumerate(compiled.subgoals)]
         if outcome.end is not SearchEnd.COMPLETE:
@@ -157,10 +168,12 @@ class SubgoalDecomposition(Scorer):
         error = error_of(branch, self.domain, self.task.scene)
         if error is not None and error.step is not None:
             notes.append(f"subgoal {error.step + 1} fails: {error.kind.value}, {error.detail}")
+        if best is not branch:
+            notes.append("the goals are those of another way to carry out the subgoals, which reaches more")
         return Explanation(
             tuple(notes),
             step_reports(self.task, self.domain, branch.trajectory),
-            goal_reports(self.task.goals, self._reached(branch)),
+            goal_reports(self.task.goals, self._reached(best)),
             part_reports(self.temporal_goal, branch.trajectory),
         )
 

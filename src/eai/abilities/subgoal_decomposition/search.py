@@ -83,6 +83,7 @@ class Outcome:
         executable: some branch carries out all subgoals.
         end: why the search ended; if not for being complete, ``reported`` is the best of what was seen.
         attempts: the number of actions that were tried.
+        ended: all branches that were carried out or failed, in the order found.
         reason: what halted the search.
     """
 
@@ -91,6 +92,7 @@ class Outcome:
     executable: bool
     end: SearchEnd
     attempts: int
+    ended: tuple[Branch, ...] = ()
     reason: str = ""
 
 
@@ -138,6 +140,7 @@ class _Search:
         self._successful = BestBranch(longer=False)
         self._executable = BestBranch(longer=True)
         self._failed = BestBranch(longer=True)
+        self._ended: list[Branch] = []
 
     def run(self, start: Branch) -> Outcome:
         """Explore all branches."""
@@ -158,6 +161,7 @@ class _Search:
             executable=self._successful.branch is not None or self._executable.branch is not None,
             end=self._end,
             attempts=self._attempts,
+            ended=tuple(self._ended),
             reason=self._reason,
         )
 
@@ -174,7 +178,7 @@ class _Search:
                 self._halt(reason)
             case End():
                 reached = self._goal.reached(branch.met, branch.states[-1])
-                (self._successful if reached else self._executable).offer(branch)
+                self._finish(branch, self._successful if reached else self._executable)
             case _:
                 assert_never(instruction)
 
@@ -189,7 +193,7 @@ class _Search:
             if after.failure is None:
                 self._waiting[instruction.then].append(after)
             else:
-                self._failed.offer(after)
+                self._finish(after, self._failed)
 
     def _follow(self, branch: Branch, plan: Plan, subgoal: int) -> Branch:
         """The branch after a plan, or after the first step of it that fails."""
@@ -217,9 +221,14 @@ class _Search:
             return
         held = [i for i, state in enumerate(branch.states) if holds(state)]
         fault = Fault(FaultKind.WRONG_ORDER, check, held[-1]) if held else Fault(check.fault, check)
-        self._failed.offer(
-            Branch(branch.states, branch.steps, branch.errors + 1, branch.met, instruction.subgoal, fault)
-        )
+        errors = branch.errors + 1
+        failed = Branch(branch.states, branch.steps, errors, branch.met, instruction.subgoal, fault)
+        self._finish(failed, self._failed)
+
+    def _finish(self, branch: Branch, among: BestBranch) -> None:
+        """A branch has come to its end, and may be the best of its kind."""
+        self._ended.append(branch)
+        among.offer(branch)
 
     def _halt(self, reason: str) -> None:
         self._end, self._reason = SearchEnd.HALTED, reason

@@ -43,6 +43,11 @@ HANDS = (
 A_HAND_FREE = missing(~p.hands_full(), "both hands are full")
 
 
+def in_one_hand(hand: Hand) -> Check:
+    """The object is not in the other hand, which would have to let it go first."""
+    return missing(~hand.other(X), "{x} is in the other hand already")
+
+
 def cut_off(thing: Variable) -> Check:
     """The object is no part of a whole that is still whole."""
     condition = Implies(p.part(thing), p.is_sliced(thing))
@@ -100,7 +105,7 @@ def grasp(hand: Hand) -> Operator:
         affordance(~p.floor(X), "{x} is a floor"),
         affordance(~p.ungraspable(X), "{x} is too big to grasp"),
         additional(~hand.holds(X), "{x} is in that hand already"),
-        additional(~hand.other(X), "{x} is in the other hand already"),
+        in_one_hand(hand),
         missing(hand.empty, "that hand is full"),
         *interactable(X),
     )

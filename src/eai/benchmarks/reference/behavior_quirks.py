@@ -49,6 +49,15 @@ def _navigation_aborts(domain: Domain) -> Domain:
     )
 
 
+def _other_hand_is_additional(operator: Operator) -> Operator:
+    strict = [o.in_one_hand(hand) for hand in o.HANDS]
+
+    def check(each: Check) -> Check:
+        return replace(each, fault=FaultKind.ADDITIONAL_STEP) if each in strict else each
+
+    return replace(operator, checks=tuple(map(check, operator.checks)))
+
+
 def _never_a_wrong_order(operator: Operator) -> Operator:
     if not any(word in operator.name for word in ("PLACE", "TRANSFER", "CLEAN")):
         return operator
@@ -126,6 +135,12 @@ def _freezes_anywhere(operator: Operator) -> Operator:
 
 
 QUIRKS: tuple[Quirk, ...] = (
+    Quirk(
+        "other_hand_is_additional",
+        "evolving_graph.py grasp",
+        "grasping what the other hand holds is an additional step, not a missing one",
+        _each(_other_hand_is_additional),
+    ),
     Quirk(
         "navigation_aborts",
         "eval_evolving_graph_env.py EvalGraphEnv",

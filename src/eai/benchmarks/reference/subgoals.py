@@ -9,6 +9,7 @@ from collections import Counter
 from dataclasses import replace
 
 import eai.logic.formula as f
+from eai.abilities.subgoal_decomposition.branch import Branch
 from eai.abilities.subgoal_decomposition.compiled import Compiled, Rejected, offending, unparseable
 from eai.abilities.subgoal_decomposition.notation import WrittenSubgoals
 from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
@@ -52,6 +53,10 @@ class ReferenceSubgoals(SubgoalDecomposition):
         if verdict.category is SubgoalCategory.GOAL_UNREACHABLE:
             entries.clear()
         return _counting(verdict, tuple(entries.items()))
+
+    def _with_most_goals(self, outcome: Outcome) -> Branch:
+        """The reported branch, whatever others reach."""
+        return outcome.reported
 
     def _rejection(self, rejected: Rejected) -> SubgoalVerdict:
         return _counting(super()._rejection(rejected), ())

@@ -8,7 +8,7 @@ from dataclasses import replace
 from typing import Any
 
 from eai.abilities.explanation import GoalReport
-from eai.abilities.goal_interpretation.scorer import ALL, GoalInterpretation
+from eai.abilities.goal_interpretation.scorer import ALL, GoalInterpretation, ill_formed_told
 from eai.abilities.goal_interpretation.written import (
     SECTIONS,
     IllFormed,
@@ -109,6 +109,12 @@ class ByLargestId(GoalInterpretation):
         """The predictions whose names are known and that are equal to no goal."""
         named = self._named(goals)
         return [goal for goal in named if isinstance(goal, WrittenGoal) and goal not in self._needed]
+
+    def left_out(self, goals: WrittenGoals) -> Iterable[str]:
+        """Entries that lack a field, and goals with an unknown name."""
+        yield from ill_formed_told([entry.kind for entry in goals.ill_formed])
+        for name in dict.fromkeys(name for name in self._named(goals) if isinstance(name, str)):
+            yield f"left out as hallucination: there is no {name}"
 
     def reports(self, goals: WrittenGoals) -> tuple[GoalReport, ...]:
         """Each goal is met by any prediction that is equal to it."""

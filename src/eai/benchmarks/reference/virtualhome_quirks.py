@@ -19,7 +19,7 @@ from eai.world.domain import Domain
 from eai.world.effect import Let
 from eai.world.fault import FaultKind
 from eai.world.frame import AGENT
-from eai.world.operator import Check, Operator, affordance
+from eai.world.operator import Check, Operator, additional, affordance
 
 SOUGHT: Mapping[Formula, tuple[Formula, ...]] = {
     p.near(X): (p.next_to(AGENT, X),),
@@ -57,6 +57,16 @@ def _seek_what_the_reference_seeks(operator: Operator, check: Check) -> Check:
 def _unplugged_is_additional(operator: Operator, check: Check) -> Check:
     unplugged = operator.name == "SWITCHON" and check.condition == ~p.plugged_out(X)
     return replace(check, fault=FaultKind.ADDITIONAL_STEP) if unplugged else check
+
+
+def _instead(checks: Mapping[Check, Check | None]) -> Callable[[Domain], Domain]:
+    """A change of the domain that puts other checks in the place of some, or none (None)."""
+
+    def changed(operator: Operator) -> Operator:
+        kept = (checks.get(check, check) for check in operator.checks)
+        return replace(operator, checks=tuple(check for check in kept if check is not None))
+
+    return lambda domain: domain.with_operators(*map(changed, domain.operators))
 
 
 def _closed_is_affordance(operator: Operator, check: Check) -> Check:
@@ -117,6 +127,37 @@ QUIRKS: tuple[Quirk, ...] = (
         "execution.py SwitchExecutor",
         "switching on an unplugged device is an additional step, not a missing one",
         _change_checks(_unplugged_is_additional),
+    ),
+    Quirk(
+        "running_is_additional",
+        "execution.py OpenExecutor",
+        "opening a device that is switched on is an additional step, not a missing one",
+        _instead({o.NOT_RUNNING: replace(o.NOT_RUNNING, fault=FaultKind.ADDITIONAL_STEP)}),
+    ),
+    Quirk(
+        "no_state_is_additional",
+        "execution.py OpenExecutor, SwitchExecutor, PlugExecutor",
+        "changing a state that the object does not have is an additional step, not an affordance error",
+        _instead(dict.fromkeys((o.OPEN_OR_CLOSED, o.ON_OR_OFF, o.PLUGGED_IN_OR_OUT))),
+    ),
+    Quirk(
+        "grabbed_once_is_additional",
+        "execution.py GrabExecutor",
+        "grabbing what has been grabbed and is in no hand any more is an additional step",
+        _instead({o.NOT_HELD: additional(~p.taken(X), "{x} has been grabbed already")}),
+    ),
+    Quirk(
+        "seated_elsewhere_is_additional",
+        "execution.py SitExecutor, LieExecutor",
+        "sitting or lying down somewhere else is an additional step",
+        _instead(
+            {
+                o.NOT_SEATED: additional(~p.sitting(AGENT), "the character sits already"),
+                o.NOT_SEATED_ELSEWHERE: None,
+                o.NOT_IN_BED: additional(~p.lying(AGENT), "the character lies already"),
+                o.NOT_IN_BED_ELSEWHERE: None,
+            }
+        ),
     ),
     Quirk(
         "closed_container_is_affordance",

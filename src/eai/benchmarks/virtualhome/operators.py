@@ -45,6 +45,19 @@ SOMEWHERE = affordance(p.somewhere(X), "{x} is in no room, so there is no way to
 OPENABLE = affordance(p.can_open(X) | is_a(X, "desk", "window"), "{x} cannot be opened or closed")
 IS_CLOTHES = affordance(p.clothes(X), "{x} is not clothes")
 
+# Checks for which the reference has others, or none.
+OPEN_OR_CLOSED = affordance(p.open_(X) | p.closed(X), "{x} is neither open nor closed: it has no such state")
+ON_OR_OFF = affordance(p.on(X) | p.off(X), "{x} is neither on nor off: it has no such state")
+PLUGGED_IN_OR_OUT = affordance(
+    p.plugged_in(X) | p.plugged_out(X), "{x} is neither plugged in nor out: it has no such state"
+)
+NOT_RUNNING = missing(~p.on(X), "{x} is switched on")
+NOT_HELD = additional(~p.held(X), "{x} is in a hand already")
+NOT_SEATED = additional(~(p.sitting(AGENT) & p.ontop(AGENT, X)), "the character sits on {x} already")
+NOT_IN_BED = additional(~(p.lying(AGENT) & p.ontop(AGENT, X)), "the character lies on {x} already")
+NOT_SEATED_ELSEWHERE = missing(~p.sitting(AGENT), "the character sits already, but not on {x}")
+NOT_IN_BED_ELSEWHERE = missing(~p.lying(AGENT), "the character lies already, but not on {x}")
+
 AT_HAND = p.ontop(X, AGENT) | p.body_part(X) | p.near(X)
 """Worn, part of the body, or near: FIND does not walk to such an object."""
 
@@ -142,7 +155,7 @@ def grab() -> Operator:
     """GRAB: the object leaves its place for a free hand, the right one first; its place is remembered."""
     checks = (
         affordance(p.grabbable(X) | is_a(X, "water", "child"), "{x} cannot be grabbed"),
-        additional(~p.taken(X), "{x} has been grabbed already"),
+        NOT_HELD,
         NEAR,
         REACHABLE,
         HAND_FREE,
@@ -156,6 +169,7 @@ def grab() -> Operator:
         *both_ways(Add, p.next_to(AGENT, X)),
         When(p.right_hand_free(), (Add(p.holds_rh(AGENT, X)),), (Add(p.holds_lh(AGENT, X)),)),
         Let(R, p.room_of(AGENT, R), (Add(p.inside(X, R)),)),
+        *forget_origin(X),
         *remember,
     )
     return _unary("GRAB", checks, effects)
@@ -187,6 +201,7 @@ def switch_on() -> Operator:
         p.off,
         p.on,
         affordance(p.has_switch(X), "{x} has no switch"),
+        ON_OR_OFF,
         NEAR,
         additional(p.off(X), "{x} is not off"),
     )
@@ -243,7 +258,8 @@ def _posture() -> tuple[Operator, ...]:
             "SIT",
             (
                 NEAR,
-                additional(~p.sitting(AGENT), "the character sits already"),
+                NOT_SEATED,
+                NOT_SEATED_ELSEWHERE,
                 affordance(p.sittable(X), "{x} is nothing to sit on"),
                 missing(~p.seat_full(X), "there is no room left on {x}"),
             ),
@@ -258,7 +274,8 @@ def _posture() -> tuple[Operator, ...]:
             "LIE",
             (
                 NEAR,
-                additional(~p.lying(AGENT), "the character lies already"),
+                NOT_IN_BED,
+                NOT_IN_BED_ELSEWHERE,
                 affordance(p.lieable(X), "{x} is nothing to lie on"),
                 missing(~p.bed_full(X), "there is no room left on {x}"),
             ),
@@ -312,22 +329,34 @@ def _devices() -> tuple[Operator, ...]:
             "OPEN",
             (
                 OPENABLE,
+                OPEN_OR_CLOSED,
                 NEAR,
                 HAND_FREE,
                 additional(p.closed(X), "{x} is not closed"),
-                additional(~p.on(X), "{x} is switched on"),
+                NOT_RUNNING,
             ),
             (Delete(p.closed(X)), Add(p.open_(X))),
         ),
-        set_state("CLOSE", additional(p.open_(X), "{x} is not open"), p.open_, p.closed, OPENABLE, NEAR),
+        set_state(
+            "CLOSE",
+            additional(p.open_(X), "{x} is not open"),
+            p.open_,
+            p.closed,
+            OPENABLE,
+            OPEN_OR_CLOSED,
+            NEAR,
+        ),
         switch_on(),
-        set_state("SWITCHOFF", additional(p.on(X), "{x} is not on"), p.on, p.off, has_switch, NEAR),
+        set_state(
+            "SWITCHOFF", additional(p.on(X), "{x} is not on"), p.on, p.off, has_switch, ON_OR_OFF, NEAR
+        ),
         set_state(
             "PLUGIN",
             additional(p.plugged_out(X), "{x} is not unplugged"),
             p.plugged_out,
             p.plugged_in,
             has_plug,
+            PLUGGED_IN_OR_OUT,
             NEAR,
             HAND_FREE,
         ),
@@ -337,6 +366,7 @@ def _devices() -> tuple[Operator, ...]:
             p.plugged_in,
             p.plugged_out,
             has_plug,
+            PLUGGED_IN_OR_OUT,
             NEAR,
             HAND_FREE,
         ),
