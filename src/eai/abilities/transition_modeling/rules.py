@@ -1,6 +1,6 @@
 """The rules of the paper.
 
-Every operator that is asked for counts: one that is missing or cannot be read misses all its predicates.
+Every operator that is asked for counts: one that is missing or cannot be read misses all its clauses.
 The planner gets the operators that are asked for, as the answer has them, and nothing else: what the answer
 lacks is not filled in, and what was not asked for is left out (and reported). An operator that uses
 undefined names is an input error of the answer, as any current planner has it.
@@ -11,10 +11,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+from eai.abilities.share import add
 from eai.abilities.transition_modeling.extraction import WrittenOperator, extract
 from eai.abilities.transition_modeling.judgement import NOT_RUN, UNREADABLE, Judgement, PlanMemory
 from eai.abilities.transition_modeling.report import OperatorReport, OperatorStatus
 from eai.abilities.transition_modeling.task import TransitionTask
+from eai.abilities.verdict import Confusion
 from eai.pddl.check import Declarations, check_action
 from eai.pddl.matching import OperatorMatch, match_operators, missing_operator
 from eai.pddl.model import PddlAction
@@ -30,9 +32,9 @@ class PaperRules:
     """The rules with what they remember about one domain: equal operators are compared and checked once."""
 
     plans: PlanMemory
-    matched: dict[tuple[PddlAction, str], OperatorMatch] = field(default_factory=dict)
+    matched: dict[tuple[PddlAction | None, str], OperatorMatch] = field(default_factory=dict)
     checked: dict[PddlAction, tuple[PddlFinding, ...]] = field(default_factory=dict)
-    count_others: bool = True
+    counts_clauses: bool = True
 
     @classmethod
     def with_planner(cls, planner: PddlPlanner | None) -> PaperRules:
@@ -42,18 +44,18 @@ class PaperRules:
     def judge(self, task: TransitionTask, text: str) -> Judgement:
         """The judgement on an answer; one without any operator misses all that are asked for."""
         written = extract(text)
-        if written is None:
-            missing = tuple(self._report(task, name, None) for name in task.operators)
-            planning = NOT_RUN if self.plans.planner is None else _NO_OPERATORS
-            return Judgement(missing, planning, error=UNREADABLE)
-        by_name = {operator.name: operator for operator in written.operators}
+        by_name = {} if written is None else {operator.name: operator for operator in written.operators}
         asked = tuple(self._report(task, name, by_name.get(name)) for name in task.operators)
+        literals = self._literals(task, by_name)
+        if written is None:
+            planning = NOT_RUN if self.plans.planner is None else _NO_OPERATORS
+            return Judgement(asked, planning, literals, error=UNREADABLE)
         others = tuple(
             OperatorReport(name, OperatorStatus.HALLUCINATED, offences=self._findings(task, operator))
             for name, operator in by_name.items()
             if name not in task.operators
         )
-        return Judgement((*asked, *others), self._plan(task, by_name, asked), written.repairs)
+        return Judgement((*asked, *others), self._plan(task, by_name, asked), literals, written.repairs)
 
     def plan_one_at_a_time(self, task: TransitionTask, text: str) -> dict[str, PlannerResult]:
         """What comes of each operator that is asked for, among the other gold ones that are asked for.
@@ -72,19 +74,31 @@ class PaperRules:
         return self._solve(task, tuple(each for each in actions if isinstance(each, PddlAction)), findings)
 
     def _report(self, task: TransitionTask, name: str, written: WrittenOperator | None) -> OperatorReport:
-        if written is None or isinstance(written.reading, PddlFinding):
-            match = missing_operator(task.gold[name])
-            status = OperatorStatus.MISSING if written is None else OperatorStatus.UNREADABLE
-        else:
-            match = self._match(task, name, written.reading)
-            status = OperatorStatus.COMPARED
-        findings = () if written is None else self._findings(task, written)
+        match = self._match(task, name, written)
+        if written is None:
+            return OperatorReport(name, OperatorStatus.MISSING, match.precondition, match.effect)
+        readable = isinstance(written.reading, PddlAction)
+        status = OperatorStatus.COMPARED if readable else OperatorStatus.UNREADABLE
+        findings = self._findings(task, written)
         return OperatorReport(name, status, match.precondition, match.effect, findings)
 
-    def _match(self, task: TransitionTask, name: str, action: PddlAction) -> OperatorMatch:
+    def _literals(
+        self, task: TransitionTask, written: Mapping[str, WrittenOperator]
+    ) -> Mapping[str, Confusion]:
+        """The literals of all operators that are asked for, by side."""
+        matches = [self._match(task, name, written.get(name)) for name in task.operators]
+        return {
+            "precondition": add(Confusion(*match.precondition_literals) for match in matches),
+            "effect": add(Confusion(*match.effect_literals) for match in matches),
+        }
+
+    def _match(self, task: TransitionTask, name: str, written: WrittenOperator | None) -> OperatorMatch:
+        action = written.reading if written and isinstance(written.reading, PddlAction) else None
         match = self.matched.get((action, name))
         if match is None:
-            match = self.matched[action, name] = match_operators(action, task.gold[name])
+            gold = task.gold[name]
+            match = missing_operator(gold) if action is None else match_operators(action, gold)
+            self.matched[action, name] = match
         return match
 
     def _findings(self, task: TransitionTask, written: WrittenOperator) -> tuple[PddlFinding, ...]:

@@ -43,6 +43,7 @@ class TransitionModeling(Scorer):
             success=None if outcome is PlannerOutcome.NOT_RUN else outcome is PlannerOutcome.SOLVED,
             error=judgement.error,
             counts=self._counts(judgement.operators),
+            literals=judgement.literals,
             planner=outcome,
             repairs=judgement.repairs,
             task_categories=categories,
@@ -52,12 +53,10 @@ class TransitionModeling(Scorer):
         )
 
     def _counts(self, reports: tuple[OperatorReport, ...]) -> Mapping[str, Mapping[str, Confusion]]:
-        others, categories = self._rules.count_others, self.task.domain.categories
+        categories, clauses = self.task.domain.categories, self._rules.counts_clauses
         return {
-            "precondition": count_by_category(
-                (r.precondition for r in reports), categories, count_others=others
-            ),
-            "effect": count_by_category((r.effect for r in reports), categories, count_others=others),
+            "precondition": count_by_category((r.precondition for r in reports), categories, clauses=clauses),
+            "effect": count_by_category((r.effect for r in reports), categories, clauses=clauses),
         }
 
 

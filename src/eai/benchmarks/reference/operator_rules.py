@@ -34,7 +34,7 @@ class ReferenceRules:
     plans: PlanMemory
     reports: dict[OperatorText, OperatorReport] = field(default_factory=dict)
     read: dict[OperatorText, PddlAction | Dropped | PddlFinding] = field(default_factory=dict)
-    count_others: bool = False
+    counts_clauses: bool = False
 
     @classmethod
     def with_planner(cls, planner: PddlPlanner | None) -> ReferenceRules:
