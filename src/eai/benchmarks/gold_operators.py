@@ -1,31 +1,18 @@
-"""The published gold operators of both households: the tasks of transition modeling, and their rules."""
+"""The published gold operators of both households: the tasks of transition modeling."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from types import MappingProxyType
 
-from eai.abilities.protocol import Protocol
-from eai.abilities.transition_modeling.judgement import Rules
-from eai.abilities.transition_modeling.rules import PaperRules
 from eai.abilities.transition_modeling.task import Category, OperatorLibrary, TransitionTask
 from eai.benchmarks.packs import BEHAVIOR_PDDL, RESOURCES, open_published
 from eai.benchmarks.published_files import PROBLEMS_MEMBER
-from eai.benchmarks.reference.operator_rules import ReferenceRules
 from eai.benchmarks.source import TaskSet
 from eai.data.progress import Report, silent
 from eai.data.store import PackFile, Store
 from eai.pddl.operator_text import OperatorText
-from eai.pddl.planning import PddlPlanner
 from eai.pddl.reader import read_domain
-
-
-def rules_of(protocol: Protocol, planner: PddlPlanner | None) -> Rules:
-    """The rules of a protocol, to be shared by all tasks of a household: they remember what they saw."""
-    if protocol is Protocol.EAI_1_0_5:
-        return ReferenceRules.with_planner(planner)
-    return PaperRules.with_planner(planner)
-
 
 NOTHING_RENAMED: Mapping[str, str] = MappingProxyType({})
 """The names of all operators are those in the data set."""

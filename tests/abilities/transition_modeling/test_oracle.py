@@ -18,7 +18,6 @@ from eai.benchmarks.gold_operators import (
     TransitionTasks,
     open_behavior,
     open_virtualhome,
-    rules_of,
 )
 from eai.benchmarks.source import Source
 from eai.benchmarks.suite import open_suite
@@ -26,6 +25,7 @@ from eai.data.store import Store
 from eai.errors import DataError
 from eai.pddl.matching import SideMatch
 from eai.pddl.planning import PddlPlanner, PlannerChoice, PlannerOutcome
+from operator_rules import rules_of
 from oracle import MODELS, Oracle
 
 

@@ -10,12 +10,12 @@ from eai.abilities.transition_modeling.report import OperatorStatus
 from eai.abilities.transition_modeling.scorer import TransitionModeling
 from eai.abilities.transition_modeling.task import Category, OperatorLibrary, TransitionTask
 from eai.abilities.verdict import ALL, Confusion, OperatorVerdict, Verdict
-from eai.benchmarks.gold_operators import rules_of
 from eai.pddl.operator_text import OperatorText
 from eai.pddl.planner import BuiltInPlanner
 from eai.pddl.planning import PlannerChoice, PlannerOutcome, PlannerResult, PlanningTask
 from eai.pddl.reader import read_domain
 from eai.world.fault import FaultKind
+from operator_rules import rules_of
 
 OPEN = OperatorText("open", "(?o)", "(and (shut ?o) (near ?o))", "(not (shut ?o))")
 LIGHT = OperatorText("light", "(?o)", "(near ?o)", "(lit ?o)")

@@ -79,8 +79,11 @@ class Rules(Protocol):
         """Whether operators are compared clause by clause; else what is compared are predicates."""
         ...
 
-    def plan_one_at_a_time(self, task: TransitionTask, text: str) -> dict[str, PlannerResult]:
-        """For each operator of an answer what comes of it among gold operators: name -> result."""
+    def plan_one_at_a_time(self, task: TransitionTask, text: str) -> dict[str, PlannerResult | None]:
+        """What comes of each operator that is asked for among gold operators: name -> result.
+
+        An operator that the answer does not have has none. Empty for an answer that the rules leave out.
+        """
         ...
 
     def judge(self, task: TransitionTask, text: str) -> Judgement:

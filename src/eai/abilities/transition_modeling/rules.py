@@ -57,21 +57,19 @@ class PaperRules:
         )
         return Judgement((*asked, *others), self._plan(task, by_name, asked), literals, written.repairs)
 
-    def plan_one_at_a_time(self, task: TransitionTask, text: str) -> dict[str, PlannerResult]:
-        """What comes of each operator that is asked for, among the other gold ones that are asked for.
-
-        An operator that the answer does not have, or that cannot be read, is one that the planner has to do
-        without.
-        """
+    def plan_one_at_a_time(self, task: TransitionTask, text: str) -> dict[str, PlannerResult | None]:
+        """What comes of each operator that is asked for, among the other gold ones that are asked for."""
         written = extract(text)
         by_name = {} if written is None else {each.name: each for each in written.operators}
-        return {name: self._plan_with(task, name, by_name.get(name)) for name in task.operators}
+        return {
+            name: self._plan_with(task, name, by_name[name]) if name in by_name else None
+            for name in task.operators
+        }
 
-    def _plan_with(self, task: TransitionTask, name: str, written: WrittenOperator | None) -> PlannerResult:
-        replaced = written.reading if written is not None else None
-        actions = [replaced if other == name else gold for other, gold in task.gold.items()]
-        findings = () if written is None else self._findings(task, written)
-        return self._solve(task, tuple(each for each in actions if isinstance(each, PddlAction)), findings)
+    def _plan_with(self, task: TransitionTask, name: str, written: WrittenOperator) -> PlannerResult:
+        actions = (written.reading if other == name else gold for other, gold in task.gold.items())
+        readable = tuple(each for each in actions if isinstance(each, PddlAction))
+        return self._solve(task, readable, self._findings(task, written))
 
     def _report(self, task: TransitionTask, name: str, written: WrittenOperator | None) -> OperatorReport:
         match = self._match(task, name, written)

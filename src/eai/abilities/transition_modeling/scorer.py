@@ -12,7 +12,7 @@ from eai.abilities.transition_modeling.judgement import Judgement, Rules
 from eai.abilities.transition_modeling.report import OperatorReport
 from eai.abilities.transition_modeling.task import TransitionTask
 from eai.abilities.verdict import Confusion, OperatorVerdict
-from eai.pddl.planning import PlannerOutcome
+from eai.pddl.planning import PlannerOutcome, PlannerResult
 
 
 class TransitionModeling(Scorer):
@@ -31,6 +31,13 @@ class TransitionModeling(Scorer):
         """The verdict on an answer, and its words; the steps are those of the plan that was found."""
         judgement = self._rules.judge(self.task, text)
         return Assessment(self._verdict(judgement), partial(_explained, judgement))
+
+    def plan_one_at_a_time(self, text: str) -> Mapping[str, PlannerResult | None]:
+        """What comes of each operator that is asked for, as the answer has it, among gold operators.
+
+        None for one that the answer does not have; empty for an answer that is left out of all statistics.
+        """
+        return self._rules.plan_one_at_a_time(self.task, text)
 
     def _verdict(self, judgement: Judgement) -> OperatorVerdict:
         categories = tuple(category.value for category in self.task.categories)
