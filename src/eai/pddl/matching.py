@@ -84,11 +84,11 @@ class OperatorMatch:
 
 
 class _Side(NamedTuple):
-    """One side of both operators, and the gold names of variables."""
+    """One side of both operators, and the clauses of the gold one as they compare."""
 
     ours: Clause
     theirs: Clause
-    names: Renaming
+    wanted: tuple[Clause, ...]
 
 
 class _Found(NamedTuple):
@@ -102,12 +102,16 @@ class _Found(NamedTuple):
 def match_operators(predicted: PddlAction, gold: PddlAction) -> OperatorMatch:
     """Compare an operator of an answer with the gold operator of the same name."""
     names = {parameter.name: parameter.name for parameter in gold.parameters}
+    trees = (
+        (condition_clause(predicted.precondition), condition_clause(gold.precondition)),
+        (effect_clause(predicted.effect), effect_clause(gold.effect)),
+    )
     sides = [
-        _Side(condition_clause(predicted.precondition), condition_clause(gold.precondition), names),
-        _Side(effect_clause(predicted.effect), effect_clause(gold.effect), names),
+        _Side(ours, theirs, tuple([canonical(part, names) for part in parts_of(theirs)]))
+        for ours, theirs in trees
     ]
     renamings = tuple(_renamings(predicted, gold))
-    wanted = sum(len(parts_of(side.theirs)) for side in sides)
+    wanted = sum(len(side.wanted) for side in sides)
     found = _best(sides, renamings, _match_clauses, lambda clauses: len(clauses.matched), wanted)
     precondition, effect = (SideMatch(*(tuple(map(write_clause, part)) for part in side)) for side in found)
     wanted = sum(_size(side.theirs) for side in sides)
@@ -148,8 +152,7 @@ def _match_clauses(side: _Side, renaming: Renaming) -> _Found:
     """The clauses of one side, each gold one paired with an identical one of the answer."""
     left = [(canonical(part, renaming), part) for part in _clauses(side.ours, side.theirs)]
     found = _Found([], [], [])
-    for part in parts_of(side.theirs):
-        same = canonical(part, side.names)
+    for part, same in zip(parts_of(side.theirs), side.wanted, strict=True):
         partner = next((own for own in left if own[0] == same), None)
         if partner is None:
             found.missing.append(part)

@@ -45,8 +45,12 @@ class PaperRules:
         """The judgement on an answer; one without any operator misses all that are asked for."""
         written = extract(text)
         by_name = {} if written is None else {operator.name: operator for operator in written.operators}
-        asked = tuple(self._report(task, name, by_name.get(name)) for name in task.operators)
-        literals = self._literals(task, by_name)
+        matches = {name: self._match(task, name, by_name.get(name)) for name in task.operators}
+        asked = tuple(self._report(task, name, by_name.get(name), match) for name, match in matches.items())
+        literals = {
+            "precondition": add(Confusion(*match.precondition_literals) for match in matches.values()),
+            "effect": add(Confusion(*match.effect_literals) for match in matches.values()),
+        }
         if written is None:
             planning = NOT_RUN if self.plans.planner is None else _NO_OPERATORS
             return Judgement(asked, planning, literals, error=UNREADABLE)
@@ -71,24 +75,15 @@ class PaperRules:
         readable = tuple(each for each in actions if isinstance(each, PddlAction))
         return self._solve(task, readable, self._findings(task, written))
 
-    def _report(self, task: TransitionTask, name: str, written: WrittenOperator | None) -> OperatorReport:
-        match = self._match(task, name, written)
+    def _report(
+        self, task: TransitionTask, name: str, written: WrittenOperator | None, match: OperatorMatch
+    ) -> OperatorReport:
         if written is None:
             return OperatorReport(name, OperatorStatus.MISSING, match.precondition, match.effect)
         readable = isinstance(written.reading, PddlAction)
         status = OperatorStatus.COMPARED if readable else OperatorStatus.UNREADABLE
         findings = self._findings(task, written)
         return OperatorReport(name, status, match.precondition, match.effect, findings)
-
-    def _literals(
-        self, task: TransitionTask, written: Mapping[str, WrittenOperator]
-    ) -> Mapping[str, Confusion]:
-        """The literals of all operators that are asked for, by side."""
-        matches = [self._match(task, name, written.get(name)) for name in task.operators]
-        return {
-            "precondition": add(Confusion(*match.precondition_literals) for match in matches),
-            "effect": add(Confusion(*match.effect_literals) for match in matches),
-        }
 
     def _match(self, task: TransitionTask, name: str, written: WrittenOperator | None) -> OperatorMatch:
         action = written.reading if written and isinstance(written.reading, PddlAction) else None
