@@ -52,8 +52,8 @@ OWN_FIELDS: Mapping[str, tuple[str, ...]] = {
     "behavior/subgoal_decomposition": ("errors", "goals_satisfied", "search", "attempts"),
     "virtualhome/goal_interpretation": ("predicted", "ill_formed", "hallucinated"),
     "behavior/goal_interpretation": ("predicted", "ill_formed", "hallucinated", "unknown_predicates"),
-    "virtualhome/transition_modeling": ("task_categories", "operators"),
-    "behavior/transition_modeling": ("task_categories", "operators"),
+    "virtualhome/transition_modeling": ("task_categories", "operators", "literals"),
+    "behavior/transition_modeling": ("task_categories", "operators", "literals"),
 }
 """What else a verdict of a suite has said from the beginning."""
 

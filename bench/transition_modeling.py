@@ -20,11 +20,11 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from statistics import median
 
-from eai.abilities.protocol import Protocol
 from eai.abilities.transition_modeling.planners import make_planner
 from eai.abilities.transition_modeling.scorer import TransitionModeling
 from eai.abilities.transition_modeling.task import TransitionTask
-from eai.benchmarks.gold_operators import open_virtualhome, rules_of
+from eai.benchmarks.gold_operators import open_virtualhome
+from eai.benchmarks.reference.operator_rules import ReferenceRules
 from eai.pddl.fast_downward import FastDownward, PlannerLimits
 from eai.pddl.planning import PddlPlanner, PlannerChoice
 from reference import CACHE, REFERENCE, environment, package_folder
@@ -76,7 +76,7 @@ def ours(tasks: Sequence[TransitionTask], planner: PddlPlanner | None) -> float:
     them."""
     costs = []
     for _ in range(REPEATS):
-        rules = rules_of(Protocol.EAI_1_0_5, planner)
+        rules = ReferenceRules.with_planner(planner)
         scorers = [(TransitionModeling(task, rules), task.gold_answer()) for task in tasks]
         start = _used()
         for scorer, text in scorers:

@@ -49,6 +49,7 @@ SIDE = SideMatch(("closed",), ("near",), ("can_open",))
 OPERATORS = OperatorVerdict(
     success=False,
     counts={"precondition": {"object_states": Confusion(1, 0, 2)}, "effect": {}},
+    literals={"precondition": Confusion(2, 0, 3)},
     planner=PlannerOutcome.UNSOLVABLE,
     operators=(
         OperatorReport(
@@ -124,6 +125,7 @@ def test_the_fields_of_a_plan() -> None:
             OPERATORS,
             {
                 "counts": {"precondition": {"object_states": [1, 0, 2]}, "effect": {}},
+                "literals": {"precondition": [2, 0, 3]},
                 "planner": "unsolvable",
                 "operators": [
                     {

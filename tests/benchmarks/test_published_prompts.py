@@ -2,19 +2,25 @@ from __future__ import annotations
 
 import hashlib
 import json
+import re
 
 import pytest
 
 from eai.abilities.protocol import Ability
+from eai.abilities.transition_modeling.scorer import TransitionModeling
 from eai.benchmarks.identifiers import SCENE_PREFIX
 from eai.benchmarks.packs import PROMPTS, open_published
+from eai.benchmarks.prompt_library import Library
+from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.source import Source
 from eai.benchmarks.suite import available_suites, open_suite
 from eai.data.store import Store
 from eai.pddl.planning import PlannerChoice
+from eai.prompts.prompt import PromptSet
 from suites import official_files, official_prompts
 
 GOAL_INTERPRETATION = ("virtualhome", Ability.GOAL_INTERPRETATION)
+OPERATORS = ("behavior", Ability.TRANSITION_MODELING)
 COUNTS = {
     ("virtualhome", Ability.GOAL_INTERPRETATION): 342,
     ("virtualhome", Ability.SUBGOAL_DECOMPOSITION): 338,
@@ -39,7 +45,7 @@ def test_every_task_has_a_prompt(data_store: Store, suite: tuple[str, Ability], 
     assert all(p.stop == (("}",) if suite in SYSTEM else ()) for p in prompts.values())
 
 
-@pytest.mark.parametrize("suite", COUNTS.keys() - {GOAL_INTERPRETATION})
+@pytest.mark.parametrize("suite", COUNTS.keys() - {GOAL_INTERPRETATION, OPERATORS})
 def test_shipped_prompts_are_given_byte_for_byte(data_store: Store, suite: tuple[str, Ability]) -> None:
     domain, ability = suite
     pack = open_published(PROMPTS, data_store)
@@ -49,6 +55,49 @@ def test_shipped_prompts_are_given_byte_for_byte(data_store: Store, suite: tuple
         assert files.system == pack.read(f"{domain}/{ability.value}_system.json")
     texts = [row["llm_prompt"] for row in json.loads(files.prompts)]
     assert [prompt.user for prompt in official_prompts(domain, ability, data_store).values()] == texts
+
+
+def operators_asked_for(question: str) -> dict[str, str]:
+    """Name -> parameters of the operators behind the last goal of a question, which is the task's own."""
+    heads = question[question.rindex("(:goal") :]
+    found = re.findall(r"\(:action\s+([^\s()]+)\)?\s*:parameters\s*(\([^()]*\))", heads)
+    assert len(dict(found)) == len(found) == heads.count("(:action")
+    return {name: " ".join(parameters.split()) for name, parameters in found}
+
+
+@pytest.mark.parametrize("prompts", list(PromptSet))
+@pytest.mark.parametrize("name", ["virtualhome", "behavior"])
+def test_the_operators_that_are_asked_for_are_those_that_are_scored(
+    data_store: Store, name: str, prompts: PromptSet
+) -> None:
+    ability = Ability.TRANSITION_MODELING
+    source = Source(data_store, planner=PlannerChoice.NONE)
+    questions = Library(prompts, None, source).open(find_benchmark(name), ability)
+    suite = open_suite(name, ability, source=source)
+    assert len(questions) == COUNTS[name, ability]
+    for task_id, question in questions.items():
+        scorer = suite.scorer(task_id)
+        assert isinstance(scorer, TransitionModeling)
+        library = scorer.task.domain.operators
+        expected = {each: " ".join(library[each].parameters.split()) for each in scorer.task.operators}
+        assert operators_asked_for(question.user) == expected, task_id
+
+
+def test_questions_about_operators_are_corrected_where_they_ask_for_others_and_nowhere_else(
+    data_store: Store,
+) -> None:
+    shipped = open_published(PROMPTS, data_store).read_json("behavior/transition_modeling.json")
+    rows = json.loads(official_files(*OPERATORS, data_store).prompts)
+    changed = 0
+    for old, new in zip(shipped, rows, strict=True):
+        assert old.keys() == new.keys()
+        assert old["identifier"] == new["identifier"]
+        before, after = old["llm_prompt"], new["llm_prompt"]
+        place = before.rindex("Action to be finished:")
+        assert (before[:place], before[-10:]) == (after[:place], after[-10:])
+        assert (operators_asked_for(before) == operators_asked_for(after)) is (before == after)
+        changed += before != after
+    assert changed == 25
 
 
 @pytest.mark.parametrize("suite", available_suites())

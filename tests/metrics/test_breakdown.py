@@ -74,7 +74,7 @@ def test_shares_by_length_action_and_predicate() -> None:
 
 
 def test_operators_by_f1() -> None:
-    side = SideMatch(("on", "on"), ("near",), ("off",))
+    side = SideMatch(("(on ?o)", "(forall (?o - object) (when (on ?o) (on ?o)))"), ("near",), ("(off ?o)",))
     verdict = OperatorVerdict(operators=(OperatorReport("open", OperatorStatus.COMPARED, side),))
     written = record("1", verdict, ability=Ability.TRANSITION_MODELING)
     found = break_down([written], Ability.TRANSITION_MODELING)

@@ -147,6 +147,18 @@ def test_operators_count_by_category_and_plans_by_task() -> None:
     assert rates["object_affordance.planner_success"].percent is None
 
 
+def test_clauses_of_several_categories_count_once_and_literals_apart() -> None:
+    side = {"all": Confusion(1, 1, 2), "object_states": Confusion(1, 0, 1), "other": Confusion(1, 1, 1)}
+    verdict = OperatorVerdict(counts={"effect": side}, literals={"effect": Confusion(4, 1, 3)})
+    rates = summarise([verdict], Ability.TRANSITION_MODELING)
+    assert rates["overall.f1"] == Rate(2, 5)
+    assert rates["object_states.f1"] == Rate(2, 3)
+    assert rates["literals.f1"] == Rate(8, 12)
+    assert rates["literals.recall"] == Rate(4, 7)
+    without = summarise([replace(verdict, literals=None)], Ability.TRANSITION_MODELING)
+    assert without["literals.f1"].percent is None
+
+
 def test_without_a_planner_there_is_no_planner_success() -> None:
     foregone = OperatorVerdict(planner=PlannerOutcome.INPUT_ERROR)
     verdicts = [foregone, OperatorVerdict(planner=PlannerOutcome.NOT_RUN)]

@@ -4,7 +4,8 @@ import pytest
 
 from eai.benchmarks.gold_operators import open_behavior, open_virtualhome
 from eai.data.store import Store
-from eai.pddl.matching import OperatorMatch, SideMatch, match_operators, missing_operator
+from eai.pddl.clauses import condition_clause, effect_clause, predicates_in, write_clause
+from eai.pddl.matching import LiteralMatch, SideMatch, match_operators, missing_operator
 from eai.pddl.model import PddlAction
 from eai.pddl.reader import read_action
 
@@ -19,41 +20,98 @@ def match(predicted: str, gold: str) -> SideMatch:
     return match_operators(operator(predicted), operator(gold)).precondition
 
 
+P, Q, R = "(p ?a)", "(q ?b)", "(r)"
+
+
 @pytest.mark.parametrize(
-    ("predicted", "gold", "matched", "additional", "missing"),
+    ("predicted", "gold", "clauses", "in_literals"),
     [
-        ("(and (p ?a) (q ?b))", "(and (q ?b) (p ?a))", "p q", "", ""),
-        ("(p ?a)", "(and (p ?a) (q ?b))", "p", "", "q"),
-        ("(and (p ?a) (and (q ?b) (r)))", "(and (p ?a) (q ?b) (r))", "p q r", "", ""),
-        ("(not (p ?a))", "(p ?a)", "", "p", "p"),
-        ("(not (not (p ?a)))", "(p ?a)", "p", "", ""),
-        ("(and (p ?a) (p ?a))", "(p ?a)", "p", "p", ""),
-        ("(p ?a)", "(and (p ?a) (p ?b))", "p", "", "p"),
-        ("(or (p ?a) (q ?b))", "(and (p ?a) (q ?b))", "", "p q", "p q"),
-        ("(or (q ?b) (and (p ?a) (x)))", "(or (and (p ?a) (y)) (q ?b))", "p q", "x", "y"),
-        ("(and (r) (or (p ?a) (q ?b)))", "(or (p ?a) (q ?b))", "p q", "r", ""),
-        ("(exists (?z) (q ?z ?a))", "(exists (?o) (q ?o ?a))", "q", "", ""),
-        ("(exists (?z) (q ?a ?z))", "(exists (?o) (q ?o ?a))", "", "q", "q"),
-        ("(exists (?z - object) (q ?z))", "(forall (?o - object) (q ?o))", "", "q", "q"),
-        ("(exists (?z - character) (q ?z))", "(exists (?o - object) (q ?o))", "", "q", "q"),
-        ("(not (and (p ?a) (q ?b)))", "(not (and (p ?a) (r)))", "p", "q", "r"),
-        ("(imply (p ?a) (q ?b))", "(imply (p ?a) (r))", "p", "q", "r"),
-        ("(p kitchen)", "(p kitchen)", "p", "", ""),
-        ("(p kitchen)", "(p ?a)", "", "p", "p"),
-        ("(p ?loose)", "(p ?a)", "", "p", "p"),
-        ("()", "(p ?a)", "", "", "p"),
-        ("(= ?a ?b)", "()", "", "=", ""),
+        (f"(and {P} {Q})", f"(and {Q} {P})", ([Q, P], [], []), (2, 0, 0)),
+        (P, f"(and {P} {Q})", ([P], [], [Q]), (1, 0, 1)),
+        (f"(and {P} (and {Q} {R}))", f"(and {P} {Q} {R})", ([P, Q, R], [], []), (3, 0, 0)),
+        (f"(not {P})", P, ([], [f"(not {P})"], [P]), (0, 1, 1)),
+        (f"(not (not {P}))", P, ([P], [], []), (1, 0, 0)),
+        (f"(and {P} {P})", P, ([P], [P], []), (1, 1, 0)),
+        (P, f"(and {P} (p ?b))", ([P], [], ["(p ?b)"]), (1, 0, 1)),
+        (
+            f"(or {Q} (and {P} (x)))",
+            f"(or (and {P} (y)) {Q})",
+            ([Q], [f"(and {P} (x))"], [f"(and {P} (y))"]),
+            (2, 1, 1),
+        ),
+        (f"(and {R} (or {P} {Q}))", f"(and (or {Q} {P}) {R})", ([f"(or {Q} {P})", R], [], []), (3, 0, 0)),
+        (
+            f"(and {R} (or {P} {Q}))",
+            f"(and {R} (or {P} {Q} (x)))",
+            ([R], [f"(or {P} {Q})"], [f"(or {P} {Q} (x))"]),
+            (3, 0, 1),
+        ),
+        ("(exists (?z) (q ?z ?a))", "(exists (?o) (q ?o ?a))", ([1], [], []), (1, 0, 0)),
+        ("(exists (?z) (q ?a ?z))", "(exists (?o) (q ?o ?a))", ([], [1], [1]), (0, 1, 1)),
+        ("(exists (?z - object) (q ?z))", "(forall (?o - object) (q ?o))", ([], [1], [1]), (0, 1, 1)),
+        ("(exists (?z - character) (q ?z))", "(exists (?o - object) (q ?o))", ([], [1], [1]), (0, 1, 1)),
+        (
+            "(exists (?y) (forall (?z) (q ?y ?z)))",
+            "(exists (?z) (forall (?y) (q ?z ?y)))",
+            ([1], [], []),
+            (1, 0, 0),
+        ),
+        (f"(not (and {P} {Q}))", f"(not (and {P} {R}))", ([], [1], [1]), (1, 1, 1)),
+        (f"(imply {P} {Q})", f"(or {Q} (not {P}))", ([Q, f"(not {P})"], [], []), (2, 0, 0)),
+        (f"(and {R} (imply {P} {Q}))", f"(and {R} (imply {P} (x)))", ([R], [1], [1]), (2, 1, 1)),
+        ("(p kitchen)", "(p kitchen)", ([1], [], []), (1, 0, 0)),
+        ("(p kitchen)", P, ([], ["(p kitchen)"], [P]), (0, 1, 1)),
+        ("(p ?loose)", P, ([], ["(p ?loose)"], [P]), (0, 1, 1)),
+        ("()", P, ([], [], [P]), (0, 0, 1)),
+        ("()", "()", ([], [], []), (0, 0, 0)),
+        ("(= ?a ?b)", "()", ([], ["(= ?a ?b)"], []), (0, 1, 0)),
     ],
 )
-def test_clauses(predicted: str, gold: str, matched: str, additional: str, missing: str) -> None:
-    expected = SideMatch(*(tuple(names.split()) for names in (matched, additional, missing)))
-    assert match(predicted, gold) == expected
+def test_a_clause_is_matched_with_all_that_is_in_it_and_literals_one_by_one(
+    predicted: str,
+    gold: str,
+    clauses: tuple[list[str | int], list[str | int], list[str | int]],
+    in_literals: tuple[int, int, int],
+) -> None:
+    found = match_operators(operator(predicted), operator(gold))
+    side = found.precondition
+    for parts, expected in zip((side.matched, side.additional, side.missing), clauses, strict=True):
+        assert len(parts) == len(expected)
+        assert all(text in (part, 1) for part, text in zip(parts, expected, strict=True))
+    assert found.precondition_literals == LiteralMatch(*in_literals)
 
 
-def test_effects_give_credit_inside_conditional_parts() -> None:
+@pytest.mark.parametrize(
+    ("predicted", "gold", "clauses"),
+    [
+        (f"(or {P} {Q})", f"(and {P} {Q})", ([], [f"(or {P} {Q})"], [P, Q])),
+        (
+            f"(and {P} {Q})",
+            f"(or (and {Q} {P}) (and {P} {R}))",
+            ([f"(and {Q} {P})"], [], [f"(and {P} {R})"]),
+        ),
+        (f"(and {P} {Q})", f"(or {P} {R})", ([], [f"(and {P} {Q})"], [P, R])),
+        (f"(or {P} {Q})", f"(and {R} (or {Q} {P}))", ([f"(or {Q} {P})"], [], [R])),
+        (f"(or {P} {Q})", "()", ([], [P, Q], [])),
+        ("()", f"(or {P} {Q})", ([], [], [P, Q])),
+        (P, f"(or {P} {Q})", ([P], [], [Q])),
+    ],
+)
+def test_beside_a_disjunction_a_conjunction_is_one_clause_and_the_other_way_round(
+    predicted: str, gold: str, clauses: tuple[list[str], list[str], list[str]]
+) -> None:
+    assert match(predicted, gold) == SideMatch(*map(tuple, clauses))
+
+
+def test_a_conditional_effect_is_matched_as_a_whole_and_gives_partial_credit_in_literals() -> None:
     ours = operator("()", "(forall (?z - object) (when (p ?z ?a) (and (not (r ?z)) (s))))")
     gold = operator("()", "(forall (?o - object) (when (p ?o ?a) (not (r ?o))))")
-    assert match_operators(ours, gold).effect == SideMatch(("p", "r"), ("s",), ())
+    found = match_operators(ours, gold)
+    assert found.effect == SideMatch(
+        additional=("(forall (?z - object) (when (p ?z ?a) (and (not (r ?z)) (s))))",),
+        missing=("(forall (?o - object) (when (p ?o ?a) (not (r ?o))))",),
+    )
+    assert found.effect_literals == LiteralMatch(2, 1, 0)
 
 
 def test_names_of_parameters_mean_nothing() -> None:
@@ -61,35 +119,50 @@ def test_names_of_parameters_mean_nothing() -> None:
         "(and (near ?who ?x) (in ?x ?y))", parameters="(?who - character ?x - object ?y - object)"
     )
     gold = operator("(and (near ?c ?a) (in ?a ?b))")
-    assert match_operators(ours, gold).precondition == SideMatch(("in", "near"))
+    assert match_operators(ours, gold).precondition == SideMatch(("(near ?c ?a)", "(in ?a ?b)"))
 
 
 def test_parameters_are_paired_as_the_clauses_suggest_within_their_types() -> None:
     gold = operator("(and (near ?c ?a) (in ?a ?b))")
     turned = operator("(and (near ?c ?b) (in ?b ?a))")
-    assert match_operators(turned, gold).precondition == SideMatch(("in", "near"))
+    assert match_operators(turned, gold).precondition == SideMatch(("(near ?c ?a)", "(in ?a ?b)"))
     mixed = operator("(near ?a ?c)")
-    assert match_operators(mixed, gold).precondition == SideMatch((), ("near",), ("in", "near"))
+    missing = ("(near ?c ?a)", "(in ?a ?b)")
+    assert match_operators(mixed, gold).precondition == SideMatch((), ("(near ?a ?c)",), missing)
 
 
 def test_another_number_of_parameters_can_still_match_in_part() -> None:
     ours = operator("(and (near ?c ?a) (p ?a))", parameters="(?c - character ?a - object)")
     gold = operator("(and (near ?c ?a) (in ?a ?b))")
-    assert match_operators(ours, gold).precondition == SideMatch(("near",), ("p",), ("in",))
+    assert match_operators(ours, gold).precondition == SideMatch(("(near ?c ?a)",), (P,), ("(in ?a ?b)",))
 
 
-def test_a_missing_operator_misses_all_its_predicates() -> None:
-    gold = operator("(and (p ?a) (not (p ?b)))", "(when (q) (r))")
-    assert missing_operator(gold) == OperatorMatch(
-        SideMatch(missing=("p", "p")), SideMatch(missing=("q", "r"))
-    )
+def test_a_missing_operator_misses_all_its_clauses() -> None:
+    found = missing_operator(operator("(and (p ?a) (not (p ?b)))", "(when (q) (r))"))
+    assert found.precondition == SideMatch(missing=(P, "(not (p ?b))"))
+    assert found.effect == SideMatch(missing=("(when (q) (r))",))
+    assert (found.precondition_literals, found.effect_literals) == ((0, 0, 2), (0, 0, 2))
 
 
 def test_every_gold_operator_matches_itself_in_full(data_store: Store) -> None:
     for tasks in (open_virtualhome(data_store), open_behavior(data_store)):
         for name, text in tasks.domain.operators.items():
             action = read_action(text.pddl)
-            found = match_operators(action, action)
-            full = missing_operator(action)
+            found, full = match_operators(action, action), missing_operator(action)
             assert found.precondition == SideMatch(full.precondition.missing), name
             assert found.effect == SideMatch(full.effect.missing), name
+            assert found.effect_literals == (full.effect_literals.missing, 0, 0), name
+
+
+def test_a_clause_is_written_as_it_is_read_and_its_predicates_are_found(data_store: Store) -> None:
+    for tasks in (open_virtualhome(data_store), open_behavior(data_store)):
+        for text in tasks.domain.operators.values():
+            action = read_action(text.pddl)
+            for tree, read in (
+                (condition_clause(action.precondition), lambda t: condition_clause(operator(t).precondition)),
+                (effect_clause(action.effect), lambda t: effect_clause(operator("()", t).effect)),
+            ):
+                assert read(write_clause(tree)) == tree
+    clause = "(forall (?o - object) (when (not (= ?o ?a)) (and (not (p ?o)) (q))))"
+    assert predicates_in(clause) == {"=", "p", "q"}
+    assert predicates_in("next_to") == {"next_to"}

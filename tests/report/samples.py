@@ -134,11 +134,15 @@ def subgoal_run() -> list[Record]:
 
 def operator_run() -> list[Record]:
     """Operators with missing and additional predicates."""
-    side = SideMatch(("closed",), ("near",), ("can_open",))
+    side = SideMatch(("(closed ?o)",), ("(not (near ?o))",), ("(can_open ?o)",))
     offence = PddlFinding(Offence.UNKNOWN_PREDICATE, "near", "precondition")
     verdict = OperatorVerdict(
         success=True,
-        counts={"precondition": {"object_states": Confusion(1, 1, 1)}, "effect": {}},
+        counts={
+            "precondition": {"all": Confusion(1, 1, 1), "object_states": Confusion(1, 1, 1)},
+            "effect": {},
+        },
+        literals={"precondition": Confusion(1, 1, 1), "effect": Confusion(0, 0, 0)},
         planner=PlannerOutcome.SOLVED,
         task_categories=("object_states", "spatial_relations"),
         operators=(OperatorReport("open", OperatorStatus.COMPARED, side, offences=(offence,)),),

@@ -14,6 +14,9 @@ from eai.abilities.transition_modeling.report import OperatorReport
 from eai.pddl.planning import PlannerOutcome
 from eai.world.fault import FaultKind
 
+ALL = "all"
+"""The key of all goals, or clauses, in counts by kind: each once, those of several kinds and of none too."""
+
 Json: TypeAlias = bool | int | float | str | Sequence["Json"] | Mapping[str, "Json"] | None
 
 
@@ -165,7 +168,10 @@ class OperatorVerdict(Verdict):
 
     Attributes:
         success: whether a planner reaches the goal with them; None if none was asked.
-        counts: predicates matched, additional and missing, by side (precondition, effect) and category.
+        counts: clauses matched, additional and missing, by side (precondition, effect) and category; or
+            predicates, if the rules count those.
+        literals: the same in literals, by side: partial credit for clauses of which a part is right; None if
+            the rules do not give it.
         planner: what the planner made of them.
         task_categories: the task's own categories, the first the more telling one.
         operators: what comparing each operator with the gold one found out.
@@ -175,6 +181,7 @@ class OperatorVerdict(Verdict):
 
     success: bool | None = None
     counts: Mapping[str, Mapping[str, Confusion]] | None = None
+    literals: Mapping[str, Confusion] | None = None
     planner: PlannerOutcome | None = None
     task_categories: tuple[str, ...] = ()
     operators: tuple[OperatorReport, ...] = ()

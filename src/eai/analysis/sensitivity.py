@@ -2,7 +2,7 @@
 
 In each task one operator at a time is the answer's, the others are the gold ones; a planner says whether
 the problem can still be solved. Counted are the successes by operator, and by operator and category of the
-task.
+task, out of all tasks that ask for it: an operator that the answer does not have is no success.
 """
 
 from __future__ import annotations
@@ -10,8 +10,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
-from eai.abilities.transition_modeling.judgement import Rules
-from eai.abilities.transition_modeling.task import Category, TransitionTask
+from eai.abilities.transition_modeling.scorer import TransitionModeling
+from eai.abilities.transition_modeling.task import Category
 from eai.abilities.verdict import Json
 from eai.metrics.rate import Rate
 from eai.pddl.planning import PlannerOutcome
@@ -22,12 +22,12 @@ OVERALL = "overall"
 
 @dataclass(frozen=True, slots=True)
 class OperatorOutcome:
-    """What came of one operator of one answer among gold operators."""
+    """What came of one operator of one answer among gold operators; None if the answer does not have it."""
 
     task_id: str
     operator: str
     categories: tuple[Category, ...]
-    outcome: PlannerOutcome
+    outcome: PlannerOutcome | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,11 +60,12 @@ class Sensitivity:
         return "\n".join(lines) + "\n"
 
 
-def try_operators(task: TransitionTask, text: str, rules: Rules) -> list[OperatorOutcome]:
-    """What comes of each operator of an answer to a task."""
+def try_operators(scorer: TransitionModeling, text: str) -> list[OperatorOutcome]:
+    """What comes of each operator that a task asks for, as an answer to it has them."""
+    task = scorer.task
     return [
-        OperatorOutcome(task.id, name, task.categories, result.outcome)
-        for name, result in rules.plan_one_at_a_time(task, text).items()
+        OperatorOutcome(task.id, name, task.categories, None if result is None else result.outcome)
+        for name, result in scorer.plan_one_at_a_time(text).items()
     ]
 
 

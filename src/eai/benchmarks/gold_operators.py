@@ -1,47 +1,53 @@
-"""The published gold operators of both households: the tasks of transition modeling, and their rules."""
+"""The published gold operators of both households: the tasks of transition modeling."""
 
 from __future__ import annotations
 
-from eai.abilities.protocol import Protocol
-from eai.abilities.transition_modeling.judgement import Rules
-from eai.abilities.transition_modeling.rules import PaperRules
+from collections.abc import Mapping
+from types import MappingProxyType
+
 from eai.abilities.transition_modeling.task import Category, OperatorLibrary, TransitionTask
 from eai.benchmarks.packs import BEHAVIOR_PDDL, RESOURCES, open_published
 from eai.benchmarks.published_files import PROBLEMS_MEMBER
-from eai.benchmarks.reference.operator_rules import ReferenceRules
 from eai.benchmarks.source import TaskSet
 from eai.data.progress import Report, silent
 from eai.data.store import PackFile, Store
 from eai.pddl.operator_text import OperatorText
-from eai.pddl.planning import PddlPlanner
 from eai.pddl.reader import read_domain
 
+NOTHING_RENAMED: Mapping[str, str] = MappingProxyType({})
+"""The names of all operators are those in the data set."""
 
-def rules_of(protocol: Protocol, planner: PddlPlanner | None) -> Rules:
-    """The rules of a protocol, to be shared by all tasks of a household: they remember what they saw."""
-    if protocol is Protocol.EAI_1_0_5:
-        return ReferenceRules.with_planner(planner)
-    return PaperRules.with_planner(planner)
+ASKED_AS: Mapping[str, str] = MappingProxyType({"slice-carvingknife": "slice_carvingknife"})
+"""An erratum of BEHAVIOR: the name of an operator in the data set -> the one that its prompts ask for."""
 
 
 class TransitionTasks(TaskSet[TransitionTask]):
     """The tasks of a household.
 
+    Args:
+        pack: the published files.
+        header_member: the one with the planning domain.
+        asked_as: the names of operators that are asked for by others than those in the data set.
+
     Attributes:
         domain: what they share.
     """
 
-    def __init__(self, pack: PackFile, header_member: str) -> None:
+    def __init__(
+        self, pack: PackFile, header_member: str, asked_as: Mapping[str, str] = NOTHING_RENAMED
+    ) -> None:
+        gold = pack.read_json("gold_action.json")
+        names = {name: asked_as.get(name, name) for name in gold}
         self.domain = OperatorLibrary(
             header=read_domain(pack.read(header_member).decode() + ")"),
             operators={
-                name: OperatorText(
-                    name,
+                names[name]: OperatorText(
+                    names[name],
                     values["action_parameters"],
                     values["action_preconditions"],
                     values["action_effects"],
                 )
-                for name, values in pack.read_json("gold_action.json").items()
+                for name, values in gold.items()
             },
             categories={
                 name: category_of(label) for name, label in pack.read_json("predicates_category.json").items()
@@ -54,7 +60,7 @@ class TransitionTasks(TaskSet[TransitionTask]):
             task_id: TransitionTask(
                 task_id,
                 self.domain,
-                operators[task_id],
+                [names[name] for name in operators[task_id]],
                 [category_of(label) for label in categories[task_id]],
                 problems[task_id],
             )
@@ -77,10 +83,18 @@ def open_virtualhome(store: Store | None = None, *, report: Report = silent) -> 
     return TransitionTasks(open_published(RESOURCES, store, report=report), "virtualhome_pd.pddl")
 
 
-def open_behavior(store: Store | None = None, *, report: Report = silent) -> TransitionTasks:
+def open_behavior(
+    store: Store | None = None, *, asked_as: Mapping[str, str] = ASKED_AS, report: Report = silent
+) -> TransitionTasks:
     """BEHAVIOR's 100 tasks, fetched first when they are not there.
+
+    Args:
+        store: where they are kept; the user's own store if None.
+        asked_as: `ASKED_AS`, or `NOTHING_RENAMED` for the names in the data set.
+        report: who is told of a download.
 
     Raises:
         DataError: they cannot be obtained, or the store is damaged.
     """
-    return TransitionTasks(open_published(BEHAVIOR_PDDL, store, report=report), "behavior_pd.pddl")
+    pack = open_published(BEHAVIOR_PDDL, store, report=report)
+    return TransitionTasks(pack, "behavior_pd.pddl", asked_as)

@@ -10,12 +10,12 @@ import typer
 
 from eai.abilities.protocol import Ability
 from eai.abilities.record import Record
-from eai.abilities.transition_modeling.planners import make_planner
+from eai.abilities.transition_modeling.scorer import TransitionModeling
 from eai.analysis.sensitivity import Sensitivity, summarise, try_operators
 from eai.benchmarks.benchmark import Benchmark
-from eai.benchmarks.gold_operators import rules_of
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.source import Source
+from eai.benchmarks.suite import open_suite
 from eai.cli.console import data_progress, output
 from eai.cli.data import DataFolder, store
 from eai.errors import InputError
@@ -68,14 +68,15 @@ def _analyze(
     benchmark: Benchmark, records: list[Record], planner: PlannerChoice, data: DataFolder
 ) -> Sensitivity:
     with data_progress() as report:
-        tasks = benchmark.operators(Source(store(data), report))
-    rules = rules_of(records[0].protocol, make_planner(planner, benchmark.planner_seconds))
+        source = Source(store(data), report, planner)
+        suite = open_suite(benchmark, Ability.TRANSITION_MODELING, records[0].protocol, source=source)
+    made = ((task_id, suite.scorer(task_id)) for task_id in suite.task_ids)
+    scorers = {task_id: scorer for task_id, scorer in made if isinstance(scorer, TransitionModeling)}
     outcomes = [
         outcome
         for record in records
-        if record.task_id in tasks
-        for outcome in try_operators(tasks[record.task_id], record.response, rules)
+        if record.task_id in scorers
+        for outcome in try_operators(scorers[record.task_id], record.response)
     ]
-    return summarise(
-        outcomes, tuple(dict.fromkeys(n for task in tasks.values() for n in task.domain.operators))
-    )
+    operators = (name for scorer in scorers.values() for name in scorer.task.domain.operators)
+    return summarise(outcomes, tuple(dict.fromkeys(operators)))

@@ -31,8 +31,9 @@ def prompts(
 ) -> None:
     """Write prompts as a list of {"identifier", "llm_prompt"}; a system message goes to a file beside it.
 
-    Official prompts are written byte for byte as the data set ships them. The system message, where there is
-    one, is in FILE with _system before its extension.
+    Official prompts are the data set's, byte for byte, but for 25 questions about BEHAVIOR's operators, which
+    ask for others than are scored. The system message, where there is one, is in FILE with _system before its
+    extension.
 
     Example: eai prompts --domain virtualhome --ability action_sequencing --out prompts.json
     """

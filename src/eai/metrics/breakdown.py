@@ -15,6 +15,7 @@ from eai.abilities.protocol import Ability
 from eai.abilities.record import Record
 from eai.abilities.verdict import OperatorVerdict, PlanVerdict, Verdict
 from eai.metrics.rate import Rate
+from eai.pddl.clauses import predicates_in
 from eai.world.fault import FaultKind
 
 VOCABULARY_ERRORS = frozenset({AnswerOutcome.HALLUCINATION, AnswerOutcome.ARGUMENT_NUMBER})
@@ -124,14 +125,15 @@ def _break_down_steps(explanation: Explanation, by_action: dict[str, Rate]) -> N
 def _break_down_operators(
     verdict: OperatorVerdict, by_action: dict[str, Rate], by_predicate: dict[str, Rate]
 ) -> None:
-    """Count the predicates of written operators, by operator and by predicate."""
+    """Count the clauses of operators by operator, and by predicate once for each that stands in them."""
     for operator in verdict.operators:
         for side in (operator.precondition, operator.effect):
             wrong = (*side.additional, *side.missing)
-            found = [*((name, Rate(2, 2)) for name in side.matched), *((name, Rate(0, 1)) for name in wrong)]
-            for predicate, rate in found:  # F1 is 2 TP / (2 TP + FP + FN)
+            found = [*((part, Rate(2, 2)) for part in side.matched), *((part, Rate(0, 1)) for part in wrong)]
+            for part, rate in found:  # F1 is 2 TP / (2 TP + FP + FN)
                 _put(by_action, operator.name, rate)
-                _put(by_predicate, predicate, rate)
+                for predicate in predicates_in(part):
+                    _put(by_predicate, predicate, rate)
 
 
 _NAME = re.compile(r"(\w+)\(")

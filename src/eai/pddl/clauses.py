@@ -1,21 +1,24 @@
 """Conditions and effects as trees of clauses: one shape for both, matched by one set of rules.
 
 Connectives are flattened and single-part lists opened, so that ``(and (p) (and (q)))`` is the same tree as
-``(and (p) (q))`` and ``(and (p))`` the same as ``(p)``; double negations vanish. Order of parts is kept and
-means nothing.
+``(and (p) (q))`` and ``(and (p))`` the same as ``(p)``; double negations vanish, and an implication is the
+disjunction that it means. Order of parts is kept and means nothing.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+import re
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from enum import Enum
+from functools import lru_cache
 from typing import TypeAlias
 
 from typing_extensions import assert_never
 
 import eai.logic.formula as f
 import eai.pddl.model as m
+from eai.pddl.writer import write_term
 
 EQUALITY = "="
 """The name of the predicate of equations."""
@@ -71,7 +74,7 @@ class Bound:
 
 @dataclass(frozen=True, slots=True)
 class Guarded:
-    """A clause that depends on another: ``when`` in an effect, ``imply`` in a condition."""
+    """A clause of an effect that depends on a condition."""
 
     guard: Clause
     part: Clause
@@ -80,6 +83,9 @@ class Guarded:
 Clause: TypeAlias = Literal | Joined | Denied | Bound | Guarded
 
 NOTHING = Joined(Connective.ALL, ())
+
+_HEAD = re.compile(r"\(([^\s()?]+)")
+_CONNECTIVES = frozenset({*(word.value for word in (*Connective, *Scope)), "not", "when"})
 
 
 def condition_clause(formula: f.Formula) -> Clause:
@@ -100,7 +106,7 @@ def condition_clause(formula: f.Formula) -> Clause:
         case f.Or(operands):
             return _joined(Connective.ANY, map(condition_clause, operands))
         case f.Implies(premise, conclusion):
-            return Guarded(condition_clause(premise), condition_clause(conclusion))
+            return _joined(Connective.ANY, [_denied(condition_clause(premise)), condition_clause(conclusion)])
         case f.ForAll(variable, body):
             return _bound(Scope.FORALL, variable, condition_clause(body))
         case f.Exists(variable, body):
@@ -139,6 +145,64 @@ def literals(clause: Clause) -> Iterator[Literal]:
         case Guarded(guard, part):
             yield from literals(guard)
             yield from literals(part)
+
+
+def parts_of(clause: Clause) -> tuple[Clause, ...]:
+    """The parts of a list; anything else is a list of one."""
+    return clause.parts if isinstance(clause, Joined) else (clause,)
+
+
+def canonical(clause: Clause, names: Mapping[str, str], depth: int = 0) -> Clause:
+    """The tree that all trees become which differ from it in order of parts and names of variables only.
+
+    Args:
+        clause: the tree.
+        names: what the free variables are called; one that is not there is like no other tree's.
+        depth: how many quantifiers stand around it.
+    """
+    match clause:
+        case Literal(predicate, arguments, positive):
+            return Literal(predicate, tuple(_called(term, names) for term in arguments), positive=positive)
+        case Joined(connective, parts):
+            found = (canonical(part, names, depth) for part in parts)
+            return Joined(connective, tuple(sorted(found, key=write_clause)))
+        case Denied(part):
+            return Denied(canonical(part, names, depth))
+        case Bound(scope, name, category, part):
+            bound = f"#{depth}"
+            return Bound(scope, bound, category, canonical(part, {**names, name: bound}, depth + 1))
+        case Guarded(guard, part):
+            return Guarded(canonical(guard, names, depth), canonical(part, names, depth))
+        case _:
+            assert_never(clause)
+
+
+def write_clause(clause: Clause) -> str:
+    """The tree as PDDL on one line."""
+    match clause:
+        case Literal(predicate, arguments, positive):
+            atom = f"({' '.join((predicate, *map(write_term, arguments)))})"
+            return atom if positive else f"(not {atom})"
+        case Joined(connective, parts):
+            return f"({' '.join((connective.value, *map(write_clause, parts)))})"
+        case Denied(part):
+            return f"(not {write_clause(part)})"
+        case Bound(scope, name, category, part):
+            return f"({scope.value} (?{name} - {category}) {write_clause(part)})"
+        case Guarded(guard, part):
+            return f"(when {write_clause(guard)} {write_clause(part)})"
+        case _:
+            assert_never(clause)
+
+
+@lru_cache(maxsize=10_000)
+def predicates_in(text: str) -> frozenset[str]:
+    """The predicates of a clause as `write_clause` prints it; a name that stands alone is a predicate."""
+    return frozenset(_HEAD.findall(text)) - _CONNECTIVES if text.startswith("(") else frozenset({text})
+
+
+def _called(term: f.Term, names: Mapping[str, str]) -> f.Term:
+    return f.Variable(names.get(term.name, f"?{term.name}")) if isinstance(term, f.Variable) else term
 
 
 def _denied(clause: Clause) -> Clause:

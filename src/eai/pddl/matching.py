@@ -1,19 +1,23 @@
 """Comparing operators with the gold ones, as the paper means it.
 
-The unit is the literal, counted as often as it stands there. Parts of lists are paired so that as many
-literals as possible match (an assignment problem, level by level), so that one wrong literal inside a
-nested list costs one literal and not the list. Names of variables mean nothing: parameters are matched by
-the best of the pairings that agree with their types, bound variables by their quantifiers.
+The unit is the clause: a part of the list that a condition or an effect is, or the whole of it where it is
+no list. A clause is matched by an identical one, with all that is nested in it; the order of parts means
+nothing. Names of variables mean nothing either: parameters are matched by the best of the pairings that agree
+with their types, bound variables by their quantifiers.
+
+Besides, literals are counted with partial credit, each as often as it stands there. Parts of lists are paired
+so that as many literals as possible match (an assignment problem, level by level), so that one wrong literal
+inside a nested list costs one literal and not the list.
 """
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import permutations
+from typing import NamedTuple, TypeVar
 
-from eai.logic.formula import Constant, Term, Variable
+from eai.logic.formula import And, Constant, Term, Variable
 from eai.logic.matching import heaviest_pairs
 from eai.pddl.clauses import (
     Bound,
@@ -22,11 +26,16 @@ from eai.pddl.clauses import (
     Guarded,
     Joined,
     Literal,
+    canonical,
     condition_clause,
     effect_clause,
     literals,
+    parts_of,
+    write_clause,
 )
-from eai.pddl.model import PddlAction, type_of
+from eai.pddl.model import NO_EFFECT, PddlAction, type_of
+
+_T = TypeVar("_T")
 
 MAX_PERMUTED = 5
 """Up to how many parameters all pairings are tried; above, only that by position."""
@@ -39,7 +48,12 @@ Renaming = Mapping[str, str]
 class SideMatch:
     """How one side of an operator (its precondition or its effect) compares with the gold one.
 
-    Each tuple holds names of predicates, in alphabetical order, one for each literal.
+    Each tuple holds clauses as PDDL, as `predicates_in` reads them, in the order in which they stand.
+
+    Attributes:
+        matched: the gold clauses that the answer has.
+        additional: the clauses of the answer that are none of them.
+        missing: the other gold clauses.
     """
 
     matched: tuple[str, ...] = ()
@@ -51,60 +65,111 @@ NO_MATCH = SideMatch()
 """The comparison of nothing with nothing."""
 
 
+class LiteralMatch(NamedTuple):
+    """How many literals of one side are matched, additional and missing."""
+
+    matched: int
+    additional: int
+    missing: int
+
+
 @dataclass(frozen=True, slots=True)
 class OperatorMatch:
-    """How an operator compares with the gold one."""
+    """How an operator compares with the gold one: clause by clause, and literal by literal."""
 
     precondition: SideMatch
     effect: SideMatch
+    precondition_literals: LiteralMatch
+    effect_literals: LiteralMatch
+
+
+class _Side(NamedTuple):
+    """One side of both operators, and the clauses of the gold one as they compare."""
+
+    ours: Clause
+    theirs: Clause
+    wanted: tuple[Clause, ...]
+
+
+class _Found(NamedTuple):
+    """The clauses of one side, as `SideMatch` has them."""
+
+    matched: list[Clause]
+    additional: list[Clause]
+    missing: list[Clause]
 
 
 def match_operators(predicted: PddlAction, gold: PddlAction) -> OperatorMatch:
     """Compare an operator of an answer with the gold operator of the same name."""
-    sides = [
+    names = {parameter.name: parameter.name for parameter in gold.parameters}
+    trees = (
         (condition_clause(predicted.precondition), condition_clause(gold.precondition)),
         (effect_clause(predicted.effect), effect_clause(gold.effect)),
-    ]
-    most = sum(1 for _, theirs in sides for _ in literals(theirs))
-    best: tuple[int, list[tuple[Literal, ...]]] | None = None
-    for renaming in _renamings(predicted, gold):
-        matches = [_match(ours, theirs, renaming) for ours, theirs in sides]
-        size = sum(map(len, matches))
-        if best is None or size > best[0]:
-            best = (size, matches)
-        if size == most:
-            break
-    found = best[1] if best is not None else [(), ()]
-    precondition, effect = (
-        _side(ours, theirs, matched) for (ours, theirs), matched in zip(sides, found, strict=True)
     )
-    return OperatorMatch(precondition, effect)
+    sides = [
+        _Side(ours, theirs, tuple([canonical(part, names) for part in parts_of(theirs)]))
+        for ours, theirs in trees
+    ]
+    renamings = tuple(_renamings(predicted, gold))
+    wanted = sum(len(side.wanted) for side in sides)
+    found = _best(sides, renamings, _match_clauses, lambda clauses: len(clauses.matched), wanted)
+    precondition, effect = (SideMatch(*(tuple(map(write_clause, part)) for part in side)) for side in found)
+    wanted = sum(_size(side.theirs) for side in sides)
+    matched = _best(sides, renamings, _match_side_literals, int, wanted)
+    in_literals = (
+        LiteralMatch(number, _size(side.ours) - number, _size(side.theirs) - number)
+        for number, side in zip(matched, sides, strict=True)
+    )
+    return OperatorMatch(precondition, effect, *in_literals)
 
 
 def missing_operator(gold: PddlAction) -> OperatorMatch:
     """The comparison with an operator that the answer does not have, or that cannot be read."""
-    return OperatorMatch(
-        SideMatch(missing=_names(literals(condition_clause(gold.precondition)))),
-        SideMatch(missing=_names(literals(effect_clause(gold.effect)))),
-    )
+    return match_operators(PddlAction(gold.name, (), And(()), NO_EFFECT), gold)
 
 
-def _side(ours: Clause, theirs: Clause, matched: tuple[Literal, ...]) -> SideMatch:
-    names = Counter(literal.predicate for literal in matched)
-    return SideMatch(
-        matched=tuple(sorted(names.elements())),
-        additional=_rest(ours, names),
-        missing=_rest(theirs, names),
-    )
+def _best(
+    sides: Sequence[_Side],
+    renamings: Iterable[Renaming],
+    match: Callable[[_Side, Renaming], _T],
+    number: Callable[[_T], int],
+    wanted: int,
+) -> list[_T]:
+    """What is found on each side with the first of the renamings with which most is found."""
+    best: list[_T] = []
+    most = -1
+    for renaming in renamings:
+        found = [match(side, renaming) for side in sides]
+        total = sum(map(number, found))
+        if total > most:
+            best, most = found, total
+        if most == wanted:
+            break
+    return best
 
 
-def _rest(clause: Clause, matched: Counter[str]) -> tuple[str, ...]:
-    left = Counter(literal.predicate for literal in literals(clause)) - matched
-    return tuple(sorted(left.elements()))
+def _match_clauses(side: _Side, renaming: Renaming) -> _Found:
+    """The clauses of one side, each gold one paired with an identical one of the answer."""
+    left = [(canonical(part, renaming), part) for part in _clauses(side.ours, side.theirs)]
+    found = _Found([], [], [])
+    for part, same in zip(parts_of(side.theirs), side.wanted, strict=True):
+        partner = next((own for own in left if own[0] == same), None)
+        if partner is None:
+            found.missing.append(part)
+        else:
+            found.matched.append(part)
+            left.remove(partner)
+    found.additional.extend(part for _, part in left)
+    return found
 
 
-def _names(found: Iterator[Literal]) -> tuple[str, ...]:
-    return tuple(sorted(literal.predicate for literal in found))
+def _clauses(ours: Clause, theirs: Clause) -> tuple[Clause, ...]:
+    """The clauses of an answer; beside a gold list with the other connective its list is a single one."""
+    match ours, theirs:
+        case Joined(connective, [_, *_]), Joined(other, [_, *_]) if connective is not other:
+            return (ours,)
+        case _:
+            return parts_of(ours)
 
 
 def _renamings(predicted: PddlAction, gold: PddlAction) -> Iterator[Renaming]:
@@ -121,46 +186,40 @@ def _renamings(predicted: PddlAction, gold: PddlAction) -> Iterator[Renaming]:
     return (renaming for agreeing, renaming in candidates if agreeing == most)
 
 
-def _match(ours: Clause, theirs: Clause, renaming: Renaming) -> tuple[Literal, ...]:
-    """The gold literals that find a partner when one tree is laid upon the other as well as possible."""
+def _match_side_literals(side: _Side, renaming: Renaming) -> int:
+    return _match_literals(side.ours, side.theirs, renaming)
+
+
+def _match_literals(ours: Clause, theirs: Clause, renaming: Renaming) -> int:
+    """How many literals find a partner when one tree is laid upon the other as well as possible."""
     match ours, theirs:
         case Literal(), Literal():
-            return (theirs,) if _same(ours, theirs, renaming) else ()
+            return int(_same(ours, theirs, renaming))
         case Denied(a), Denied(b):
-            return _match(a, b, renaming)
+            return _match_literals(a, b, renaming)
         case Bound(scope, name, category, part), Bound() if (scope, category) == (theirs.scope, theirs.type):
-            return _match(part, theirs.part, {**renaming, name: theirs.name})
+            return _match_literals(part, theirs.part, {**renaming, name: theirs.name})
         case Guarded(), Guarded():
-            return (
-                *_match(ours.guard, theirs.guard, renaming),
-                *_match(ours.part, theirs.part, renaming),
-            )
+            guards = _match_literals(ours.guard, theirs.guard, renaming)
+            return guards + _match_literals(ours.part, theirs.part, renaming)
         case Joined(), Joined() if ours.connective is not theirs.connective:
             return _match_unlike(ours, theirs, renaming)
         case (Joined(), _) | (_, Joined()):
-            return _match_lists(_parts(ours), _parts(theirs), renaming)
+            grid = [[_match_literals(a, b, renaming) for b in parts_of(theirs)] for a in parts_of(ours)]
+            return sum(grid[row][column] for row, column in heaviest_pairs(grid))
         case _:
-            return ()
+            return 0
 
 
-def _parts(clause: Clause) -> tuple[Clause, ...]:
-    """The parts of a list; anything else is a list of one."""
-    return clause.parts if isinstance(clause, Joined) else (clause,)
-
-
-def _match_lists(
-    ours: tuple[Clause, ...], theirs: tuple[Clause, ...], renaming: Renaming
-) -> tuple[Literal, ...]:
-    grid = [[_match(a, b, renaming) for b in theirs] for a in ours]
-    pairs = heaviest_pairs([[len(cell) for cell in row] for row in grid])
-    return tuple(literal for row, column in pairs for literal in grid[row][column])
-
-
-def _match_unlike(ours: Joined, theirs: Joined, renaming: Renaming) -> tuple[Literal, ...]:
+def _match_unlike(ours: Joined, theirs: Joined, renaming: Renaming) -> int:
     """A conjunction and a disjunction match only as far as one of them is a part of the other."""
-    inside = [_match(part, theirs, renaming) for part in ours.parts if isinstance(part, Joined)]
-    around = [_match(ours, part, renaming) for part in theirs.parts if isinstance(part, Joined)]
-    return max([*inside, *around], key=len, default=())
+    inside = [_match_literals(part, theirs, renaming) for part in ours.parts if isinstance(part, Joined)]
+    around = [_match_literals(ours, part, renaming) for part in theirs.parts if isinstance(part, Joined)]
+    return max([*inside, *around], default=0)
+
+
+def _size(clause: Clause) -> int:
+    return sum(1 for _ in literals(clause))
 
 
 def _same(ours: Literal, theirs: Literal, renaming: Renaming) -> bool:

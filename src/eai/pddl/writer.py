@@ -87,7 +87,7 @@ def write_formula(formula: f.Formula) -> str:
         case f.Atom():
             return write_atom(formula)
         case f.Equals(left, right):
-            return f"(= {_term(left)} {_term(right)})"
+            return f"(= {write_term(left)} {write_term(right)})"
         case f.Not(operand):
             return f"(not {write_formula(operand)})"
         case f.And(operands):
@@ -106,10 +106,11 @@ def write_formula(formula: f.Formula) -> str:
 
 def write_atom(atom: f.Atom) -> str:
     """The atom as text."""
-    return _list([atom.predicate, *map(_term, atom.arguments)])
+    return _list([atom.predicate, *map(write_term, atom.arguments)])
 
 
-def _term(term: f.Term) -> str:
+def write_term(term: f.Term) -> str:
+    """The variable or constant as text."""
     match term:
         case f.Variable(name):
             return f"?{name}"

@@ -39,7 +39,7 @@ class PublishedPrompts(Protocol):
         ...
 
     def files(self, ability: Ability, store: Store | None = None, *, report: Report = silent) -> PromptFiles:
-        """The same as files, byte for byte where the data set ships them.
+        """The same as files, byte for byte where the data set ships them and they ask for what is scored.
 
         Raises:
             DataError: they cannot be obtained.

@@ -19,7 +19,7 @@ from eai.benchmarks.registry import title_of
 from eai.metrics.breakdown import outcome
 from eai.report.runs import Run, RunKey
 
-VERSION = 1
+VERSION = 2
 """The version of the format."""
 
 Suite: TypeAlias = "tuple[str, str]"
@@ -148,9 +148,9 @@ class ExplorerData:
         return _number(self._steps, json.dumps(packed))
 
     def _operator(self, operator: OperatorReport) -> int:
-        """Name, status, the sides with matched, additional and missing predicates, and offences."""
+        """Name, status, the sides with what is matched, additional and missing, and offences."""
         sides = [
-            [list(side.matched), list(side.additional), list(side.missing)]
+            [[self._text(part) for part in parts] for parts in (side.matched, side.additional, side.missing)]
             for side in (operator.precondition, operator.effect)
         ]
         offences = [

@@ -15,10 +15,10 @@ from eai.abilities.protocol import Protocol
 from eai.abilities.transition_modeling.scorer import TransitionModeling
 from eai.abilities.transition_modeling.task import Category, OperatorLibrary, TransitionTask
 from eai.abilities.verdict import OperatorVerdict, Verdict
-from eai.benchmarks.gold_operators import rules_of
 from eai.pddl.operator_text import OperatorText
 from eai.pddl.planner import BuiltInPlanner
 from eai.pddl.reader import read_domain
+from operator_rules import rules_of
 
 OPEN = OperatorText(
     "open", "(?a - agent ?o - object)", "(and (shut ?o) (near ?a ?o))", "(and (wide ?o) (not (shut ?o)))"

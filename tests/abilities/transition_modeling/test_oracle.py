@@ -8,21 +8,24 @@ from typing import Any
 
 import pytest
 
-from eai.abilities.protocol import Protocol
+from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.transition_modeling.planners import make_planner
 from eai.abilities.transition_modeling.report import OperatorStatus
 from eai.abilities.transition_modeling.scorer import TransitionModeling
 from eai.abilities.verdict import Confusion, OperatorVerdict, Verdict
 from eai.benchmarks.gold_operators import (
+    NOTHING_RENAMED,
     TransitionTasks,
     open_behavior,
     open_virtualhome,
-    rules_of,
 )
+from eai.benchmarks.source import Source
+from eai.benchmarks.suite import open_suite
 from eai.data.store import Store
 from eai.errors import DataError
 from eai.pddl.matching import SideMatch
 from eai.pddl.planning import PddlPlanner, PlannerChoice, PlannerOutcome
+from operator_rules import rules_of
 from oracle import MODELS, Oracle
 
 
@@ -34,6 +37,11 @@ def virtualhome(data_store: Store) -> TransitionTasks:
 @pytest.fixture(scope="module")
 def behavior(data_store: Store) -> TransitionTasks:
     return open_behavior(data_store)
+
+
+@pytest.fixture(scope="module")
+def behavior_as_published(data_store: Store) -> TransitionTasks:
+    return open_behavior(data_store, asked_as=NOTHING_RENAMED)
 
 
 def planner() -> PddlPlanner:
@@ -91,11 +99,11 @@ def test_virtualhome_counters_and_planner(virtualhome: TransitionTasks, oracle: 
 
 
 @pytest.mark.parametrize("name", [*MODELS, "gt", "perturb_logic_only"])
-def test_behavior_counters(behavior: TransitionTasks, oracle: Oracle, name: str) -> None:
+def test_behavior_counters(behavior_as_published: TransitionTasks, oracle: Oracle, name: str) -> None:
     rows = oracle("behavior", "transition_modeling", name)["records"]
     rules = rules_of(Protocol.EAI_1_0_5, None)
     for row in rows:
-        task = behavior[row["identifier"].split("@")[0]]
+        task = behavior_as_published[row["identifier"].split("@")[0]]
         verdict = TransitionModeling(task, rules).score(row["response"])
         assert verdict.planner is PlannerOutcome.NOT_RUN
         assert_equal(row["verdict"], verdict, task.domain.categories, row["identifier"])
@@ -114,6 +122,26 @@ def test_strict_refuses_undefined_names_as_the_current_translator(
         assert verdict.success is row["planner"]["success"], row["id"]
         outcomes[bool(verdict.success)] += 1
     assert outcomes[True] == solved
+
+
+@pytest.mark.parametrize(
+    ("protocol", "status"),
+    [(Protocol.STRICT, OperatorStatus.COMPARED), (Protocol.EAI_1_0_5, OperatorStatus.HALLUCINATED)],
+)
+def test_an_operator_has_the_name_that_was_asked_for(
+    oracle: Oracle, data_store: Store, protocol: Protocol, status: OperatorStatus
+) -> None:
+    """The data set calls an operator ``slice-carvingknife``; prompts and answers have an underscore."""
+    rows = oracle("behavior", "transition_modeling", "gpt-4o-2024-05-13")["records"]
+    source = Source(data_store, planner=PlannerChoice.NONE)
+    suite = open_suite("behavior", Ability.TRANSITION_MODELING, protocol, source=source)
+    written = [row for row in rows if "slice_carvingknife" in row["response"]]
+    found = []
+    for row in written:
+        verdict = suite.score(row["identifier"], row["response"])
+        assert isinstance(verdict, OperatorVerdict)
+        found += [each.status for each in verdict.operators if each.name == "slice_carvingknife"]
+    assert found == [status] * 3
 
 
 @pytest.mark.parametrize("protocol", list(Protocol))

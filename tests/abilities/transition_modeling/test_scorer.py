@@ -9,13 +9,13 @@ from eai.abilities.transition_modeling.planners import make_planner
 from eai.abilities.transition_modeling.report import OperatorStatus
 from eai.abilities.transition_modeling.scorer import TransitionModeling
 from eai.abilities.transition_modeling.task import Category, OperatorLibrary, TransitionTask
-from eai.abilities.verdict import Confusion, OperatorVerdict, Verdict
-from eai.benchmarks.gold_operators import rules_of
+from eai.abilities.verdict import ALL, Confusion, OperatorVerdict, Verdict
 from eai.pddl.operator_text import OperatorText
 from eai.pddl.planner import BuiltInPlanner
 from eai.pddl.planning import PlannerChoice, PlannerOutcome, PlannerResult, PlanningTask
 from eai.pddl.reader import read_domain
 from eai.world.fault import FaultKind
+from operator_rules import rules_of
 
 OPEN = OperatorText("open", "(?o)", "(and (shut ?o) (near ?o))", "(not (shut ?o))")
 LIGHT = OperatorText("light", "(?o)", "(near ?o)", "(lit ?o)")
@@ -51,8 +51,9 @@ def score(text: str, protocol: Protocol = Protocol.STRICT) -> OperatorVerdict:
 
 
 def counts(verdict: Verdict) -> dict[str, dict[str, tuple[int, ...]]]:
+    """The counts by category."""
     return {
-        side: {name: tuple(confusion) for name, confusion in found.items()}
+        side: {name: tuple(confusion) for name, confusion in found.items() if name != ALL}
         for side, found in (verdict.counts or {}).items()
         if not isinstance(found, Confusion)
     }
@@ -62,6 +63,7 @@ GOLD_COUNTS = {
     "precondition": {"object_states": (1, 0, 0), "spatial_relations": (2, 0, 0)},
     "effect": {"object_states": (2, 0, 0)},
 }
+"""The same for clauses and for predicates: no clause has two, and no predicate is in two of an operator."""
 
 
 @pytest.mark.parametrize("protocol", list(Protocol))
@@ -100,6 +102,34 @@ def test_a_predicate_that_the_domain_lacks_is_counted_under_strict_only() -> Non
     assert counts(score(answer(OPEN, ghost)))["precondition"]["other"] == (0, 1, 0)
     reference = counts(score(answer(OPEN, ghost), Protocol.EAI_1_0_5))["precondition"]
     assert reference == {"object_states": (1, 0, 0), "spatial_relations": (1, 1, 1)}
+
+
+def test_a_clause_counts_once_in_each_of_its_categories_and_is_right_as_a_whole_or_not_at_all() -> None:
+    nested = OperatorText("light", "(?o)", "(not (exists (?x) (and (near ?x) (shut ?x))))", "(lit ?o)")
+    library = OperatorLibrary(DOMAIN.header, {"light": nested}, DOMAIN.categories)
+    task = TransitionTask("t", library, ("light",), (Category.OBJECT_STATES,), TASK.problem_text)
+    half = OperatorText("light", "(?o)", "(not (exists (?y) (and (bright ?y) (near ?y))))", "(lit ?o)")
+    for operator, side, in_literals in (
+        (nested, {"all": (1, 0, 0), "object_states": (1, 0, 0), "spatial_relations": (1, 0, 0)}, (2, 0, 0)),
+        (
+            half,
+            {
+                "all": (0, 1, 1),
+                "object_states": (0, 0, 1),
+                "other": (0, 1, 0),
+                "spatial_relations": (0, 1, 1),
+            },
+            (1, 1, 1),
+        ),
+    ):
+        rules = rules_of(Protocol.STRICT, None)
+        verdict = TransitionModeling(task, rules).assess(answer(operator)).verdict
+        assert isinstance(verdict, OperatorVerdict)
+        assert verdict.counts == {
+            "precondition": side,
+            "effect": {"all": (1, 0, 0), "object_states": (1, 0, 0)},
+        }
+        assert verdict.literals == {"precondition": in_literals, "effect": (1, 0, 0)}
 
 
 def test_an_unreadable_answer_misses_everything_under_strict_and_is_left_out_under_eai_1_0_5() -> None:
@@ -141,8 +171,8 @@ def test_equal_operators_are_planned_with_once(protocol: Protocol) -> None:
 def test_an_explanation_names_what_is_wrong_and_shows_the_plan() -> None:
     scorer = TransitionModeling(TASK, rules_of(Protocol.STRICT, BuiltInPlanner()))
     notes = scorer.explain(answer(OperatorText("open", "(?o)", "(near ?x)", "(not (shut ?o))"))).notes
-    assert "open: the precondition lacks near, shut" in notes
-    assert "open: the precondition has additional near" in notes
+    assert "open: the precondition lacks (shut ?o), (near ?o)" in notes
+    assert "open: the precondition has additional (near ?x)" in notes
     assert "open: unbound_variable in the precondition of open: x" in notes
     assert "light: missing" in notes
     assert any(note.startswith("planner: input_error") for note in notes)

@@ -13,14 +13,11 @@ from eai.abilities.declaration import (
 from eai.abilities.protocol import Ability
 from eai.abilities.share import Share, add, confusion_shares, of_all
 from eai.abilities.task import GoalKind
-from eai.abilities.verdict import Confusion, GoalVerdict
+from eai.abilities.verdict import ALL, Confusion, GoalVerdict
 from eai.world.fault import FaultKind
 
 OVERALL = "overall"
 """The prefix of the rates over all goals."""
-
-ALL = "all"
-"""The key in a verdict's counts of all goals, where they are more than those of the three kinds."""
 
 _GRAMMAR = "Grammar errors"
 _PARTS = (*(kind.value for kind in GoalKind), OVERALL)

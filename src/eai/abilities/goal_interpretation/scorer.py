@@ -25,13 +25,10 @@ from eai.abilities.goal_interpretation.written import SECTIONS, WrittenGoal, Wri
 from eai.abilities.scorer import Assessment, Scorer
 from eai.abilities.task import GoalKind, Task
 from eai.abilities.unreadable import Unreadable
-from eai.abilities.verdict import Confusion, ErrorReport, GoalVerdict
+from eai.abilities.verdict import ALL, Confusion, ErrorReport, GoalVerdict
 from eai.world.domain import Domain
 from eai.world.fault import FaultKind
 from eai.world.relation import bits
-
-ALL = "all"
-"""The key in a verdict's counts of all goals, those included that are of no kind."""
 
 
 class Compared(NamedTuple):

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 
 from eai.abilities.transition_modeling.task import Category
-from eai.abilities.verdict import Confusion
+from eai.abilities.verdict import ALL, Confusion
+from eai.pddl.clauses import predicates_in
 from eai.pddl.matching import SideMatch
 
 OTHER = "other"
@@ -13,21 +14,24 @@ OTHER = "other"
 
 
 def count_by_category(
-    sides: Iterable[SideMatch], categories: Mapping[str, Category], *, count_others: bool
+    sides: Iterable[SideMatch], categories: Mapping[str, Category], *, clauses: bool
 ) -> dict[str, Confusion]:
-    """Matched, additional and missing predicates by category; categories without any are left out.
+    """What is matched, additional and missing by category; categories without any are left out.
 
     Args:
         sides: preconditions, or effects.
         categories: predicate -> category.
-        count_others: whether predicates without a category count, as `OTHER`.
+        clauses: whether clauses are counted: each once in every category that its predicates have, `OTHER`
+            among them, and once in `ALL`. Else predicates are, without those that have no category.
     """
-    counts: dict[Category | None, list[int]] = {}
+    counts: dict[str, list[int]] = {}
     for side in sides:
-        for index, names in enumerate((side.matched, side.additional, side.missing)):
-            for name in names:
-                category = categories.get(name)
-                if category is not None or count_others:
-                    counts.setdefault(category, [0, 0, 0])[index] += 1
-    named = {OTHER if category is None else category.value: found for category, found in counts.items()}
-    return {name: Confusion(*named[name]) for name in sorted(named)}
+        for index, parts in enumerate((side.matched, side.additional, side.missing)):
+            for part in parts:
+                found = {categories.get(name) for name in predicates_in(part)}
+                names = {category.value for category in found if category is not None}
+                if clauses:
+                    names |= {ALL, OTHER} if None in found else {ALL}
+                for name in names:
+                    counts.setdefault(name, [0, 0, 0])[index] += 1
+    return {name: Confusion(*counts[name]) for name in sorted(counts)}

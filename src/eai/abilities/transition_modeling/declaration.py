@@ -17,11 +17,14 @@ from eai.abilities.declaration import (
 from eai.abilities.protocol import Ability
 from eai.abilities.share import NOTHING, Share, add, confusion_shares, of_all
 from eai.abilities.transition_modeling.task import Category
-from eai.abilities.verdict import Confusion, OperatorVerdict
+from eai.abilities.verdict import ALL, Confusion, OperatorVerdict
 from eai.pddl.planning import PlannerOutcome
 
 OVERALL = "overall"
 """The prefix of the rates over all categories."""
+
+LITERALS = "literals"
+"""The prefix of the rates over all literals: partial credit for clauses of which a part is right."""
 
 PLANNER = "Planner"
 """The group of the columns of planner success."""
@@ -37,8 +40,9 @@ _NONE = Confusion(0, 0, 0)
 def contributions(verdict: OperatorVerdict) -> dict[str, Share]:
     """What one answer contributes to each rate.
 
-    Counts are of preconditions and effects together. A task's planner outcome counts in each of the task's
-    categories and once overall; one that no planner ran on counts in neither.
+    Counts are of preconditions and effects together, and overall and in literals of all categories. A task's
+    planner outcome counts in each of the task's categories and once overall; one that no planner ran on
+    counts in neither.
     """
     counts = _by_category(verdict)
     planned = verdict.planner not in (None, PlannerOutcome.NOT_RUN)
@@ -48,7 +52,8 @@ def contributions(verdict: OperatorVerdict) -> dict[str, Share]:
         shares |= confusion_shares(name, counts.get(name, _NONE))
         counts_here = planned and name in verdict.task_categories
         shares[f"{name}.planner_success"] = solved if counts_here else NOTHING
-    shares |= confusion_shares(OVERALL, add(counts.values()))
+    shares |= confusion_shares(OVERALL, _overall(verdict))
+    shares |= confusion_shares(LITERALS, add((verdict.literals or {}).values()))
     shares[_PLANNER_SUCCESS] = solved if planned else NOTHING
     return shares
 
@@ -58,7 +63,7 @@ def outcome(verdict: OperatorVerdict) -> AnswerOutcome:
     if verdict.success:
         return AnswerOutcome.SUCCESS
     unplanned = verdict.planner in (None, PlannerOutcome.NOT_RUN)
-    return error_outcome(verdict) or counts_outcome(add(_by_category(verdict).values()), enough=unplanned)
+    return error_outcome(verdict) or counts_outcome(_overall(verdict), enough=unplanned)
 
 
 def of_run(verdicts: Sequence[OperatorVerdict]) -> Sequence[OperatorVerdict]:
@@ -72,12 +77,18 @@ def of_run(verdicts: Sequence[OperatorVerdict]) -> Sequence[OperatorVerdict]:
 
 
 def _by_category(verdict: OperatorVerdict) -> dict[str, Confusion]:
-    """The counts of both sides by category, all categories that are there."""
+    """The counts of both sides by category, all that are there."""
     found: dict[str, Confusion] = {}
     for side in (verdict.counts or {}).values():
         for name, confusion in side.items():
             found[name] = add((found.get(name, _NONE), confusion))
     return found
+
+
+def _overall(verdict: OperatorVerdict) -> Confusion:
+    """The counts of both sides over all categories; a clause that is of several counts once."""
+    counts = _by_category(verdict)
+    return counts.get(ALL) or add(counts.values())
 
 
 TRANSITION_MODELING = AbilityDeclaration(
@@ -88,10 +99,13 @@ TRANSITION_MODELING = AbilityDeclaration(
     contributions=contributions,
     outcome=outcome,
     columns=(
-        *score_columns(_PARTS),
+        *score_columns((*_PARTS, LITERALS)),
         *(MetricColumn(f"{part}.planner_success", PLANNER, label_of(part)) for part in _PARTS),
     ),
-    terminal=tuple(f"{part}.{measure}" for part in _PARTS for measure in ("f1", "planner_success")),
+    terminal=(
+        *(f"{part}.{measure}" for part in _PARTS for measure in ("f1", "planner_success")),
+        f"{LITERALS}.f1",
+    ),
     main={f"{OVERALL}.f1": "F1", _PLANNER_SUCCESS: PLANNER},
     averaged=(f"{OVERALL}.f1", _PLANNER_SUCCESS),
     yes_no=frozenset({_PLANNER_SUCCESS}),

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable
+from collections.abc import Callable, Hashable, Mapping
 from dataclasses import dataclass, field
 from typing import Protocol
 
 from eai.abilities.transition_modeling.report import OperatorReport
 from eai.abilities.transition_modeling.task import TransitionTask
-from eai.abilities.verdict import ErrorReport
+from eai.abilities.verdict import Confusion, ErrorReport
 from eai.pddl.planning import PddlPlanner, PlannerOutcome, PlannerResult, PlanningTask
 from eai.world.fault import FaultKind
 
@@ -28,6 +28,7 @@ class Judgement:
 
     Attributes:
         operators: those that are asked for or written.
+        literals: literals matched, additional and missing, by side; None where the rules do not count them.
         planning: what the planner made of them.
         repairs: the names of the repairs that reading made.
         error: why nothing could be read, or None.
@@ -36,6 +37,7 @@ class Judgement:
 
     operators: tuple[OperatorReport, ...]
     planning: PlannerResult
+    literals: Mapping[str, Confusion] | None = None
     repairs: tuple[str, ...] = ()
     error: ErrorReport | None = None
     excluded: str | None = None
@@ -73,12 +75,15 @@ class Rules(Protocol):
         ...
 
     @property
-    def count_others(self) -> bool:
-        """Whether predicates that the domain does not have are counted."""
+    def counts_clauses(self) -> bool:
+        """Whether operators are compared clause by clause; else what is compared are predicates."""
         ...
 
-    def plan_one_at_a_time(self, task: TransitionTask, text: str) -> dict[str, PlannerResult]:
-        """For each operator of an answer what comes of it among gold operators: name -> result."""
+    def plan_one_at_a_time(self, task: TransitionTask, text: str) -> dict[str, PlannerResult | None]:
+        """What comes of each operator that is asked for among gold operators: name -> result.
+
+        An operator that the answer does not have has none. Empty for an answer that the rules leave out.
+        """
         ...
 
     def judge(self, task: TransitionTask, text: str) -> Judgement:

@@ -26,7 +26,8 @@ class OperatorReport:
     """One operator that is asked for or written.
 
     Attributes:
-        precondition: predicates matched, additional and missing in the precondition.
+        precondition: clauses matched, additional and missing in the precondition; or predicates, if the
+            rules count those.
         effect: the same for the effect.
         offences: what is wrong with it, whatever the gold operator.
     """

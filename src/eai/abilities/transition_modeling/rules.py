@@ -1,6 +1,6 @@
 """The rules of the paper.
 
-Every operator that is asked for counts: one that is missing or cannot be read misses all its predicates.
+Every operator that is asked for counts: one that is missing or cannot be read misses all its clauses.
 The planner gets the operators that are asked for, as the answer has them, and nothing else: what the answer
 lacks is not filled in, and what was not asked for is left out (and reported). An operator that uses
 undefined names is an input error of the answer, as any current planner has it.
@@ -11,10 +11,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+from eai.abilities.share import add
 from eai.abilities.transition_modeling.extraction import WrittenOperator, extract
 from eai.abilities.transition_modeling.judgement import NOT_RUN, UNREADABLE, Judgement, PlanMemory
 from eai.abilities.transition_modeling.report import OperatorReport, OperatorStatus
 from eai.abilities.transition_modeling.task import TransitionTask
+from eai.abilities.verdict import Confusion
 from eai.pddl.check import Declarations, check_action
 from eai.pddl.matching import OperatorMatch, match_operators, missing_operator
 from eai.pddl.model import PddlAction
@@ -30,9 +32,9 @@ class PaperRules:
     """The rules with what they remember about one domain: equal operators are compared and checked once."""
 
     plans: PlanMemory
-    matched: dict[tuple[PddlAction, str], OperatorMatch] = field(default_factory=dict)
+    matched: dict[tuple[PddlAction | None, str], OperatorMatch] = field(default_factory=dict)
     checked: dict[PddlAction, tuple[PddlFinding, ...]] = field(default_factory=dict)
-    count_others: bool = True
+    counts_clauses: bool = True
 
     @classmethod
     def with_planner(cls, planner: PddlPlanner | None) -> PaperRules:
@@ -42,49 +44,54 @@ class PaperRules:
     def judge(self, task: TransitionTask, text: str) -> Judgement:
         """The judgement on an answer; one without any operator misses all that are asked for."""
         written = extract(text)
+        by_name = {} if written is None else {operator.name: operator for operator in written.operators}
+        matches = {name: self._match(task, name, by_name.get(name)) for name in task.operators}
+        asked = tuple(self._report(task, name, by_name.get(name), match) for name, match in matches.items())
+        literals = {
+            "precondition": add(Confusion(*match.precondition_literals) for match in matches.values()),
+            "effect": add(Confusion(*match.effect_literals) for match in matches.values()),
+        }
         if written is None:
-            missing = tuple(self._report(task, name, None) for name in task.operators)
             planning = NOT_RUN if self.plans.planner is None else _NO_OPERATORS
-            return Judgement(missing, planning, error=UNREADABLE)
-        by_name = {operator.name: operator for operator in written.operators}
-        asked = tuple(self._report(task, name, by_name.get(name)) for name in task.operators)
+            return Judgement(asked, planning, literals, error=UNREADABLE)
         others = tuple(
             OperatorReport(name, OperatorStatus.HALLUCINATED, offences=self._findings(task, operator))
             for name, operator in by_name.items()
             if name not in task.operators
         )
-        return Judgement((*asked, *others), self._plan(task, by_name, asked), written.repairs)
+        return Judgement((*asked, *others), self._plan(task, by_name, asked), literals, written.repairs)
 
-    def plan_one_at_a_time(self, task: TransitionTask, text: str) -> dict[str, PlannerResult]:
-        """What comes of each operator that is asked for, among the other gold ones that are asked for.
-
-        An operator that the answer does not have, or that cannot be read, is one that the planner has to do
-        without.
-        """
+    def plan_one_at_a_time(self, task: TransitionTask, text: str) -> dict[str, PlannerResult | None]:
+        """What comes of each operator that is asked for, among the other gold ones that are asked for."""
         written = extract(text)
         by_name = {} if written is None else {each.name: each for each in written.operators}
-        return {name: self._plan_with(task, name, by_name.get(name)) for name in task.operators}
+        return {
+            name: self._plan_with(task, name, by_name[name]) if name in by_name else None
+            for name in task.operators
+        }
 
-    def _plan_with(self, task: TransitionTask, name: str, written: WrittenOperator | None) -> PlannerResult:
-        replaced = written.reading if written is not None else None
-        actions = [replaced if other == name else gold for other, gold in task.gold.items()]
-        findings = () if written is None else self._findings(task, written)
-        return self._solve(task, tuple(each for each in actions if isinstance(each, PddlAction)), findings)
+    def _plan_with(self, task: TransitionTask, name: str, written: WrittenOperator) -> PlannerResult:
+        actions = (written.reading if other == name else gold for other, gold in task.gold.items())
+        readable = tuple(each for each in actions if isinstance(each, PddlAction))
+        return self._solve(task, readable, self._findings(task, written))
 
-    def _report(self, task: TransitionTask, name: str, written: WrittenOperator | None) -> OperatorReport:
-        if written is None or isinstance(written.reading, PddlFinding):
-            match = missing_operator(task.gold[name])
-            status = OperatorStatus.MISSING if written is None else OperatorStatus.UNREADABLE
-        else:
-            match = self._match(task, name, written.reading)
-            status = OperatorStatus.COMPARED
-        findings = () if written is None else self._findings(task, written)
+    def _report(
+        self, task: TransitionTask, name: str, written: WrittenOperator | None, match: OperatorMatch
+    ) -> OperatorReport:
+        if written is None:
+            return OperatorReport(name, OperatorStatus.MISSING, match.precondition, match.effect)
+        readable = isinstance(written.reading, PddlAction)
+        status = OperatorStatus.COMPARED if readable else OperatorStatus.UNREADABLE
+        findings = self._findings(task, written)
         return OperatorReport(name, status, match.precondition, match.effect, findings)
 
-    def _match(self, task: TransitionTask, name: str, action: PddlAction) -> OperatorMatch:
+    def _match(self, task: TransitionTask, name: str, written: WrittenOperator | None) -> OperatorMatch:
+        action = written.reading if written and isinstance(written.reading, PddlAction) else None
         match = self.matched.get((action, name))
         if match is None:
-            match = self.matched[action, name] = match_operators(action, task.gold[name])
+            gold = task.gold[name]
+            match = missing_operator(gold) if action is None else match_operators(action, gold)
+            self.matched[action, name] = match
         return match
 
     def _findings(self, task: TransitionTask, written: WrittenOperator) -> tuple[PddlFinding, ...]:

@@ -12,7 +12,7 @@ from eai.abilities.transition_modeling.judgement import Judgement, Rules
 from eai.abilities.transition_modeling.report import OperatorReport
 from eai.abilities.transition_modeling.task import TransitionTask
 from eai.abilities.verdict import Confusion, OperatorVerdict
-from eai.pddl.planning import PlannerOutcome
+from eai.pddl.planning import PlannerOutcome, PlannerResult
 
 
 class TransitionModeling(Scorer):
@@ -32,6 +32,13 @@ class TransitionModeling(Scorer):
         judgement = self._rules.judge(self.task, text)
         return Assessment(self._verdict(judgement), partial(_explained, judgement))
 
+    def plan_one_at_a_time(self, text: str) -> Mapping[str, PlannerResult | None]:
+        """What comes of each operator that is asked for, as the answer has it, among gold operators.
+
+        None for one that the answer does not have; empty for an answer that is left out of all statistics.
+        """
+        return self._rules.plan_one_at_a_time(self.task, text)
+
     def _verdict(self, judgement: Judgement) -> OperatorVerdict:
         categories = tuple(category.value for category in self.task.categories)
         if judgement.excluded is not None:
@@ -43,6 +50,7 @@ class TransitionModeling(Scorer):
             success=None if outcome is PlannerOutcome.NOT_RUN else outcome is PlannerOutcome.SOLVED,
             error=judgement.error,
             counts=self._counts(judgement.operators),
+            literals=judgement.literals,
             planner=outcome,
             repairs=judgement.repairs,
             task_categories=categories,
@@ -52,12 +60,10 @@ class TransitionModeling(Scorer):
         )
 
     def _counts(self, reports: tuple[OperatorReport, ...]) -> Mapping[str, Mapping[str, Confusion]]:
-        others, categories = self._rules.count_others, self.task.domain.categories
+        categories, clauses = self.task.domain.categories, self._rules.counts_clauses
         return {
-            "precondition": count_by_category(
-                (r.precondition for r in reports), categories, count_others=others
-            ),
-            "effect": count_by_category((r.effect for r in reports), categories, count_others=others),
+            "precondition": count_by_category((r.precondition for r in reports), categories, clauses=clauses),
+            "effect": count_by_category((r.effect for r in reports), categories, clauses=clauses),
         }
 
 

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from eai.abilities.protocol import Protocol
+from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.transition_modeling.task import TransitionTask
 from eai.benchmarks.behavior.domain import as_meant
 from eai.benchmarks.behavior.goal_notation import BehaviorGoals
+from eai.benchmarks.behavior.operator_questions import corrected_questions
 from eai.benchmarks.behavior.subgoal_notation import BehaviorSubgoals
 from eai.benchmarks.behavior.subgoal_translation import BehaviorTranslation
 from eai.benchmarks.behavior.tasks import BehaviorTask
@@ -49,7 +50,7 @@ def behavior() -> Benchmark:
         wordings=wording,
         also_observed=("in_left_hand", "in_right_hand", "robot_on"),
         formats=formats_of("eai.benchmarks.behavior"),
-        published_prompts=OfficialPrompts(NAME, {}),
+        published_prompts=OfficialPrompts(NAME, corrected={Ability.TRANSITION_MODELING: corrected_questions}),
         task_id_of=task_id_of,
         planner_seconds=200,
     )

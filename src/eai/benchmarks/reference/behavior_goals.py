@@ -10,11 +10,10 @@ from functools import partial
 from typing import TypeAlias
 
 from eai.abilities.explanation import Explanation, GoalReport
-from eai.abilities.goal_interpretation.scorer import ALL
 from eai.abilities.scorer import Assessment, Scorer
 from eai.abilities.task import GoalKind
 from eai.abilities.unreadable import Unreadable
-from eai.abilities.verdict import Confusion, ErrorReport, GoalVerdict
+from eai.abilities.verdict import ALL, Confusion, ErrorReport, GoalVerdict
 from eai.benchmarks.behavior.goal_notation import RELATIONS, STATES
 from eai.benchmarks.behavior.tasks import BehaviorTask
 from eai.benchmarks.reference.aborting import Aborting

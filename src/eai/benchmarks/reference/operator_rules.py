@@ -34,7 +34,7 @@ class ReferenceRules:
     plans: PlanMemory
     reports: dict[OperatorText, OperatorReport] = field(default_factory=dict)
     read: dict[OperatorText, PddlAction | Dropped | PddlFinding] = field(default_factory=dict)
-    count_others: bool = False
+    counts_clauses: bool = False
 
     @classmethod
     def with_planner(cls, planner: PddlPlanner | None) -> ReferenceRules:
@@ -51,13 +51,18 @@ class ReferenceRules:
             planning=self._plan(task, written),
         )
 
-    def plan_one_at_a_time(self, task: TransitionTask, text: str) -> dict[str, PlannerResult]:
-        """What comes of each operator that is asked for and written, among all gold operators."""
-        written = extract_as_reference(text) or ()
+    def plan_one_at_a_time(self, task: TransitionTask, text: str) -> dict[str, PlannerResult | None]:
+        """What comes of each operator that is asked for, among all gold operators.
+
+        The reference counts one that is not written as a failure, and passes over answers with its format
+        error (``evaluate_results_sequential``).
+        """
+        written = extract_as_reference(text)
+        if written is None:
+            return {}
+        by_name = {operator.name: operator for operator in written}
         return {
-            operator.name: self._plan(task, (operator,))
-            for operator in written
-            if operator.name in task.operators
+            name: self._plan(task, (by_name[name],)) if name in by_name else None for name in task.operators
         }
 
     def _report(self, task: TransitionTask, operator: OperatorText) -> OperatorReport:

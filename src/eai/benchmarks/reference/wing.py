@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from eai.abilities.protocol import Ability
 from eai.benchmarks.benchmark import Benchmark, Form, Opened
-from eai.benchmarks.source import Source
+from eai.benchmarks.source import Source, TaskSet, once_per_store
+
+if TYPE_CHECKING:
+    from eai.abilities.transition_modeling.task import TransitionTask
 
 
 def virtualhome_wing(benchmark: Benchmark, ability: Ability, form: Form, source: Source) -> Opened:
     """A suite of VirtualHome. All answers to plans have ids, or none has: ``form`` says which."""
     if ability is Ability.TRANSITION_MODELING:
-        return _transition_modeling(benchmark, source)
+        return _transition_modeling(benchmark, benchmark.operators(source), source)
     from eai.benchmarks.virtualhome.benchmark import open_tasks
 
     tasks, task_ids = open_tasks(source), tuple(benchmark.tasks_for(ability, source))
@@ -35,7 +40,7 @@ def virtualhome_wing(benchmark: Benchmark, ability: Ability, form: Form, source:
 def behavior_wing(benchmark: Benchmark, ability: Ability, form: Form, source: Source) -> Opened:
     """A suite of BEHAVIOR."""
     if ability is Ability.TRANSITION_MODELING:
-        return _transition_modeling(benchmark, source)
+        return _transition_modeling(benchmark, _behavior_operators(source), source)
     from eai.benchmarks.behavior.benchmark import open_tasks
 
     tasks = open_tasks(source)
@@ -54,11 +59,22 @@ def behavior_wing(benchmark: Benchmark, ability: Ability, form: Form, source: So
             return Opened(tuple(tasks), tasks.sha256, lambda task_id: Subgoals(tasks[task_id]))
 
 
-def _transition_modeling(benchmark: Benchmark, source: Source) -> Opened:
+@once_per_store
+def _behavior_operators(source: Source) -> TaskSet[TransitionTask]:
+    """The tasks with the names of operators in the data set.
+
+    ``extract_action_details`` reads a name up to its first hyphen, so that the reference finds the one
+    operator that has a hyphen in no answer, not even in the data set's own.
+    """
+    from eai.benchmarks.gold_operators import NOTHING_RENAMED, open_behavior
+
+    return open_behavior(source.store, asked_as=NOTHING_RENAMED, report=source.report)
+
+
+def _transition_modeling(benchmark: Benchmark, tasks: TaskSet[TransitionTask], source: Source) -> Opened:
     from eai.abilities.transition_modeling.planners import make_planner
     from eai.abilities.transition_modeling.scorer import TransitionModeling
     from eai.benchmarks.reference.operator_rules import ReferenceRules
 
-    tasks = benchmark.operators(source)
     rules = ReferenceRules.with_planner(make_planner(source.planner, benchmark.planner_seconds))
     return Opened(tuple(tasks), tasks.sha256, lambda task_id: TransitionModeling(tasks[task_id], rules))

@@ -48,7 +48,8 @@ const goalsOf = (answer) => (answer.row.G || []).map(([kind, goal, satisfied]) =
   { kind, goal: text(goal), satisfied: Boolean(satisfied) }));
 const operatorsOf = (answer) => (answer.row.q || []).map((number) => {
   const [name, status, precondition, effect, offences] = packed.operators[number];
-  return { name, status, precondition, effect, offences };
+  const texts = (side) => side.map((parts) => parts.map(text));
+  return { name, status, precondition: texts(precondition), effect: texts(effect), offences };
 });
 const responseOf = (answer) => (answer.row.r === undefined ? '' : text(answer.row.r));
 const promptOf = (answer) => {

@@ -1,4 +1,6 @@
-// Operators: the data set's definition beside the answer's, with the predicates that differ marked.
+// Operators: the data set's definition beside the answer's, with the predicates of what differs marked.
+
+const CONNECTIVES = new Set(['and', 'or', 'not', 'when', 'forall', 'exists']);
 
 function operators(answer) {
   const found = operatorsOf(answer);
@@ -33,8 +35,14 @@ function sideNames(name, [matched, additional, missing]) {
 function definition(heading, source, sides, part, mark) {
   return element('div', { class: 'definition' }, element('h5', {}, heading), source
     ? sides.map(([name, parts]) => [element('span', { class: 'side' }, name),
-      element('pre', {}, pretty(groupAfter(source, `:${name}`), new Set(parts[part]), mark))])
+      element('pre', {}, pretty(groupAfter(source, `:${name}`), new Set(parts[part].flatMap(predicatesIn)), mark))])
     : element('p', { class: 'empty' }, 'none'));
+}
+
+// A clause stands for its predicates, a name alone for itself.
+function predicatesIn(clause) {
+  const heads = [...clause.matchAll(/\(([^\s()?]+)/g)].map((match) => match[1]);
+  return clause.startsWith('(') ? heads.filter((head) => !CONNECTIVES.has(head)) : [clause];
 }
 
 // The text of an operator in an answer, for showing only; scoring reads answers by itself.
