@@ -1,10 +1,11 @@
 """The variance of rates, of their means and differences, from what each unit adds to them.
 
 A rate is a ratio of sums over units. To first order its variance is the sum of the squares of what the units
-add: the linearisation of cluster samples, and the limit of a bootstrap over units. That is unsure where units
-are few, and zero where all agree. So two units of mean size are thought to be there besides, each all right
-or all wrong with even chance. They move no rate, but are part of its variance, as the two successes and two
-failures of Agresti and Coull (1998) are.
+add: the linearisation of cluster samples, and the limit of a bootstrap over units. That is too small where
+units are few: a large one draws the rate to itself, and where all agree there is no variance at all. So a
+unit counts by how far the rate is from what it would be without it (the jackknife), and two units of mean
+size are thought to be there besides, each all right or all wrong with even chance. They move no rate, but are
+part of its variance, as the two successes and two failures of Agresti and Coull (1998) are.
 """
 
 from __future__ import annotations
@@ -45,8 +46,14 @@ class Deviations:
 
     @property
     def variance(self) -> float:
-        """The variance of the number with the units besides; never zero."""
-        return self.observed_variance + _BESIDES * fmean(added * added for added in self.of_besides)
+        """The variance of the number, each unit left out in turn, with the units besides; never zero."""
+        left_out = (
+            added / (1 - self.weights[unit])
+            for unit, added in self.of_units.items()
+            if self.weights[unit] < 1
+        )
+        besides = _BESIDES * fmean(added * added for added in self.of_besides)
+        return sum(change * change for change in left_out) + besides
 
     @property
     def freedom(self) -> int:

@@ -15,7 +15,7 @@ _INTRODUCTION = """\
 Tasks of one name are near copies: who solves one mostly solves the others. The intervals of this report
 therefore have names, not tasks, as their units; those of independent tasks stand beside them. The design
 effect is how many times larger the variance is with names, and tasks divided by it are the independent
-tasks that would say as much. Intervals allow besides for names being few."""
+tasks that would say as much. Intervals also allow for names being few."""
 _UNNAMED = (
     "{runs} of {all} runs have older records, which do not say what their tasks are like. Each of the tasks "
     "counts as independent, which makes intervals too narrow where there are near copies, and success by "
