@@ -12,7 +12,7 @@ from eai.abilities.codec import record_from_json, record_to_json
 from eai.abilities.declarations import DECLARATIONS
 from eai.abilities.explanation import Explanation, GoalReport, PartReport, StepReport
 from eai.abilities.protocol import Ability
-from eai.abilities.record import Origin, Record, Usage
+from eai.abilities.record import Origin, Record, TaskFeatures, Usage
 from eai.abilities.transition_modeling.report import OperatorReport, OperatorStatus
 from eai.abilities.verdict import Counted, SubgoalCategory
 from eai.pddl.planning import PlannerOutcome
@@ -33,7 +33,8 @@ def test_an_example_is_a_record_as_it_is_written(ability: Ability) -> None:
 
 def test_every_field_is_on_the_page() -> None:
     example = record_from_json(json.loads(EXAMPLES[Ability.ACTION_SEQUENCING]))
-    declared = (Origin, Usage, Explanation, StepReport, GoalReport, PartReport, OperatorReport, Counted)
+    explained = (Explanation, StepReport, GoalReport, PartReport, OperatorReport)
+    declared = (TaskFeatures, Origin, Usage, Counted, *explained)
     names = {name for kind in declared for name in kind.__dataclass_fields__}
     names |= set(record_to_json(Record(**{n: getattr(example, n) for n in Record.__dataclass_fields__})))
     for each in DECLARATIONS.values():

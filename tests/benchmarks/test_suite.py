@@ -5,6 +5,7 @@ import pickle
 import pytest
 
 from eai.abilities.protocol import Ability, Protocol
+from eai.abilities.record import TaskFeatures
 from eai.benchmarks.source import Source
 from eai.benchmarks.suite import Suite, available_suites, open_suite
 from eai.data.store import Store
@@ -74,3 +75,14 @@ def test_a_suite_can_be_opened_again_elsewhere(data_store: Store) -> None:
         suite.protocol,
     )
     assert twin.score("11_1", NAMES_ONLY) == suite.score("11_1", NAMES_ONLY)
+
+
+def test_a_suite_says_what_its_tasks_are_like(data_store: Store) -> None:
+    """Also of tasks that ask for operators: tasks of one name are near copies there too."""
+    source = Source(data_store)
+    actions = open_suite("virtualhome", Ability.ACTION_SEQUENCING, Protocol.EAI_1_0_5, source=source)
+    operators = open_suite("virtualhome", Ability.TRANSITION_MODELING, source=source)
+    assert actions.features("27_2") == operators.features("27_2") == TaskFeatures("Wash clothes", 14, 5)
+    assert len({found.name for i in actions.task_ids if (found := actions.features(i))}) == 26
+    activities = open_suite("behavior", Ability.ACTION_SEQUENCING, source=source)
+    assert len({found.name for i in activities.task_ids if (found := activities.features(i))}) == 100

@@ -3,7 +3,7 @@ from __future__ import annotations
 import pytest
 
 from eai.abilities.protocol import Ability
-from eai.metrics.average import average_performance
+from eai.metrics.average import average_performance, average_weights
 from eai.metrics.paper_tables import PaperColumn, paper_table
 
 OFF_IN_THE_PAPER = {("behavior", "Cohere Command R+"), ("behavior", "o1-preview")}
@@ -27,6 +27,16 @@ def test_paper_averages_follow_from_its_columns(domain: str) -> None:
         if found != pytest.approx(printed, abs=0.051):
             off.add((domain, model))
     assert off == {pair for pair in OFF_IN_THE_PAPER if pair[0] == domain}
+
+
+def test_weights_are_those_of_the_paper_s_equation() -> None:
+    assert average_weights() == {
+        (Ability.GOAL_INTERPRETATION, "overall.f1"): 0.25,
+        (Ability.SUBGOAL_DECOMPOSITION, "task_success"): 0.25,
+        (Ability.ACTION_SEQUENCING, "task_success"): 0.25,
+        (Ability.TRANSITION_MODELING, "overall.f1"): 0.125,
+        (Ability.TRANSITION_MODELING, "overall.planner_success"): 0.125,
+    }
 
 
 def test_no_average_without_all_abilities() -> None:

@@ -7,14 +7,19 @@ import pytest
 from eai.abilities.declaration import AnswerOutcome
 from eai.abilities.explanation import Explanation, GoalReport, StepReport
 from eai.abilities.protocol import Ability
+from eai.abilities.record import TaskFeatures
+from eai.abilities.share import Share
 from eai.abilities.transition_modeling.report import OperatorReport, OperatorStatus
 from eai.abilities.verdict import Confusion, GoalVerdict, OperatorVerdict, PlanVerdict
+from eai.benchmarks.behavior.tasks import BehaviorTasks
 from eai.metrics.breakdown import Flow, break_down, outcome
-from eai.metrics.rate import Rate
+from eai.metrics.certainty import Case
+from eai.metrics.rate import Rate, rate_of
 from eai.pddl.matching import SideMatch
 from eai.pddl.planning import PlannerOutcome
 from eai.world.fault import FaultKind
 from metrics.verdicts import SUCCEEDED, failed, record
+from oracle import read_oracle
 
 PLAN = Explanation(
     steps=(StepReport("WALK(bed.1)", "executed"), StepReport("GRAB(cup.2)", "missing_step", "why")),
@@ -67,10 +72,29 @@ def test_flow_loses_answers_stage_by_stage() -> None:
 def test_shares_by_length_action_and_predicate() -> None:
     explained = replace(record("1", failed(FaultKind.MISSING_STEP)), explanation=PLAN)
     found = break_down([explained, replace(explained, task_id="2")], Ability.ACTION_SEQUENCING)
-    assert found.by_goals == {1: Rate(0, 2)}
-    assert found.by_length == {2: Rate(0, 2)}
+    assert found.by_goals == found.by_length == {}  # what the tasks are like is not known
     assert found.by_action == {"GRAB": Rate(0, 2), "WALK": Rate(2, 2)}
     assert found.by_predicate == {"ON": Rate(2, 4), "READ or WATCH": Rate(0, 2)}
+
+
+def test_difficulty_is_the_task_s_and_no_outcome() -> None:
+    """A plan that fails at its first step is one for a task of nine steps all the same."""
+    task = TaskFeatures("wash", 9, 2)
+    right, wrong = (
+        replace(record(name, verdict), explanation=PLAN, task=task)
+        for name, verdict in (("1", SUCCEEDED), ("2", failed(FaultKind.MISSING_STEP)))
+    )
+    unreadable = replace(record("3", failed(FaultKind.PARSING)), task=task)
+    without_plan = replace(right, task_id="4", task=TaskFeatures("4", None, 1))
+    found = break_down([right, wrong, unreadable, without_plan], Ability.ACTION_SEQUENCING)
+    assert found.by_length == {
+        9: [
+            Case("1", "wash", Share(1, 1)),
+            Case("2", "wash", Share(0, 1)),
+            Case("3", "wash", Share(0, 1)),
+        ]
+    }
+    assert {goals: len(cases) for goals, cases in found.by_goals.items()} == {1: 1, 2: 3}
 
 
 def test_operators_by_f1() -> None:
@@ -80,3 +104,30 @@ def test_operators_by_f1() -> None:
     found = break_down([written], Ability.TRANSITION_MODELING)
     assert found.by_action == {"open": Rate(4, 6)}
     assert found.by_predicate == {"near": Rate(0, 1), "off": Rate(0, 1), "on": Rate(4, 4)}
+
+
+def test_success_by_length_is_the_paper_s_figure(behavior_tasks: BehaviorTasks) -> None:
+    """Tens of annotated steps, GPT-4o; the paper's figure has 0.7, 0.5, 0.14, 0.17, 0.5 and, at 60, 0.
+
+    On the reconstructed scenes one of the 37 answers fails that reached its goal in the simulator.
+    """
+    rows = read_oracle("behavior", "action_sequencing", "gpt-4o-2024-05-13")["records"]
+    records = [
+        replace(
+            record(row["identifier"], SUCCEEDED if row["verdict"]["task_success"] else PlanVerdict()),
+            task=TaskFeatures.of(behavior_tasks[row["identifier"]]),
+        )
+        for row in rows
+    ]
+    tens: dict[int, Rate] = {}
+    for length, cases in break_down(records, Ability.ACTION_SEQUENCING).by_length.items():
+        before, here = tens.get(length // 10, Rate(0, 0)), rate_of(case.share for case in cases)
+        tens[length // 10] = Rate(before.numerator + here.numerator, before.denominator + here.denominator)
+    assert tens == {
+        0: Rate(27, 39),
+        1: Rate(17, 37),
+        2: Rate(2, 15),
+        3: Rate(1, 6),
+        4: Rate(1, 2),
+        6: Rate(0, 1),
+    }

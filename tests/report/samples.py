@@ -9,7 +9,7 @@ from pathlib import Path
 
 from eai.abilities.explanation import Explanation, GoalReport, StepReport
 from eai.abilities.protocol import Ability, Protocol
-from eai.abilities.record import Origin, Record
+from eai.abilities.record import Origin, Record, TaskFeatures
 from eai.abilities.transition_modeling.report import OperatorReport, OperatorStatus
 from eai.abilities.verdict import (
     Confusion,
@@ -76,7 +76,9 @@ def _record(
         protocol=Protocol(protocol),
         response=response,
     )
-    return replace(found, explanation=explanation, origin=origin)
+    number = int(task.partition("_")[0])
+    features = TaskFeatures(f"name {number % 4}", 3 + 2 * number, 1 + number % 3)
+    return replace(found, explanation=explanation, origin=origin, task=features)
 
 
 RIGHT = PlanVerdict(executable=True, success=True, goals=goals((1, 1), (1, 1)), additional_steps=1)

@@ -4,7 +4,6 @@ import pytest
 
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.verdict import SubgoalCategory, SubgoalVerdict, Verdict
-from eai.metrics.bootstrap import Bootstrap
 from eai.report.agreement import Agreement, agreements
 from eai.report.run_summary import summary_of
 from eai.report.runs import Run, RunKey
@@ -21,7 +20,7 @@ def run_of(verdicts: list[Verdict], model: str, protocol: Protocol) -> Run:
 
 
 def compared(verdicts: list[Verdict], model: str, protocol: Protocol) -> list[Agreement]:
-    return agreements([summary_of(run_of(verdicts, model, protocol), Bootstrap(repetitions=2))])
+    return agreements([summary_of(run_of(verdicts, model, protocol))])
 
 
 def test_only_the_paper_s_models_under_its_protocol_are_compared() -> None:

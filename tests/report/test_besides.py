@@ -7,7 +7,6 @@ import pytest
 
 from eai.abilities.protocol import Protocol
 from eai.abilities.record import Record
-from eai.metrics.bootstrap import Bootstrap
 from eai.metrics.paper_tables import OTHER_TABLES, paper_table
 from eai.report.besides import tables_besides
 from eai.report.data_files import tables_csv, tables_json
@@ -17,13 +16,11 @@ from eai.report.runs import Run, RunKey
 from eai.report.table import Table
 from report.samples import action_run, goal_run, operator_run
 
-BOOTSTRAP = Bootstrap(repetitions=50)
-
 
 def summary(records: Sequence[Record], protocol: Protocol = Protocol.EAI_1_0_5) -> RunSummary:
     renamed = tuple(replace(record, protocol=protocol) for record in records)
     first = renamed[0]
-    return summary_of(Run(RunKey(protocol, first.domain, first.ability, first.model), renamed), BOOTSTRAP)
+    return summary_of(Run(RunKey(protocol, first.domain, first.ability, first.model), renamed))
 
 
 def besides(*runs: RunSummary) -> dict[tuple[str, str], Table]:

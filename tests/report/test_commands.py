@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -21,8 +22,26 @@ def test_compare_prints_both_and_where_they_differ(runs: Path) -> None:
     assert result.exit_code == 0
     assert "A first, B second" in result.output
     assert "exact McNemar" in result.output
+    assert "11 tasks of 4 names" in result.output
+    assert "independent:" in result.output
+    assert "Older records" not in result.output
     assert "task success only in first (4): 0_1 3_1 … and 2 more" in result.output
     assert "1.000" in result.output
+
+
+def test_old_records_are_said_to_be_old(tmp_path: Path) -> None:
+    """Their tasks count as independent, which a reader must know wherever an interval stands."""
+    old = [[replace(each, task=None) for each in action_run(model)] for model in ("first", "second")]
+    runs = write_runs(tmp_path / "runs", old)
+    compared = RUNNER.invoke(app, ["compare", str(runs / "run0"), str(runs / "run1")])
+    assert "11 tasks of" not in compared.output
+    assert "Older records" in compared.output
+    listed = RUNNER.invoke(app, ["leaderboard", str(runs)])
+    assert "2 of 2 runs have older records" in " ".join(listed.output.split())
+    out = tmp_path / "out"
+    command = ["report", str(runs), "--out", str(out), "--no-prompts", "--no-plots"]
+    assert RUNNER.invoke(app, command).exit_code == 0
+    assert "2 of 2 runs have older records" in (out / "report.md").read_text(encoding="utf-8")
 
 
 def test_compare_needs_something_in_common(runs: Path) -> None:

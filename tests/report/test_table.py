@@ -10,7 +10,6 @@ from eai.abilities.verdict import (
     SubgoalVerdict,
     Verdict,
 )
-from eai.metrics.bootstrap import Bootstrap
 from eai.metrics.rate import Rate
 from eai.pddl.planning import PlannerOutcome
 from eai.report.run_summary import summary_of
@@ -20,7 +19,6 @@ from eai.report.table_specs import TABLES
 from eai.world.fault import FaultKind
 from metrics.verdicts import SUCCEEDED, failed, record
 
-BOOTSTRAP = Bootstrap(repetitions=50)
 BAD = failed(FaultKind.AFFORDANCE)
 SPECS = {spec.name: spec for spec in TABLES}
 
@@ -31,8 +29,8 @@ def run_of(verdicts: list[Verdict], ability: Ability, model: str) -> Run:
 
 
 def table(name: str, runs: list[Run], *, with_paper: bool = False) -> Table | None:
-    runs = [summary_of(run, BOOTSTRAP) for run in runs]
-    return make_table(SPECS[name], Protocol.STRICT, "virtualhome", runs, BOOTSTRAP, with_paper=with_paper)
+    runs = [summary_of(run) for run in runs]
+    return make_table(SPECS[name], Protocol.STRICT, "virtualhome", runs, with_paper=with_paper)
 
 
 def plans(good: int, model: str) -> Run:
@@ -112,7 +110,7 @@ def test_no_average_where_an_ability_is_missing() -> None:
 def test_records_are_what_counts_not_their_order() -> None:
     def shuffled(records: tuple[Record, ...]) -> float | None:
         key = RunKey(Protocol.STRICT, "virtualhome", Ability.ACTION_SEQUENCING, "a")
-        return summary_of(Run(key, records), BOOTSTRAP).rates["task_success"].percent
+        return summary_of(Run(key, records)).rates["task_success"].percent
 
     run = plans(4, "a")
     assert shuffled(run.records) == shuffled(run.records[::-1]) == 40

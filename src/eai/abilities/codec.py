@@ -45,6 +45,7 @@ def record_to_json(record: Record) -> dict[str, Json]:
         "ability": record.ability.value,
         "model": record.model,
         "task_id": record.task_id,
+        **({} if record.task is None else {"task": dataclass_to_json(record.task)}),
         "response_sha256": sha256_of(record.response),
         "data_sha256": record.data_sha256,
         **fields_of(record.verdict),

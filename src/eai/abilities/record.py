@@ -7,6 +7,7 @@ from typing import TypeVar
 
 from eai.abilities.explanation import Explanation
 from eai.abilities.protocol import Ability, Protocol
+from eai.abilities.task import Task
 from eai.abilities.verdict import Json, Verdict
 
 Number = TypeVar("Number", int, float)
@@ -64,6 +65,26 @@ class Origin:
 
 
 @dataclass(frozen=True, slots=True)
+class TaskFeatures:
+    """What a task is like, whatever was answered: what success may be set against, as an outcome may not.
+
+    Attributes:
+        name: the name that tasks of a kind share; tasks of one name are near copies of each other.
+        annotated_steps: how many steps the data set's own plan has; None if it has none.
+        goals: how many goals it has.
+    """
+
+    name: str
+    annotated_steps: int | None
+    goals: int
+
+    @staticmethod
+    def of(task: Task) -> TaskFeatures:
+        """The features of a task."""
+        return TaskFeatures(task.title, len(task.script) or None, len(task.goals))
+
+
+@dataclass(frozen=True, slots=True)
 class Record:
     """A verdict with what it is a verdict on.
 
@@ -76,6 +97,7 @@ class Record:
         verdict: of the class that the ability declares.
         explanation: what became of the answer in words, where that was asked for.
         origin: where the answer comes from, where a run knows it.
+        task: what the task is like, where that is known.
     """
 
     protocol: Protocol
@@ -88,6 +110,7 @@ class Record:
     verdict: Verdict
     explanation: Explanation | None = None
     origin: Origin | None = None
+    task: TaskFeatures | None = None
 
     @property
     def repairs(self) -> tuple[str, ...]:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 
 from eai.abilities.protocol import Ability, Protocol
+from eai.abilities.record import TaskFeatures
 from eai.abilities.scorer import Scorer
+from eai.abilities.task import Task
 from eai.abilities.verdict import Verdict
 from eai.benchmarks.benchmark import Benchmark, Form, FormOf, no_form
 from eai.benchmarks.registry import find_benchmark, registered
@@ -27,6 +29,7 @@ class Suite:
     Attributes:
         task_ids: the ids of all tasks, in the order of the data set.
         data_sha256: digest of the data behind them.
+        tasks: the tasks of the benchmark by id; empty where scorers are all that there is.
         reopen: opens the same suite once more, say in another process; None if it was not opened by
             `open_suite`.
     """
@@ -38,6 +41,7 @@ class Suite:
     data_sha256: str
     _make: Callable[[str], Scorer]
     _form_of: FormOf = no_form
+    tasks: Mapping[str, Task] = field(default_factory=dict, repr=False)
     _made: dict[str, Scorer] = field(default_factory=dict, repr=False)
     reopen: Callable[..., Suite] | None = field(default=None, repr=False)
 
@@ -63,6 +67,11 @@ class Suite:
                 raise InputError(f"{self.domain} {self.ability.value} has no task {task_id!r}")
             scorer = self._made[task_id] = self._make(task_id)
         return scorer
+
+    def features(self, task_id: str) -> TaskFeatures | None:
+        """What a task is like; None if the benchmark has only operators of it."""
+        task = self.tasks.get(task_id)
+        return None if task is None else TaskFeatures.of(task)
 
     def score(self, task_id: str, text: str) -> Verdict:
         """The verdict on an answer to a task."""
@@ -104,7 +113,7 @@ def open_suite(
         source=replace(source, report=silent),
         form=form,
     )
-    return Suite(found, ability, protocol, *opened, reopen=again)
+    return Suite(found, ability, protocol, *opened, tasks=found.tasks(source), reopen=again)
 
 
 def available_suites() -> tuple[tuple[str, Ability], ...]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated
 
@@ -13,12 +13,16 @@ from rich.text import Text
 from eai.abilities.protocol import Ability
 from eai.cli.console import errors, output
 from eai.errors import InputError
-from eai.metrics.bootstrap import Bootstrap
+from eai.metrics.certainty import Certainty, Interval
 from eai.metrics.comparison import Comparison, Difference
 from eai.metrics.comparison import compare as compare_runs
 from eai.report.runs import Run, RunKey, read_runs
 
 _SURE = 0.05
+_UNNAMED = (
+    "Older records do not say which tasks are near copies: each of theirs counts as independent. Score the "
+    "answers again."
+)
 
 
 def compare(
@@ -26,9 +30,11 @@ def compare(
     second: Annotated[Path, typer.Argument(help="Records, or a folder of them.", metavar="B")],
     tasks: Annotated[int, typer.Option(min=0, help="How many of the differing tasks to list.")] = 10,
 ) -> None:
-    """Compare two runs task by task: exact McNemar for success, paired bootstrap for F1.
+    """Compare two runs task by task: exact McNemar for success, random exchanges for F1.
 
     Runs of the same domain, ability and protocol are compared; each side holds one of each.
+
+    Tasks of one name are near copies and count together; a second line treats them as independent.
 
     Example: eai compare scores/gpt-4o scores/o1-mini
     """
@@ -40,8 +46,10 @@ def compare(
         errors().print(f"only one side has {_named(place)}", markup=False, highlight=False)
     for place in shared:
         one, other = before[place], after[place]
-        comparison = compare_runs(one.records, other.records, Bootstrap())
+        comparison = compare_runs(one.records, other.records)
         _print(place, one.key, other.key, comparison, tasks)
+        if not all(record.task for record in (*one.records, *other.records)):
+            errors().print(_UNNAMED, markup=False, highlight=False)
 
 
 _Place = tuple[str, Ability, str]
@@ -65,13 +73,16 @@ def _named(place: _Place) -> str:
 
 
 def _print(place: _Place, first: RunKey, second: RunKey, found: Comparison, listed: int) -> None:
-    title = f"{_named(place)}: {found.tasks} tasks\nA {first.model}, B {second.model}"
-    table = Table("percent", title=title, title_justify="left")
-    for heading in ("A", "B", "B - A", "95 %", "p"):
-        table.add_column(heading, justify="right")
-    table.add_column("test")
+    names = "" if found.names == found.tasks else f" of {found.names} names"
+    title = f"{_named(place)}: {found.tasks} tasks{names}\nA {first.model}, B {second.model}"
+    table = Table(
+        "percent", title=title, title_justify="left", caption=_caption(found), caption_justify="left"
+    )
+    for heading in ("A", "B", "B - A", "95 %", "p", "tasks"):
+        table.add_column(heading, justify="right", no_wrap=True)
     for difference in found.differences:
-        table.add_row(*_row(difference))
+        for row in _rows(difference):
+            table.add_row(*row)
     output().print(table)
     for difference in found.differences:
         for name, tasks in ((first.model, difference.only_first), (second.model, difference.only_second)):
@@ -83,27 +94,51 @@ def _print(place: _Place, first: RunKey, second: RunKey, found: Comparison, list
             _print_tasks(f"left out, because only {name} has a scored answer ({len(tasks)})", tasks, listed)
 
 
+def _caption(found: Comparison) -> str:
+    """What the p values are of."""
+    kinds = {difference.yes_no for difference in found.differences}
+    named = ["exact McNemar"] * (True in kinds) + ["random exchanges for F1"] * (False in kinds)
+    together = " tasks of a name together; tasks: how many unlike ones say as much"
+    return f"p: {', '.join(named)}" + (f",{together}" if found.names < found.tasks else "")
+
+
 def _print_tasks(heading: str, tasks: Sequence[str], listed: int) -> None:
     more = f" … and {len(tasks) - listed} more" if len(tasks) > listed else ""
     text = Text(f"{heading}: ", style="bold").append(" ".join(tasks[:listed]) + more, style="not bold")
     output().print(text, soft_wrap=True)
 
 
-def _row(difference: Difference) -> list[str | Text]:
-    points, interval, p_value = difference.points, difference.interval, difference.p_value
-    sure = p_value is not None and p_value < _SURE
-    return [
+def _rows(difference: Difference) -> Iterator[list[str | Text]]:
+    """The difference, and where there are near copies what it would be if they were independent."""
+    certainty, points = difference.certainty, difference.points
+    sure = difference.p_value is not None and difference.p_value < _SURE
+    yield [
         _name(difference.metric),
         _percent(difference.first.percent),
         _percent(difference.second.percent),
         "-" if points is None else Text(f"{points:+.1f}", style="bold" if sure else ""),
-        "-" if interval is None else f"{interval.low:+.1f} to {interval.high:+.1f}",
-        "-" if p_value is None else _p_text(p_value),
-        difference.test,
+        "-" if certainty is None else _interval(certainty.interval),
+        _p_text(difference.p_value),
+        _tasks(certainty),
     ]
+    if certainty is not None and certainty.names < certainty.tasks:
+        below = [_interval(certainty.by_task), _p_text(difference.p_by_task), str(certainty.tasks)]
+        yield ["", "", "", *(Text(text, style="dim") for text in ("independent:", *below))]
 
 
-def _p_text(p_value: float) -> str:
+def _tasks(certainty: Certainty | None) -> str:
+    """How many independent tasks the tasks are worth."""
+    effective = None if certainty is None else certainty.effective_tasks
+    return "-" if effective is None else f"{effective:.0f}"
+
+
+def _interval(interval: Interval) -> str:
+    return f"{interval.low:+.1f} to {interval.high:+.1f}"
+
+
+def _p_text(p_value: float | None) -> str:
+    if p_value is None:
+        return "-"
     return "<0.001" if p_value < 0.001 else f"{p_value:.3f}"
 
 

@@ -10,8 +10,8 @@ from rich.table import Table as Grid
 from rich.text import Text
 
 from eai.abilities.declarations import DECLARATIONS
-from eai.cli.console import output
-from eai.metrics.bootstrap import Bootstrap
+from eai.cli.console import errors, output
+from eai.report.certainty import unnamed_remark
 from eai.report.run_summary import summary_of
 from eai.report.runs import read_runs
 from eai.report.table import Cell, Row, Table
@@ -31,12 +31,14 @@ def leaderboard(
 
     Example: eai leaderboard scores --paper
     """
-    bootstrap = Bootstrap()
-    summaries = [summary_of(run, bootstrap) for run in read_runs(runs)]
+    summaries = [summary_of(run) for run in read_runs(runs)]
     summaries.sort(key=lambda item: item.key.order)
-    for table in make_tables(summaries, bootstrap, with_paper=paper):
+    for table in make_tables(summaries, with_paper=paper):
         if table.name == _OVERVIEW:
             output().print(_grid(table))
+    remark = unnamed_remark(summaries)
+    if remark:
+        errors().print(remark, markup=False, highlight=False)
 
 
 def _grid(table: Table) -> Grid:

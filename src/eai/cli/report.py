@@ -19,7 +19,6 @@ from eai.cli.data import DataFolder, store
 from eai.data import dataset
 from eai.data.store import Store
 from eai.errors import EaiError, InputError
-from eai.metrics.bootstrap import Bootstrap
 from eai.prompts.prompt import PromptSet
 from eai.report.document import Plot
 from eai.report.explorer import explorer_html
@@ -49,16 +48,15 @@ def report(
 
     Example: eai report scores --out report --paper
     """
-    bootstrap = Bootstrap()
     runs = list(read_runs(records))
     known = background(store(data), [run.key.domain for run in runs]) if prompts else Background()
     explorer = ExplorerData(known)
     summaries = []
     for run in runs:
-        summaries.append(summary_of(run, bootstrap))
+        summaries.append(summary_of(run))
         explorer.add(run)
     summaries.sort(key=lambda item: item.key.order)
-    tables = make_tables(summaries, bootstrap, with_paper=paper)
+    tables = make_tables(summaries, with_paper=paper)
     try:
         out.mkdir(parents=True, exist_ok=True)
         drawn = _draw(summaries, out / PLOTS) if plots else []

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from statistics import fmean
 
 from eai.abilities.declarations import DECLARATIONS
 from eai.abilities.protocol import Ability
@@ -12,20 +11,28 @@ AVERAGE = "average_performance"
 """The name of the metric."""
 
 
+def average_weights() -> dict[tuple[Ability, str], float]:
+    """How much each metric counts in the average: a quarter an ability, halved where it has two metrics."""
+    return {
+        (ability, metric): 1 / (len(DECLARATIONS) * len(declared.averaged))
+        for ability, declared in DECLARATIONS.items()
+        for metric in declared.averaged
+    }
+
+
 def average_performance(values: Mapping[tuple[Ability, str], float | None]) -> float | None:
     """The mean over the four abilities in percent, or None unless all are known.
 
-    An ability counts with its main metric, transition modeling with the mean of its two (checked against the
-    paper's overview table, which does not say so).
+    ``(goal F1 + subgoal task success + action task success + (operator F1 + planner success) / 2) / 4``: the
+    paper's section "Average Performance".
 
     Args:
         values: (ability, metric) -> percent.
     """
-    means = []
-    for ability, declared in DECLARATIONS.items():
-        metrics = declared.averaged
-        known = [value for metric in metrics if (value := values.get((ability, metric))) is not None]
-        if len(known) < len(metrics):
+    total = 0.0
+    for place, weight in average_weights().items():
+        value = values.get(place)
+        if value is None:
             return None
-        means.append(fmean(known))
-    return fmean(means)
+        total += weight * value
+    return total

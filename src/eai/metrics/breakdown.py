@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple, TypeVar
 
@@ -13,10 +13,16 @@ from eai.abilities.declarations import DECLARATIONS
 from eai.abilities.explanation import Explanation
 from eai.abilities.protocol import Ability
 from eai.abilities.record import Record
-from eai.abilities.verdict import OperatorVerdict, PlanVerdict, Verdict
+from eai.abilities.share import Share
+from eai.abilities.verdict import OperatorVerdict, Verdict
+from eai.metrics.certainty import Case
 from eai.metrics.rate import Rate
 from eai.pddl.clauses import predicates_in
+from eai.metrics.summary import name_of
 from eai.world.fault import FaultKind
+
+_Key = TypeVar("_Key", int, str)
+_Value = TypeVar("_Value")
 
 VOCABULARY_ERRORS = frozenset({AnswerOutcome.HALLUCINATION, AnswerOutcome.ARGUMENT_NUMBER})
 """Errors in names, found before anything is executed."""
@@ -39,16 +45,17 @@ class Breakdown:
     Attributes:
         outcomes: how many answers came to what.
         flow: how far plans came; None for abilities without plans.
-        by_goals: number of goals of the task -> success.
-        by_length: number of steps of the plan that were tried -> success; needs explanations.
+        by_goals: number of goals of the task -> success of each answer to such a task.
+        by_length: number of steps of the data set's own plan -> the same. How many steps of an answer were
+            tried is an outcome: a plan that fails early would count as a short one.
         by_action: operator -> share of its steps that were executed; of transition modeling, F1.
         by_predicate: predicate -> share of goals with it that are met; of transition modeling, F1.
     """
 
     outcomes: Mapping[AnswerOutcome, int]
     flow: Flow | None
-    by_goals: Mapping[int, Rate]
-    by_length: Mapping[int, Rate]
+    by_goals: Mapping[int, Sequence[Case]]
+    by_length: Mapping[int, Sequence[Case]]
     by_action: Mapping[str, Rate]
     by_predicate: Mapping[str, Rate]
 
@@ -61,11 +68,14 @@ def outcome(verdict: Verdict, ability: Ability) -> AnswerOutcome:
 
 
 def break_down(records: Iterable[Record], ability: Ability) -> Breakdown:
-    """The breakdown of a run's records, all of one ability; excluded ones only count as outcomes."""
+    """The breakdown of a run's records, all of one ability; excluded ones only count as outcomes.
+
+    Records that do not say what their tasks are like are in none of the breakdowns by task.
+    """
     has_plans = DECLARATIONS[ability].has_plans
     outcomes: Counter[AnswerOutcome] = Counter()
-    by_goals: dict[int, Rate] = {}
-    by_length: dict[int, Rate] = {}
+    by_goals: dict[int, list[Case]] = {}
+    by_length: dict[int, list[Case]] = {}
     by_action: dict[str, Rate] = {}
     by_predicate: dict[str, Rate] = {}
     for record in records:
@@ -74,13 +84,12 @@ def break_down(records: Iterable[Record], ability: Ability) -> Breakdown:
         outcomes[came_to] += 1
         if came_to is AnswerOutcome.EXCLUDED:
             continue
-        success = Rate(came_to is AnswerOutcome.SUCCESS, 1)
+        success = Case(record.task_id, name_of(record), Share(came_to is AnswerOutcome.SUCCESS, 1))
         explanation = record.explanation or Explanation()
-        number = _number_of_goals(verdict, explanation)
-        if number:
-            _put(by_goals, number, success)
-        if has_plans and explanation.steps:
-            _put(by_length, len(explanation.steps), success)
+        if record.task is not None:
+            by_goals.setdefault(record.task.goals, []).append(success)
+            if has_plans and record.task.annotated_steps is not None:
+                by_length.setdefault(record.task.annotated_steps, []).append(success)
         if isinstance(verdict, OperatorVerdict):
             _break_down_operators(verdict, by_action, by_predicate)
         _break_down_goals(explanation, by_predicate)
@@ -102,12 +111,6 @@ def _flow(outcomes: Mapping[AnswerOutcome, int]) -> Flow:
     known = readable - sum(outcomes.get(kind, 0) for kind in VOCABULARY_ERRORS)
     reached = outcomes.get(AnswerOutcome.SUCCESS, 0)
     return Flow(answers, readable, known, reached + outcomes.get(AnswerOutcome.GOAL_MISSED, 0), reached)
-
-
-def _number_of_goals(verdict: Verdict, explanation: Explanation) -> int:
-    if isinstance(verdict, PlanVerdict) and verdict.goals is not None:
-        return round(sum(tally.total for tally in verdict.goals))
-    return len(explanation.goals)
 
 
 def _break_down_goals(explanation: Explanation, by_predicate: dict[str, Rate]) -> None:
@@ -139,13 +142,11 @@ def _break_down_operators(
 _NAME = re.compile(r"(\w+)\(")
 """The first predicate of a goal; an action goal has none and stands for itself."""
 
-_Key = TypeVar("_Key", int, str)
 
-
-def _put(table: dict[_Key, Rate], key: _Key, rate: Rate) -> None:
+def _put(table: dict[str, Rate], key: str, rate: Rate) -> None:
     before = table.get(key, Rate(0, 0))
     table[key] = Rate(before.numerator + rate.numerator, before.denominator + rate.denominator)
 
 
-def _ordered(table: Mapping[_Key, Rate]) -> dict[_Key, Rate]:
+def _ordered(table: Mapping[_Key, _Value]) -> dict[_Key, _Value]:
     return dict(sorted(table.items()))

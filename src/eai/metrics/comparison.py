@@ -2,29 +2,33 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from eai.abilities.declarations import DECLARATIONS
 from eai.abilities.record import Record
-from eai.abilities.share import Shares
-from eai.metrics.bootstrap import Bootstrap, Interval
-from eai.metrics.rate import Rate, total
-from eai.metrics.summary import contributions
+from eai.abilities.share import NOTHING, Share, Shares
+from eai.metrics.certainty import Case, Cases, Certainty, certainty_of_difference, of_names, of_tasks
+from eai.metrics.randomisation import exchange_p, sign_flip_p
+from eai.metrics.rate import Rate, rate_of
+from eai.metrics.summary import contributions, name_of
 
 
 @dataclass(frozen=True, slots=True)
 class Difference:
     """One metric in two runs, over the tasks that both answered.
 
+    The p values are two-sided, of tests in which a coin decides which run gave which answers
+    (`eai.metrics.randomisation`). Where each task contributes a yes or a no they are exact.
+
     Attributes:
         metric: its name.
         first: the rate in the first run.
         second: the rate in the second run.
-        interval: of second minus first, in percentage points, by paired bootstrap over tasks.
-        p_value: exact McNemar for successes, else by paired bootstrap; two-sided.
-        test: the name of the test.
+        certainty: how sure second minus first is, in percentage points.
+        p_value: of the test in which the tasks of a name share a coin.
+        p_by_task: of the test in which each task has its own, as if all were independent.
+        yes_no: whether each task contributes a yes or a no; then the test by task is McNemar's.
         only_first: tasks that only the first run gets right; empty for metrics that are no yes or no.
         only_second: tasks that only the second run gets right.
     """
@@ -32,9 +36,10 @@ class Difference:
     metric: str
     first: Rate
     second: Rate
-    interval: Interval | None
+    certainty: Certainty | None
     p_value: float | None
-    test: str
+    p_by_task: float | None
+    yes_no: bool
     only_first: tuple[str, ...] = ()
     only_second: tuple[str, ...] = ()
 
@@ -51,6 +56,8 @@ class Comparison:
     """Two runs of one ability in one domain under one protocol.
 
     Attributes:
+        tasks: how many tasks both runs have scored answers to.
+        names: how many names these have.
         differing: tasks whose contribution to any of the ability's main metrics differs.
         only_in_first: tasks that only the first run has scored answers to; they are left out.
         only_in_second: tasks that only the second run has scored answers to.
@@ -58,41 +65,36 @@ class Comparison:
 
     differences: tuple[Difference, ...]
     tasks: int
+    names: int
     differing: tuple[str, ...]
     only_in_first: tuple[str, ...]
     only_in_second: tuple[str, ...]
 
 
-def compare(first: Sequence[Record], second: Sequence[Record], bootstrap: Bootstrap) -> Comparison:
+def compare(first: Sequence[Record], second: Sequence[Record]) -> Comparison:
     """Compare two runs of the same ability, domain and protocol, each with at least one record.
 
     Tasks that either run excludes, or did not answer, are left out of both.
     """
     before, after = _by_task(first), _by_task(second)
-    shared = [task for task in before if task in after]
+    known = {record.task_id: name_of(record) for record in (*first, *second) if record.task}
+    names = {task: known.get(task, task) for task in before if task in after}
     declared = DECLARATIONS[first[0].ability]
     columns = tuple(declared.main)
-    ours, theirs = [before[task] for task in shared], [after[task] for task in shared]
+    differences = [
+        _difference(
+            metric, _cases(metric, names, before), _cases(metric, names, after), metric in declared.yes_no
+        )
+        for metric in columns
+    ]
     return Comparison(
-        tuple(
-            _difference(name, shared, ours, theirs, bootstrap, yes_no=name in declared.yes_no)
-            for name in columns
-        ),
-        len(shared),
-        tuple(t for t in shared if any(before[t].get(name) != after[t].get(name) for name in columns)),
+        tuple(differences),
+        len(names),
+        len(set(names.values())),
+        tuple(t for t in names if any(before[t].get(name) != after[t].get(name) for name in columns)),
         tuple(task for task in before if task not in after),
         tuple(task for task in after if task not in before),
     )
-
-
-def mcnemar(only_first: int, only_second: int) -> float:
-    """The exact two-sided p-value of McNemar's test from the numbers of discordant pairs.
-
-    Under the null hypothesis a discordant pair falls to either side like a fair coin.
-    """
-    flips = only_first + only_second
-    tail = sum(math.comb(flips, k) for k in range(min(only_first, only_second) + 1))
-    return min(1.0, 2 * tail / (1 << flips))
 
 
 def _by_task(records: Sequence[Record]) -> Mapping[str, Shares]:
@@ -101,40 +103,31 @@ def _by_task(records: Sequence[Record]) -> Mapping[str, Shares]:
     return {record.task_id: rate for record, rate in zip(scored, rates, strict=True)}
 
 
-def _difference(
-    metric: str,
-    tasks: Sequence[str],
-    first: Sequence[Shares],
-    second: Sequence[Shares],
-    bootstrap: Bootstrap,
-    *,
-    yes_no: bool,
-) -> Difference:
-    """Compare one metric; the contributions are of the same tasks in the same order.
+def _cases(metric: str, names: Mapping[str, str], shares: Mapping[str, Shares]) -> Cases:
+    return [Case(task, name, shares[task].get(metric, NOTHING)) for task, name in names.items()]
 
-    McNemar's test applies where every task contributes a yes or a no.
-    """
-    whole, other = total(first).get(metric, Rate(0, 0)), total(second).get(metric, Rate(0, 0))
-    pairs = zip(
-        bootstrap.replicates(first, [metric])[metric],
-        bootstrap.replicates(second, [metric])[metric],
-        strict=True,
+
+def _difference(metric: str, first: Cases, second: Cases, yes_no: bool) -> Difference:
+    """Compare one metric on the same tasks in the same order."""
+    right, also = ([bool(case.share.numerator) for case in cases] for cases in (first, second))
+    changed = [(case.task, b) for case, a, b in zip(first, right, also, strict=True) if yes_no and a != b]
+    p_value = _sign_flip_p if yes_no else _exchange_p
+    return Difference(
+        metric,
+        rate_of(case.share for case in first),
+        rate_of(case.share for case in second),
+        certainty_of_difference(first, second),
+        p_value(of_names(first), of_names(second)),
+        p_value(of_tasks(first), of_tasks(second)),
+        yes_no,
+        tuple(task for task, won in changed if not won),
+        tuple(task for task, won in changed if won),
     )
-    changes = [b - a for a, b in pairs if a is not None and b is not None]
-    interval = bootstrap.interval(changes)
-    if not yes_no:
-        return Difference(metric, whole, other, interval, _two_sided(changes), "paired bootstrap")
-    right = [bool(rates[metric].numerator) for rates in first]
-    also = [bool(rates[metric].numerator) for rates in second]
-    lost = tuple(task for task, a, b in zip(tasks, right, also, strict=True) if a and not b)
-    won = tuple(task for task, a, b in zip(tasks, right, also, strict=True) if b and not a)
-    p_value = mcnemar(len(lost), len(won))
-    return Difference(metric, whole, other, interval, p_value, "exact McNemar", lost, won)
 
 
-def _two_sided(changes: Sequence[float]) -> float | None:
-    """Twice the share of replicates on the rarer side of zero, counting the observed run as one of them."""
-    if not changes:
-        return None
-    rarer = min(sum(change <= 0 for change in changes), sum(change >= 0 for change in changes))
-    return min(1.0, 2 * (rarer + 1) / (len(changes) + 1))
+def _sign_flip_p(first: Mapping[str, Share], second: Mapping[str, Share]) -> float:
+    return sign_flip_p([round(second[unit].numerator - first[unit].numerator) for unit in first])
+
+
+def _exchange_p(first: Mapping[str, Share], second: Mapping[str, Share]) -> float | None:
+    return exchange_p(list(first.values()), [second[unit] for unit in first])

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from eai.abilities.share import Shares
+from eai.abilities.share import Share, Shares
 from eai.abilities.verdict import Json
 
 
@@ -39,6 +39,11 @@ def total(contributions: Iterable[Shares]) -> dict[str, Rate]:
             numerators[name] = numerators.get(name, 0) + numerator
             denominators[name] = denominators.get(name, 0) + denominator
     return {name: Rate(_plain(numerators[name]), _plain(denominators[name])) for name in numerators}
+
+
+def rate_of(shares: Iterable[Share]) -> Rate:
+    """The rate that shares of one metric add up to."""
+    return total({"": share} for share in shares).get("", NOTHING)
 
 
 def _plain(number: float) -> float:

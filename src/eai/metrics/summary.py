@@ -6,8 +6,10 @@ from collections.abc import Sequence
 
 from eai.abilities.declarations import DECLARATIONS
 from eai.abilities.protocol import Ability
+from eai.abilities.record import Record
 from eai.abilities.share import Shares
 from eai.abilities.verdict import Verdict
+from eai.metrics.certainty import Case
 from eai.metrics.rate import NOTHING, Rate, total
 
 
@@ -26,3 +28,18 @@ def contributions(verdicts: Sequence[Verdict], ability: Ability) -> list[Shares]
     declared = DECLARATIONS[ability]
     scored = [verdict for verdict in verdicts if verdict.excluded is None]
     return [declared.contributions(verdict) for verdict in declared.of_run(scored)]
+
+
+def cases_of(records: Sequence[Record], ability: Ability) -> dict[str, list[Case]]:
+    """What the records of a run add to each metric, in order; excluded ones add nothing."""
+    scored = [record for record in records if record.verdict.excluded is None]
+    cases: dict[str, list[Case]] = {}
+    for record, shares in zip(scored, contributions([r.verdict for r in scored], ability), strict=True):
+        for metric, share in shares.items():
+            cases.setdefault(metric, []).append(Case(record.task_id, name_of(record), share))
+    return cases
+
+
+def name_of(record: Record) -> str:
+    """The name that near copies of a task share; where it is not known, the task stands for itself."""
+    return record.task_id if record.task is None else record.task.name

@@ -8,6 +8,7 @@ import json
 from collections.abc import Sequence
 
 from eai.abilities.verdict import Json
+from eai.metrics.certainty import Certainty
 from eai.report.table import Cell, Row, Table
 from eai.report.table_specs import ColumnSpec
 
@@ -25,6 +26,10 @@ CSV_COLUMNS = (
     "denominator",
     "low",
     "high",
+    "low_by_task",
+    "high_by_task",
+    "design_effect",
+    "effective_tasks",
 )
 """The columns of the CSV file."""
 
@@ -72,8 +77,16 @@ def _line(table: Table, row: Row, column: ColumnSpec, cell: Cell) -> list[str | 
         cell.percent,
         cell.rate.numerator if cell.rate else None,
         cell.rate.denominator if cell.rate else None,
-        cell.interval.low if cell.interval else None,
-        cell.interval.high if cell.interval else None,
+        *(_certainty(cell.certainty) if cell.certainty else [None] * 6),
+    ]
+
+
+def _certainty(certainty: Certainty) -> list[float | None]:
+    return [
+        *certainty.interval,
+        *certainty.by_task,
+        certainty.design_effect,
+        certainty.effective_tasks,
     ]
 
 
@@ -89,7 +102,10 @@ def _row(table: Table, row: Row) -> Json:
                 "percent": cell.percent,
                 "numerator": cell.rate.numerator if cell.rate else None,
                 "denominator": cell.rate.denominator if cell.rate else None,
-                "interval": list(cell.interval) if cell.interval else None,
+                "interval": list(cell.certainty.interval) if cell.certainty else None,
+                "interval_by_task": list(cell.certainty.by_task) if cell.certainty else None,
+                "design_effect": cell.certainty.design_effect if cell.certainty else None,
+                "effective_tasks": cell.certainty.effective_tasks if cell.certainty else None,
                 "best": cell.best,
                 "notes": [*cell.notes, *notes],
             }

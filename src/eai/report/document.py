@@ -10,16 +10,17 @@ from eai.abilities.declarations import DECLARATIONS
 from eai.abilities.protocol import Ability, Protocol
 from eai.metrics.paper_tables import paper_setting
 from eai.report.agreement import DIGIT, Agreement
+from eai.report.certainty import certainty_section
 from eai.report.markdown import escaped, grid, table_markdown
 from eai.report.run_summary import RunSummary
 from eai.report.table import Table
 from eai.report.table_specs import ability_title, domain_title
 
 _INTRODUCTION = """\
-All numbers are in percent. Under each run stand its 95 % intervals: percentile bootstrap over tasks, seeded.
-Bold is the best of a column. A protocol says what the numbers mean: `strict` is what the paper defines,
-`eai-1.0.5` gives the verdicts of the reference package, defects included, and is the one to set beside
-published numbers."""
+All numbers are in percent. Under each run stand its 95 % intervals; they treat tasks of one name as the near
+copies that they are ([how sure the numbers are](#how-sure-the-numbers-are)). Bold is the best of a column. A
+protocol says what the numbers mean: `strict` is what the paper defines, `eai-1.0.5` gives the verdicts of the
+reference package, defects included, and is the one to set beside published numbers."""
 _BESIDES = """\
 The paper's tables of a few models, or of other ways to ask, in percent and in the paper's order. A run
 stands above the paper's rows where it measures the same: under `eai-1.0.5`, each answer asked for once."""
@@ -49,6 +50,7 @@ def report_markdown(
         _INTRODUCTION + "\n",
         *_tables(tables),
         *_besides(besides),
+        *certainty_section(runs),
         *_protocols(runs),
         *_agreement(agreements),
         *_outcomes(runs),

@@ -15,8 +15,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from matplotlib.projections.polar import PolarAxes
 
-_PER_ROW = 4
-_SIDE = 2.7
+_PER_ROW = 3
+_SIDE = 2.35
 _FEWEST_AXES = 3
 
 
@@ -36,7 +36,7 @@ def draw(runs: Sequence[RunSummary]) -> Figure | None:
     for place, (model, known) in enumerate(values.items(), 1):
         panel = figure.add_subplot(rows, columns, place, projection="polar")
         assert isinstance(panel, PolarAxes)  # noqa: S101 - what the projection gives
-        _draw_model(panel, model, [labels[name] for name in axes], [known.get(name, 0.0) for name in axes])
+        _draw_model(panel, model, {labels[name]: known.get(name) for name in axes})
     return figure
 
 
@@ -59,18 +59,20 @@ def _values(runs: Sequence[RunSummary]) -> Mapping[str, Mapping[str, float]]:
     return dict(sorted(found.items()))
 
 
-def _draw_model(panel: PolarAxes, model: str, axes: Sequence[str], values: Sequence[float]) -> None:
-    angles = [2 * math.pi * i / len(axes) for i in range(len(axes))]
+def _draw_model(panel: PolarAxes, model: str, values: Mapping[str, float | None]) -> None:
+    """What is not known has no mark; the line is broken there, and without a whole line there is no area."""
+    angles = [2 * math.pi * i / len(values) for i in range(len(values))]
     panel.set_theta_offset(math.pi / 2)
     panel.set_theta_direction(-1)
     panel.set_ylim(0, 100)
     panel.set_yticks([25, 50, 75, 100], labels=["", "50", "", "100"], color=MUTED, fontsize=6)
-    panel.set_xticks(angles, labels=list(axes), fontsize=6.5)
+    labels = [label if value is not None else f"{label}\n(none)" for label, value in values.items()]
+    panel.set_xticks(angles, labels=labels, fontsize=6.5)
     panel.grid(color=RULE, linewidth=0.7)
     panel.spines["polar"].set_color(RULE)
-    closed = [*range(len(axes)), 0]
-    panel.plot([angles[i] for i in closed], [values[i] for i in closed], color=ACCENT, linewidth=1.4)
-    panel.fill([angles[i] for i in closed], [values[i] for i in closed], color=ACCENT, alpha=0.16)
-    for angle, value in zip(angles, values, strict=True):
-        panel.plot([angle], [value], "o", color=ACCENT, markersize=2.6)
+    heights = [math.nan if value is None else value for value in values.values()]
+    around, closed = [*angles, angles[0]], [*heights, heights[0]]
+    panel.plot(around, closed, "o-", color=ACCENT, linewidth=1.4, markersize=2.6)
+    if None not in values.values():
+        panel.fill(around, closed, color=ACCENT, alpha=0.16)
     panel.set_title(clipped(model), fontsize=8.5, pad=12, loc="center")

@@ -1,4 +1,4 @@
-"""Success against difficulty, and heat maps by action and by predicate."""
+"""Heat maps of shares by action and by predicate."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from eai.metrics.rate import Rate
-from eai.report.palette import INK, LINES, RULE
+from eai.report.palette import INK
 from eai.report.plot_text import clipped
 from eai.report.run_summary import RunSummary
 
@@ -15,33 +15,12 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _FEWEST = 5
-"""Fewer cases than this say little: lines leave them out, fields are pale."""
+"""Fewer cases than this say little: their fields are pale."""
 
 _MOST_NAMES = 45
 _MAP = ("#f6efe6", "#e8c78e", "#8fae8b", "#2f6b57")
 _ROW = 0.2
 _COLUMN = 0.42
-
-
-def draw_difficulty(runs: Sequence[RunSummary]) -> Figure | None:
-    """Success by number of goals and by length of plan, a line a model; None if neither is known."""
-    from matplotlib.figure import Figure
-
-    tables: list[tuple[str, list[Mapping[int, Rate]]]] = [
-        ("number of goals", [item.breakdown.by_goals for item in runs]),
-        ("steps of the plan", [_binned(item.breakdown.by_length) for item in runs]),
-    ]
-    tables = [(label, series) for label, series in tables if any(len(rates) > 1 for rates in series)]
-    if not tables:
-        return None
-    figure = Figure(figsize=(4.3 * len(tables) + 1.6, 3.1), layout="constrained")
-    grid = figure.subplots(1, len(tables), squeeze=False, sharey=True)
-    for panel, (label, series) in zip(grid[0], tables, strict=True):
-        _draw_lines(panel, label, series, [clipped(item.key.model) for item in runs])
-    grid[0][0].set_ylabel("success in percent")
-    handles, labels = grid[0][0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside right center", frameon=False, fontsize=6.5)
-    return figure
 
 
 def draw_names(runs: Sequence[RunSummary]) -> Figure | None:
@@ -73,30 +52,6 @@ def _most_frequent(columns: Sequence[Mapping[str, Rate]]) -> list[str]:
         for name, rate in column.items():
             cases[name] = cases.get(name, 0) + rate.denominator
     return sorted(sorted(cases, key=lambda name: (-cases[name], name))[:_MOST_NAMES])
-
-
-def _binned(rates: Mapping[int, Rate]) -> dict[int, Rate]:
-    """Lengths above ten by fives, each bin under its middle."""
-    bins: dict[int, Rate] = {}
-    for length, rate in rates.items():
-        place = length if length <= 10 else (length - 1) // 5 * 5 + 3
-        before = bins.get(place, Rate(0, 0))
-        bins[place] = Rate(before.numerator + rate.numerator, before.denominator + rate.denominator)
-    return bins
-
-
-def _draw_lines(panel: Axes, label: str, series: Sequence[Mapping[int, Rate]], models: Sequence[str]) -> None:
-    panel.set_xlabel(label)
-    panel.set_ylim(-3, 103)
-    panel.grid(axis="y", color=RULE, linewidth=0.7)
-    for place, (rates, model) in enumerate(zip(series, models, strict=True)):
-        color = LINES[place % len(LINES)]
-        style = ("-", "--", ":")[place // len(LINES) % 3]
-        many = {x: rate.percent or 0.0 for x, rate in rates.items() if rate.denominator >= _FEWEST}
-        shape = f"o{style}"
-        panel.plot(
-            list(many), list(many.values()), shape, color=color, linewidth=1.2, markersize=3, label=model
-        )
 
 
 def _draw_map(

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from eai.abilities.declarations import DECLARATIONS
 from eai.abilities.protocol import Ability
 from eai.abilities.responses import file_name
-from eai.report import plot_flow, plot_outcomes, plot_radar, plot_shares
+from eai.report import plot_difficulty, plot_flow, plot_outcomes, plot_radar, plot_shares
 from eai.report.document import Plot
 from eai.report.plot_files import styled, write
 from eai.report.run_summary import RunSummary
@@ -18,6 +18,11 @@ from eai.report.table_specs import ability_title, domain_title
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+_DIFFICULTY = (
+    "Success by number of goals and by length of the data set's own plan (below, how many tasks; marks of "
+    "fewer than five are hollow; bars of up to three models are 95 % intervals)"
+)
 
 
 def draw_plots(runs: Sequence[RunSummary], folder: Path) -> list[Plot]:
@@ -56,8 +61,8 @@ def _figures(runs: Sequence[RunSummary]) -> Iterator[tuple[Plot, Figure]]:
             if DECLARATIONS[ability].has_plans:
                 caption = f"From answer to outcome: {what}"
                 yield from _drawn(f"flow-{slug}", caption, plot_flow.draw(of_ability))
-            caption = f"Success by number of goals and length of plan: {what}"
-            yield from _drawn(f"difficulty-{slug}", caption, plot_shares.draw_difficulty(of_ability))
+            caption = f"{_DIFFICULTY}: {what}"
+            yield from _drawn(f"difficulty-{slug}", caption, plot_difficulty.draw(of_ability))
             caption = f"By action and by predicate: {what}"
             yield from _drawn(f"names-{slug}", caption, plot_shares.draw_names(of_ability))
 

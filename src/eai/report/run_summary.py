@@ -7,10 +7,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from eai.abilities.declarations import DECLARATIONS
-from eai.metrics.bootstrap import Bootstrap, Interval, Replicates
 from eai.metrics.breakdown import Breakdown, break_down
+from eai.metrics.certainty import Cases, Certainty, certainty_of_rate
 from eai.metrics.rate import Rate, total
-from eai.metrics.summary import contributions
+from eai.metrics.summary import cases_of, contributions
 from eai.report.runs import Run, RunKey
 
 
@@ -24,8 +24,9 @@ class RunSummary:
         repaired: how many answers were read only after a repair.
         data_sha256: digests of the data that it was scored against, usually one.
         rates: metric -> rate.
-        intervals: metric -> 95 % interval, None where the rate is not defined.
-        averaged: the replicates of what enters the average over abilities.
+        certainties: metric -> how sure the rate is, None where it is not defined.
+        cases: main metric -> what each task adds to it.
+        unnamed: how many records do not say what their tasks are like, so that each task stands for itself.
     """
 
     key: RunKey
@@ -34,18 +35,18 @@ class RunSummary:
     repaired: int
     data_sha256: tuple[str, ...]
     rates: Mapping[str, Rate]
-    intervals: Mapping[str, Interval | None]
-    averaged: Mapping[str, Replicates]
+    certainties: Mapping[str, Certainty | None]
+    cases: Mapping[str, Cases]
+    unnamed: int
     breakdown: Breakdown
 
 
-def summary_of(run: Run, bootstrap: Bootstrap) -> RunSummary:
+def summary_of(run: Run) -> RunSummary:
     """What is kept of a run."""
     key = run.key
     verdicts = [record.verdict for record in run.records]
-    scored = contributions(verdicts, key.ability)
-    rates = total(scored)
-    replicates = bootstrap.replicates(scored, list(rates))
+    rates = total(contributions(verdicts, key.ability))
+    cases = cases_of(run.records, key.ability)
     return RunSummary(
         key,
         len(verdicts),
@@ -53,7 +54,8 @@ def summary_of(run: Run, bootstrap: Bootstrap) -> RunSummary:
         sum(bool(record.repairs) for record in run.records),
         tuple(sorted({record.data_sha256 for record in run.records})),
         rates,
-        {name: bootstrap.interval(values) for name, values in replicates.items()},
-        {name: replicates[name] for name in DECLARATIONS[key.ability].averaged if name in replicates},
+        {metric: certainty_of_rate(found) for metric, found in cases.items()},
+        {metric: found for metric, found in cases.items() if metric in DECLARATIONS[key.ability].main},
+        sum(record.task is None for record in run.records),
         break_down(run.records, key.ability),
     )

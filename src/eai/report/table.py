@@ -6,8 +6,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from eai.abilities.protocol import Ability, Protocol
-from eai.metrics.average import AVERAGE, average_performance
-from eai.metrics.bootstrap import Bootstrap, Interval, Replicates
+from eai.metrics.average import AVERAGE, average_performance, average_weights
+from eai.metrics.certainty import Cases, Certainty, Interval, certainty_of_mean
 from eai.metrics.paper_tables import PaperColumn, PaperTable, paper_setting, paper_table
 from eai.metrics.rate import Rate
 from eai.report.run_summary import RunSummary
@@ -21,16 +21,21 @@ class Cell:
     Attributes:
         percent: the number, None where there is none.
         rate: what it is a share of; None for averages and for the paper's figures.
-        interval: its 95 % interval; None for the paper's figures.
+        certainty: how sure it is; None for the paper's figures.
         best: whether no other row of the column is better.
         notes: numbers of footnotes, from 1.
     """
 
     percent: float | None
     rate: Rate | None = None
-    interval: Interval | None = None
+    certainty: Certainty | None = None
     best: bool = False
     notes: tuple[int, ...] = ()
+
+    @property
+    def interval(self) -> Interval | None:
+        """Its 95 % interval; None for the paper's figures."""
+        return None if self.certainty is None else self.certainty.interval
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,12 +78,11 @@ def make_table(
     protocol: Protocol,
     domain: str,
     runs: Sequence[RunSummary],
-    bootstrap: Bootstrap,
     *,
     with_paper: bool,
 ) -> Table | None:
     """The table of the runs of one protocol and domain, or None if they have none of its numbers."""
-    known = cells_by_model(runs, bootstrap)
+    known = cells_by_model(runs)
     columns = tuple(
         column
         for column in spec.columns
@@ -97,39 +101,33 @@ def make_table(
     return Table(spec.name, spec.title, protocol, domain, columns, column_notes, tuple(rows), texts)
 
 
-def cells_by_model(runs: Sequence[RunSummary], bootstrap: Bootstrap) -> dict[str, Cells]:
+def cells_by_model(runs: Sequence[RunSummary]) -> dict[str, Cells]:
     """All numbers of each model of one protocol and domain, the average over abilities included."""
     found: dict[str, dict[tuple[Ability | None, str], Cell]] = {}
-    averaged: dict[str, dict[tuple[Ability, str], Replicates]] = {}
+    cases: dict[str, dict[tuple[Ability, str], Cases]] = {}
     for item in runs:
         ability, model = item.key.ability, item.key.model
         found.setdefault(model, {}).update(cells_of_run(item))
-        for metric, values in item.averaged.items():
-            averaged.setdefault(model, {})[ability, metric] = values
+        cases.setdefault(model, {}).update({(ability, name): each for name, each in item.cases.items()})
     for model, cells in found.items():
-        cells[None, AVERAGE] = _average(cells, averaged.get(model, {}), bootstrap)
+        cells[None, AVERAGE] = _average(cells, cases[model])
     return dict(found)
 
 
 def cells_of_run(item: RunSummary) -> Cells:
     """All numbers of one run."""
     return {
-        (item.key.ability, metric): Cell(rate.percent, rate, item.intervals[metric])
+        (item.key.ability, metric): Cell(rate.percent, rate, item.certainties[metric])
         for metric, rate in item.rates.items()
     }
 
 
-def _average(
-    cells: Cells, replicates: Mapping[tuple[Ability, str], Replicates], bootstrap: Bootstrap
-) -> Cell:
+def _average(cells: Cells, cases: Mapping[tuple[Ability, str], Cases]) -> Cell:
     percent = average_performance({(a, metric): cell.percent for (a, metric), cell in cells.items() if a})
     if percent is None:
         return Cell(None)
-    means = [
-        average_performance(dict(zip(replicates, values, strict=True)))
-        for values in zip(*replicates.values(), strict=True)
-    ]
-    return Cell(percent, interval=bootstrap.interval(means))
+    parts = [(weight, cases[place]) for place, weight in average_weights().items()]
+    return Cell(percent, certainty=certainty_of_mean(parts))
 
 
 def cell_of(cells: Cells, column: ColumnSpec) -> Cell:

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from itertools import groupby
 from pathlib import Path
 
-from eai.metrics.bootstrap import Bootstrap
 from eai.report import latex
 from eai.report.agreement import agreements
 from eai.report.besides import tables_besides
@@ -17,12 +16,11 @@ from eai.report.table import Table, make_table
 from eai.report.table_specs import TABLES
 
 
-def make_tables(runs: Sequence[RunSummary], bootstrap: Bootstrap, *, with_paper: bool) -> list[Table]:
+def make_tables(runs: Sequence[RunSummary], *, with_paper: bool) -> list[Table]:
     """All tables, by protocol and domain, in the order of the paper's.
 
     Args:
         runs: the runs, sorted by the order of their keys.
-        bootstrap: how their intervals were made.
         with_paper: whether the paper's models appear beside ours.
     """
     places = groupby(runs, key=lambda item: (item.key.protocol, item.key.domain))
@@ -30,7 +28,7 @@ def make_tables(runs: Sequence[RunSummary], bootstrap: Bootstrap, *, with_paper:
         table
         for (protocol, domain), group in ((place, list(items)) for place, items in places)
         for spec in TABLES
-        if (table := make_table(spec, protocol, domain, group, bootstrap, with_paper=with_paper))
+        if (table := make_table(spec, protocol, domain, group, with_paper=with_paper))
     ]
 
 

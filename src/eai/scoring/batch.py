@@ -57,4 +57,5 @@ def _record(suite: Suite, model: str, response: Response, *, explanations: bool)
         suite.data_sha256,
         assessment.verdict,
         assessment.explain() if explanations else None,
+        task=suite.features(response.task_id),
     )

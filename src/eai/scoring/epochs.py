@@ -193,6 +193,7 @@ def _records(
             "",
             suite.data_sha256,
             DECLARATIONS[suite.ability].verdict(excluded=f"not answered: {why[task_id]}"),
+            task=suite.features(task_id),
         )
         records.append(_with_origin(record, prompt, answers.get(task_id)))
     return records

@@ -1,0 +1,134 @@
+"""How often 95 % intervals hold the truth, for tasks that are near copies of each other as VirtualHome's are.
+
+    .venv/bin/python bench/coverage.py [--samples 500]
+
+Runs are made up: 26 names with up to 35 tasks each, whose chance of success has a beta distribution with the
+intraclass correlation that was measured (0.6). Beside the intervals of reports stand those that were not
+taken. In each cell: how often the truth is within, in percent, and the mean half width in points.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import random
+import sys
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from statistics import fmean, quantiles
+
+from eai.metrics import deviation
+from eai.metrics.certainty import (
+    Case,
+    Certainty,
+    Interval,
+    certainty_of_difference,
+    certainty_of_rate,
+    of_names,
+)
+
+sys.path.insert(0, str(Path(__file__).parent.parent / "tests"))
+
+from metrics.near_copies import expected_f1, matches, successes
+
+DRAWS = 200
+RATES = (0.01, 0.02, 0.05, 0.1, 0.17, 0.25, 0.5, 0.75, 0.83, 0.9, 0.95, 0.98, 0.99)
+PAIRS = ((0.01, 0.1), (0.05, 0.2), (0.3, 0.5), (0.5, 0.5), (0.8, 0.95), (0.97, 0.99))
+
+Method = Callable[[Sequence[Case], random.Random], Interval]
+
+
+def certainty(cases: Sequence[Case]) -> Certainty:
+    """How sure a rate is, of which there is something."""
+    found = certainty_of_rate(cases)
+    if found is None:
+        raise ValueError("a rate of nothing")
+    return found
+
+
+def reported(cases: Sequence[Case], generator: random.Random) -> Interval:
+    """As reports have it."""
+    return certainty(cases).interval
+
+
+def independent(cases: Sequence[Case], generator: random.Random) -> Interval:
+    """As if all tasks were independent."""
+    return certainty(cases).by_task
+
+
+def bootstrap(cases: Sequence[Case], generator: random.Random) -> Interval:
+    """Percentiles of a bootstrap over names."""
+    sums = list(of_names(cases).values())
+    values = []
+    for _ in range(DRAWS):
+        drawn = generator.choices(sums, k=len(sums))
+        values.append(100 * sum(s.numerator for s in drawn) / sum(s.denominator for s in drawn))
+    cuts = quantiles(values, n=40, method="inclusive")
+    return Interval(cuts[0], cuts[-1])
+
+
+def plain(cases: Sequence[Case], generator: random.Random) -> Interval:
+    """Wilson's with the design effect as it is observed; one per name where nothing varies."""
+    rate = deviation.of_rate(of_names(cases))
+    if rate is None:
+        raise ValueError("a rate of nothing")
+    p, observed = rate.value, rate.observed_variance
+    number = p * (1 - p) / observed if observed else 1 / sum(w * w for w in rate.weights.values())
+    spread = 1.96**2 / number
+    middle = (p + spread / 2) / (1 + spread)
+    half = math.sqrt(spread * (p * (1 - p) + spread / 4)) / (1 + spread)
+    return Interval(100 * (middle - half), 100 * (middle + half))
+
+
+METHODS: dict[str, Method] = {
+    "reports": reported,
+    "independent": independent,
+    "bootstrap": bootstrap,
+    "plain Wilson": plain,
+}
+
+
+def main() -> None:
+    """Print the tables."""
+    arguments = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    arguments.add_argument("--samples", type=int, default=500)
+    samples = arguments.parse_args().samples
+    print("rate".ljust(16), *(name.rjust(14) for name in METHODS))
+    for rate in RATES:
+        generator = seeded(f"rate/{rate}")
+        runs = [successes(generator, rate) for _ in range(samples)]
+        row(f"yes/no {rate}", runs, 100 * rate)
+    for rate in RATES:
+        generator = seeded(f"f1/{rate}")
+        runs = [matches(generator, rate) for _ in range(samples)]
+        row(f"F1 {expected_f1(rate):.2f}", runs, 100 * expected_f1(rate))
+    for pair in PAIRS:
+        generator = seeded(f"difference/{pair}")
+        found = [
+            certainty_of_difference(*(successes(generator, rate) for rate in pair)) for _ in range(samples)
+        ]
+        intervals = [each.interval for each in found if each is not None]
+        print(f"{pair[0]} to {pair[1]}".ljust(16), cell(intervals, 100 * (pair[1] - pair[0])))
+
+
+def seeded(name: str) -> random.Random:
+    """A generator of its own for each line, so that lines do not depend on each other."""
+    return random.Random(name)  # noqa: S311 - reproducible, not secret
+
+
+def row(name: str, runs: Sequence[Sequence[Case]], truth: float) -> None:
+    """Print one line: how every method does on the same runs."""
+    generator = seeded(name)
+    cells = [cell([method(run, generator) for run in runs], truth) for method in METHODS.values()]
+    print(name.ljust(16), *cells)
+
+
+def cell(intervals: Sequence[Interval], truth: float) -> str:
+    """How often the truth is within, and the mean half width."""
+    within = 100 * fmean(interval.low <= truth <= interval.high for interval in intervals)
+    width = fmean(interval.high - interval.low for interval in intervals) / 2
+    return f"{within:6.1f} ({width:4.1f})".rjust(14)
+
+
+if __name__ == "__main__":
+    main()

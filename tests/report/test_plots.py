@@ -1,0 +1,94 @@
+"""What is drawn and what is left out; figures are looked at, not rendered."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+
+import pytest
+
+from eai.abilities.record import Record, TaskFeatures
+from eai.report import plot_difficulty, plot_radar
+from eai.report.run_summary import RunSummary, summary_of
+from eai.report.runs import Run, RunKey
+from eai.world.fault import FaultKind
+from metrics.verdicts import SUCCEEDED, failed, record
+from report.samples import action_run, goal_run, subgoal_run
+
+pytest.importorskip("matplotlib")
+
+BAD = failed(FaultKind.AFFORDANCE)
+
+
+def summary(records: Sequence[Record]) -> RunSummary:
+    first = records[0]
+    return summary_of(Run(RunKey(first.protocol, first.domain, first.ability, first.model), tuple(records)))
+
+
+def renamed(records: Sequence[Record], model: str) -> list[Record]:
+    return [replace(each, model=model) for each in records]
+
+
+def test_a_radar_leaves_out_what_is_not_known() -> None:
+    whole = [summary(renamed(run, "all")) for run in (action_run("all"), goal_run(), subgoal_run())]
+    figure = plot_radar.draw([*whole, summary(renamed(action_run("first"), "some"))])
+    assert figure is not None
+    known, partly = figure.axes
+    assert [text.get_text() for text in known.get_xticklabels() if "none" in text.get_text()] == []
+    assert len([text for text in partly.get_xticklabels() if "(none)" in text.get_text()]) == 3
+    heights = [float(y) for y in partly.lines[0].get_ydata()]
+    assert sum(map(math.isnan, heights)) >= 3
+    assert 0.0 not in heights
+    assert known.patches
+    assert not partly.patches  # no area without all its corners
+
+
+def of_length(steps: int | None, verdicts: Sequence[bool], goals: int = 1) -> list[Record]:
+    return [
+        replace(
+            record(f"{steps}_{goals}_{i}", SUCCEEDED if right else BAD),
+            task=TaskFeatures(f"{steps}", steps, goals),
+        )
+        for i, right in enumerate(verdicts)
+    ]
+
+
+def test_lengths_are_the_annotated_ones_and_bins_without_tasks_are_gaps() -> None:
+    """Ten by ten, as in the paper; the task of 60 steps stands alone, with a hollow mark."""
+    run = [
+        *of_length(2, [True] * 6),
+        *of_length(9, [False] * 2),
+        *of_length(10, [True, False] * 3),
+        *of_length(60, [True], goals=12),
+        *of_length(None, [True], goals=15),
+    ]
+    figure = plot_difficulty.draw([summary(run)])
+    assert figure is not None
+    goals, lengths = figure.axes
+    assert [text.get_text() for text in lengths.get_xticklabels()] == ["0–9\n8", "10–19\n6", "60–69\n1"]
+    assert [text.get_text() for text in goals.get_xticklabels()] == ["1\n14", "10+\n2"]
+    heights = [float(y) for y in lengths.lines[0].get_ydata()]
+    assert heights[:2] == [75, 50]
+    assert all(map(math.isnan, heights[2:6]))
+    assert heights[6] == 100
+    hollow = [line for line in lengths.lines if line.get_markerfacecolor() == "white"]
+    assert [list(line.get_xdata()) for line in hollow] == [[6]]
+    assert len(lengths.collections) == 3  # an interval a bin
+
+
+def test_many_models_have_lines_that_differ_without_colour_and_no_intervals() -> None:
+    runs = [
+        summary(renamed([*of_length(2, [True] * 6), *of_length(12, [False] * 6)], f"m{i}")) for i in range(9)
+    ]
+    figure = plot_difficulty.draw(runs)
+    assert figure is not None
+    (panel,) = figure.axes
+    assert len({line.get_marker() for line in panel.lines}) == 9
+    assert not panel.collections
+
+
+def test_old_records_have_no_difficulty() -> None:
+    old = [replace(each, task=None) for each in of_length(2, [True] * 9)]
+    assert plot_difficulty.draw([summary(old)]) is None
+    assert summary(old).unnamed == 9
