@@ -17,8 +17,8 @@ from eai.abilities.share import Share
 from eai.abilities.verdict import OperatorVerdict, Verdict
 from eai.metrics.certainty import Case
 from eai.metrics.rate import Rate
-from eai.pddl.clauses import predicates_in
 from eai.metrics.summary import name_of
+from eai.pddl.clauses import predicates_in
 from eai.world.fault import FaultKind
 
 _Key = TypeVar("_Key", int, str)
