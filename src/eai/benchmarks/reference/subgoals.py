@@ -6,6 +6,7 @@ import json
 import re
 from abc import abstractmethod
 from collections import Counter
+from collections.abc import Iterable
 from dataclasses import replace
 
 import eai.logic.formula as f
@@ -19,7 +20,7 @@ from eai.benchmarks.reference.lots import Lots
 from eai.errors import ParseError
 from eai.logic.ltl import Dialect, parse
 from eai.logic.signature import Signature
-from eai.logic.traversal import children
+from eai.logic.traversal import children, temporal_parts
 from eai.world.fault import FaultKind
 
 _OBJECT = re.compile(r"{[^{}]*}")
@@ -65,14 +66,43 @@ def _counting(verdict: SubgoalVerdict, errors: tuple[tuple[FaultKind, int], ...]
 
 
 def parse_at_once(written: WrittenSubgoals | Unreadable, signature: Signature) -> f.Formula | Rejected:
-    """The formula of an answer whose subgoals are one text."""
+    """The formula of an answer whose subgoals are one text.
+
+    The reference gives up on an ``and`` of parts with ``then`` and parts without when it has read all of it,
+    as it does on an unknown name: what ends first in the text decides. Numbers and names of objects are
+    looked at later (``simple_tl_parser.py``, ``simple_tl.py`` SimpleTLAnd).
+    """
     if isinstance(written, Unreadable):
         return unparseable(written.reason)
     try:
         reading = parse(" then ".join(written.subgoals), signature, Dialect.RELEASE)
     except ParseError as error:
         return unparseable(str(error))
+    if _conjoins_moments(reading.formula, signature):
+        return unparseable("an 'and' has parts with 'then' and parts without")
     return offending(reading.offences, written.repairs) if reading.offences else reading.formula
+
+
+def _conjoins_moments(formula: f.Formula, signature: Signature) -> bool:
+    """Whether an ``and`` of parts with ``then`` and parts without ends before every unknown name."""
+    temporal = temporal_parts(formula)
+    if not temporal:
+        return False
+    for part in _by_end(formula):
+        if isinstance(part, f.And) and len({id(operand) in temporal for operand in part.operands}) > 1:
+            return True
+        if isinstance(part, f.Atom) and part.predicate not in signature.predicates:
+            return False
+    return False
+
+
+def _by_end(formula: f.Formula) -> Iterable[f.Formula]:
+    """The formula and all its parts, in the order in which they end in the text."""
+    found, pending = [], [formula]
+    while pending:
+        found.append(pending.pop())
+        pending += children(found[-1])
+    return reversed(found)
 
 
 def read_output(text: str) -> list[str] | Unreadable:
