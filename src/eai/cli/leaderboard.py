@@ -13,7 +13,7 @@ from eai.abilities.declarations import DECLARATIONS
 from eai.cli.console import output
 from eai.metrics.bootstrap import Bootstrap
 from eai.report.run_summary import summary_of
-from eai.report.runs import read_runs
+from eai.report.runs import as_asked_in_paper, read_runs
 from eai.report.table import Cell, Row, Table
 from eai.report.table_specs import ColumnSpec, domain_title
 from eai.report.writer import make_tables
@@ -32,7 +32,7 @@ def leaderboard(
     Example: eai leaderboard scores --paper
     """
     bootstrap = Bootstrap()
-    summaries = [summary_of(run, bootstrap) for run in read_runs(runs)]
+    summaries = [summary_of(as_asked_in_paper(run) if paper else run, bootstrap) for run in read_runs(runs)]
     summaries.sort(key=lambda item: item.key.order)
     for table in make_tables(summaries, bootstrap, with_paper=paper):
         if table.name == _OVERVIEW:
