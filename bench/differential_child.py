@@ -30,7 +30,7 @@ from contextlib import contextmanager, redirect_stdout, suppress
 from pathlib import Path
 
 MAX_SECONDS = 60
-"""How long one answer may take: the ways to carry out subgoals double with every alternative."""
+"""The processor time that one answer may take: ways to do subgoals double with every alternative."""
 
 SEED = 0
 COUNTED = {
@@ -65,17 +65,17 @@ class OverlongError(BaseException):
 
 @contextmanager
 def time_limit():
-    """Raise `OverlongError` in what takes too long."""
+    """Raise `OverlongError` in what takes too long, by the clock of this process."""
 
     def stop(number, frame):
         raise OverlongError
 
-    signal.signal(signal.SIGALRM, stop)
-    signal.alarm(MAX_SECONDS)
+    signal.signal(signal.SIGVTALRM, stop)
+    signal.setitimer(signal.ITIMER_VIRTUAL, MAX_SECONDS)
     try:
         yield
     finally:
-        signal.alarm(0)
+        signal.setitimer(signal.ITIMER_VIRTUAL, 0)
 
 
 class Journal:

@@ -102,3 +102,19 @@ def test_a_full_seat_cannot_be_diagnosed_in_subgoals_and_is_a_missing_step_in_pl
     error = virtualhome_scorer(task, Protocol.EAI_1_0_5).score(plan).error
     assert error is not None
     assert (error.kind, error.detail) == (FaultKind.MISSING_STEP, f"there is no room left on {seat}")
+
+
+@pytest.mark.parametrize(
+    ("subgoal", "outcome", "actions"),
+    [
+        ("not dusty(plate.1)", "runtime", ["CLEAN(plate_1)"]),
+        ("not not not dusty(plate.1)", "runtime", ["CLEAN(plate_1)"]),
+        ("not(not(not(not(not dusty(plate.1)))))", "runtime", ["CLEAN(plate_1)"]),
+        ("not not dusty(plate.1)", "not_parseable", []),
+        ("not not not not dusty(plate.1)", "not_parseable", []),
+        ("not not not (dusty(plate.1) and open(fridge.1))", "not_parseable", []),
+    ],
+)
+def test_negations_come_in_odd_numbers(subgoal: str, outcome: str, actions: list[str]) -> None:
+    assert told(SCENES.score(answer(subgoal))) == outcome
+    assert [step.action for step in SCENES.explain(answer(subgoal)).steps] == actions

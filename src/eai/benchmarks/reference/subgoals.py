@@ -129,7 +129,8 @@ def literals(formula: f.Formula, lots: Lots) -> list[f.Formula] | None:
     if isinstance(formula, f.Or):
         return literals(lots.choice(formula.operands), lots)
     if isinstance(formula, f.Not):
-        return [formula] if _is_odd_negation(formula) else None
+        negated = _negated(formula)
+        return None if negated is None else [f.Not(negated)]
     if not isinstance(formula, (f.And, f.Then)):
         return None
     found: list[f.Formula] = []
@@ -141,9 +142,9 @@ def literals(formula: f.Formula, lots: Lots) -> list[f.Formula] | None:
     return found
 
 
-def _is_odd_negation(formula: f.Formula) -> bool:
-    """Whether an atom or action is negated an odd number of times, which is rejected when it is reached."""
+def _negated(formula: f.Formula) -> f.Formula | None:
+    """The atom or action that is negated an odd number of times, which counts as once; else None."""
     odd = False
     while isinstance(formula, f.Not):
         formula, odd = formula.operand, not odd
-    return odd and isinstance(formula, (f.Atom, f.Occurs))
+    return formula if odd and isinstance(formula, (f.Atom, f.Occurs)) else None
