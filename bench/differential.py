@@ -9,7 +9,7 @@ seed. Both sides judge each by itself. Exits with status 1 where a field differs
 Set apart, and counted by the exception, are answers at which the reference ends its whole run: there is no
 verdict to compare, except for goal interpretation, where `eai-1.0.5` says itself that the run would end; and
 those with subgoals that take it more than a minute to try (`overlong`). `UnboundLocalError` comes of what is
-in the simulator's place: no object stands on, under or next to another any more, which a real scene never says.
+in the simulator's place: no object stands on, under or next to another any more, which no real scene says.
 """
 
 from __future__ import annotations
