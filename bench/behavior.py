@@ -28,7 +28,7 @@ from typing import Any, NamedTuple
 from eai.abilities.action_sequencing.notation import JsonPlans
 from eai.abilities.scorer import Scorer
 from eai.abilities.verdict import PlanVerdict, Verdict
-from eai.benchmarks.behavior.evidence import load_evidence
+from eai.benchmarks.behavior.evidence import GroundRelation, load_evidence
 from eai.benchmarks.behavior.tasks import BehaviorTask, initial_relations, initial_states, open_tasks
 from eai.benchmarks.packs import fetch_published
 from eai.benchmarks.reference.behavior_plans import BehaviorActionSequencing
@@ -107,10 +107,10 @@ def subgoals(script: Sequence[Action], scene: Scene) -> Iterator[str]:
         yield SUBGOALS[name].format(x=dotted, hand=hand[0].lower(), held=held.get(hand))
 
 
-def described(task: BehaviorTask) -> dict[str, Any]:
-    """What the reference's stand-in for the simulator is told of a task."""
+def described(task: BehaviorTask, relations: Sequence[GroundRelation] | None = None) -> dict[str, Any]:
+    """What the reference's stand-in for the simulator is told of a task, or of one with other relations."""
     record, evidence = task.record, load_evidence()
-    relations = list(initial_relations(record, evidence))
+    relations = initial_relations(record, evidence) if relations is None else relations
     true = set(initial_states(record, evidence))
     instances = {thing.name: thing.instance for thing in record.objects}
     objects = []

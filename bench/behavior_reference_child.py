@@ -123,7 +123,7 @@ def make_task(scene):
 
 
 def action_sequencing(scene, plan):
-    """A function that evaluates a plan."""
+    """A function that evaluates a plan, and returns the evaluator with what it found."""
     module = importlib.import_module("behavior_eval.evaluation.action_sequencing.action_sequence_evaluator")
     task = make_task(scene)
 
@@ -136,16 +136,14 @@ def action_sequencing(scene, plan):
         evaluator.evaluation_info = {"error_type": {"execution_success": True}, "goal_rst": dict(NOT_YET)}
         evaluator.object_name = set(evaluator.evolving_graph.obj_name_to_obj)
         evaluator.action_name = {action.name for action in module.EvalActions}
-        try:
-            return evaluator.evaluate_all(plan)["goal_rst"]["all_goal_satisfied_graph"]
-        except UnboundLocalError:  # where nothing stands on, under or next to anything
-            return None
+        evaluator.evaluate_all(plan)
+        return evaluator
 
     return evaluate
 
 
 def subgoal_decomposition(scene, subgoals):
-    """A function that evaluates subgoals."""
+    """A function that evaluates subgoals, and returns the package's report."""
     module = importlib.import_module("behavior_eval.evaluation.subgoal_decomposition.subgoal_sim_utils")
     task = make_task(scene)
     path = Path(tempfile.mkdtemp()) / "plan.json"
@@ -159,12 +157,20 @@ def subgoal_decomposition(scene, subgoals):
         evaluator.tl_name_mapping = evaluator.get_tl_name_mapping(named, evaluator.category_map)
         evaluator.tl_relevant_objects = [each["name"] for each in evaluator.tl_name_mapping]
         evaluator.subgoal_plan = module.SubgoalPlanHalfJson(str(path), scene["activity"])
-        try:
-            return evaluator.evaluate_subgoal_plan()[0] == "Correct"
-        except UnboundLocalError:
-            return None
+        return evaluator.evaluate_subgoal_plan()
 
     return evaluate
+
+
+def succeeded(evaluate):
+    """Whether an answer succeeds; None where the package aborts, since nothing stands anywhere."""
+    try:
+        result = evaluate()
+    except UnboundLocalError:
+        return None
+    if isinstance(result, tuple):
+        return result[0] == "Correct"
+    return result.evaluation_info["goal_rst"]["all_goal_satisfied_graph"]
 
 
 def cpu_seconds():
@@ -184,9 +190,9 @@ def main(path):
             for _ in range(repeats):
                 evaluations = [ability(given["scenes"][task_id], text) for task_id, text in answers]
                 started = cpu_seconds()
-                succeeded = [evaluate() for evaluate in evaluations]
+                outcomes = [succeeded(evaluate) for evaluate in evaluations]
                 spent.append(cpu_seconds() - started)
-        report[ability.__name__] = {"cpu_seconds": spent, "succeeded": succeeded}
+        report[ability.__name__] = {"cpu_seconds": spent, "succeeded": outcomes}
     print(json.dumps(report))
 
 

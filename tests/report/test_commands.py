@@ -6,7 +6,10 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
+from eai.abilities.protocol import Protocol
+from eai.benchmarks.reference.older_wording import TASK
 from eai.cli import app
+from metrics.verdicts import SUCCEEDED, record
 from report.samples import action_run, goal_run, write_runs
 
 RUNNER = CliRunner(env={"COLUMNS": "100"})
@@ -61,3 +64,12 @@ def test_leaderboard_lists_runs_and_papers_by_rank(runs: Path) -> None:
     assert "(paper)" not in alone.output
     both = RUNNER.invoke(app, ["leaderboard", str(runs), "--paper"])
     assert both.output.count("(paper)") == 18
+
+
+def test_beside_the_paper_a_plan_misses_the_goal_that_only_the_paper_asked_for(tmp_path: Path) -> None:
+    asked = record(TASK, SUCCEEDED, domain="behavior", protocol=Protocol.EAI_1_0_5)
+    folder = str(write_runs(tmp_path, [[asked]]))
+    alone, both = (RUNNER.invoke(app, ["leaderboard", folder, *more]).output for more in ([], ["--paper"]))
+    assert "100.0" in alone
+    assert "100.0" in next(line for line in alone.splitlines() if "│ m " in line)
+    assert "100.0" not in next(line for line in both.splitlines() if "│ m " in line).split("│")[3]

@@ -13,7 +13,7 @@ from eai.abilities.declarations import DECLARATIONS
 from eai.cli.console import errors, output
 from eai.report.certainty import unnamed_remark
 from eai.report.run_summary import summary_of
-from eai.report.runs import read_runs
+from eai.report.runs import as_asked_in_paper, read_runs
 from eai.report.table import Cell, Row, Table
 from eai.report.table_specs import ColumnSpec, domain_title
 from eai.report.writer import make_tables
@@ -31,7 +31,7 @@ def leaderboard(
 
     Example: eai leaderboard scores --paper
     """
-    summaries = [summary_of(run) for run in read_runs(runs)]
+    summaries = [summary_of(as_asked_in_paper(run) if paper else run) for run in read_runs(runs)]
     summaries.sort(key=lambda item: item.key.order)
     for table in make_tables(summaries, with_paper=paper):
         if table.name == _OVERVIEW:

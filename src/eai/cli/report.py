@@ -25,7 +25,7 @@ from eai.report.explorer import explorer_html
 from eai.report.explorer_data import Background, ExplorerData
 from eai.report.plots import draw_plots
 from eai.report.run_summary import RunSummary, summary_of
-from eai.report.runs import read_runs
+from eai.report.runs import as_asked_in_paper, read_runs
 from eai.report.writer import make_tables, write_tables
 
 PLOTS = "plots"
@@ -53,7 +53,7 @@ def report(
     explorer = ExplorerData(known)
     summaries = []
     for run in runs:
-        summaries.append(summary_of(run))
+        summaries.append(summary_of(as_asked_in_paper(run) if paper else run))
         explorer.add(run)
     summaries.sort(key=lambda item: item.key.order)
     tables = make_tables(summaries, with_paper=paper)

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import NamedTuple
 
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.record import Record
+from eai.benchmarks.reference.older_wording import as_the_paper_asked
 from eai.benchmarks.registry import registered
 from eai.errors import InputError
 from eai.scoring.records import read_records
@@ -49,6 +50,11 @@ class Run:
 
     key: RunKey
     records: tuple[Record, ...]
+
+
+def as_asked_in_paper(run: Run) -> Run:
+    """The run as it is to be set beside the paper's: with the goals that its runs were asked for."""
+    return replace(run, records=tuple(map(as_the_paper_asked, run.records)))
 
 
 def find_record_files(paths: Iterable[Path]) -> list[Path]:

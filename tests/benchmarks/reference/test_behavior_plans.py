@@ -26,6 +26,11 @@ OPEN = ("OPEN", ("jar_0",))
         ('[{"action": "OP" "EN", "object": "jar\\u005f0"}]', [OPEN]),
         ('[{"action": "OPEN", "object": "jar_0", "why": 3}]', [OPEN]),
         ('[{"action": "PUT", "object": " a, b "}]', [("PUT", ("a", "b"))]),
+        ('[{"action": "OPEN", "object": f"jar_0"}]', [OPEN]),
+        ('[{"action": f"OP" "EN", "object": f"jar_0", "why": f"{{}}"}]', [OPEN]),
+        ('[{"action": "OPEN", "object": "jar_0", 7: (1, {2})}]', [OPEN]),
+        ('[{**{"action": "OPEN"}, "object": "jar_0"}]', [OPEN]),
+        ('[dict(action="CLOSE", **{"object": "jar_0"}), dict()]', [("CLOSE", ("jar_0",))]),
     ],
 )
 def test_steps_that_are_found(text: str, steps: list[tuple[str, tuple[str, ...]]]) -> None:
@@ -48,6 +53,10 @@ def test_steps_that_are_found(text: str, steps: list[tuple[str, tuple[str, ...]]
         '[x for x in "a"]',
         '[__import__("os").system("true")]',
         '[dict([("action", "OPEN")])]',
+        '[{"action": "OPEN", "object": f"jar_{0}"}]',
+        '[{"action": "OPEN", "object": f"{str()}jar_0"}]',
+        '[{**7, "action": "OPEN", "object": "jar_0"}]',
+        '[{{"y"}: 3, "action": "OPEN", "object": "jar_0"}]',
         "[" * 5000,
     ],
 )

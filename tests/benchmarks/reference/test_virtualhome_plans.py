@@ -4,8 +4,11 @@ import time
 
 import pytest
 
+from benchmarks.plan_scorers import virtualhome_scorer
+from benchmarks.virtualhome.household import make_task
 from eai.abilities.action_sequencing.plan import TOO_LONG, WrittenPlan
 from eai.abilities.json_text import MAX_LENGTH
+from eai.abilities.protocol import Protocol
 from eai.abilities.unreadable import Unreadable
 from eai.benchmarks.reference.virtualhome_plans import LIST_IS_NOT_JSON, read_plan
 
@@ -74,3 +77,36 @@ def test_reading_takes_time_in_proportion_to_the_text(piece: str) -> None:
     started = time.process_time()
     assert isinstance(read_plan(text), Unreadable)
     assert time.process_time() - started < 10
+
+
+@pytest.mark.parametrize(
+    ("plan", "outcome"),
+    [
+        # The data set's script, which is not executed and counts as a failure.
+        ('{"WALK": ["sofa_bed", "40"], "SIT": ["sofa_bed", "40"]}', "equals the script"),
+        ('{"WALK": ["sofa_bed", 40], "SIT": ["sofa_bed", "40"]}', "equals the script"),
+        # Name and id are looked up as one text, and so compared with the script as another one.
+        ('{"WALK": ["sofa", "bed_40"], "SIT": ["sofa_bed", "40"]}', "success"),
+        ('{"WALK": ["sofa_bed", "40"], "SIT": ["sofa", "bed_40"]}', "success"),
+        ('{"WALK": ["sofa_bed", "40"], "WALK": ["sofa_bed", "40"], "SIT": ["sofa_bed", "40"]}', "success"),
+        ('{"WALK": ["sofa_bed", "040"], "SIT": ["sofa_bed", "40"]}', "hallucination"),
+        ('{"WALK": ["sofa_bed", 40.0], "SIT": ["sofa_bed", "40"]}', "hallucination"),
+        ('{"WALK": ["sofa_bed ", "40"], "SIT": ["sofa_bed", "40"]}', "hallucination"),
+        ('{"WALK": ["", "sofa_bed_40"], "SIT": ["sofa_bed", "40"]}', "hallucination"),
+        ('{"WALK": ["Sofa_bed", "40"], "SIT": ["sofa_bed", "40"]}', "hallucination"),
+    ],
+)
+def test_equal_to_the_script_is_what_has_its_text(plan: str, outcome: str) -> None:
+    task = make_task(
+        "SITTABLE sofa_bed.40",
+        "INSIDE sofa_bed.40 bedroom.2",
+        goals=("state SITTING character.65",),
+        script=["WALK sofa_bed.40", "SIT sofa_bed.40"],
+        more_objects=("sofa_bed.40",),
+    )
+    verdict = virtualhome_scorer(task, Protocol.EAI_1_0_5, with_ids=True).score(plan)
+    if verdict.error is not None:
+        assert verdict.error.kind.value == outcome
+        return
+    assert ("success" if verdict.success else "equals the script") == outcome
+    assert verdict.executable

@@ -56,7 +56,7 @@ class ActionSequencing(Scorer):
         actions = self.resolve(plan)
         if isinstance(actions, ErrorReport):
             return self._refuse(actions, plan.repairs)
-        return self._run(actions, plan.repairs)
+        return self._run(plan, actions)
 
     def resolve(self, plan: WrittenPlan) -> tuple[Action, ...] | ErrorReport:
         """The plan as ground actions, or its first grammar error: of all names before of any arity."""
@@ -82,10 +82,10 @@ class ActionSequencing(Scorer):
             goals_satisfied=reached,
         )
 
-    def _run(self, actions: tuple[Action, ...], repairs: tuple[str, ...]) -> Assessment:
-        """The assessment of a plan that can be run."""
+    def _run(self, plan: WrittenPlan, actions: tuple[Action, ...]) -> Assessment:
+        """The assessment of a plan that can be run, as written and as ground actions."""
         trajectory = execute(self.domain, self.task.initial, actions)
-        verdict = self._judge(trajectory, repairs)
+        verdict = self._judge(trajectory, plan.repairs)
         return Assessment(verdict, partial(self._explain, verdict, trajectory))
 
     def _judge(self, trajectory: Trajectory, repairs: tuple[str, ...]) -> PlanVerdict:

@@ -11,6 +11,7 @@ import ast
 import json
 import re
 import warnings
+from collections.abc import Sequence
 
 from eai.abilities.action_sequencing.notation import JsonPlans, named
 from eai.abilities.action_sequencing.plan import WrittenPlan, WrittenStep
@@ -125,14 +126,36 @@ def _steps(found: list[dict[str, str]]) -> list[WrittenStep]:
 
 
 def _value(node: ast.expr) -> object:
-    """The value of an expression made of literals, lists and calls of ``dict`` with keywords.
+    """The value of an expression made of literals, lists, dictionaries and calls of ``dict`` with keywords.
+
+    A formatted string is a literal if nothing in it is formatted.
 
     Raises:
         ValueError, TypeError: it is something else, or no value in Python either.
     """
-    if isinstance(node, ast.List):
-        return [_value(element) for element in node.elts]
-    is_dict_call = isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "dict"
-    if isinstance(node, ast.Call) and is_dict_call and not node.args:
-        return {keyword.arg: _value(keyword.value) for keyword in node.keywords if keyword.arg}
-    return ast.literal_eval(node)
+    match node:
+        case ast.List(elements):
+            return [_value(element) for element in elements]
+        case ast.Dict(keys, values):
+            return _dictionary(keys, values)
+        case ast.Call(ast.Name("dict"), [], keywords):
+            keys = [None if keyword.arg is None else ast.Constant(keyword.arg) for keyword in keywords]
+            return _dictionary(keys, [keyword.value for keyword in keywords])
+        case ast.JoinedStr(parts):
+            return "".join([str(ast.literal_eval(part)) for part in parts])
+        case _:
+            return ast.literal_eval(node)
+
+
+def _dictionary(keys: Sequence[ast.expr | None], values: Sequence[ast.expr]) -> dict[object, object]:
+    """The dictionary of some entries; one without a key stands for those of another dictionary."""
+    found: dict[object, object] = {}
+    for key, node in zip(keys, values, strict=True):
+        value = _value(node)
+        if key is not None:
+            found[ast.literal_eval(key)] = value
+        elif isinstance(value, dict):
+            found.update(value)
+        else:
+            raise TypeError("no dictionary")
+    return found

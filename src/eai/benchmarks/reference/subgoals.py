@@ -6,6 +6,7 @@ import json
 import re
 from abc import abstractmethod
 from collections import Counter
+from collections.abc import Iterable
 from dataclasses import replace
 
 import eai.logic.formula as f
@@ -20,7 +21,7 @@ from eai.benchmarks.reference.lots import Lots
 from eai.errors import ParseError
 from eai.logic.ltl import Dialect, parse
 from eai.logic.signature import Signature
-from eai.logic.traversal import children
+from eai.logic.traversal import children, temporal_parts
 from eai.world.fault import FaultKind
 
 _OBJECT = re.compile(r"{[^{}]*}")
@@ -70,14 +71,43 @@ def _counting(verdict: SubgoalVerdict, errors: tuple[tuple[FaultKind, int], ...]
 
 
 def parse_at_once(written: WrittenSubgoals | Unreadable, signature: Signature) -> f.Formula | Rejected:
-    """The formula of an answer whose subgoals are one text."""
+    """The formula of an answer whose subgoals are one text.
+
+    The reference gives up on an ``and`` of parts with ``then`` and parts without when it has read all of it,
+    as it does on an unknown name: what ends first in the text decides. Numbers and names of objects are
+    looked at later (``simple_tl_parser.py``, ``simple_tl.py`` SimpleTLAnd).
+    """
     if isinstance(written, Unreadable):
         return unparseable(written.reason)
     try:
         reading = parse(" then ".join(written.subgoals), signature, Dialect.RELEASE)
     except ParseError as error:
         return unparseable(str(error))
+    if _conjoins_moments(reading.formula, signature):
+        return unparseable("an 'and' has parts with 'then' and parts without")
     return offending(reading.offences, written.repairs) if reading.offences else reading.formula
+
+
+def _conjoins_moments(formula: f.Formula, signature: Signature) -> bool:
+    """Whether an ``and`` of parts with ``then`` and parts without ends before every unknown name."""
+    temporal = temporal_parts(formula)
+    if not temporal:
+        return False
+    for part in _by_end(formula):
+        if isinstance(part, f.And) and len({id(operand) in temporal for operand in part.operands}) > 1:
+            return True
+        if isinstance(part, f.Atom) and part.predicate not in signature.predicates:
+            return False
+    return False
+
+
+def _by_end(formula: f.Formula) -> Iterable[f.Formula]:
+    """The formula and all its parts, in the order in which they end in the text."""
+    found, pending = [], [formula]
+    while pending:
+        found.append(pending.pop())
+        pending += children(found[-1])
+    return reversed(found)
 
 
 def read_output(text: str) -> list[str] | Unreadable:
@@ -104,7 +134,8 @@ def literals(formula: f.Formula, lots: Lots) -> list[f.Formula] | None:
     if isinstance(formula, f.Or):
         return literals(lots.choice(formula.operands), lots)
     if isinstance(formula, f.Not):
-        return [formula] if _is_odd_negation(formula) else None
+        negated = _negated(formula)
+        return None if negated is None else [f.Not(negated)]
     if not isinstance(formula, (f.And, f.Then)):
         return None
     found: list[f.Formula] = []
@@ -116,9 +147,9 @@ def literals(formula: f.Formula, lots: Lots) -> list[f.Formula] | None:
     return found
 
 
-def _is_odd_negation(formula: f.Formula) -> bool:
-    """Whether an atom or action is negated an odd number of times, which is rejected when it is reached."""
+def _negated(formula: f.Formula) -> f.Formula | None:
+    """The atom or action that is negated an odd number of times, which counts as once; else None."""
     odd = False
     while isinstance(formula, f.Not):
         formula, odd = formula.operand, not odd
-    return odd and isinstance(formula, (f.Atom, f.Occurs))
+    return formula if odd and isinstance(formula, (f.Atom, f.Occurs)) else None

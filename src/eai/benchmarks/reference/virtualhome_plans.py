@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from functools import cache
 
@@ -19,11 +19,12 @@ from eai.abilities.verdict import Counted, ErrorReport, PlanVerdict
 from eai.benchmarks.reference import virtualhome_domain
 from eai.benchmarks.reference.virtualhome_goal_test import VirtualHomeGoalTest
 from eai.benchmarks.reference.virtualhome_order import relevant_objects
-from eai.benchmarks.virtualhome.plan_notation import VirtualHomePlans, has_ids, identified, index_of
+from eai.benchmarks.virtualhome.plan_notation import Identified, VirtualHomePlans, has_ids, identified
 from eai.benchmarks.virtualhome.tasks import VirtualHomeTask
 from eai.world.domain import Domain
 from eai.world.execution import Action, Trajectory
 from eai.world.fault import FaultKind
+from eai.world.state import Scene
 
 NOT_ACCEPTED = ("PLUGIN", "PLUGOUT", "RELEASE")
 """Actions that the prompt offers and the vocabulary test rejects (``valid_actions``)."""
@@ -65,13 +66,22 @@ class VirtualHomePlansInReference(VirtualHomePlans):
     def objects(self, task: Task) -> Callable[[object], int | None]:
         """The objects that the task is about, in the reference's order.
 
-        With ids no others are known, either (``check_no_hallucination_in_arg``).
+        With ids no others are known, either, and name and id are looked up as one text
+        (``check_no_hallucination_in_arg``).
         """
         if not isinstance(task, VirtualHomeTask):
             raise TypeError(f"task {task.id} has no record of the data set")
         relevant = relevant_objects(task)
         objects = task.scene.objects
-        return index_of({objects[i].category: i for i in relevant}, {objects[i].name: i for i in relevant})
+        by_class = {objects[i].category: i for i in relevant}
+        by_name = {"_".join(objects[i].name.rsplit(".", 1)): i for i in relevant}
+
+        def found(word: object) -> int | None:
+            if isinstance(word, Identified):
+                return by_name.get(f"{word.name}_{word.id}")
+            return by_class.get(word) if isinstance(word, str) else None
+
+        return found
 
 
 class VirtualHomeActionSequencing(ActionSequencing):
@@ -96,9 +106,9 @@ class VirtualHomeActionSequencing(ActionSequencing):
         twice = Counted(success=False, goals=goals, errors=((FaultKind.PARSING, 2),))
         return replace(verdict, counted=twice)
 
-    def _run(self, actions: tuple[Action, ...], repairs: tuple[str, ...]) -> Assessment:
-        assessment = super()._run(actions, repairs)
-        if actions != self.task.script:
+    def _run(self, plan: WrittenPlan, actions: tuple[Action, ...]) -> Assessment:
+        assessment = super()._run(plan, actions)
+        if actions != self.task.script or not _names_classes(plan, actions, self.task.scene):
             return assessment
         none = self.goals.none_reached
         not_run = PlanVerdict(
@@ -106,7 +116,7 @@ class VirtualHomeActionSequencing(ActionSequencing):
             success=False,
             additional_steps=0,
             goals=self.goals.tallies(none),
-            repairs=repairs,
+            repairs=plan.repairs,
             goals_satisfied=none,
         )
         return Assessment(not_run, lambda: _with_note(assessment.explain(), EQUALS_SCRIPT))
@@ -131,6 +141,18 @@ class VirtualHomeActionSequencing(ActionSequencing):
 
     def _succeeds(self, error: ErrorReport | None, reached: tuple[bool, ...]) -> bool:
         return all(reached)
+
+
+def _names_classes(plan: WrittenPlan, actions: Sequence[Action], scene: Scene) -> bool:
+    """Whether every name is a class, as in the script: texts are compared there, not objects.
+
+    ``["food", "egg_1003"]`` is the same object as ``["food_egg", "1003"]``.
+    """
+    return all(
+        not isinstance(word, Identified) or word.name == scene.objects[index].category
+        for step, action in zip(plan.steps, actions, strict=True)
+        for word, index in zip(step.objects, action.arguments, strict=True)
+    )
 
 
 def _with_note(explanation: Explanation, note: str) -> Explanation:

@@ -1,0 +1,201 @@
+"""Mutated answers judged by the reference and by protocol `eai-1.0.5`, field by field.
+
+    python bench/differential.py                               1,000 answers to each of the eight suites
+    python bench/differential.py --suite behavior/ --rows 200 --seed 7
+
+The answers are gold ones changed at random, from a misplaced step to a broken bracket, a pure function of the
+seed. Both sides judge each by itself. Exits with status 1 where a field differs.
+
+Set apart, and counted by the exception, are answers at which the reference ends its whole run: there is no
+verdict to compare, except for goal interpretation, where `eai-1.0.5` says itself that the run would end; and
+those with subgoals that take it more than a minute to try (`overlong`). `UnboundLocalError` comes of what is
+in the simulator's place: no object stands on, under or next to another any more, which no real scene says.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import subprocess
+import sys
+import tempfile
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from behavior import ALSO_IMPORTED, described
+from eai.abilities.protocol import Ability, Protocol
+from eai.abilities.verdict import GoalVerdict, Verdict
+from eai.benchmarks.behavior.tasks import listed_relations, open_tasks
+from eai.benchmarks.source import Source
+from eai.benchmarks.suite import Suite, open_suite
+from eai.pddl.planning import PlannerChoice
+from mutated_answers import maker
+from mutations import Dice
+from reference import CACHE, REFERENCE, environment
+from verdict_fields import examples, fields
+
+CHILD = Path(__file__).with_name("differential_child.py")
+SUITES = tuple(f"{domain}/{ability.value}" for domain in ("virtualhome", "behavior") for ability in Ability)
+NEEDED = ("scipy", *ALSO_IMPORTED)
+
+
+class Row(NamedTuple):
+    """An answer to a task."""
+
+    task_id: str
+    text: str
+
+
+class Pair(NamedTuple):
+    """What the reference says in a field, and what we say."""
+
+    reference: object
+    ours: object
+
+
+@dataclass(frozen=True, slots=True)
+class Difference:
+    """A row with the fields in which the verdicts on it differ."""
+
+    row: Row
+    fields: Mapping[str, Pair]
+
+
+def made_rows(suite: str, count: int, seed: int) -> list[Row]:
+    """Mutated answers to tasks of a suite that the reference scores."""
+    make, scored, dice = maker(*parts(suite)), scorers(suite), Dice(f"{suite} {seed}")
+    known = [i for i in scored.task_ids if getattr(scored.scorer(i), "excluded", None) is None]
+    chosen = [dice.one(known) for _ in range(count)]
+    return [Row(task_id, make(Dice(f"{suite} {seed} {n}"), task_id)) for n, task_id in enumerate(chosen)]
+
+
+def parts(suite: str) -> tuple[str, Ability]:
+    """The domain and the ability of a suite."""
+    domain, _, ability = suite.partition("/")
+    return domain, Ability(ability)
+
+
+def scorers(suite: str) -> Suite:
+    """Ours of a suite; plans of VirtualHome all have ids, as release 1.0.5 expects."""
+    domain, ability = parts(suite)
+    form = True if suite == "virtualhome/action_sequencing" else None
+    source = Source(planner=PlannerChoice.NONE)
+    return open_suite(domain, ability, Protocol.EAI_1_0_5, source=source, form=form)
+
+
+def judged_by_reference(suite: str, rows: Sequence[Row], python: Path, workers: int) -> list[dict[str, Any]]:
+    """The reference's verdicts, in order, of several processes."""
+    domain, ability = parts(suite)
+    scenes = scenes_for(ability, {row.task_id for row in rows}) if domain == "behavior" else {}
+    shares = [rows[start::workers] for start in range(workers)]
+
+    def judge(share: Sequence[Row]) -> list[dict[str, Any]]:
+        with tempfile.TemporaryDirectory(prefix="eai-bench-") as folder:
+            path = Path(folder) / "rows.json"
+            path.write_text(json.dumps({"rows": share, "scenes": scenes}), encoding="utf-8")
+            done = subprocess.run(
+                [str(python), "-W", "ignore", str(CHILD), domain, ability.value, str(path)],
+                check=True,
+                stdout=subprocess.PIPE,
+                text=True,
+                cwd=folder,
+                env=os.environ | {"PYTHONHASHSEED": "0", "PYTHONDONTWRITEBYTECODE": "1"},
+            )
+        return [json.loads(line) for line in done.stdout.splitlines()]
+
+    with ThreadPoolExecutor(workers) as pool:
+        found = list(pool.map(judge, shares))
+    return [found[number % workers][number // workers] for number in range(len(rows))]
+
+
+def scenes_for(ability: Ability, task_ids: set[str]) -> dict[str, Any]:
+    """What stands for the simulator of BEHAVIOR, on the scenes that `eai-1.0.5` judges the ability on."""
+    if ability not in (Ability.ACTION_SEQUENCING, Ability.SUBGOAL_DECOMPOSITION):
+        return {}
+    tasks = open_tasks()
+    found = {}
+    for task_id in sorted(task_ids):
+        task = tasks[task_id]
+        as_listed = ability is Ability.SUBGOAL_DECOMPOSITION and task.initial_as_published != task.initial
+        found[task_id] = described(task, listed_relations(task.record) if as_listed else None)
+    return found
+
+
+def examine(suite: str, rows: Sequence[Row], python: Path, workers: int, show: int) -> bool:
+    """Judge the rows twice and print what differs; whether nothing does."""
+    scored = scorers(suite)
+    apart: Counter[str] = Counter()
+    reached: Counter[str] = Counter()
+    found: list[Difference] = []
+    for row, theirs in zip(rows, judged_by_reference(suite, rows, python, workers), strict=True):
+        ours = scored.score(row.task_id, row.text)
+        reached.update(examples(ours))
+        compared = differing(theirs, ours)
+        if isinstance(compared, str):
+            apart[compared] += 1
+        elif compared:
+            found.append(Difference(row, compared))
+    set_apart = "".join(f", {count} {name}" for name, count in sorted(apart.items()))
+    print(f"{suite:34} {len(rows):6,} rows, {len(found):4} differences{set_apart}", flush=True)
+    print(f"    {', '.join(f'{name} {count}' for name, count in reached.most_common())}")
+    for difference in found[:show]:
+        print(f"    {difference.row.task_id}: {difference.row.text!r}")
+        for name, (reference, mine) in difference.fields.items():
+            print(f"        {name}: {reference} in the reference, {mine} here")
+    return not found
+
+
+def differing(theirs: Mapping[str, Any], ours: Verdict) -> Mapping[str, Pair] | str:
+    """The fields in which two verdicts differ, or why there is nothing to compare."""
+    if "overlong" in theirs:
+        return "overlong"
+    if "crash" in theirs and not isinstance(ours, GoalVerdict):
+        return str(theirs["crash"]).partition(":")[0]
+    mine = fields(ours)
+    told = {"ends the run": True} if "crash" in theirs else theirs
+    pairs = {name: Pair(value, mine.get(name)) for name, value in told.items()}
+    return {name: pair for name, pair in pairs.items() if pair.reference != pair.ours}
+
+
+def main() -> int:
+    """Run both sides on every suite and print the comparison."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--suite", default="", help="a part of DOMAIN/ABILITY")
+    parser.add_argument("--rows", type=int, default=1_000, help="how many answers to each suite")
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--show", type=int, default=5, help="how many differences of a suite are printed")
+    parser.add_argument("--workers", type=int, default=1, help="processes of the reference")
+    parser.add_argument("--cache", type=Path, default=CACHE, help="where the reference's environment is kept")
+    arguments = parser.parse_args()
+    python = prepared(arguments.cache)
+    print(f"mutated answers, {REFERENCE}, seed {arguments.seed}")
+    same = [
+        examine(
+            suite, made_rows(suite, arguments.rows, arguments.seed), python, arguments.workers, arguments.show
+        )
+        for suite in SUITES
+        if arguments.suite in suite
+    ]
+    return 0 if all(same) else 1
+
+
+def prepared(cache: Path) -> Path:
+    """The Python of the reference's environment, with all that the evaluations import."""
+    python = environment(cache)
+    probe = subprocess.run(
+        [str(python), "-c", "import scipy, networkx, yaml"], check=False, capture_output=True
+    )
+    if probe.returncode:
+        subprocess.run([str(python), "-m", "pip", "install", "--quiet", *NEEDED], check=True)
+    return python
+
+
+if __name__ == "__main__":
+    sys.exit(main())

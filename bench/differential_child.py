@@ -1,0 +1,398 @@
+"""Let the reference judge answers one by one: `differential.py`'s half in the other environment.
+
+`python differential_child.py DOMAIN ABILITY ROWS`, with PYTHONHASHSEED=0, where ROWS is a JSON file of
+`rows`, each a task's id and an answer, and of the `scenes` of BEHAVIOR. Each line printed is the verdict on a
+row as a JSON object, in order; one with `crash` says what exception would have ended the whole run.
+
+The package is unmodified, and its own functions judge. What is replaced in memory changes no verdict, but for
+order: where the package takes the order of a set of strings, or draws lots, it gets the one order and the one
+seed that are compared. Copies of what is never written to are not made: that is most of what it spends its
+time on. `EAI_EVERY_COPY=1` makes them, to see that it changes nothing.
+"""
+
+# mypy: ignore-errors
+# It calls a package that has no types, and runs in an environment without ours.
+
+import builtins
+import copy
+import functools
+import importlib
+import io
+import json
+import os
+import random
+import re
+import signal
+import sys
+import tempfile
+import types
+from contextlib import contextmanager, redirect_stdout, suppress
+from pathlib import Path
+
+MAX_SECONDS = 60
+"""The processor time that one answer may take: ways to do subgoals double with every alternative."""
+
+SEED = 0
+COUNTED = {
+    "Parsing wrong": "parsing",
+    "Hallucination": "hallucination",
+    "Parameter wrong": "argument_number",
+    "Wrong order": "wrong_order",
+    "Missing step": "missing_step",
+    "Affordance error": "affordance",
+    "Additional step": "additional_step",
+}
+"""What the log calls the errors of plans."""
+
+KINDS = {
+    "AFFORDANCE_ERROR": "affordance",
+    "WRONG_TEMPORAL_ORDER": "wrong_order",
+    "MISSING_STEP": "missing_step",
+    "ADDITIONAL_STEP": "additional_step",
+    "hullucination": "hallucination",
+    "arguments": "argument_number",
+}
+"""What the package calls kinds of error that we call otherwise."""
+
+CATEGORIES = {"GoalUnreachable": "goal_unreachable", "NotParseable": "not_parseable"}
+VIRTUALHOME = "virtualhome_eval"
+GRAPHS = VIRTUALHOME + ".simulation.evolving_graph"
+
+
+class OverlongError(BaseException):
+    """An answer took more than `MAX_SECONDS`."""
+
+
+@contextmanager
+def time_limit():
+    """Raise `OverlongError` in what takes too long, by the clock of this process."""
+
+    def stop(number, frame):
+        raise OverlongError
+
+    signal.signal(signal.SIGVTALRM, stop)
+    signal.setitimer(signal.ITIMER_VIRTUAL, MAX_SECONDS)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_VIRTUAL, 0)
+
+
+class Journal:
+    """Takes the place of a module's logger, and keeps what is logged."""
+
+    def __init__(self):
+        self.lines = []
+
+    def info(self, text, *args):
+        """Keep a line."""
+        self.lines.append(str(text))
+
+    warning = error = debug = info
+
+    def numbers(self, pattern):
+        """The groups of the last line that has the pattern, as numbers; None if none has."""
+        for line in reversed(self.lines):
+            found = re.search(pattern, line)
+            if found:
+                return [int(group) for group in found.groups()]
+        return None
+
+    def number(self, pattern):
+        """The one group of that line, 0 if there is none."""
+        found = self.numbers(pattern)
+        return found[0] if found else 0
+
+    def has(self, text):
+        """Whether a line has a text."""
+        return any(text in line for line in self.lines)
+
+
+def without_copies():
+    """In place of the module `copy`: what is only read is shared; states are copied without their graphs."""
+
+    def share(value):
+        if isinstance(value, dict):
+            return value
+        return list(value) if isinstance(value, list) else copy.deepcopy(value)
+
+    return types.SimpleNamespace(deepcopy=share, copy=copy.copy)
+
+
+def prepare_virtualhome(*modules):
+    """Share graphs, which are never written to, and what the modules copy."""
+    if os.environ.get("EAI_EVERY_COPY"):
+        return
+    environment = importlib.import_module(GRAPHS + ".environment")
+    environment.EnvironmentGraph.__deepcopy__ = lambda self, memo: self
+    for module in modules:
+        module.copy = without_copies()
+    utils = importlib.import_module(GRAPHS + ".utils")
+    for name in ("load_name_equivalence", "load_properties_data", "load_object_placing"):
+        table = getattr(utils, name)()
+        setattr(utils, name, lambda table=table: table)
+
+
+def virtualhome_arguments(ability, folder):
+    """What the package's command line hands to an evaluation."""
+    package = Path(importlib.import_module(VIRTUALHOME).__path__[0])
+    return types.SimpleNamespace(
+        mode="evaluate_results",
+        eval_type=ability,
+        dataset="virtualhome",
+        llm_response_path=folder,
+        output_dir=folder + "/out",
+        scene_id=1,
+        num_workers=1,
+        resource_dir=str(package / "resources"),
+        dataset_dir=str(package / "dataset"),
+        evaluation_dir=str(package / "evaluation"),
+    )
+
+
+def evaluation_of(ability):
+    """The module of an evaluation, and a function that runs it on one answer and returns its journal."""
+    evaluation = importlib.import_module(VIRTUALHOME + ".evaluation." + ability + ".scripts.evaluate_results")
+    library = importlib.import_module(GRAPHS + ".eval_utils")
+    prepare_virtualhome(evaluation)
+    folder = tempfile.mkdtemp(prefix="eai-bench-")
+    path = Path(folder) / "virtualhome" / ability / "model_outputs.json"
+    path.parent.mkdir(parents=True)
+    arguments = virtualhome_arguments(ability, folder)
+
+    def run(task_id, text):
+        path.write_text(json.dumps([{"identifier": task_id, "llm_output": text}]))
+        evaluation.logger = library.logger = journal = Journal()
+        with suppress(ZeroDivisionError):  # a rate over the goals of one task, which may have none of a kind
+            evaluation.evaluate_results(arguments)
+        return journal
+
+    return evaluation, run
+
+
+def virtualhome_action_sequencing(given):
+    """Plans: what the log says of each; two action goals come in alphabetical order."""
+    evaluation, run = evaluation_of("action_sequencing")
+    evaluation.set = lambda values: sorted(builtins.set(values))
+
+    def judge(task_id, text):
+        journal = run(task_id, text)
+        if journal.has("did not pass gold test"):
+            return {"excluded": True}
+        goals = r"Predicted: node_match_num=(\d+), edge_match_num=(\d+), action_match_num=(-?\d+)"
+        counts = {kind: journal.number(name + r": (\d+), rate") for name, kind in COUNTED.items()}
+        return {
+            "excluded": False,
+            "executable": bool(journal.number(r"Executable plan: (\d+), rate")),
+            "success": bool(journal.number(r"Correct plan: (\d+), rate")),
+            "errors": {kind: count for kind, count in counts.items() if count},
+            "goals": journal.numbers(goals) or [0, 0, 0],
+        }
+
+    return judge
+
+
+def virtualhome_goal_interpretation(given):
+    """Goals: what the log says of each; of several objects of a class, the largest id comes last."""
+    _, run = evaluation_of("goal_interpretation")
+    planner = importlib.import_module(GRAPHS + ".motion_planner").MotionPlanner
+    in_any_order = planner.get_relevant_nodes
+    planner.get_relevant_nodes = lambda self, script_id=None: sorted(in_any_order(self, script_id))
+
+    def judge(task_id, text):
+        journal = run(task_id, text)
+        kinds = {"state": "Node", "relation": "Edge", "action": "Action", "all": "All"}
+        found = {
+            kind: journal.numbers(name + r": TP: (-?\d+), FP: (-?\d+), FN: (-?\d+)")
+            for kind, name in kinds.items()
+        }
+        unreadable = journal.has("has format wrong output") and not journal.has("predicted output=")
+        return {
+            "ends the run": False,
+            **found,
+            "unreadable": unreadable,
+            "ill-formed": journal.number(r"Format wrong num is (\d+), Total") - unreadable,
+            "hallucinated": journal.number(r"Hallucination num is (\d+), Total"),
+        }
+
+    return judge
+
+
+def virtualhome_subgoal_decomposition(given):
+    """Subgoals: category, kinds of error, goals."""
+    simulation = importlib.import_module(VIRTUALHOME + ".evaluation.subgoal_decomposition.subgoal_sim_utils")
+    checkers = importlib.import_module(VIRTUALHOME + ".evaluation.subgoal_decomposition.checkers")
+    prepare_virtualhome(checkers)
+    logic = importlib.import_module(VIRTUALHOME + ".tl_formula.simple_tl")
+    logic.has_id = functools.lru_cache(maxsize=None)(logic.has_id)  # a name has an id or not, ever
+    arguments = virtualhome_arguments("subgoal_decomposition", tempfile.gettempdir())
+    vocabulary = arguments.resource_dir + "/vocabulary.json"
+
+    def judge(task_id, text):
+        random.seed(SEED)
+        verdict, report = told(
+            simulation.evaluate_task(vocabulary, 1, task_id, text, arguments), misused=True
+        )
+        if isinstance(report, dict):
+            verdict["goals"] = [report[name + "_success_num"] for name in ("node", "edge", "action")]
+        return verdict
+
+    return judge
+
+
+def told(report, misused):
+    """The category and the kinds of error of a report on subgoals, and what it says of the goals.
+
+    ``misused`` is what stands for a wrong number of objects: the two halves of the package differ in it.
+    """
+    category, *rest = report
+    verdict = {"category": CATEGORIES.get(category, category.lower())}
+    if category == "Hallucination":
+        wrong_number = rest[0].get("IncorrectParamLength") is misused
+        verdict["errors"] = ["argument_number" if wrong_number else "hallucination"]
+    elif category != "NotParseable":
+        kinds = [str(kind) for entry in rest[-2] for kind in entry["error_info"]["error_type"]]
+        verdict["errors"] = [KINDS[kind.rpartition(".")[2]] for kind in kinds if "GOAL_FAILED" not in kind]
+    return verdict, rest[-1]
+
+
+def transition_modeling(given):
+    """Operators: the counts by category; there is no planner."""
+    failing = types.ModuleType("fd")
+    failing.FD = type("FD", (), {"plan_from_pddl": lambda self, *args, **kwargs: 1 / 0})
+    sys.modules[GRAPHS + ".pddlgym_planners.fd"] = failing
+    module = importlib.import_module(VIRTUALHOME + ".evaluation.transition_modeling.scripts.evaluate_results")
+    package = Path(importlib.import_module(VIRTUALHOME).__path__[0])
+    root, domain = package / "resources" / given["domain"], given["domain"]
+
+    def read(name):
+        return json.loads((root / (name + ".json")).read_text())
+
+    actions, categories = read("id2action"), read("predicates_category")
+    shared = [
+        "model",
+        domain,
+        100,
+        str(root),
+        tempfile.mkdtemp(prefix="eai-bench-"),
+        str(root / "problem_pddl"),
+        actions,
+        read("id2category_2"),
+        read("id2task"),
+        read("success_task"),
+        categories,
+        read("gold_action"),
+        set(categories.values())
+        | {"object_tools", *(c for cs in read("id2category_2").values() for c in cs)},
+        {name for names in actions.values() for name in names},
+        set(categories),
+    ]
+
+    def judge(task_id, text):
+        result, _ = module.worker_process(({"identifier": task_id, "llm_output": text}, *shared))
+        if result.get("format_wrong_num"):
+            return {"excluded": True}
+        sides = {"precondition": "precond_predicate_type_res", "effect": "effect_predicate_type_res"}
+        return {
+            "excluded": False,
+            **{
+                side: {category.replace("-", "_"): n for category, n in result[key].items() if any(n)}
+                for side, key in sides.items()
+            },
+            "hallucinated": result["hallucination_num"],
+            "written": result["total_predict_action_num"],
+        }
+
+    return judge
+
+
+virtualhome_transition_modeling = behavior_transition_modeling = transition_modeling
+
+
+def behavior_goal_interpretation(given):
+    """Goals of BEHAVIOR: the package's detailed analysis of each."""
+    importlib.import_module("behavior_reference_child")
+    module = importlib.import_module("behavior_eval.evaluation.goal_interpretation.scripts.evaluate_results")
+    data = module.goal_interpretation_data()
+
+    def judge(task_id, text):
+        said, unreadable = module.parse_json(text, "model")
+        found = module.evaluate_goals(said, data.demo_to_conds[task_id]["goal_conditions"])
+        analysis = module.per_demo_error_analysis(task_id, *found, data)
+        keys = ("num_satisfied_conditions", "num_false_positive_conditions", "num_unsatisfied_conditions")
+        kinds = {"state": "state_goal", "relation": "relation_goal", "all": "overall"}
+        errors = analysis["grammatical_errors"]
+        return {
+            "ends the run": False,
+            **{kind: [analysis[name][key] for key in keys] for kind, name in kinds.items()},
+            "unreadable": unreadable is not None,
+            "ill-formed": errors["format_error_num"],
+            "hallucinated": errors["object_hallucination_num"],
+            "unknown predicates": errors["state_hallucination_num"],
+        }
+
+    return judge
+
+
+def behavior_action_sequencing(given):
+    """Plans of BEHAVIOR in the symbolic scene."""
+    child = importlib.import_module("behavior_reference_child")
+
+    def judge(task_id, text):
+        evaluator = child.action_sequencing(given["scenes"][task_id], text)()
+        info, state = evaluator.evaluation_info, evaluator.evolving_graph.action_env.cur_state
+        flags, reached = info["error_type"], state.check_success(evaluator.task)["subgoal_success"]
+        kinds = [name.rpartition(".")[2] for name, said in flags.items() if said]
+        errors = {KINDS.get(kind, kind): 1 for kind in kinds if kind != "execution_success"}
+        if "unknown_execution_error" in info:
+            errors["uncategorised"] = 1
+        return {
+            "executable": flags["execution_success"],
+            "success": all(reached),
+            "errors": errors,
+            "goals met": reached,
+        }
+
+    return judge
+
+
+def behavior_subgoal_decomposition(given):
+    """Subgoals of BEHAVIOR in the symbolic scene."""
+    child = importlib.import_module("behavior_reference_child")
+
+    def judge(task_id, text):
+        scene = given["scenes"][task_id]
+        random.seed(SEED)
+        try:
+            report = child.subgoal_decomposition(scene, text)()
+        except UnboundLocalError:  # the simulator always has some relation, the stand-ins may have none left
+            raise
+        except Exception as error:  # as `evaluate_task` does
+            report = ("NotParseable", str(error), None)
+        verdict, goals = told(report, misused=False)
+        if isinstance(goals, dict):
+            verdict["goals met"] = goals["subgoal_success"]
+        return verdict
+
+    return judge
+
+
+def main(domain, ability, path):
+    """Judge every row and print the verdicts."""
+    given = dict(json.loads(Path(path).read_text()), domain=domain)
+    sys.path.insert(0, str(Path(__file__).parent))
+    printed, sys.stdout = sys.stdout, io.StringIO()
+    judge = globals()[domain + "_" + ability](given)
+    for task_id, text in given["rows"]:
+        try:
+            with time_limit(), redirect_stdout(io.StringIO()):
+                verdict = judge(task_id, text)
+        except OverlongError:
+            verdict = {"overlong": MAX_SECONDS}
+        except Exception as error:
+            verdict = {"crash": type(error).__name__ + ": " + str(error)[:200]}
+        print(json.dumps(verdict), file=printed, flush=True)
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])

@@ -1,0 +1,74 @@
+"""What makes mutated answers to the tasks of a suite."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from typing import TypeAlias
+
+from eai.abilities.protocol import Ability
+from eai.benchmarks.behavior import tasks as behavior
+from eai.benchmarks.behavior.subgoal_vocabulary import lexicon
+from eai.benchmarks.gold_answers import AnswerBook, open_answer_book
+from eai.benchmarks.registry import find_benchmark
+from eai.benchmarks.virtualhome import tasks as virtualhome
+from eai.benchmarks.virtualhome.subgoal_notation import ACTIONS, VirtualHomeSubgoals
+from eai.world.state import Scene
+from mutated_goals import behavior_goals, virtualhome_goals
+from mutated_operators import operators
+from mutated_plans import behavior_plan, virtualhome_plan
+from mutated_subgoals import Words, subgoals
+from mutations import Dice
+
+Maker: TypeAlias = Callable[[Dice, str], str]
+"""Makes an answer to a task, which is given by its id."""
+
+BESIDES = {"necessity_to_use_action": "no", "actions_to_include": []}
+"""What VirtualHome's prompts ask for besides subgoals."""
+
+
+def maker(domain: str, ability: Ability) -> Maker:
+    """What makes the answers of a suite."""
+    book = open_answer_book(find_benchmark(domain), ability)
+    if ability is Ability.TRANSITION_MODELING:
+        return partial(_operators, book)
+    return _in_homes(ability, book) if domain == "virtualhome" else _in_scenes(ability, book)
+
+
+def _in_homes(ability: Ability, book: AnswerBook) -> Maker:
+    tasks = virtualhome.open_tasks()
+
+    def words(task_id: str) -> Words:
+        scene = tasks[task_id].scene
+        near = [scene.objects[i].name for i in tasks[task_id].relevant]
+        signature = VirtualHomeSubgoals(ACTIONS).lexicon(scene).signature
+        return Words(signature, [thing.name for thing in scene.objects], near)
+
+    match ability:
+        case Ability.ACTION_SEQUENCING:
+            return lambda dice, i: virtualhome_plan(dice, tasks[i])
+        case Ability.GOAL_INTERPRETATION:
+            return lambda dice, i: virtualhome_goals(dice, tasks[i], book.gold(i).parts)
+        case _:
+            return lambda dice, i: subgoals(dice, book.gold(i).parts, words(i), BESIDES)
+
+
+def _in_scenes(ability: Ability, book: AnswerBook) -> Maker:
+    tasks = behavior.open_tasks()
+    match ability:
+        case Ability.ACTION_SEQUENCING:
+            return lambda dice, i: behavior_plan(dice, tasks[i])
+        case Ability.GOAL_INTERPRETATION:
+            return lambda dice, i: behavior_goals(dice, tasks[i])
+        case _:
+            return lambda dice, i: subgoals(dice, book.gold(i).parts, _words(tasks[i].scene), {})
+
+
+def _words(scene: Scene) -> Words:
+    known = lexicon(scene)
+    names = [name for name in known.objects if "." in name and "_part" not in name]
+    return Words(known.signature, names, names)
+
+
+def _operators(book: AnswerBook, dice: Dice, task_id: str) -> str:
+    return operators(dice, book.gold(task_id).parts, book.gold(dice.one(book.task_ids)).parts)
