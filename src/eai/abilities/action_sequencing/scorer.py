@@ -7,14 +7,16 @@ from typing import cast
 
 from eai.abilities.action_sequencing.notation import PlanNotation
 from eai.abilities.action_sequencing.plan import WrittenPlan, WrittenStep
+from eai.abilities.error_report import UNKNOWN_ACTION, error_report
 from eai.abilities.explanation import Explanation, goal_reports, repairs_told, step_reports
 from eai.abilities.goal_test import GoalTest
 from eai.abilities.scorer import Assessment, Scorer
 from eai.abilities.task import NO_GOALS, Task
 from eai.abilities.unreadable import Unreadable
 from eai.abilities.verdict import ErrorReport, PlanVerdict
+from eai.logic.signature import MisuseKind
 from eai.world.domain import Domain
-from eai.world.execution import Action, Trajectory, describe, execute
+from eai.world.execution import Action, Trajectory, execute
 from eai.world.fault import FaultKind
 
 
@@ -67,26 +69,34 @@ class ActionSequencing(Scorer):
             operator = operator_of(step.action)
             objects = tuple(map(object_of, step.objects))
             if operator not in arities or None in objects:
-                return ErrorReport(FaultKind.HALLUCINATION, number, self._unknown(step))
+                return self._unknown(number, step)
             if misapplied is None and len(objects) != arities[operator]:
                 detail = f"{operator} takes {arities[operator]} objects, not {len(objects)}"
-                misapplied = ErrorReport(FaultKind.ARGUMENT_NUMBER, number, detail)
+                misapplied = ErrorReport(
+                    FaultKind.ARGUMENT_NUMBER, number, detail, MisuseKind.WRONG_ARITY.value
+                )
             actions.append(Action(operator, cast("tuple[int, ...]", objects)))
         return misapplied or tuple(actions)
 
-    def _unknown(self, step: WrittenStep) -> str:
+    def _unknown(self, number: int, step: WrittenStep) -> ErrorReport:
         """What a step names that there is not: its action, or else its first such object."""
         if self.notation.operator(step.action) not in self.domain.arities:
-            return f"{step.action} is not an action"
+            detail = f"{step.action} is not an action"
+            return ErrorReport(FaultKind.HALLUCINATION, number, detail, UNKNOWN_ACTION)
         stranger = next(each for each in step.objects if self._object(each) is None)
-        return f"{step.action}: there is no {stranger}"
+        detail, check = f"{step.action}: there is no {stranger}", MisuseKind.UNKNOWN_OBJECT.value
+        return ErrorReport(FaultKind.HALLUCINATION, number, detail, check, (str(stranger),))
 
     def _refuse(self, error: ErrorReport, repairs: tuple[str, ...] = ()) -> Assessment:
         """The assessment of an answer that cannot be run."""
         step = f"step {error.step + 1}: " if error.step is not None else ""
         reason = f"{error.kind.value}: {step}{error.detail}"
         verdict = self._rejection(error, repairs)
-        return Assessment(verdict, lambda: Explanation((*self._notes(repairs), reason)))
+        return Assessment(verdict, partial(self._explain_refusal, verdict, reason))
+
+    def _explain_refusal(self, verdict: PlanVerdict, reason: str) -> Explanation:
+        goals = goal_reports(self.task.goals, verdict.goals_satisfied)
+        return Explanation((*self._notes(verdict.repairs), reason), goals=goals)
 
     def _rejection(self, error: ErrorReport, repairs: tuple[str, ...]) -> PlanVerdict:
         """The verdict on an answer that cannot be run."""
@@ -112,8 +122,8 @@ class ActionSequencing(Scorer):
         failure = trajectory.failure
         error = None
         if failure is not None:
-            detail = describe(failure, self.domain, trajectory.steps[-1].action, self.task.scene)
-            error = ErrorReport(failure.kind, len(trajectory.steps) - 1, detail)
+            number, action = len(trajectory.steps) - 1, trajectory.steps[-1].action
+            error = error_report(failure, number, self.domain, action, self.task.scene)
         return PlanVerdict(
             executable=error is None,
             success=self._succeeds(error, reached),

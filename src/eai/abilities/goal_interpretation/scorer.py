@@ -10,34 +10,26 @@ that cannot be read misses all goals of its task.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
+from dataclasses import replace
 from functools import partial, reduce
 from operator import or_
-from typing import NamedTuple
 
 from eai.abilities.explanation import Explanation, GoalReport, repairs_told
 from eai.abilities.goal_interpretation.gold import GoldGoals
 from eai.abilities.goal_interpretation.lexicon import GoalLexicon
 from eai.abilities.goal_interpretation.notation import GoalNotation
-from eai.abilities.goal_interpretation.written import SECTIONS, WrittenGoal, WrittenGoals
+from eai.abilities.goal_interpretation.written import SECTIONS, IllFormed, WrittenGoal, WrittenGoals
 from eai.abilities.scorer import Assessment, Scorer
-from eai.abilities.task import GoalKind, Task
+from eai.abilities.task import Task
 from eai.abilities.unreadable import Unreadable
 from eai.abilities.verdict import Confusion, ErrorReport, GoalVerdict
 from eai.world.domain import Domain
 from eai.world.fault import FaultKind
-from eai.world.relation import bits
+from eai.world.relation import bits, first_bits
 
 ALL = "all"
 """The key in a verdict's counts of all goals, those included that are of no kind."""
-
-
-class Compared(NamedTuple):
-    """How often a goal is stated rightly, and how often wrongly."""
-
-    kind: GoalKind | None
-    right: int
-    wrong: int
 
 
 class GoalInterpretation(Scorer):
@@ -53,38 +45,46 @@ class GoalInterpretation(Scorer):
         """The verdict on an answer, and which goals of the task it has, and what else it says."""
         goals = self.notation.read(text)
         if isinstance(goals, Unreadable):
-            return Assessment(self.unread(goals), partial(Explanation, (f"parsing: {goals.reason}",)))
+            notes = (f"parsing: {goals.reason}",)
+            nothing = WrittenGoals(())
+            return Assessment(self.unread(goals), lambda: Explanation(notes, goals=self.reports(nothing)))
         verdict = self.judge(goals)
         return Assessment(verdict, partial(self._explain, goals, verdict))
 
     def unread(self, goals: Unreadable) -> GoalVerdict:
         """The verdict on an answer in which no goals can be read."""
-        return GoalVerdict(
-            error=ErrorReport(FaultKind.PARSING, None, goals.reason),
-            counts=self.judge(WrittenGoals(())).counts,
-        )
+        error = ErrorReport(FaultKind.PARSING, None, goals.reason)
+        return replace(self.judge(WrittenGoals(())), error=error)
 
     def judge(self, goals: WrittenGoals) -> GoalVerdict:
         """The verdict on the goals of an answer."""
         said = self._said(goals)
         faults = self._faults(goals)
-        wanted = reduce(or_, self._chosen(said), 0)
-        compared = [Compared(kind, 0, 1) for kind in faults]
+        wanted, found = reduce(or_, self._chosen(said), 0), 0
+        wrong = [fault.text for fault in faults]
+        kinds = [fault.kind for fault in faults]
         for goal, times in said.items():
-            asked = (self.gold.mask_of.get(goal, 0) & wanted).bit_count()
+            meant = self.gold.mask_of.get(goal, 0) & wanted
+            asked = meant.bit_count()
             if times > 1:
                 times = min(times, max(1, asked, self.lexicon.instances(goal)))
-            right = min(times, asked)
-            compared.append(Compared(self.lexicon.kind(goal), right, times - right))
-        counts = {
-            kind.value: _confusion([each for each in compared if each.kind is kind], wanted & mask)
-            for kind, mask in self.gold.of_kind.items()
-        }
-        everything = _confusion(compared, wanted)
+            found |= meant if times >= asked else first_bits(meant, times)
+            if times > asked:
+                wrong += [str(goal)] * (times - asked)
+                kinds += [self.lexicon.kind(goal)] * (times - asked)
+        missing = wanted & ~found
         return GoalVerdict(
-            counts={**counts, ALL: everything},
+            counts={
+                **{
+                    kind.value: Confusion(
+                        (found & of).bit_count(), kinds.count(kind), (missing & of).bit_count()
+                    )
+                    for kind, of in self.gold.of_kind.items()
+                },
+                ALL: Confusion(found.bit_count(), len(wrong), missing.bit_count()),
+            },
             repairs=goals.repairs,
-            predicted=everything.true_positives + everything.false_positives,
+            predicted=found.bit_count() + len(wrong),
             ill_formed=len(faults),
             hallucinated=tuple(
                 [name for goal in said if (name := self.lexicon.first_unknown(goal)) is not None]
@@ -92,13 +92,10 @@ class GoalInterpretation(Scorer):
             unknown_predicates=tuple(
                 [goal.predicate for goal in goals.goals if not self.lexicon.has_predicate(goal)]
             ),
+            matched=self.gold.as_texts(found),
+            wrong=tuple(wrong),
+            missing=self.gold.as_texts(missing),
         )
-
-    def wrong(self, goals: WrittenGoals) -> Iterable[WrittenGoal]:
-        """What an answer states that is no goal of the task, each once."""
-        said = self._said(goals)
-        wanted = {goal for option in self._chosen(said) for goal in self.gold.conditions(option)}
-        return [goal for goal in said if goal not in wanted]
 
     def reports(self, goals: WrittenGoals) -> tuple[GoalReport, ...]:
         """For each goal of the task whether an answer has it; a condition uses up one statement of it."""
@@ -125,7 +122,7 @@ class GoalInterpretation(Scorer):
                 *repairs_told(goals.repairs),
                 *(
                     f"ill-formed: {number} of {'no kind' if kind is None else 'the ' + SECTIONS[kind]}"
-                    for kind, number in Counter(self._faults(goals)).items()
+                    for kind, number in Counter([fault.kind for fault in self._faults(goals)]).items()
                 ),
                 *(f"hallucination: there is no {name}" for name in dict.fromkeys(verdict.hallucinated)),
                 *(
@@ -133,7 +130,7 @@ class GoalInterpretation(Scorer):
                     for kind, count in (verdict.counts or {}).items()
                     if isinstance(count, Confusion) and kind != ALL
                 ),
-                *dict.fromkeys(f"wrong: {goal}" for goal in self.wrong(goals)),
+                *wrong_told(verdict),
             ),
             goals=self.reports(goals),
         )
@@ -143,13 +140,13 @@ class GoalInterpretation(Scorer):
         lexicon = self.lexicon
         return Counter([lexicon.canonical(goal) for goal in goals.goals if lexicon.is_well_formed(goal)])
 
-    def _faults(self, goals: WrittenGoals) -> list[GoalKind | None]:
-        """The kind of every entry that is ill-formed, each entry once; None for one of no kind."""
+    def _faults(self, goals: WrittenGoals) -> list[IllFormed]:
+        """Every entry that is ill-formed, each once."""
         lexicon = self.lexicon
         stated = dict.fromkeys(goal for goal in goals.goals if not lexicon.is_well_formed(goal))
         return [
-            *map(lexicon.kind, stated),
-            *[entry.kind for entry in dict.fromkeys(goals.ill_formed)],
+            *[IllFormed(lexicon.kind(goal), str(goal)) for goal in stated],
+            *dict.fromkeys(goals.ill_formed),
         ]
 
     def _chosen(self, said: Iterable[WrittenGoal]) -> list[int]:
@@ -158,7 +155,11 @@ class GoalInterpretation(Scorer):
         return self.gold.chosen(reduce(or_, [mask_of.get(goal, 0) for goal in said], 0))
 
 
-def _confusion(compared: Sequence[Compared], wanted: int) -> Confusion:
-    """The counts of some goals, compared with a set of conditions."""
-    right = sum([each.right for each in compared])
-    return Confusion(right, sum([each.wrong for each in compared]), wanted.bit_count() - right)
+def wrong_told(verdict: GoalVerdict) -> tuple[str, ...]:
+    """What there is to say of the wrong goals of an answer, each once, and how often it is stated."""
+    return tuple(
+        f"wrong: {goal}"
+        + (f", {times} times" if times > 1 else "")
+        + (", said more often than it is a goal" if goal in verdict.matched else "")
+        for goal, times in Counter(verdict.wrong).items()
+    )

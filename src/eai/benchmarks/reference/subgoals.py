@@ -5,11 +5,13 @@ from __future__ import annotations
 import json
 import re
 from abc import abstractmethod
+from bisect import bisect
 from collections import Counter
 from dataclasses import replace
+from itertools import accumulate
 
 import eai.logic.formula as f
-from eai.abilities.subgoal_decomposition.compiled import Compiled, Rejected, offending, unparseable
+from eai.abilities.subgoal_decomposition.compiled import Compiled, Offence, Rejected, offending, unparseable
 from eai.abilities.subgoal_decomposition.notation import WrittenSubgoals
 from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
 from eai.abilities.subgoal_decomposition.search import Outcome
@@ -23,6 +25,7 @@ from eai.logic.traversal import children
 from eai.world.fault import FaultKind
 
 _OBJECT = re.compile(r"{[^{}]*}")
+_THEN = " then "
 
 _COUNTED = (FaultKind.WRONG_ORDER, FaultKind.MISSING_STEP, FaultKind.AFFORDANCE)
 """The errors that are counted by entry of the report."""
@@ -68,11 +71,17 @@ def parse_at_once(written: WrittenSubgoals | Unreadable, signature: Signature) -
     """The formula of an answer whose subgoals are one text."""
     if isinstance(written, Unreadable):
         return unparseable(written.reason)
+    text = _THEN.join(written.subgoals)
     try:
-        reading = parse(" then ".join(written.subgoals), signature, Dialect.RELEASE)
+        reading = parse(text, signature, Dialect.RELEASE)
     except ParseError as error:
         return unparseable(str(error))
-    return offending(reading.offences, written.repairs) if reading.offences else reading.formula
+    if not reading.offences:
+        return reading.formula
+    ends = [*accumulate([len(subgoal) + len(_THEN) for subgoal in written.subgoals])]
+    lines = [0, *accumulate([len(line) + 1 for line in text.split("\n")])]
+    numbers = [bisect(ends, lines[misuse.line - 1] + misuse.column - 1) for misuse in reading.offences]
+    return offending([*map(Offence, numbers, reading.offences)], written.repairs)
 
 
 def read_output(text: str) -> list[str] | Unreadable:
