@@ -112,9 +112,9 @@ def test_an_explanation_tells_what_is_wrong_and_which_goals_are_met() -> None:
         "read with repair: prose",
         "ill-formed: 1 of the node goals",
         "hallucination: there is no sun",
-        "state goals: 2 right, 2 wrong",
-        "relation goals: 0 right, 0 wrong",
-        "action goals: 1 right, 0 wrong",
+        "state goals: 2 right, 2 wrong, 1 missed",
+        "relation goals: 0 right, 0 wrong, 1 missed",
+        "action goals: 1 right, 0 wrong, 0 missed",
         "wrong: open()",
         "wrong: lit(sun)",
     )
@@ -146,6 +146,14 @@ def test_right_wrong_and_missing_goals_are_listed() -> None:
     unread = judge("Light all lamps.")
     assert (unread.matched, unread.wrong, len(unread.missing)) == ((), (), 5)
     assert not any(goal.satisfied for goal in SCORER.explain("Light all lamps.").goals)
+
+
+def test_what_is_missed_of_a_goal_that_is_stated_in_part_is_told() -> None:
+    assert SCORER.explain(answer([LAMPS[0]])).notes[-1] == (
+        "missed of a goal that is stated in part: lit(lamp_1)"
+    )
+    for said in ([], LAMPS):
+        assert not any("in part" in note for note in SCORER.explain(answer(said)).notes)
 
 
 def test_a_goal_that_is_said_more_often_than_it_is_one_is_wrong_and_told() -> None:

@@ -10,7 +10,7 @@ that cannot be read misses all goals of its task.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from functools import partial, reduce
 from operator import or_
@@ -126,14 +126,24 @@ class GoalInterpretation(Scorer):
                 ),
                 *(f"hallucination: there is no {name}" for name in dict.fromkeys(verdict.hallucinated)),
                 *(
-                    f"{kind} goals: {count.true_positives} right, {count.false_positives} wrong"
+                    f"{kind} goals: {count.true_positives} right, {count.false_positives} wrong, "
+                    f"{count.false_negatives} missed"
                     for kind, count in (verdict.counts or {}).items()
                     if isinstance(count, Confusion) and kind != ALL
                 ),
                 *wrong_told(verdict),
+                *self._lacking(goals),
             ),
             goals=self.reports(goals),
         )
+
+    def _lacking(self, goals: WrittenGoals) -> Iterator[str]:
+        """What is missed of the goals of several conditions that are stated in part."""
+        left = self._said(goals)
+        for option in self._chosen(left):
+            missed = [str(condition) for condition in self.gold.conditions(option) if not left[condition]]
+            if 0 < len(missed) < option.bit_count():
+                yield f"missed of a goal that is stated in part: {', '.join(missed)}"
 
     def _said(self, goals: WrittenGoals) -> Counter[WrittenGoal]:
         """How often each well-formed goal is stated."""
