@@ -27,7 +27,7 @@ class Fault:
     Attributes:
         kind: the kind that counts.
         check: the check whose failure it is.
-        earlier: the index of the state of the trajectory in which the step would have been possible; given
+        earlier: the index of the last state of the trajectory at which what the check seeks was there; given
             exactly for a wrong order.
         also: the kinds that the step has besides, in the order found.
     """
