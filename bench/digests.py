@@ -45,6 +45,9 @@ FIELDS = (
 )
 """The fields of every verdict."""
 
+OF_ERRORS = ("kind", "step", "detail")
+"""What an error has said from the beginning."""
+
 OWN_FIELDS: Mapping[str, tuple[str, ...]] = {
     "virtualhome/action_sequencing": (),
     "behavior/action_sequencing": ("goals_satisfied",),
@@ -107,6 +110,8 @@ def _lines(suite: str, protocol: Protocol) -> Iterator[str]:
 def _kept(suite: str, fields: Mapping[str, Any]) -> dict[str, Any]:
     """The fields to compare; whole numbers are written without a point, what is empty is left out."""
     kept = {name: _plain(fields.get(name)) for name in (*FIELDS, *OWN_FIELDS[suite])}
+    if kept["error"] is not None:
+        kept["error"] = {name: kept["error"][name] for name in OF_ERRORS}
     return {name: value for name, value in kept.items() if value not in (None, [], {})}
 
 

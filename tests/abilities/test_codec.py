@@ -36,7 +36,13 @@ from eai.world.fault import FaultKind
 
 GOALS = GoalTallies(Tally(1, 2), Tally(0.5, 1), Tally(0, 0))
 PLAN = PlanVerdict(
-    error=ErrorReport(FaultKind.WRONG_ORDER, 3, "the character is not next to soap.1002"),
+    error=ErrorReport(
+        FaultKind.WRONG_ORDER,
+        3,
+        "the character is not next to soap.1002",
+        "the_character_is_not_next_to",
+        ("soap.1002",),
+    ),
     repairs=("code_fence", "single_quotes"),
     executable=False,
     success=False,
@@ -82,6 +88,19 @@ def test_fields_that_are_not_known_are_passed_over(written: Record, more: dict[s
     assert record_from_json({**record_to_json(written), **more}) == written
 
 
+def test_a_record_that_was_written_without_evidence_is_read() -> None:
+    old: dict[str, Any] = record_to_json(record(PLAN))
+    old["error"] = {name: old["error"][name] for name in ("kind", "step", "detail")}
+    error = record_from_json(old).verdict.error
+    assert error is not None
+    assert (error.kind, error.check, error.objects) == (FaultKind.WRONG_ORDER, None, ())
+    goals = GoalVerdict(matched=("lit(lamp_1)",), wrong=("lit(lamp_9)",), missing=("at(robot, lamp_1)",))
+    old = record_to_json(record(goals, Ability.GOAL_INTERPRETATION))
+    for name in ("matched", "wrong", "missing"):
+        assert old.pop(name)
+    assert record_from_json(old).verdict == GoalVerdict()
+
+
 @pytest.mark.parametrize("ability", Ability)
 def test_every_ability_has_the_fields_of_the_contract_first(ability: Ability) -> None:
     line = record_to_json(record(DECLARATIONS[ability].verdict(), ability))
@@ -96,7 +115,13 @@ def test_the_fields_of_a_plan() -> None:
         "excluded_reason": None,
         "executable": False,
         "success": False,
-        "error": {"kind": "wrong_order", "step": 3, "detail": "the character is not next to soap.1002"},
+        "error": {
+            "kind": "wrong_order",
+            "step": 3,
+            "detail": "the character is not next to soap.1002",
+            "check": "the_character_is_not_next_to",
+            "objects": ["soap.1002"],
+        },
         "additional_steps": 2,
         "category": None,
         "goals": {"state": [1, 2], "relation": [0.5, 1], "action": [0, 0]},

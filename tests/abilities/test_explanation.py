@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 
 import pytest
 
@@ -10,7 +11,10 @@ from eai.abilities.codec import dataclass_to_json
 from eai.abilities.explanation import Explanation, GoalReport, StepReport, formula_text, step_reports
 from eai.abilities.protocol import Protocol
 from eai.abilities.task import Task
+from eai.logic.bddl import parse_condition
 from eai.logic.formula import Atom, Constant, Occurs, Or
+from eai.logic.ltl import parse
+from eai.logic.renaming import rename_variables
 from eai.world import Action, Episode, Luck, Slips
 
 BOTH = pytest.mark.parametrize("protocol", list(Protocol), ids=lambda protocol: protocol.value)
@@ -36,12 +40,20 @@ def test_changes_to_other_objects_are_only_counted() -> None:
     assert step.hidden_changes > 0
 
 
-def test_what_no_prompt_may_mention_is_only_counted() -> None:
-    task = make_task("NEXT_TO character.65 cup.13", relevant=["cup.13", "table.12"])
+def test_what_no_prompt_may_mention_is_not_told() -> None:
+    everything = [thing.name for thing in make_task().scene.objects]
+    task = make_task("NEXT_TO character.65 cup.13", relevant=everything)
     (step,) = explain('{"GRAB": ["cup"]}', task).steps
     assert "HOLDS_RH(character.65, cup.13)" in step.added
     assert not any(fact.startswith("TAKEN_FROM") for fact in step.added)
-    assert step.hidden_changes >= 1
+    assert step.hidden_changes == 0, "the memory of where it was is no change to other objects"
+
+
+def test_that_the_character_is_next_to_itself_is_not_told() -> None:
+    task = make_task("NEXT_TO cup.13 character.65", "NEXT_TO character.65 cup.13", relevant=["cup.13"])
+    task = replace(task, relevant=(*task.relevant, task.scene.index["character.65"]))
+    (step,) = explain('{"FIND": ["character"]}', task).steps
+    assert not any("character.65, character.65" in fact for fact in step.added)
 
 
 def test_a_failed_step_names_the_check_and_the_objects_and_is_the_last() -> None:
@@ -55,7 +67,12 @@ def test_a_failed_step_names_the_check_and_the_objects_and_is_the_last() -> None
 def test_a_wrong_order_tells_when_the_step_would_have_been_possible() -> None:
     steps = explain('{"WALK": ["cup"], "WALK": ["bed"], "GRAB": ["cup"]}').steps
     assert steps[-1].outcome == "wrong_order"
-    assert steps[-1].earlier == "it would have been possible after step 1, WALK(cup.13)"
+    assert steps[-1].earlier == "what it lacks held after step 1, WALK(cup.13)"
+
+
+def test_steps_that_were_skipped_are_numbered_too() -> None:
+    steps = explain('{"STANDUP": [], "WALK": ["cup"], "WALK": ["bed"], "GRAB": ["cup"]}').steps
+    assert steps[-1].earlier == "what it lacks held after step 2, WALK(cup.13)"
 
 
 def test_a_slip_is_told_and_the_steps_after_it_with_their_own_changes() -> None:
@@ -75,7 +92,7 @@ def test_a_wrong_order_may_have_been_possible_from_the_start() -> None:
     steps = explain('{"WALK": ["fridge"], "GRAB": ["book"]}', task).steps
     assert (steps[-1].outcome, steps[-1].earlier) == (
         "wrong_order",
-        "it would have been possible after the start",
+        "what it lacks held at the start",
     )
 
 
@@ -109,7 +126,8 @@ def test_every_goal_is_told(protocol: Protocol) -> None:
     ],
 )
 def test_an_answer_that_never_runs_is_explained_in_a_note(text: str, notes: tuple[str, ...]) -> None:
-    assert explain(text) == Explanation(notes=notes)
+    unmet = (GoalReport("state", "OPEN(fridge.10)", satisfied=False),)
+    assert explain(text) == Explanation(notes=notes, goals=unmet)
 
 
 def test_what_is_excluded_is_executed_all_the_same() -> None:
@@ -124,6 +142,38 @@ def test_a_plan_that_the_reference_counts_as_failed_is_executed_all_the_same() -
         "the plan equals the data set's script, which the reference counts as a failure",
     )
     assert [step.outcome for step in explanation.steps] == ["executed"]
+
+
+@pytest.mark.parametrize(
+    ("text", "notes"),
+    [
+        (
+            '{"STANDUP": [], "WALK": ["fridge"], "OPEN": ["fridge"]}',
+            ("lossy_reading: not seen: step 1, STANDUP()", "strict, which passes over nothing: success"),
+        ),
+        (
+            '{"WALK": ["fridge"], "OPEN": []}',
+            (
+                "lossy_reading: not seen: step 2, OPEN()",
+                "strict, which passes over nothing: argument_number at step 2, OPEN takes 1 objects, not 0",
+            ),
+        ),
+        (
+            '<think>{"WALK": ["bed"]}</think>{"WALK": ["fridge"]}',
+            (
+                "lossy_reading: seen, but no step of the plan: WALK(bed)",
+                "strict, which passes over nothing: goal_missed",
+            ),
+        ),
+        ('{"WALK": ["fridge"]}', ()),
+        ("I cannot.", ("parsing: no step was found",)),
+    ],
+)
+def test_what_the_reference_does_not_see_is_told_beside_the_verdict_of_strict(
+    text: str, notes: tuple[str, ...]
+) -> None:
+    assert explain(text, protocol=Protocol.EAI_1_0_5).notes == notes
+    assert not any("lossy" in note for note in explain(text).notes)
 
 
 def test_an_explanation_is_json() -> None:
@@ -144,3 +194,24 @@ def test_an_explanation_is_json() -> None:
 )
 def test_a_goal_as_text(formula: Atom | Occurs | Or, text: str) -> None:
     assert formula_text(formula) == text
+
+
+@pytest.mark.parametrize(
+    ("condition", "text"),
+    [
+        ("(forall (?bowl.n.01 - bowl.n.01) (open ?bowl.n.01))", "forall x: bowl.n.01. (open(x))"),
+        (
+            "(forpairs (?jar.n.01 - jar.n.01) (?rag.n.01 - rag.n.01) (inside ?rag.n.01 ?jar.n.01))",
+            "forpairs x: jar.n.01, y: rag.n.01. (inside(y, x))",
+        ),
+        (
+            "(forall (?jar.n.01 - jar.n.01) (exists (?jar.n.01 - jar.n.01) (under ?jar.n.01 x)))",
+            "forall y: jar.n.01. (exists z: jar.n.01. (under(z, x)))",
+        ),
+        ("(or (open ?a) (and (open ?b) (not (open ?c))))", "open(a) or open(b) and not open(c)"),
+    ],
+)
+def test_a_quantified_goal_is_a_text_that_can_be_read(condition: str, text: str) -> None:
+    formula = parse_condition(condition).formula
+    assert formula_text(formula) == text
+    assert parse(text).formula == rename_variables(formula)

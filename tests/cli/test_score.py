@@ -231,6 +231,8 @@ def test_an_answer_of_100_megabytes_is_counted(protocol: str) -> None:
         "kind": "parsing",
         "step": None,
         "detail": "the answer is longer than 1,000,000 characters",
+        "check": None,
+        "objects": [],
     }
     assert by_task["11_1"]["response"] == text
 

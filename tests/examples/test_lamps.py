@@ -95,7 +95,9 @@ def test_plans_and_subgoals_are_scored(eai: Command, ability: str) -> None:
 
 def test_a_failing_step_is_diagnosed_and_explained(eai: Command) -> None:
     error = score(eai, "action_sequencing", {"light": WRONG["action_sequencing"]})["light"]["error"]
-    assert error == {"kind": "missing_step", "step": 1, "detail": "the robot is not at lamp_2"}
+    assert (error["kind"], error["step"]) == ("missing_step", 1)
+    assert error["detail"] == "the robot is not at lamp_2"
+    assert (error["check"], error["objects"]) == ("the_robot_is_not_at", ["lamp_2"])
     out = eai("explain", "out", "light").out
     assert "missing_step: the robot is not at lamp_2" in out
     assert "+ at(robot, lamp_1)" in out

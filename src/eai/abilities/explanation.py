@@ -5,14 +5,16 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
+from eai.abilities.subgoal_decomposition.rewriting import substitute
 from eai.abilities.task import Goal, Task
 from eai.logic.evidence import explain
-from eai.logic.formula import Atom, Formula, Occurs, Or, Then
+from eai.logic.formula import Constant, Formula, Occurs, Or, Term, Then, Variable
 from eai.logic.ltl_printer import print_ltl
+from eai.logic.renaming import rename_variables
 from eai.world.domain import Domain
-from eai.world.execution import Action, Fault, Trajectory, describe
+from eai.world.execution import Action, Fault, Trajectory, describe, names_of
 from eai.world.fault import FaultKind
-from eai.world.state import Fact, Scene, change
+from eai.world.state import Fact, Scene, State, change
 from eai.world.timeline import timeline
 
 SLIP = "slip"
@@ -29,11 +31,12 @@ class StepReport:
     Attributes:
         action: the ground action as text.
         outcome: ``executed``, the kind of the fault, or ``slip``.
-        reason: which check failed, in words, or that it slipped; empty if it was executed.
-        earlier: for a wrong order, after which earlier step the action would have been possible.
+        reason: which check failed, in words, or that it slipped; empty if neither. Of an executed action that
+            has several things to try, what it leaves undone.
+        earlier: for a wrong order, after which earlier step what the action lacks held.
         added: facts that became true.
         removed: facts that became false.
-        hidden_changes: how many more facts changed, about objects that the task is not about.
+        hidden_changes: how many more facts changed that can be seen, about what the task is not about.
     """
 
     action: str
@@ -94,21 +97,27 @@ def step_reports(task: Task, domain: Domain, trajectory: Trajectory) -> tuple[St
     """A report on every step of a trajectory that was tried."""
     focus = _Focus.of(task)
     reports = []
-    executed = 0
-    for step in trajectory.steps:
-        if step.fault is not None:
-            reports.append(_failed(task, domain, trajectory, step.action, step.fault))
-        elif step.slipped:
-            reports.append(StepReport(action_text(step.action, task.scene), SLIP, SLIPPED))
+    carried_out: list[int] = []
+    for number, (action, fault, slipped) in enumerate(trajectory.steps):
+        before = trajectory.states[len(carried_out)]
+        if fault is not None:
+            tries = fault.check not in domain.compiled[action.operator].operator.checks
+            undone = _undone(domain, action, before, before) if tries else ""
+            reason = undone or describe(fault, domain, action, task.scene)
+            earlier = _earlier(fault, trajectory, carried_out, task.scene)
+            reports.append(StepReport(action_text(action, task.scene), fault.kind.value, reason, earlier))
+        elif slipped:
+            reports.append(StepReport(action_text(action, task.scene), SLIP, SLIPPED))
         else:
-            reports.append(_executed(focus, trajectory, executed, step.action))
-            executed += 1
+            carried_out.append(number)
+            after = trajectory.states[len(carried_out)]
+            reports.append(_executed(focus, domain, action, before, after))
     return tuple(reports)
 
 
 @dataclass(frozen=True, slots=True)
 class _Focus:
-    """The facts of a task that are worth telling.
+    """The changes of a task that are worth telling: what relates the agent to itself is not.
 
     Attributes:
         scene: the scene of the task.
@@ -127,39 +136,55 @@ class _Focus:
         visible = frozenset(p.name for p in scene.vocabulary.predicates if p.visible)
         return cls(scene, visible, frozenset({*task.relevant, scene.agent}))
 
+    def seen(self, facts: Iterable[Fact]) -> list[Fact]:
+        """Those of the facts that can be seen."""
+        itself = (self.scene.agent,) * 2
+        return [fact for fact in facts if fact.predicate in self.predicates and fact.arguments != itself]
+
     def told(self, facts: Iterable[Fact]) -> tuple[str, ...]:
-        """Those of the facts that are visible, and about nothing but its objects, as texts."""
+        """Those of the facts that are about nothing but its objects, as texts."""
         return tuple(
-            [
-                fact_text(fact, self.scene)
-                for fact in facts
-                if fact.predicate in self.predicates and self.objects.issuperset(fact.arguments)
-            ]
+            [fact_text(fact, self.scene) for fact in facts if self.objects.issuperset(fact.arguments)]
         )
 
 
-def _executed(focus: _Focus, trajectory: Trajectory, index: int, action: Action) -> StepReport:
-    difference = change(trajectory.states[index], trajectory.states[index + 1])
-    added = focus.told(difference.added)
-    removed = focus.told(difference.removed)
-    visible = len(added) + len(removed)
+def _executed(focus: _Focus, domain: Domain, action: Action, before: State, after: State) -> StepReport:
+    difference = change(before, after)
+    added, removed = focus.seen(difference.added), focus.seen(difference.removed)
+    told_added, told_removed = focus.told(added), focus.told(removed)
     return StepReport(
         action_text(action, focus.scene),
         "executed",
-        added=added,
-        removed=removed,
-        hidden_changes=len(difference.added) + len(difference.removed) - visible,
+        reason=_undone(domain, action, before, after),
+        added=told_added,
+        removed=told_removed,
+        hidden_changes=len(added) + len(removed) - len(told_added) - len(told_removed),
     )
 
 
-def _failed(task: Task, domain: Domain, trajectory: Trajectory, action: Action, fault: Fault) -> StepReport:
-    earlier = ""
-    if fault.kind is FaultKind.WRONG_ORDER and fault.earlier is not None:
-        before = trajectory.executed[fault.earlier - 1] if fault.earlier else None
-        step = f"step {fault.earlier}, {action_text(before, task.scene)}" if before else "the start"
-        earlier = f"it would have been possible after {step}"
-    reason = describe(fault, domain, action, task.scene)
-    return StepReport(action_text(action, task.scene), fault.kind.value, reason, earlier)
+def _undone(domain: Domain, action: Action, before: State, after: State) -> str:
+    """What an action that has several things to try leaves undone, in words; empty for any other."""
+    operator = domain.compiled[action.operator]
+    if not operator.tries:
+        return ""
+    names = names_of(action, domain, before.scene)
+    objects: dict[Term, Term] = {Variable(name): Constant(thing) for name, thing in names.items()}
+    undone = operator.left_undone(before, after, operator.bind(before, action.arguments))
+    return "; ".join(
+        f"{print_ltl(substitute(condition, objects))} remains: {check.reason.format_map(names)}"
+        for condition, check in undone
+    )
+
+
+def _earlier(fault: Fault, trajectory: Trajectory, carried_out: Sequence[int], scene: Scene) -> str:
+    """When what an action lacks held; ``carried_out`` are the numbers of the steps that were executed."""
+    if fault.kind is not FaultKind.WRONG_ORDER or fault.earlier is None:
+        return ""
+    if fault.earlier == 0:
+        return "what it lacks held at the start"
+    number = carried_out[fault.earlier - 1]
+    action = action_text(trajectory.steps[number].action, scene)
+    return f"what it lacks held after step {number + 1}, {action}"
 
 
 def action_text(action: Action, scene: Scene) -> str:
@@ -197,14 +222,11 @@ def part_reports(goal: Formula | None, trajectory: Trajectory) -> tuple[PartRepo
 
 
 def formula_text(formula: Formula) -> str:
-    """A goal's formula as a short text: alternatives of actions by name, all else as the paper's LTL."""
+    """A goal as a text that the reader of LTL takes; actions that any objects will do for by name alone."""
     match formula:
-        case Atom(predicate, arguments):
-            names = (t.name for t in arguments)
-            return f"{predicate}({', '.join(names)})"
-        case Occurs(action):
+        case Occurs(action, ()):
             return action
-        case Or(operands):
-            return " or ".join(formula_text(operand) for operand in operands)
+        case Or(operands) if operands and all(isinstance(each, Occurs) for each in operands):
+            return " or ".join(map(formula_text, operands))
         case _:
-            return print_ltl(formula)
+            return print_ltl(rename_variables(formula))

@@ -50,11 +50,22 @@ class Confusion(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class ErrorReport:
-    """What ended an answer: the kind of error, the step (counted from 0) and the reason in words."""
+    """What ended an answer.
+
+    Attributes:
+        kind: the kind of error.
+        step: the step or subgoal, counted from 0, if it is one in particular.
+        detail: the reason in words.
+        check: the id of the declared check that failed (`Check.id`), or of the test of names
+            (``unknown_action``, or a value of `MisuseKind`); None for an answer that cannot be read.
+        objects: the names of the objects that the reason speaks of, in the order of its words.
+    """
 
     kind: FaultKind
     step: int | None
     detail: str
+    check: str | None = None
+    objects: tuple[str, ...] = ()
 
 
 class SubgoalCategory(str, Enum):
@@ -151,6 +162,9 @@ class GoalVerdict(Verdict):
         ill_formed: how many of them lack a part.
         hallucinated: for each goal that names what does not exist, the first such name.
         unknown_predicates: the predicates that there are not.
+        matched: the stated goals that are right, as texts, each as often as it counts.
+        wrong: those that are wrong, likewise; the entries that lack a part come first, as they are written.
+        missing: the conditions of the task that are not stated, as texts.
         aborts: whether the reference would end its whole run here.
     """
 
@@ -159,6 +173,9 @@ class GoalVerdict(Verdict):
     ill_formed: int = 0
     hallucinated: tuple[str, ...] = ()
     unknown_predicates: tuple[str, ...] = ()
+    matched: tuple[str, ...] = ()
+    wrong: tuple[str, ...] = ()
+    missing: tuple[str, ...] = ()
     aborts: bool = False
 
 

@@ -70,6 +70,8 @@ def _print_step(console: Console, number: int, step: StepReport, width: int) -> 
     line = Text(f"{number:3} {step.action:{width}}  ")
     if step.outcome == "executed":
         line.append("ok", style="green")
+        if step.reason:
+            line.append(f", but {step.reason}", style="yellow")
     else:
         style = "yellow" if step.outcome == FaultKind.ADDITIONAL_STEP.value else "bold red"
         line.append(f"{step.outcome}: {step.reason}", style=style)

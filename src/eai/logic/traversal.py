@@ -46,6 +46,18 @@ def walk(formula: f.Formula) -> Iterator[f.Formula]:
         pending.extend(reversed(children(current)))
 
 
+def objects(formula: f.Formula) -> tuple[str, ...]:
+    """The names of the objects that a formula speaks of, each once, left to right."""
+    names: dict[str, None] = {}
+    for part in walk(formula):
+        match part:
+            case f.Atom(_, terms) | f.Occurs(_, terms):
+                names |= dict.fromkeys(term.name for term in terms if isinstance(term, f.Constant))
+            case f.Equals(left, right):
+                names |= dict.fromkeys(term.name for term in (left, right) if isinstance(term, f.Constant))
+    return tuple(names)
+
+
 def depth(formula: f.Formula) -> int:
     """The number of levels; an atom has 1."""
     deepest = 0

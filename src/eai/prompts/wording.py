@@ -7,9 +7,8 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TypeAlias
 
+from eai.abilities.explanation import formula_text
 from eai.abilities.task import Task
-from eai.logic.formula import Formula, Occurs, Or
-from eai.logic.ltl_printer import print_ltl
 from eai.logic.renaming import rename_objects
 from eai.world.domain import Domain
 from eai.world.fault import FaultKind
@@ -98,7 +97,7 @@ class Wording:
         names = {
             task.scene.objects[i].name: self.object_name(task, i) for i in range(len(task.scene.objects))
         }
-        return _lines(_goal_text(rename_objects(goal.formula, names)) for goal in task.goals)
+        return _lines(formula_text(rename_objects(goal.formula, names)) for goal in task.goals)
 
     def _name(self, predicate: str) -> str:
         return self.written_as.get(predicate, predicate)
@@ -124,17 +123,6 @@ def _operator_text(operator: Operator) -> str:
         if reasons:
             lines.append(f"  {meaning}: {'; '.join(reasons)}")
     return "\n".join(lines)
-
-
-def _goal_text(formula: Formula) -> str:
-    """A goal as a formula; actions that any objects will do for are named alone."""
-    match formula:
-        case Occurs(action, ()):
-            return action
-        case Or(operands) if all(isinstance(each, Occurs) for each in operands):
-            return " or ".join(map(_goal_text, operands))
-        case _:
-            return print_ltl(formula)
 
 
 def _is_property(predicate: Predicate) -> bool:

@@ -43,6 +43,13 @@ class Failure(NamedTuple):
     checks: tuple[CompiledCheck, ...]
 
 
+class Undone(NamedTuple):
+    """What an action tries in vain: the condition that stays as it is, and the check that fails."""
+
+    condition: Formula
+    check: Check
+
+
 class CompiledOperator:
     """An operator whose checks and effects are functions of a state and a binding.
 
@@ -99,6 +106,16 @@ class CompiledOperator:
         if self._apply is not None:
             self._apply(state, draft, binding)
         return State(state.scene, tuple(draft.unary), tuple(draft.binary))
+
+    def left_undone(self, before: State, after: State, binding: Binding) -> tuple[Undone, ...]:
+        """What the action tries in vain: each try that was made before, and would be made again after."""
+        undone = []
+        for each, compiled in zip(self.operator.tries, self.tries, strict=True):
+            if compiled.is_made(before, binding) and compiled.is_made(after, binding):
+                failed = first_failing(compiled.checks, before, binding)
+                if failed is not None:
+                    undone.append(Undone(each.condition, failed.check))
+        return tuple(undone)
 
     def _failed_tries(self, state: State, binding: Binding) -> tuple[Failure, ...]:
         """What is wrong with each try that is made; empty if one succeeds or none is made."""

@@ -27,7 +27,7 @@ class Fault:
     Attributes:
         kind: the kind that counts.
         check: the check whose failure it is.
-        earlier: the index of the state of the trajectory in which the step would have been possible; given
+        earlier: the index of the last state of the trajectory at which what the check seeks was there; given
             exactly for a wrong order.
         also: the kinds that the step has besides, in the order found.
     """
@@ -134,8 +134,16 @@ def _diagnose(domain: Domain, states: Sequence[State], operator: CompiledOperato
 
 def describe(fault: Fault, domain: Domain, action: Action, scene: Scene) -> str:
     """The reason of a fault in words, with the names of the objects."""
-    operator = domain.compiled[action.operator].operator
-    names = {
-        p.name: scene.objects[i].name for p, i in zip(operator.parameters, action.arguments, strict=True)
-    }
-    return fault.check.reason.format_map(names)
+    return fault.check.reason.format_map(names_of(action, domain, scene))
+
+
+def concerned(fault: Fault, domain: Domain, action: Action, scene: Scene) -> tuple[str, ...]:
+    """The names of the objects that the reason of a fault speaks of, in the order of its words."""
+    names = names_of(action, domain, scene)
+    return tuple([names[parameter] for parameter in fault.check.concerned])
+
+
+def names_of(action: Action, domain: Domain, scene: Scene) -> dict[str, str]:
+    """What the objects of an action are called, by the parameters that they stand for."""
+    parameters = domain.compiled[action.operator].operator.parameters
+    return {p.name: scene.objects[i].name for p, i in zip(parameters, action.arguments, strict=True)}

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass, replace
 
 from eai.logic.formula import Formula, Variable
 from eai.world.effect import Effect
 from eai.world.fault import FaultKind
+
+_PARAMETER = re.compile(r"{(\w+)}")
+_WORD = re.compile(r"\w+")
 
 
 @dataclass(frozen=True, slots=True)
@@ -19,12 +23,25 @@ class Check:
         reason: what is wrong then, in words; ``{x}`` stands for the name of the argument of parameter ``x``.
         sought: what the history rule looks for in earlier states to tell a wrong order from a missing step:
             each of these formulas must have held at some time. None means the condition itself.
+        id: what records call the check; by default the words of its reason without the objects. A check that
+            is worded anew keeps its id by giving it here.
     """
 
     condition: Formula
     fault: FaultKind
     reason: str
     sought: tuple[Formula, ...] | None = None
+    id: str = ""
+
+    def __post_init__(self) -> None:
+        if not self.id:
+            words = _WORD.findall(_PARAMETER.sub("", self.reason))
+            object.__setattr__(self, "id", "_".join(words).lower())
+
+    @property
+    def concerned(self) -> tuple[str, ...]:
+        """The parameters whose objects the reason speaks of, in the order of its words."""
+        return tuple(dict.fromkeys(_PARAMETER.findall(self.reason)))
 
 
 def affordance(condition: Formula, reason: str) -> Check:

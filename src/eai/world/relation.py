@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from functools import reduce
+from itertools import islice
 from operator import or_
 from typing import NamedTuple
 
@@ -181,6 +182,11 @@ def bits(mask: int) -> Iterator[int]:
         low = mask & -mask
         yield low.bit_length() - 1
         mask ^= low
+
+
+def first_bits(mask: int, number: int) -> int:
+    """The lowest set bits of a mask, as many as asked for."""
+    return sum([1 << position for position in islice(bits(mask), number)])
 
 
 def _line(base: int, index: int, crossing: dict[int, int], crossing_keys: int) -> int:

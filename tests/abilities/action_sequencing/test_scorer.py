@@ -9,7 +9,7 @@ import pytest
 from eai.abilities.action_sequencing.notation import JsonPlans
 from eai.abilities.action_sequencing.scorer import ActionSequencing
 from eai.abilities.task import NO_GOALS, Goal, GoalKind, Task
-from eai.abilities.verdict import ErrorReport, GoalTallies, PlanVerdict, Tally
+from eai.abilities.verdict import GoalTallies, PlanVerdict, Tally
 from eai.logic.formula import Atom, Constant, Occurs
 from eai.world.fault import FaultKind
 from world import toy
@@ -56,8 +56,32 @@ def verdict(text: str) -> PlanVerdict:
 )
 def test_what_ends_a_plan(steps: Sequence[str], error: tuple[FaultKind, int, str] | None) -> None:
     found = verdict(answer(*steps))
-    assert found.error == (None if error is None else ErrorReport(*error))
+    assert (found.error and (found.error.kind, found.error.step, found.error.detail)) == error
     assert found.executable is (error is None)
+
+
+@pytest.mark.parametrize(
+    ("steps", "check", "objects"),
+    [
+        (["FLY shed"], "unknown_action", ()),
+        (["GO moon"], "unknown_object", ("moon",)),
+        (["GO hall, shed"], "wrong_arity", ()),
+        (["LIFT lamp"], "is_no_box", ("lamp",)),
+        (["LIFT blue"], "the_robot_is_not_beside", ("blue",)),
+        (["LIFT red", "LIFT red"], "the_hand_is_full", ()),
+    ],
+)
+def test_an_error_says_which_check_failed_and_of_which_objects(
+    steps: Sequence[str], check: str, objects: tuple[str, ...]
+) -> None:
+    error = verdict(answer(*steps)).error
+    assert error is not None
+    assert (error.check, error.objects) == (check, objects)
+
+
+def test_goals_are_told_also_where_nothing_is_executed() -> None:
+    for text in ("I cannot.", answer("FLY shed")):
+        assert [goal.satisfied for goal in SCORER.explain(text).goals] == [False, False, False]
 
 
 @pytest.mark.parametrize("text", ["", "I would go to the shed.", '{"GO": ["shed"]}', "[]"])

@@ -126,10 +126,9 @@ def test_an_explanation_tells_what_is_wrong_and_which_goals_are_met() -> None:
         "read with repair: prose",
         "left out as ill-formed: 1 of the node goals",
         "left out as hallucination: lit(sun), there is no sun",
-        "state goals: 2 right, 1 wrong",
-        "relation goals: 0 right, 0 wrong",
-        "action goals: 1 right, 0 wrong",
-        "wrong: open(box_0)",
+        "state goals: 2 right, 1 wrong, 1 missed",
+        "relation goals: 0 right, 0 wrong, 1 missed",
+        "action goals: 1 right, 0 wrong, 0 missed",
     )
     assert [(goal.kind, goal.satisfied) for goal in explanation.goals] == [
         ("state", True),
@@ -138,6 +137,46 @@ def test_an_explanation_tells_what_is_wrong_and_which_goals_are_met() -> None:
         ("action", True),
     ]
     assert explanation.goals[3].goal == "PRESS or OPEN"
+
+
+@pytest.mark.parametrize(
+    "said",
+    [[], LAMPS, [LAMPS[0], LAMPS[0]], [*LAMPS, SHUT, ["lit", "sun"], ["open"], ["lit"], ["open", "box_1"]]],
+)
+def test_the_atoms_are_those_that_count(said: list[object]) -> None:
+    verdict = judge(answer(said, actions=["OPEN", "GO"]))
+    assert verdict.counts is not None
+    atoms = (verdict.matched, verdict.wrong, verdict.missing)
+    assert Confusion(*map(len, atoms)) == verdict.counts["all"]
+
+
+def test_right_wrong_and_missing_goals_are_listed() -> None:
+    verdict = judge(answer([LAMPS[0], ["lit", "sun"], ["open"]], actions=["OPEN", "OPEN"]))
+    assert verdict.matched == ("lit(lamp_0)", "OPEN")
+    assert verdict.wrong == ("open()", "lit(sun)")
+    assert verdict.missing[:2] == ("lit(lamp_1)", "not open(box_0)")
+    unread = judge("Light all lamps.")
+    assert (unread.matched, unread.wrong, len(unread.missing)) == ((), (), 5)
+    assert not any(goal.satisfied for goal in SCORER.explain("Light all lamps.").goals)
+
+
+def test_what_is_missed_of_a_goal_that_is_stated_in_part_is_told() -> None:
+    assert SCORER.explain(answer([LAMPS[0]])).notes[-1] == (
+        "missed of a goal that is stated in part: lit(lamp_1)"
+    )
+    for said in ([], LAMPS):
+        assert not any("in part" in note for note in SCORER.explain(answer(said)).notes)
+
+
+def test_a_goal_that_is_said_more_often_than_it_is_one_is_wrong_and_told() -> None:
+    scorer = GoalInterpretation(make_task(atom("lit", "lamp_0")), DOMAIN, ByCategory())
+    text = answer([["lit", "lamp"], ["lit", "lamp"], ["open", "lamp"], ["open", "lamp"]])
+    verdict = judge(text, scorer)
+    assert (verdict.matched, verdict.wrong) == (("lit(lamp)",), ("lit(lamp)", "open(lamp)", "open(lamp)"))
+    assert scorer.explain(text).notes[-2:] == (
+        "wrong: lit(lamp), said more often than it is a goal",
+        "wrong: open(lamp), 2 times",
+    )
 
 
 def test_names_that_several_objects_share_are_matched_up_to_renaming() -> None:

@@ -87,10 +87,10 @@ def told(verdict: SubgoalVerdict) -> str:
         # Derived predicates.
         (["beside(lamp)", "at(red, shed)", "lit(lamp)"], "correct"),
         # Names and syntax.
-        (["flies(lamp)"], "hallucination hallucination None"),
-        (["lit(torch)"], "hallucination hallucination None"),
-        (["lit(lamp, red)"], "hallucination argument_number None"),
-        (["lit(lamp"], "not_parseable parsing None"),
+        (["flies(lamp)"], "hallucination hallucination 0"),
+        (["lit(lamp)", "lit(torch)"], "hallucination hallucination 1"),
+        (["lit(lamp, red)"], "hallucination argument_number 0"),
+        (["lit(lamp)", "lit(lamp"], "not_parseable parsing 1"),
         (["not PRESS(lamp)"], "not_parseable parsing None"),
         (["eventually lit(lamp)"], "not_parseable parsing None"),
         ([3], "not_parseable parsing None"),
@@ -113,6 +113,41 @@ def test_an_answer_that_is_not_carried_out_meets_no_goal() -> None:
     assert scorer.score(answer()).goals_satisfied == (True,)
     rejected = scorer.score(answer("lit(torch)"))
     assert (rejected.goals_satisfied, rejected.offences) == ((False,), ("unknown_object",))
+
+
+def test_a_name_that_is_not_allowed_is_told_with_its_subgoal() -> None:
+    text = answer("lit(lamp)", "lit(torch)", "lit(lamp) and shines(lamp)", "at(red)")
+    explanation = SCORER.explain(text)
+    assert explanation.notes == (
+        "hallucination",
+        "subgoal 2, lit: there is no object torch",
+        "subgoal 3, shines: shines is no predicate and no action",
+        "subgoal 4, at: at takes 2 arguments, not 1",
+    )
+    assert [goal.satisfied for goal in explanation.goals] == [False, False]
+    assert SCORER.explain(answer("lit(lamp)", "lit(lamp")).notes == (
+        "not_parseable",
+        "subgoal 2: line 1, column 9: expected ')' or ','",
+    )
+
+
+@pytest.mark.parametrize(
+    ("subgoals", "check", "objects"),
+    [
+        (["flies(lamp)"], "unknown_predicate", ()),
+        (["lit(torch)"], "unknown_object", ("torch",)),
+        (["lit(lamp, red)"], "wrong_arity", ()),
+        (["DROP(red)"], "is_not_held", ("red",)),
+        (["holding(red) and holding(blue)"], "a_few_actions_do_not_bring_it_about", ("red", "blue")),
+        (["lit(lamp", "lit(lamp)"], None, ()),
+    ],
+)
+def test_an_error_says_which_check_failed_and_of_which_objects(
+    subgoals: list[object], check: str | None, objects: tuple[str, ...]
+) -> None:
+    error = SCORER.score(answer(*subgoals)).error
+    assert error is not None
+    assert (error.check, error.objects) == (check, objects)
 
 
 def test_action_goals_are_met_in_order_where_there_is_no_temporal_goal() -> None:

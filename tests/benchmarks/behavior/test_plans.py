@@ -144,3 +144,40 @@ def test_any_plan_has_a_verdict(steps: list[tuple[str, str]]) -> None:
     for scorer in (STRICT, REFERENCE):
         verdict = scorer.score(text)
         assert verdict.executable is (verdict.error is None)
+
+
+DUSTY = "is_dusty(plate_1) remains: there is no cleaning tool, running sink or dishwasher for plate_1"
+STAINED = (
+    "is_stained(plate_1) remains: there is no soaked cleaning tool, detergent or running sink for plate_1"
+)
+
+
+@pytest.mark.parametrize(
+    ("steps", "outcome", "reason"),
+    [
+        (
+            ["RIGHT_GRASP rag_1", "CLEAN plate_1"],
+            "executed",
+            STAINED,
+        ),
+        (["RIGHT_GRASP rag_1", "CLEAN plate_2"], "executed", ""),
+        (["RIGHT_GRASP detergent_1", "RIGHT_RELEASE detergent_1"], "executed", ""),
+        (
+            ["CLEAN plate_1"],
+            "missing_step",
+            f"{DUSTY}; {STAINED}",
+        ),
+        (["CLEAN peach_1"], "affordance", "peach_1 can be neither dusty nor stained"),
+    ],
+)
+def test_cleaning_tells_what_dirt_remains(steps: list[str], outcome: str, reason: str) -> None:
+    last = STRICT.explain(answer(*steps)).steps[-1]
+    assert (last.outcome, last.reason) == (outcome, reason)
+
+
+def test_what_the_reference_passes_over_is_told() -> None:
+    text = '[{"action": "OPEN", "object": "fridge_1"}, {"action": "CLEAN"}]'
+    assert REFERENCE.explain(text).notes == (
+        "lossy_reading: what is no step is passed over; steps that are seen: 1",
+        "strict, which passes over nothing: parsing, no list of steps with an action and an object was found",
+    )

@@ -11,7 +11,7 @@ from benchmarks.behavior.kitchen import make_task
 from eai.abilities.protocol import Protocol
 from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
 from eai.abilities.task import Goal, GoalKind
-from eai.abilities.verdict import Tally, Verdict
+from eai.abilities.verdict import SubgoalCategory, Tally, Verdict
 from eai.logic.formula import Atom, Constant
 from eai.world.fault import FaultKind
 from subgoal_scorers import behavior_subgoals
@@ -33,10 +33,11 @@ def answer(*subgoals: object) -> str:
 
 
 def told(verdict: Verdict) -> str:
-    """The category, and what ended the answer."""
+    """The category, and what ended the answer: of those that run, also where."""
     assert verdict.category is not None
     error = "" if verdict.error is None else f" {verdict.error.kind.value}"
-    step = "" if verdict.error is None or verdict.error.step is None else f" {verdict.error.step}"
+    runs = verdict.category is SubgoalCategory.RUNTIME
+    step = f" {verdict.error.step}" if verdict.error is not None and runs else ""
     return f"{verdict.category.value}{error}{step}"
 
 

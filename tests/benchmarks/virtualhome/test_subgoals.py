@@ -12,7 +12,7 @@ from eai.abilities.codec import dataclass_to_json, fields_of
 from eai.abilities.protocol import Protocol
 from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
 from eai.abilities.subgoal_decomposition.search import SearchLimits
-from eai.abilities.verdict import Tally, Verdict
+from eai.abilities.verdict import SubgoalCategory, Tally, Verdict
 from eai.world.fault import FaultKind
 from subgoal_scorers import virtualhome_subgoals
 from threading_tests import asked_by_threads
@@ -33,10 +33,11 @@ def answer(*subgoals: object) -> str:
 
 
 def told(verdict: Verdict) -> str:
-    """The category, and what ended the answer."""
+    """The category, and what ended the answer: of those that run, also where."""
     assert verdict.category is not None
     error = "" if verdict.error is None else f" {verdict.error.kind.value}"
-    step = "" if verdict.error is None or verdict.error.step is None else f" {verdict.error.step}"
+    runs = verdict.category is SubgoalCategory.RUNTIME
+    step = f" {verdict.error.step}" if verdict.error is not None and runs else ""
     return f"{verdict.category.value}{error}{step}"
 
 

@@ -7,7 +7,9 @@ from typing import TypeAlias, cast
 
 from eai.abilities.action_sequencing.notation import PlanNotation
 from eai.abilities.action_sequencing.plan import WrittenPlan, WrittenStep
+from eai.abilities.error_report import UNKNOWN_ACTION
 from eai.abilities.verdict import ErrorReport
+from eai.logic.signature import MisuseKind
 from eai.world.domain import Domain
 from eai.world.execution import Action
 from eai.world.fault import FaultKind
@@ -39,17 +41,22 @@ def resolve(
         operator = operator_of(step.action)
         objects = tuple(map(object_of, step.objects))
         if operator not in arities or None in objects:
-            detail = _unknown(step, operator in arities, objects, stranger)
-            return ErrorReport(FaultKind.HALLUCINATION, number, detail)
+            return _unknown(number, step, operator in arities, objects, stranger)
         if misapplied is None and len(objects) != arities[operator]:
             detail = f"{operator} takes {arities[operator]} objects, not {len(objects)}"
-            misapplied = ErrorReport(FaultKind.ARGUMENT_NUMBER, number, detail)
+            check = MisuseKind.WRONG_ARITY.value
+            misapplied = ErrorReport(FaultKind.ARGUMENT_NUMBER, number, detail, check)
         actions.append(Action(operator, cast("tuple[int, ...]", objects)))
     return misapplied or tuple(actions)
 
 
-def _unknown(step: WrittenStep, is_operator: bool, objects: tuple[int | None, ...], stranger: str) -> str:
+def _unknown(
+    number: int, step: WrittenStep, is_operator: bool, objects: tuple[int | None, ...], stranger: str
+) -> ErrorReport:
     """What a step names that there is not: its action, or else its first such object."""
     if not is_operator:
-        return f"{step.action} is not an action"
-    return f"{step.action}: {stranger} {step.objects[objects.index(None)]}"
+        detail = f"{step.action} is not an action"
+        return ErrorReport(FaultKind.HALLUCINATION, number, detail, UNKNOWN_ACTION)
+    name = step.objects[objects.index(None)]
+    detail, check = f"{step.action}: {stranger} {name}", MisuseKind.UNKNOWN_OBJECT.value
+    return ErrorReport(FaultKind.HALLUCINATION, number, detail, check, (str(name),))

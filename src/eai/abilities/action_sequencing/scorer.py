@@ -7,6 +7,7 @@ from functools import partial
 from eai.abilities.action_sequencing.notation import PlanNotation
 from eai.abilities.action_sequencing.plan import WrittenPlan
 from eai.abilities.action_sequencing.resolution import resolve
+from eai.abilities.error_report import error_report
 from eai.abilities.explanation import Explanation, goal_reports, repairs_told, step_reports
 from eai.abilities.goal_test import GoalTest
 from eai.abilities.scorer import Assessment, Scorer
@@ -14,7 +15,7 @@ from eai.abilities.task import NO_GOALS, Task
 from eai.abilities.unreadable import Unreadable
 from eai.abilities.verdict import ErrorReport, PlanVerdict
 from eai.world.domain import Domain
-from eai.world.execution import Action, Trajectory, describe, execute
+from eai.world.execution import Action, Trajectory, execute
 from eai.world.fault import FaultKind
 
 
@@ -67,7 +68,11 @@ class ActionSequencing(Scorer):
         step = f"step {error.step + 1}: " if error.step is not None else ""
         reason = f"{error.kind.value}: {step}{error.detail}"
         verdict = self._rejection(error, repairs)
-        return Assessment(verdict, lambda: Explanation((*self._notes(repairs), reason)))
+        return Assessment(verdict, partial(self._explain_refusal, verdict, reason))
+
+    def _explain_refusal(self, verdict: PlanVerdict, reason: str) -> Explanation:
+        goals = goal_reports(self.task.goals, verdict.goals_satisfied)
+        return Explanation((*self._notes(verdict.repairs), reason), goals=goals)
 
     def _rejection(self, error: ErrorReport, repairs: tuple[str, ...]) -> PlanVerdict:
         """The verdict on an answer that cannot be run."""
@@ -93,8 +98,8 @@ class ActionSequencing(Scorer):
         failure = trajectory.failure
         error = None
         if failure is not None:
-            detail = describe(failure, self.domain, trajectory.steps[-1].action, self.task.scene)
-            error = ErrorReport(failure.kind, len(trajectory.steps) - 1, detail)
+            number, action = len(trajectory.steps) - 1, trajectory.steps[-1].action
+            error = error_report(failure, number, self.domain, action, self.task.scene)
         return PlanVerdict(
             executable=error is None,
             success=self._succeeds(error, reached),

@@ -50,6 +50,7 @@ class GoldGoals:
         self._lexicon = lexicon
         self._numbers: dict[WrittenGoal, int] = {}
         self.stated: list[WrittenGoal] = []
+        self._texts: list[str] = []
         self.mask_of: dict[WrittenGoal, int] = {}
         self.of_kind = dict.fromkeys(GoalKind, 0)
         self.goals = tuple(
@@ -64,6 +65,10 @@ class GoldGoals:
         """The conditions of a set, as they are stated."""
         return (self.stated[number] for number in bits(mask))
 
+    def as_texts(self, mask: int) -> tuple[str, ...]:
+        """The conditions of a set as texts."""
+        return tuple([self._texts[number] for number in bits(mask)])
+
     def _number(self, literal: Literal) -> int:
         ground = self._lexicon.canonical(self._lexicon.grounded(literal))
         number = self._numbers.get(ground)
@@ -71,6 +76,7 @@ class GoldGoals:
             number = self._numbers[ground] = len(self.stated)
             stated = self._lexicon.canonical(self._lexicon.spelt(literal))
             self.stated.append(stated)
+            self._texts.append(str(stated))
             self.mask_of[stated] = self.mask_of.get(stated, 0) | 1 << number
             self.of_kind[self._lexicon.kind(stated)] |= 1 << number
         return number

@@ -12,7 +12,8 @@ be read misses all goals of its task.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
 from functools import partial, reduce
 from operator import or_
 from typing import NamedTuple
@@ -21,22 +22,14 @@ from eai.abilities.explanation import Explanation, GoalReport, repairs_told
 from eai.abilities.goal_interpretation.gold import GoldGoals
 from eai.abilities.goal_interpretation.lexicon import GoalLexicon
 from eai.abilities.goal_interpretation.notation import GoalNotation
-from eai.abilities.goal_interpretation.written import SECTIONS, WrittenGoal, WrittenGoals
+from eai.abilities.goal_interpretation.written import SECTIONS, IllFormed, WrittenGoal, WrittenGoals
 from eai.abilities.scorer import Assessment, Scorer
 from eai.abilities.task import GoalKind, Task
 from eai.abilities.unreadable import Unreadable
 from eai.abilities.verdict import ALL, Confusion, ErrorReport, GoalVerdict
 from eai.world.domain import Domain
 from eai.world.fault import FaultKind
-from eai.world.relation import bits
-
-
-class Compared(NamedTuple):
-    """How often a goal is stated rightly, and how often wrongly."""
-
-    kind: GoalKind
-    right: int
-    wrong: int
+from eai.world.relation import bits, first_bits
 
 
 class Hallucination(NamedTuple):
@@ -66,54 +59,59 @@ class GoalInterpretation(Scorer):
         """The verdict on an answer, and which goals of the task it has, and what else it says."""
         goals = self.notation.read(text)
         if isinstance(goals, Unreadable):
-            return Assessment(self.unread(goals), partial(Explanation, (f"parsing: {goals.reason}",)))
+            notes = (f"parsing: {goals.reason}",)
+            nothing = WrittenGoals(())
+            return Assessment(self.unread(goals), lambda: Explanation(notes, goals=self.reports(nothing)))
         verdict = self.judge(goals)
         return Assessment(verdict, partial(self._explain, goals, verdict))
 
     def unread(self, goals: Unreadable) -> GoalVerdict:
         """The verdict on an answer in which no goals can be read."""
-        return GoalVerdict(
-            error=ErrorReport(FaultKind.PARSING, None, goals.reason),
-            counts=self.judge(WrittenGoals(())).counts,
-        )
+        error = ErrorReport(FaultKind.PARSING, None, goals.reason)
+        return replace(self.judge(WrittenGoals(())), error=error)
 
     def judge(self, goals: WrittenGoals) -> GoalVerdict:
         """The verdict on the goals of an answer."""
         said, unknown = self._stated(goals)
+        wanted, found = reduce(or_, self._chosen(said), 0), 0
         ill_formed = len(self._faults(goals))
-        wanted = reduce(or_, self._chosen(said), 0)
-        compared = []
+        wrong: list[str] = []
+        kinds: list[GoalKind] = []
         for goal, times in said.items():
-            asked = (self.gold.mask_of.get(goal, 0) & wanted).bit_count()
+            meant = self.gold.mask_of.get(goal, 0) & wanted
+            asked = meant.bit_count()
             if times > 1:
                 times = min(times, max(1, asked, self.lexicon.instances(goal)))
-            right = min(times, asked)
-            compared.append(Compared(self.lexicon.kind(goal), right, times - right))
-        counts = {
-            kind.value: _confusion([each for each in compared if each.kind is kind], wanted & mask)
-            for kind, mask in self.gold.of_kind.items()
-        }
-        everything = _confusion(compared, wanted)
+            found |= meant if times >= asked else first_bits(meant, times)
+            if times > asked:
+                wrong += [str(goal)] * (times - asked)
+                kinds += [self.lexicon.kind(goal)] * (times - asked)
+        missing = wanted & ~found
         return GoalVerdict(
-            counts={**counts, ALL: everything},
+            counts={
+                **{
+                    kind.value: Confusion(
+                        (found & of).bit_count(), kinds.count(kind), (missing & of).bit_count()
+                    )
+                    for kind, of in self.gold.of_kind.items()
+                },
+                ALL: Confusion(found.bit_count(), len(wrong), missing.bit_count()),
+            },
             repairs=goals.repairs,
-            predicted=everything.true_positives + everything.false_positives + len(unknown) + ill_formed,
+            predicted=found.bit_count() + len(wrong) + len(unknown) + ill_formed,
             ill_formed=ill_formed,
             hallucinated=tuple([each.name for each in unknown]),
             unknown_predicates=tuple(
                 [goal.predicate for goal in goals.goals if not self.lexicon.has_predicate(goal)]
             ),
+            matched=self.gold.as_texts(found),
+            wrong=tuple(wrong),
+            missing=self.gold.as_texts(missing),
         )
-
-    def wrong(self, goals: WrittenGoals) -> Iterable[WrittenGoal]:
-        """What an answer states that could be a goal of the task and is none, each once."""
-        said = self._stated(goals).known
-        wanted = {goal for option in self._chosen(said) for goal in self.gold.conditions(option)}
-        return [goal for goal in said if goal not in wanted]
 
     def left_out(self, goals: WrittenGoals) -> Iterable[str]:
         """What of an answer is neither right nor wrong, and why, in words."""
-        yield from ill_formed_told(self._faults(goals))
+        yield from ill_formed_told([fault.kind for fault in self._faults(goals)])
         for goal, name in dict.fromkeys(self._stated(goals).unknown):
             yield f"left out as hallucination: {goal}, there is no {name}"
 
@@ -142,14 +140,24 @@ class GoalInterpretation(Scorer):
                 *repairs_told(goals.repairs),
                 *self.left_out(goals),
                 *(
-                    f"{kind} goals: {count.true_positives} right, {count.false_positives} wrong"
+                    f"{kind} goals: {count.true_positives} right, {count.false_positives} wrong, "
+                    f"{count.false_negatives} missed"
                     for kind, count in (verdict.counts or {}).items()
                     if isinstance(count, Confusion) and kind != ALL
                 ),
-                *dict.fromkeys(f"wrong: {goal}" for goal in self.wrong(goals)),
+                *wrong_told(verdict),
+                *self._lacking(goals),
             ),
             goals=self.reports(goals),
         )
+
+    def _lacking(self, goals: WrittenGoals) -> Iterator[str]:
+        """What is missed of the goals of several conditions that are stated in part."""
+        left = self._stated(goals).known
+        for option in self._chosen(left):
+            missed = [str(condition) for condition in self.gold.conditions(option) if not left[condition]]
+            if 0 < len(missed) < option.bit_count():
+                yield f"missed of a goal that is stated in part: {', '.join(missed)}"
 
     def _stated(self, goals: WrittenGoals) -> Stated:
         """The well-formed goals of an answer, in canonical form."""
@@ -163,13 +171,13 @@ class GoalInterpretation(Scorer):
                 unknown += [Hallucination(goal, name)] * times
         return Stated(known, tuple(unknown))
 
-    def _faults(self, goals: WrittenGoals) -> list[GoalKind | None]:
-        """The kind of every entry that is ill-formed, each entry once; None for one of no kind."""
+    def _faults(self, goals: WrittenGoals) -> list[IllFormed]:
+        """Every entry that is ill-formed, each once."""
         lexicon = self.lexicon
         stated = dict.fromkeys(goal for goal in goals.goals if not lexicon.is_well_formed(goal))
         return [
-            *map(lexicon.kind, stated),
-            *[entry.kind for entry in dict.fromkeys(goals.ill_formed)],
+            *[IllFormed(lexicon.kind(goal), str(goal)) for goal in stated],
+            *dict.fromkeys(goals.ill_formed),
         ]
 
     def _chosen(self, said: Iterable[WrittenGoal]) -> list[int]:
@@ -185,7 +193,11 @@ def ill_formed_told(kinds: Iterable[GoalKind | None]) -> Iterator[str]:
         yield f"left out as ill-formed: {number} of {section}"
 
 
-def _confusion(compared: Sequence[Compared], wanted: int) -> Confusion:
-    """The counts of some goals, compared with a set of conditions."""
-    right = sum([each.right for each in compared])
-    return Confusion(right, sum([each.wrong for each in compared]), wanted.bit_count() - right)
+def wrong_told(verdict: GoalVerdict) -> tuple[str, ...]:
+    """What there is to say of the wrong goals of an answer, each once, and how often it is stated."""
+    return tuple(
+        f"wrong: {goal}"
+        + (f", {times} times" if times > 1 else "")
+        + (", said more often than it is a goal" if goal in verdict.matched else "")
+        for goal, times in Counter(verdict.wrong).items()
+    )

@@ -31,9 +31,9 @@ class WrittenGoal(NamedTuple):
     is_action: bool = False
 
     def __str__(self) -> str:
-        negation = "" if self.positive else "not "
-        arguments = "" if self.is_action and not self.names else f"({', '.join(self.names)})"
-        return f"{negation}{self.predicate}{arguments}"
+        predicate, names, positive, is_action = self
+        text = predicate if is_action and not names else f"{predicate}({', '.join(names)})"
+        return text if positive else f"not {text}"
 
 
 class IllFormed(NamedTuple):

@@ -24,7 +24,8 @@ from eai.errors import InputError
 from eai.logic.ltl_printer import print_ltl
 from eai.logic.traversal import children, is_state_formula, walk
 from eai.planning.subgoal import GroundAtom
-from eai.world.operator import missing
+from eai.world.fault import FaultKind
+from eai.world.operator import Check
 from eai.world.relation import bits
 
 MAX_INSTRUCTIONS = 20_000
@@ -206,7 +207,8 @@ class _Builder:
         ):
             raise InputError(f"{text}: there is no way to carry this out")
         meaning = lexicon.meaning(formula)
-        check = missing(meaning, f"{text} does not hold, and {why}")
+        reason, name = f"{text} does not hold, and {why}", why.replace(" ", "_")
+        check = Check(meaning, FaultKind.MISSING_STEP, reason, id=name)
         return self._add(Require(StateTest(meaning, self._task.scene), check, part.subgoal, then))
 
     def _add(self, instruction: Instruction) -> int:

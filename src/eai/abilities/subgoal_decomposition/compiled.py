@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from eai.abilities.subgoal_decomposition.notation import WrittenSubgoals
 from eai.abilities.subgoal_decomposition.program import Program
@@ -25,6 +26,16 @@ class Compiled:
     repairs: tuple[str, ...] = ()
 
 
+class Offence(NamedTuple):
+    """A name that is not allowed, and the number of the subgoal that it stands in, from 0."""
+
+    subgoal: int
+    misuse: Misuse
+
+    def __str__(self) -> str:
+        return f"subgoal {self.subgoal + 1}, {self.misuse.primitive}: {self.misuse.detail}"
+
+
 @dataclass(frozen=True, slots=True)
 class Rejected:
     """An answer that cannot be carried out: its category, why, and what is wrong with its names."""
@@ -32,12 +43,13 @@ class Rejected:
     category: SubgoalCategory
     error: ErrorReport
     repairs: tuple[str, ...] = ()
-    offences: tuple[Misuse, ...] = ()
+    offences: tuple[Offence, ...] = ()
 
 
-def unparseable(reason: str, repairs: tuple[str, ...] = ()) -> Rejected:
-    """The rejection of what no plan can be made of."""
-    return Rejected(SubgoalCategory.NOT_PARSEABLE, ErrorReport(FaultKind.PARSING, None, reason), repairs)
+def unparseable(reason: str, repairs: tuple[str, ...] = (), subgoal: int | None = None) -> Rejected:
+    """The rejection of what no plan can be made of, for the sake of this subgoal if it is one."""
+    error = ErrorReport(FaultKind.PARSING, subgoal, reason)
+    return Rejected(SubgoalCategory.NOT_PARSEABLE, error, repairs)
 
 
 def compile_each(
@@ -52,14 +64,14 @@ def compile_each(
     if isinstance(written, Unreadable):
         return unparseable(written.reason)
     formulas: list[Formula] = []
-    offences: list[Misuse] = []
+    offences: list[Offence] = []
     for number, subgoal in enumerate(written.subgoals):
         try:
             reading = parse(subgoal, signature)
         except ParseError as error:
-            return unparseable(f"subgoal {number + 1}: {error}", written.repairs)
+            return unparseable(str(error), written.repairs, number)
         formulas.append(reading.formula)
-        offences += reading.offences
+        offences += [Offence(number, misuse) for misuse in reading.offences]
     if offences:
         return offending(offences, written.repairs)
     try:
@@ -71,10 +83,11 @@ def compile_each(
 _PRECEDENCE = (MisuseKind.UNKNOWN_PREDICATE, MisuseKind.WRONG_ARITY, MisuseKind.UNKNOWN_OBJECT)
 
 
-def offending(offences: Sequence[Misuse], repairs: tuple[str, ...]) -> Rejected:
+def offending(offences: Sequence[Offence], repairs: tuple[str, ...]) -> Rejected:
     """The rejection for names that are not allowed: unknown predicates first, then numbers of objects."""
-    worst = min(offences, key=lambda offence: _PRECEDENCE.index(offence.kind))
+    subgoal, worst = min(offences, key=lambda offence: _PRECEDENCE.index(offence.misuse.kind))
     wrong_number = worst.kind is MisuseKind.WRONG_ARITY
     kind = FaultKind.ARGUMENT_NUMBER if wrong_number else FaultKind.HALLUCINATION
-    error = ErrorReport(kind, None, worst.detail)
+    objects = (worst.name,) if worst.kind is MisuseKind.UNKNOWN_OBJECT else ()
+    error = ErrorReport(kind, subgoal, worst.detail, worst.kind.value, objects)
     return Rejected(SubgoalCategory.HALLUCINATION, error, repairs, tuple(offences))

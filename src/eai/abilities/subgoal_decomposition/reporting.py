@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from eai.abilities.error_report import error_report
 from eai.abilities.subgoal_decomposition.branch import Branch
 from eai.abilities.subgoal_decomposition.search import Outcome
 from eai.abilities.verdict import ErrorReport, SubgoalCategory
+from eai.logic.traversal import objects
 from eai.world.domain import Domain
-from eai.world.execution import describe
 from eai.world.state import Scene
 
 
@@ -22,7 +23,7 @@ def error_of(branch: Branch, domain: Domain, scene: Scene) -> ErrorReport | None
     failure = branch.failure
     if failure is None:
         return None
-    detail = failure.check.reason
     if branch.steps and branch.steps[-1].fault is failure:
-        detail = describe(failure, domain, branch.steps[-1].action, scene)
-    return ErrorReport(failure.kind, branch.subgoal, detail)
+        return error_report(failure, branch.subgoal, domain, branch.steps[-1].action, scene)
+    check = failure.check
+    return ErrorReport(failure.kind, branch.subgoal, check.reason, check.id, objects(check.condition))

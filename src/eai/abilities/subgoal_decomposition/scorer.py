@@ -18,7 +18,7 @@ from eai.abilities.subgoal_decomposition.search import Outcome, SearchEnd, Searc
 from eai.abilities.subgoal_decomposition.shortest_plans import ShortestPlans
 from eai.abilities.subgoal_decomposition.translation import Translation
 from eai.abilities.task import NO_GOALS, GoalKind, Task
-from eai.abilities.verdict import SubgoalVerdict
+from eai.abilities.verdict import ErrorReport, SubgoalVerdict
 from eai.logic.formula import Formula, Then
 from eai.logic.ltl import parse
 from eai.logic.ltl_printer import print_ltl
@@ -126,7 +126,7 @@ class SubgoalDecomposition(Scorer):
     def _refuse(self, rejected: Rejected, repairs: tuple[str, ...]) -> Assessment:
         """The assessment of an answer that cannot be carried out, with the repairs made until then."""
         verdict = self._rejection(rejected)
-        return Assessment(verdict, partial(_refusal, rejected, repairs))
+        return Assessment(verdict, partial(self._explain_refusal, verdict, rejected, repairs))
 
     def _rejection(self, rejected: Rejected) -> SubgoalVerdict:
         reached = self._reached_without_running()
@@ -139,7 +139,7 @@ class SubgoalDecomposition(Scorer):
             goals=self.goals.tallies(reached),
             repairs=rejected.repairs,
             goals_satisfied=reached,
-            offences=tuple(dict.fromkeys([offence.kind.value for offence in rejected.offences])),
+            offences=tuple(dict.fromkeys([offence.misuse.kind.value for offence in rejected.offences])),
         )
 
     def _with_most_goals(self, outcome: Outcome) -> Branch:
@@ -177,12 +177,21 @@ class SubgoalDecomposition(Scorer):
             part_reports(self.temporal_goal, branch.trajectory),
         )
 
+    def _explain_refusal(
+        self, verdict: SubgoalVerdict, rejected: Rejected, repairs: Sequence[str]
+    ) -> Explanation:
+        wrong = list(map(str, rejected.offences)) or [_told(rejected.error)]
+        return Explanation(
+            (rejected.category.value, *repairs_told(repairs), *wrong),
+            goals=goal_reports(self.task.goals, verdict.goals_satisfied),
+        )
+
 
 def executed(branch: Branch) -> Sequence[str]:
     """The names of the actions that were executed in a branch, in order."""
     return [step.action.operator for step in branch.steps if step.fault is None]
 
 
-def _refusal(rejected: Rejected, repairs: Sequence[str]) -> Explanation:
-    wrong = [str(offence) for offence in rejected.offences] or [rejected.error.detail]
-    return Explanation((rejected.category.value, *repairs_told(repairs), *wrong))
+def _told(error: ErrorReport) -> str:
+    """What is wrong with an answer as a whole, or with one subgoal of it."""
+    return error.detail if error.step is None else f"subgoal {error.step + 1}: {error.detail}"

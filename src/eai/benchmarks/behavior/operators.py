@@ -221,7 +221,7 @@ def set_state(
         *first,
         A_HAND_FREE,
         affordance(ability(X), f"{{x}} is not {ability.name}"),
-        additional(~wanted if to else wanted, f"{{x}} {_in_words(state, holds=to)} already"),
+        additional(~wanted if to else wanted, f"{{x}} {_already(state, holds=to)}"),
         *interactable(X),
         *last,
     )
@@ -303,7 +303,7 @@ def clean() -> Operator:
 
 def _wipe(dirt: Predicate, means: Formula, lacking: str) -> Try:
     checks = (
-        additional(dirt(X), f"{{x}} {_in_words(dirt, holds=False)} already"),
+        additional(dirt(X), f"{{x}} {_already(dirt, holds=False)}"),
         *interactable(X),
         missing(means, f"there is {lacking} for {{x}}"),
     )
@@ -381,6 +381,6 @@ def _transfer(
     return Operator(f"{hand.name}_{name}", (X,), checks, (poured,), description)
 
 
-def _in_words(state: Predicate, *, holds: bool) -> str:
+def _already(state: Predicate, *, holds: bool) -> str:
     words = state.name.removeprefix("is_").replace("_", " ")
-    return f"is {words}" if holds else f"is not {words}"
+    return f"is already {words}" if holds else f"is already not {words}"

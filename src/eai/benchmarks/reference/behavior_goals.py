@@ -5,11 +5,12 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import TypeAlias
 
 from eai.abilities.explanation import Explanation, GoalReport
+from eai.abilities.goal_interpretation.scorer import wrong_told
 from eai.abilities.scorer import Assessment, Scorer
 from eai.abilities.task import GoalKind
 from eai.abilities.unreadable import Unreadable
@@ -98,39 +99,45 @@ class ByFirstOption(Scorer):
         """The verdict on an answer, and which goals of the task it has, and what else it says."""
         conditions = read_conditions(text)
         if isinstance(conditions, Unreadable):
-            verdict = GoalVerdict(
+            verdict = replace(
+                self._judge(()),
                 error=ErrorReport(FaultKind.PARSING, None, conditions.reason),
-                counts=self._counts(()),
                 aborts=isinstance(conditions, Aborting),
             )
-            return Assessment(verdict, partial(Explanation, (f"parsing: {conditions.reason}",)))
-        return Assessment(self._judge(conditions), partial(self._explain, conditions))
+            return Assessment(verdict, partial(self._explain, (f"parsing: {conditions.reason}",), ()))
+        verdict = self._judge(conditions)
+        return Assessment(verdict, lambda: self._explain(wrong_told(verdict), conditions))
 
     def _judge(self, conditions: Sequence[Value]) -> GoalVerdict:
         seen = [each for each in map(see, conditions) if each is not None]
         unknown = [[name for name in each.arguments if name not in self._objects] for each in seen]
+        groups = self._groups(conditions)
+        kinds = [_kinds(group) for group in groups]
+        matched, wrong, missing = [tuple(map(_text, group)) for group in groups]
         return GoalVerdict(
-            counts=self._counts(conditions),
+            counts={
+                **{kind.value: Confusion(*[group.count(kind) for group in kinds]) for kind in GoalKind},
+                ALL: Confusion(*map(len, groups)),
+            },
             predicted=len(conditions),
             ill_formed=sum(not each.is_well_formed for each in seen),
             hallucinated=tuple(str(names[0]) for names in unknown if names),
             unknown_predicates=tuple(str(each.parts[0]) for each in seen if each.kind is None),
+            matched=matched,
+            wrong=wrong,
+            missing=missing,
         )
 
-    def _counts(self, predicted: Sequence[Value]) -> dict[str, Confusion]:
+    def _groups(self, predicted: Sequence[Value]) -> tuple[list[Value], list[Value], list[Value]]:
+        """What is right, what is wrong and what is missed."""
         said = frozenset(predicted)
         wanted = [condition for option in self._chosen(said) for condition in option]
         needed = frozenset[Value](wanted)
-        groups = (
+        return (
             [condition for condition in wanted if condition in said],
             [condition for condition in predicted if condition not in needed],
             [condition for condition in wanted if condition not in said],
         )
-        kinds = [_kinds(group) for group in groups]
-        return {
-            **{kind.value: Confusion(*[group.count(kind) for group in kinds]) for kind in GoalKind},
-            ALL: Confusion(*map(len, groups)),
-        }
 
     def _chosen(self, said: frozenset[Value]) -> list[tuple[Value, ...]]:
         """Of each goal the first of the options that meet most conditions."""
@@ -139,16 +146,13 @@ class ByFirstOption(Scorer):
             for options in self._goals
         ]
 
-    def _explain(self, predicted: Sequence[Value]) -> Explanation:
+    def _explain(self, notes: tuple[str, ...], predicted: Sequence[Value]) -> Explanation:
         said = frozenset(predicted)
-        chosen = self._chosen(said)
-        wanted = {condition for option in chosen for condition in option}
-        wrong = dict.fromkeys(condition for condition in predicted if condition not in wanted)
         return Explanation(
-            notes=tuple(f"wrong: {_text(condition)}" for condition in wrong),
+            notes=notes,
             goals=tuple(
                 GoalReport("condition", " and ".join(map(_text, option)), said.issuperset(option))
-                for option in chosen
+                for option in self._chosen(said)
             ),
         )
 

@@ -18,9 +18,11 @@ from eai.abilities.action_sequencing.plan import WrittenPlan, WrittenStep
 from eai.abilities.action_sequencing.scorer import ActionSequencing
 from eai.abilities.unreadable import Unreadable
 from eai.abilities.verdict import ErrorReport
+from eai.benchmarks.behavior.domain import as_meant
 from eai.benchmarks.behavior.tasks import BehaviorTask
 from eai.benchmarks.reference import behavior_domain
 from eai.benchmarks.reference.behavior_goal_test import behavior_goal_test
+from eai.benchmarks.reference.plans import ReferencePlans
 from eai.world.execution import Trajectory
 from eai.world.fault import FaultKind
 
@@ -37,7 +39,7 @@ class BehaviorPlansInReference(JsonPlans):
         return read_plan(text)
 
 
-class BehaviorActionSequencing(ActionSequencing):
+class BehaviorActionSequencing(ReferencePlans):
     """The scorer of a task's plans.
 
     An answer that cannot be run leaves the initial state, and reaches the goals that hold there. A plan that
@@ -47,6 +49,10 @@ class BehaviorActionSequencing(ActionSequencing):
     def __init__(self, task: BehaviorTask) -> None:
         domain = behavior_domain.as_in_reference()
         super().__init__(task, domain, BehaviorPlansInReference(), behavior_goal_test(task))
+
+    def as_strict(self) -> ActionSequencing:
+        """The scorer of the same task under `strict`."""
+        return ActionSequencing(self.task, as_meant(), JsonPlans())
 
     def _reached(self, trajectory: Trajectory) -> tuple[bool, ...]:
         """What holds in the state in which a plan leaves the world, which an action may leave half done."""

@@ -5,13 +5,15 @@ from __future__ import annotations
 import json
 import re
 from abc import abstractmethod
+from bisect import bisect
 from collections import Counter
 from collections.abc import Iterable
 from dataclasses import replace
+from itertools import accumulate
 
 import eai.logic.formula as f
 from eai.abilities.subgoal_decomposition.branch import Branch
-from eai.abilities.subgoal_decomposition.compiled import Compiled, Rejected, offending, unparseable
+from eai.abilities.subgoal_decomposition.compiled import Compiled, Offence, Rejected, offending, unparseable
 from eai.abilities.subgoal_decomposition.notation import WrittenSubgoals
 from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
 from eai.abilities.subgoal_decomposition.search import Outcome
@@ -25,6 +27,7 @@ from eai.logic.traversal import children, temporal_parts
 from eai.world.fault import FaultKind
 
 _OBJECT = re.compile(r"{[^{}]*}")
+_THEN = " then "
 
 _COUNTED = (FaultKind.WRONG_ORDER, FaultKind.MISSING_STEP, FaultKind.AFFORDANCE)
 """The errors that are counted by entry of the report."""
@@ -79,13 +82,19 @@ def parse_at_once(written: WrittenSubgoals | Unreadable, signature: Signature) -
     """
     if isinstance(written, Unreadable):
         return unparseable(written.reason)
+    text = _THEN.join(written.subgoals)
     try:
-        reading = parse(" then ".join(written.subgoals), signature, Dialect.RELEASE)
+        reading = parse(text, signature, Dialect.RELEASE)
     except ParseError as error:
         return unparseable(str(error))
     if _conjoins_moments(reading.formula, signature):
         return unparseable("an 'and' has parts with 'then' and parts without")
-    return offending(reading.offences, written.repairs) if reading.offences else reading.formula
+    if not reading.offences:
+        return reading.formula
+    ends = [*accumulate([len(subgoal) + len(_THEN) for subgoal in written.subgoals])]
+    lines = [0, *accumulate([len(line) + 1 for line in text.split("\n")])]
+    numbers = [bisect(ends, lines[misuse.line - 1] + misuse.column - 1) for misuse in reading.offences]
+    return offending([*map(Offence, numbers, reading.offences)], written.repairs)
 
 
 def _conjoins_moments(formula: f.Formula, signature: Signature) -> bool:

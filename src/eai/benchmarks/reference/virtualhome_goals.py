@@ -72,11 +72,11 @@ class ByLargestId(GoalInterpretation):
         super().__init__(task, domain, notation)
         by_id = sorted(task.relevant, key=lambda i: object_id(task.initial, i))
         self._objects = {task.scene.objects[i].category: task.scene.objects[i].name for i in by_id}
-        self._options = [
-            frozenset([self.lexicon.grounded(literal) for literal in literals(goal.options)])
-            for goal in notation.alternatives(task)
-        ]
-        self._needed = frozenset().union(*self._options)
+        self._options: list[tuple[str, frozenset[WrittenGoal]]] = []
+        for goal in notation.alternatives(task):
+            options = dict.fromkeys([self.lexicon.grounded(literal) for literal in literals(goal.options)])
+            self._options.append((" or ".join(map(str, options)), frozenset(options)))
+        self._needed = frozenset().union(*[options for _, options in self._options])
         self._totals = tuple((kind, len(task.goals_of(kind))) for kind in GoalKind)
 
     def unread(self, goals: Unreadable) -> GoalVerdict:
@@ -85,30 +85,33 @@ class ByLargestId(GoalInterpretation):
         return replace(
             verdict,
             counts=dict.fromkeys(verdict.counts or (), Confusion(0, 0, 0)),
+            missing=(),
             aborts=isinstance(goals, Aborting),
         )
 
     def judge(self, goals: WrittenGoals) -> GoalVerdict:
         """The counts of the predictions whose names are known."""
         named = self._named(goals)
-        matches = [(_kind(goal), goal in self._needed) for goal in named if isinstance(goal, WrittenGoal)]
+        known = [goal for goal in named if isinstance(goal, WrittenGoal)]
+        matched: list[WrittenGoal] = []
+        wrong: list[WrittenGoal] = []
+        for goal in known:
+            (matched if goal in self._needed else wrong).append(goal)
+        right_kinds, wrong_kinds = [*map(_kind, matched)], [*map(_kind, wrong)]
         counts = {}
         for kind, total in self._totals:
-            found = [is_goal for known, is_goal in matches if known is kind]
-            matched = sum(found)
-            counts[kind.value] = Confusion(matched, len(found) - matched, total - matched)
+            right = right_kinds.count(kind)
+            counts[kind.value] = Confusion(right, wrong_kinds.count(kind), total - right)
         counts[ALL] = Confusion(*map(sum, zip(*counts.values(), strict=True)))
         return GoalVerdict(
             counts=counts,
             predicted=len(goals.goals) + len(goals.ill_formed),
             ill_formed=len(goals.ill_formed),
             hallucinated=tuple([name for name in named if isinstance(name, str)]),
+            matched=tuple(map(str, matched)),
+            wrong=tuple(map(str, wrong)),
+            missing=tuple([text for text, options in self._options if options.isdisjoint(matched)]),
         )
-
-    def wrong(self, goals: WrittenGoals) -> Iterable[WrittenGoal]:
-        """The predictions whose names are known and that are equal to no goal."""
-        named = self._named(goals)
-        return [goal for goal in named if isinstance(goal, WrittenGoal) and goal not in self._needed]
 
     def left_out(self, goals: WrittenGoals) -> Iterable[str]:
         """Entries that lack a field, and goals with an unknown name."""
@@ -121,7 +124,7 @@ class ByLargestId(GoalInterpretation):
         named = frozenset(self._named(goals))
         return tuple(
             GoalReport(goal.kind, goal.text or "", not named.isdisjoint(options))
-            for goal, options in zip(self.gold.goals, self._options, strict=True)
+            for goal, (_, options) in zip(self.gold.goals, self._options, strict=True)
         )
 
     def _named(self, goals: WrittenGoals) -> list[WrittenGoal | str]:

@@ -17,8 +17,10 @@ from eai.abilities.task import Task
 from eai.abilities.unreadable import Unreadable
 from eai.abilities.verdict import Counted, ErrorReport, PlanVerdict
 from eai.benchmarks.reference import virtualhome_domain
+from eai.benchmarks.reference.plans import ReferencePlans
 from eai.benchmarks.reference.virtualhome_goal_test import VirtualHomeGoalTest
 from eai.benchmarks.reference.virtualhome_order import relevant_objects
+from eai.benchmarks.virtualhome.domain import as_meant
 from eai.benchmarks.virtualhome.plan_notation import Identified, VirtualHomePlans, has_ids, identified
 from eai.benchmarks.virtualhome.tasks import VirtualHomeTask
 from eai.world.domain import Domain
@@ -84,7 +86,7 @@ class VirtualHomePlansInReference(VirtualHomePlans):
         return found
 
 
-class VirtualHomeActionSequencing(ActionSequencing):
+class VirtualHomeActionSequencing(ReferencePlans):
     """The scorer of a task's plans.
 
     Tasks whose own annotation fails the goal test are excluded. A plan that equals the data set's script is
@@ -97,6 +99,10 @@ class VirtualHomeActionSequencing(ActionSequencing):
         final = task.annotated_final
         self.excluded = None if final is not None and goals.passes_gold_test(final) else GOLD_TEST
         self._summed = VirtualHomeGoalTest(task, as_in_data_set=True) if goals.reorders else goals
+
+    def as_strict(self) -> ActionSequencing:
+        """The scorer of the same task under `strict`."""
+        return ActionSequencing(self.task, as_meant(), VirtualHomePlans())
 
     def _rejection(self, error: ErrorReport, repairs: tuple[str, ...]) -> PlanVerdict:
         verdict = super()._rejection(error, repairs)

@@ -1,0 +1,89 @@
+"""What eai-eval 1.0.5 does with plans in every domain: it takes what looks like a step, the rest in silence.
+
+So ``"STANDUP": []`` vanishes, and steps that a model only thought about count. Explanations tell where what
+is seen is not what stands there, beside the verdict of ``strict`` (`lossy_reading` in the documentation of
+the protocols).
+"""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from difflib import SequenceMatcher
+
+from eai.abilities.action_sequencing.notation import PlanNotation
+from eai.abilities.action_sequencing.scorer import ActionSequencing
+from eai.abilities.declarations import DECLARATIONS
+from eai.abilities.explanation import Explanation
+from eai.abilities.protocol import Ability, Protocol
+from eai.abilities.scorer import Assessment
+from eai.abilities.unreadable import Unreadable
+from eai.abilities.verdict import Verdict
+
+MOST = 5
+"""How many steps are told one by one."""
+
+
+class ReferencePlans(ActionSequencing):
+    """The scorer of a task's plans, whose explanations tell what the reading loses."""
+
+    @abstractmethod
+    def as_strict(self) -> ActionSequencing:
+        """The scorer of the same task under ``strict``."""
+
+    def assess(self, text: str) -> Assessment:
+        """The verdict; what is lost in reading is found when words are asked for."""
+        assessment = super().assess(text)
+        return Assessment(assessment.verdict, lambda: self._beside_strict(text, assessment.explain()))
+
+    def _beside_strict(self, text: str, explanation: Explanation) -> Explanation:
+        strict = self.as_strict()
+        differences = _differences(_steps(self.notation, text), _steps(strict.notation, text))
+        notes = [f"lossy_reading: {difference}" for difference in differences]
+        if notes:
+            notes.append(
+                f"{Protocol.STRICT.value}, which passes over nothing: {_outcome(strict.score(text))}"
+            )
+        return replace(explanation, notes=(*explanation.notes, *notes))
+
+
+def _steps(notation: PlanNotation, text: str) -> list[str] | Unreadable:
+    """The steps of an answer as texts."""
+    plan = notation.read(text)
+    if isinstance(plan, Unreadable):
+        return plan
+    return [f"{notation.operator(step.action)}({', '.join(map(str, step.objects))})" for step in plan.steps]
+
+
+def _differences(seen: list[str] | Unreadable, whole: list[str] | Unreadable) -> Iterator[str]:
+    """Where the steps that are seen are not the whole."""
+    if isinstance(seen, Unreadable):
+        if not isinstance(whole, Unreadable):
+            yield f"none of {len(whole)} steps is seen"
+        return
+    if isinstance(whole, Unreadable):
+        yield f"what is no step is passed over; steps that are seen: {len(seen)}"
+        return
+    matcher = SequenceMatcher(None, whole, seen, autojunk=False)
+    edits = [edit for edit in matcher.get_opcodes() if edit[0] != "equal"]
+    dropped = [f"step {i + 1}, {whole[i]}" for _, start, end, _, _ in edits for i in range(start, end)]
+    added = [seen[i] for _, _, _, start, end in edits for i in range(start, end)]
+    if dropped:
+        yield f"not seen: {_listed(dropped)}"
+    if added:
+        yield f"seen, but no step of the plan: {_listed(added)}"
+
+
+def _listed(steps: Sequence[str]) -> str:
+    more = [f"{len(steps) - MOST} more"] if len(steps) > MOST else []
+    return "; ".join([*steps[:MOST], *more])
+
+
+def _outcome(verdict: Verdict) -> str:
+    """A verdict in a few words."""
+    error = verdict.error
+    if error is not None:
+        at = "" if error.step is None else f" at step {error.step + 1}"
+        return f"{error.kind.value}{at}, {error.detail}"
+    return DECLARATIONS[Ability.ACTION_SEQUENCING].outcome(verdict).value
