@@ -5,18 +5,17 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from eai.abilities.protocol import Protocol
+from eai.abilities.subgoal_decomposition.refinement import Refinement
 from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
 from eai.abilities.subgoal_decomposition.search import SearchLimits
 from eai.abilities.task import Task
 from eai.benchmarks.behavior import domain as behavior
 from eai.benchmarks.behavior.subgoal_notation import BehaviorSubgoals
-from eai.benchmarks.behavior.subgoal_translation import BehaviorTranslation
 from eai.benchmarks.behavior.tasks import BehaviorTask
 from eai.benchmarks.reference.behavior_subgoals import BehaviorSubgoalDecomposition
 from eai.benchmarks.reference.virtualhome_subgoals import VirtualHomeSubgoalDecomposition
 from eai.benchmarks.virtualhome import domain as virtualhome
 from eai.benchmarks.virtualhome.subgoal_notation import VirtualHomeSubgoals
-from eai.benchmarks.virtualhome.subgoal_translation import VirtualHomeTranslation
 
 
 def virtualhome_subgoals(
@@ -25,9 +24,9 @@ def virtualhome_subgoals(
     """What makes the scorer of a VirtualHome task."""
     if protocol is Protocol.EAI_1_0_5:
         return lambda task: VirtualHomeSubgoalDecomposition(task, limits=limits)
-    domain = virtualhome.as_meant()
-    notation, translation = VirtualHomeSubgoals(), VirtualHomeTranslation()
-    return lambda task: SubgoalDecomposition(task, domain, notation, translation, limits=limits)
+    domain, notation = virtualhome.with_either_hand(), VirtualHomeSubgoals()
+    refinement = Refinement(domain)
+    return lambda task: SubgoalDecomposition(task, domain, notation, refinement, limits=limits)
 
 
 def behavior_subgoals(
@@ -36,6 +35,6 @@ def behavior_subgoals(
     """What makes the scorer of a BEHAVIOR task."""
     if protocol is Protocol.EAI_1_0_5:
         return lambda task: BehaviorSubgoalDecomposition(task, limits=limits)
-    domain = behavior.as_meant()
-    notation, translation = BehaviorSubgoals(), BehaviorTranslation()
-    return lambda task: SubgoalDecomposition(task, domain, notation, translation, limits=limits)
+    domain, notation = behavior.as_meant(), BehaviorSubgoals()
+    refinement = Refinement(domain)
+    return lambda task: SubgoalDecomposition(task, domain, notation, refinement, limits=limits)

@@ -13,6 +13,7 @@ from eai.world import (
     ForEach,
     Operator,
     Predicate,
+    Role,
     Scene,
     State,
     Variable,
@@ -53,8 +54,11 @@ LIFT = Operator(
         missing(~Exists(Y, holding(Y)), "the hand is full"),
     ),
     (Add(holding(X)),),
+    role=Role.TAKES,
 )
-DROP = Operator("DROP", (X,), (missing(holding(X), "{x} is not held"),), (Delete(holding(X)),))
+DROP = Operator(
+    "DROP", (X,), (missing(holding(X), "{x} is not held"),), (Delete(holding(X)),), role=Role.LETS_GO
+)
 PRESS = Operator(
     "PRESS",
     (X,),

@@ -11,7 +11,6 @@ from eai.abilities.goal_interpretation.notation import GoalNotation, JsonGoals
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.scorer import Scorer
 from eai.abilities.subgoal_decomposition.notation import SubgoalNotation
-from eai.abilities.subgoal_decomposition.translation import Translation
 from eai.abilities.task import Task
 from eai.abilities.transition_modeling.declared import declared_tasks
 from eai.abilities.transition_modeling.task import TransitionTask
@@ -58,7 +57,8 @@ class Benchmark:
         plans: how plans are written; by default as a JSON list of actions with their objects.
         goals: how goals are stated; by default as JSON lists of conditions.
         subgoals: how subgoals are written; by default as formulas with the declared names.
-        translation: what is done for subgoals; by default a few actions that are searched for.
+        subgoal_domain: the world in which subgoals are carried out, where that takes actions which plans do
+            not name; otherwise the declaration.
         wings: how other protocols than ``strict`` open the suites.
         open_operators: opens the tasks of transition modeling; exported from the declaration if None.
         asks: for an ability that is not asked for in all tasks, whether it is in one.
@@ -80,7 +80,7 @@ class Benchmark:
     plans: PlanNotation = field(default_factory=JsonPlans)
     goals: GoalNotation = field(default_factory=JsonGoals)
     subgoals: SubgoalNotation | None = None
-    translation: Translation | None = None
+    subgoal_domain: Domain | None = None
     wings: Mapping[Protocol, Wing] = field(default_factory=dict)
     open_operators: OpenTasks[TransitionTask] | None = None
     asks: Mapping[Ability, Callable[[Task], bool]] = field(default_factory=dict)

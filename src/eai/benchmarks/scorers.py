@@ -9,6 +9,7 @@ from eai.abilities.action_sequencing.scorer import ActionSequencing
 from eai.abilities.goal_interpretation.scorer import GoalInterpretation
 from eai.abilities.protocol import Ability
 from eai.abilities.scorer import Scorer
+from eai.abilities.subgoal_decomposition.refinement import Refinement
 from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
 from eai.abilities.task import Task
 from eai.benchmarks.benchmark import Benchmark, Form, Opened
@@ -33,11 +34,9 @@ def _goal_interpretation(benchmark: Benchmark) -> Callable[[Task], Scorer]:
 
 
 def _subgoal_decomposition(benchmark: Benchmark) -> Callable[[Task], Scorer]:
+    domain = benchmark.subgoal_domain or benchmark.domain
     return partial(
-        SubgoalDecomposition,
-        domain=benchmark.domain,
-        notation=benchmark.subgoals,
-        translation=benchmark.translation,
+        SubgoalDecomposition, domain=domain, notation=benchmark.subgoals, refinement=Refinement(domain)
     )
 
 

@@ -30,7 +30,7 @@ from eai.world.episode import Episode, Luck, Notice, Slip, Slips
 from eai.world.execution import Action, Fault, Step, Trajectory, attempt, describe, execute
 from eai.world.fault import FaultKind
 from eai.world.frame import AGENT
-from eai.world.operator import Check, Operator, Try, additional, affordance, in_paper_order, missing
+from eai.world.operator import Check, Operator, Role, Try, additional, affordance, in_paper_order, missing
 from eai.world.state import Change, Fact, Scene, State, WorldObject, change
 from eai.world.vocabulary import Predicate, Vocabulary
 
@@ -72,6 +72,7 @@ __all__ = [
     "Operator",
     "Or",
     "Predicate",
+    "Role",
     "Scene",
     "Slip",
     "Slips",

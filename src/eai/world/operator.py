@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass, replace
+from enum import Enum
 
 from eai.logic.formula import Formula, Variable
 from eai.world.effect import Effect
@@ -74,6 +75,19 @@ class Try:
     effects: tuple[Effect, ...]
 
 
+class Role(str, Enum):
+    """What an operator is for, as far as carrying out a subgoal is concerned.
+
+    Movement changes only where the agent is, what it faces and its posture. What takes an object into a hand
+    or lets go of it changes the agent's hands. Everything else is a deed.
+    """
+
+    MOVEMENT = "movement"
+    TAKES = "takes"
+    LETS_GO = "lets_go"
+    DEED = "deed"
+
+
 @dataclass(frozen=True, slots=True)
 class Operator:
     """An action of a domain.
@@ -86,6 +100,7 @@ class Operator:
         description: what it does, for prompts.
         tries: where there are any, the action succeeds if one of those made succeeds, or if none is made; it
             has the effects of all that do. If all fail, what is wrong with each is reported together.
+        role: what it is for; by default told from its effects (`eai.planning.role`).
     """
 
     name: str
@@ -94,6 +109,7 @@ class Operator:
     effects: tuple[Effect, ...]
     description: str = ""
     tries: tuple[Try, ...] = ()
+    role: Role | None = None
 
     @property
     def arity(self) -> int:

@@ -81,9 +81,9 @@ def told(verdict: SubgoalVerdict) -> str:
         (["at(red, shed)", "lit(lamp) and not lit(lamp)"], "runtime missing_step 1"),
         (["holding(red) and holding(blue)"], "runtime missing_step 0"),
         (["lit(lamp) implies lit(red)"], "goal_unreachable"),
-        (["lit(red)"], "runtime missing_step 0"),
+        (["lit(red)"], "runtime affordance 0"),
         (["forall x. (not lit(x))", "at(red, shed)", "lit(lamp)"], "correct"),
-        (["at(red, shed) and exists x. (lit(x))", "forall x. (lit(x))"], "runtime missing_step 1"),
+        (["at(red, shed) and exists x. (lit(x))", "forall x. (lit(x))"], "runtime affordance 1"),
         # Derived predicates.
         (["beside(lamp)", "at(red, shed)", "lit(lamp)"], "correct"),
         # Names and syntax.

@@ -48,7 +48,7 @@ def run(
     made: Sequence[Instruction], goal: str = "OPEN(fridge.10)", limits: SearchLimits | None = None
 ) -> Outcome:
     progress = GoalProgress(parse(goal).formula, SCENE)
-    return search(DOMAIN, START, made, progress, limits or SearchLimits())
+    return search(DOMAIN, START, made, progress, limits or SearchLimits(branches=10_000))
 
 
 def done(outcome: Outcome) -> list[str]:

@@ -87,7 +87,7 @@ def told(verdict: Verdict) -> str:
         # What no action brings about.
         ([*REACHED, "SITTING(character.65)"], "runtime missing_step 3", "correct"),
         ([*REACHED, "SITTING(character.65) and ONTOP(character.65, bed.20)"], "correct", "correct"),
-        ([*REACHED, "NEXT_TO(cup.13, book.16)"], "runtime missing_step 3", "correct"),
+        ([*REACHED, "NEXT_TO(cup.13, book.16)"], "correct", "correct"),
         ([*REACHED, "NEXT_TO(cup.13, character.65)"], "correct", "correct"),
         ([*REACHED, "GRABBABLE(cup.13)"], "correct", "correct"),
         ([*REACHED, "forall x. (not HOLDS_RH(character.65, x))"], "correct", "not_parseable parsing"),

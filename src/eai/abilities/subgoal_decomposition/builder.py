@@ -1,28 +1,26 @@
 """Subgoals made into programs for the search: the same for every domain.
 
-Each subgoal is a formula with all that the language has. Every alternative of an ``or`` is tried; an
-``exists`` ranges over the task's objects; the name of a class stands for any of the task's objects of that
-class; a negation is pushed inwards; an action is carried out. What no action brings about must hold, in a
-conjunction when the actions for its other parts are done.
+Each subgoal is a formula with all that the language has. What it says of one moment is brought about as a
+whole and tested then, by each of its alternatives: every part of an ``or``, every object for an ``exists``; a
+``forall`` asks for all objects of its class; the name of a class stands for any of the task's objects of that
+class; an action is carried out.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from typing import NamedTuple
-
-from typing_extensions import assert_never
+from collections.abc import Collection, Iterable, Iterator, Sequence
+from itertools import islice, product
 
 import eai.logic.formula as f
 from eai.abilities.subgoal_decomposition.lexicon import SubgoalLexicon
 from eai.abilities.subgoal_decomposition.program import Do, End, Instruction, Program, Require, Split
 from eai.abilities.subgoal_decomposition.progress import StateTest
-from eai.abilities.subgoal_decomposition.rewriting import substitute
-from eai.abilities.subgoal_decomposition.translation import Translation
+from eai.abilities.subgoal_decomposition.refinement import Refinement
+from eai.abilities.subgoal_decomposition.rewriting import negation_normal, substitute
 from eai.abilities.task import Task
 from eai.errors import InputError
 from eai.logic.ltl_printer import print_ltl
-from eai.logic.traversal import children, is_state_formula, walk
+from eai.logic.traversal import is_state_formula, walk
 from eai.planning.subgoal import GroundAtom
 from eai.world.fault import FaultKind
 from eai.world.operator import Check
@@ -31,40 +29,44 @@ from eai.world.relation import bits
 MAX_INSTRUCTIONS = 20_000
 """The longest program; alternatives multiply where names or variables stand for several objects."""
 
+_TOO_MANY = "there are too many alternatives"
 _BY_NOTHING = "no action brings it about"
-_NOT_DONE = "a few actions do not bring it about"
+_NOT_DONE = "what is done for it does not bring it about"
 
 
 def program_of(
-    task: Task, lexicon: SubgoalLexicon, translation: Translation, subgoals: Sequence[f.Formula]
+    task: Task,
+    lexicon: SubgoalLexicon,
+    refinement: Refinement,
+    told_apart: Collection[str],
+    subgoals: Sequence[f.Formula],
 ) -> Program:
     """The program that carries out subgoals one after the other.
+
+    ``told_apart`` are the operators of which it matters to the goal that they are taken.
 
     Raises:
         InputError: a subgoal is not a combination of states and actions that can be carried out one after
             the other, or there are too many alternatives.
     """
-    builder = _Builder(task, lexicon, translation)
-    parts = [_Part(number, builder.with_classes(subgoal)) for number, subgoal in enumerate(subgoals)]
-    start = builder.sequence(parts, 0)
+    builder = _Builder(task, lexicon, refinement, told_apart)
+    start = 0
+    for number in reversed(range(len(subgoals))):
+        start = builder.subgoal(negation_normal(builder.with_classes(subgoals[number])), number, start)
     return builder.program[: start + 1]
-
-
-class _Part(NamedTuple):
-    """A part of the subgoal of this number."""
-
-    subgoal: int
-    formula: f.Formula
 
 
 class _Builder:
     """Makes instructions from the end of a plan to its beginning."""
 
-    def __init__(self, task: Task, lexicon: SubgoalLexicon, translation: Translation) -> None:
+    def __init__(
+        self, task: Task, lexicon: SubgoalLexicon, refinement: Refinement, told_apart: Collection[str]
+    ) -> None:
         self.program: list[Instruction] = [End()]
         self._task = task
         self._lexicon = lexicon
-        self._translation = translation
+        self._refinement = refinement
+        self._told_apart = told_apart
 
     def with_classes(self, subgoal: f.Formula) -> f.Formula:
         """A subgoal where the name of a class has become a variable for an object of it."""
@@ -82,152 +84,130 @@ class _Builder:
             subgoal = f.Exists(f.Variable(name.name, name.name), subgoal)
         return subgoal
 
-    def sequence(self, subgoals: Sequence[_Part], then: int) -> int:
-        """Put subgoals in front of instruction ``then``; returns the first instruction."""
-        parts = [_Part(each.subgoal, part) for each in subgoals for part in self._parts(each.formula)]
-        while parts:
-            part = parts.pop()
-            pair = self._done_together(parts[-1].formula, part.formula) if parts else None
-            if pair is not None:
-                part = parts.pop()
-                then = self._do(pair, part.subgoal, then)
-            else:
-                then = self._part(part, then)
-        return then
+    def subgoal(self, formula: f.Formula, number: int, then: int) -> int:
+        """Put a part of the subgoal of this number in front of instruction ``then``; returns the first one.
 
-    def _parts(self, formula: f.Formula) -> list[f.Formula]:
-        """A subgoal as parts to be carried out one after the other, with negations pushed inwards."""
+        Negations stand at its leaves only.
+        """
+        if _speaks_of_states(formula):
+            return self._state(formula, number, then)
         match formula:
-            case f.Not(f.Not() | f.And() | f.Or() | f.Implies() as operand):
-                return self._parts(_negated(operand))
-            case f.Then(operands):
-                return [part for operand in operands for part in self._parts(operand)]
-            case f.And(operands):
-                ordered = sorted(operands, key=self._only_holds)
-                parts = [part for operand in ordered for part in self._parts(operand)]
-                return self._joined(parts) if self._translation.whole and is_state_formula(formula) else parts
-            case _:
-                return [formula]
-
-    def _joined(self, parts: Sequence[f.Formula]) -> list[f.Formula]:
-        """The parts of a conjunction, all literals that are brought about as one of them."""
-        together = [part for part in parts if isinstance(part, f.And) or self._is_brought_about(part)]
-        literals = [
-            each for part in together for each in (part.operands if isinstance(part, f.And) else (part,))
-        ]
-        others = [part for part in parts if part not in together]
-        return [f.And(tuple(literals)), *others] if len(literals) > 1 else list(parts)
-
-    def _part(self, part: _Part, then: int) -> int:
-        match part.formula:
-            case f.Or(operands):
-                return self._any(operands, part.subgoal, then)
-            case f.Implies(premise, conclusion):
-                return self._any((f.Not(premise), conclusion), part.subgoal, then)
+            case f.Occurs():
+                action = self._lexicon.action(formula)
+                plans = self._refinement.plans_to_take(action, self._task.scene, self._task.relevant)
+                return self._add(Do(plans, number, then))
+            case f.Then(parts):
+                for part in reversed(parts):
+                    then = self.subgoal(part, number, then)
+                return then
+            case f.And(parts):
+                return self._together(parts, number, then)
+            case f.Or(parts):
+                return self._split([self.subgoal(each, number, then) for each in parts])
             case f.Exists(variable, body):
-                return self._any(self._instances(variable, body), part.subgoal, then)
-            case f.Occurs() as occurrence:
-                plans = self._translation.plans_to_take(self._lexicon.action(occurrence), self._task)
-                return self._add(Do(plans, part.subgoal, then))
-            case f.And(operands):
-                return self._do(self._literals(operands), part.subgoal, self._tested(part, then))
-            case formula if self._is_brought_about(formula):
-                return self._do(self._literals((formula,)), part.subgoal, self._tested(part, then))
+                instances = self._instances(variable, body, self._usable(variable))
+                return self._split([self.subgoal(each, number, then) for each in instances])
             case _:
-                return self._require(part, then)
+                raise _impossible(formula)
 
-    def _any(self, alternatives: Iterable[f.Formula], subgoal: int, then: int) -> int:
-        entries = tuple([self.sequence([_Part(subgoal, each)], then) for each in alternatives])
-        if len(entries) == 1:
-            return entries[0]
-        return self._add(Split(entries)) if entries else self._require(_Part(subgoal, f.FALSE), then)
+    def _together(self, parts: Sequence[f.Formula], number: int, then: int) -> int:
+        """Actions in their order, before or after what shall hold when all is done."""
+        states = [part for part in parts if _speaks_of_states(part)]
+        actions = f.Then(tuple([part for part in parts if part not in states]))
+        if not states:
+            return self.subgoal(actions, number, then)
+        held = f.And(tuple(states))
+        tested = self._add(self._requirement(held, number, then, _NOT_DONE))
+        before = self._state(held, number, self.subgoal(actions, number, tested))
+        return self._split([before, self.subgoal(actions, number, self._state(held, number, then))])
 
-    def _instances(self, variable: f.Variable, body: f.Formula) -> Iterable[f.Formula]:
-        """The body for each of the task's objects of a class, or, if there are none, for all in the scene."""
-        scene = self._task.scene
-        mask = scene.category(variable.category)
-        indices = [i for i in self._task.relevant if mask >> i & 1] or bits(mask)
+    def _state(self, formula: f.Formula, number: int, then: int) -> int:
+        """What shall hold at one moment: brought about by one of its alternatives, and tested."""
+        observed = self._observed(formula)
+        alternatives = list(islice(self._alternatives(observed), MAX_INSTRUCTIONS + 1))
+        literals = {literal for alternative in alternatives for literal in alternative}
+        done = any(map(self._refinement.brings_about, literals))
+        requirement = self._requirement(observed, number, then, _NOT_DONE if done else _BY_NOTHING)
+        if len(self.program) + len(alternatives) > MAX_INSTRUCTIONS:
+            raise InputError(_TOO_MANY)
+        tested = self._add(requirement)
+        entries = [self._do(each, requirement, tested) for each in dict.fromkeys(alternatives)]
+        return self._split(entries)
+
+    def _do(self, literals: Sequence[GroundAtom], requirement: Require, then: int) -> int:
+        if not literals:
+            return then
+        task = self._task
+        plans = self._refinement.plans(
+            literals, requirement.holds, task.scene, task.relevant, self._told_apart
+        )
+        return self._add(Do(plans, requirement.subgoal, then))
+
+    def _alternatives(self, formula: f.Formula) -> Iterator[tuple[GroundAtom, ...]]:
+        """The literals to bring about, all of one alternative; nothing for what is only tested."""
+        match formula:
+            case f.And(parts):
+                for chosen in product(*map(self._alternatives, parts)):
+                    yield tuple(dict.fromkeys([literal for each in chosen for literal in each]))
+            case f.Or(parts):
+                for part in parts:
+                    yield from self._alternatives(part)
+            case f.Exists(variable, body):
+                for each in self._instances(variable, body, self._usable(variable)):
+                    yield from self._alternatives(each)
+            case f.ForAll(variable, body):
+                everything = bits(self._task.scene.category(variable.category))
+                yield from self._alternatives(f.And(tuple(self._instances(variable, body, everything))))
+            case _:
+                literal = self._lexicon.literal(formula)
+                yield () if literal is None else (literal,)
+
+    def _observed(self, formula: f.Formula) -> f.Formula:
+        """A formula where that of which the domain knows nothing is taken to be so."""
+        match formula:
+            case f.And(parts) | f.Or(parts):
+                return type(formula)(tuple([self._observed(part) for part in parts]))
+            case f.Exists(variable, body) | f.ForAll(variable, body):
+                return type(formula)(variable, self._observed(body))
+            case f.Atom() | f.Not(f.Atom()) if self._lexicon.is_unobserved(formula):
+                return f.TRUE
+            case _:
+                return formula
+
+    def _instances(
+        self, variable: f.Variable, body: f.Formula, indices: Iterable[int]
+    ) -> Iterator[f.Formula]:
+        """The body for each of some objects, by the names that they have in the answer."""
         for index in indices:
             yield substitute(body, {f.Variable(variable.name): f.Constant(self._lexicon.name(index))})
 
-    def _done_together(self, first: f.Formula, second: f.Formula) -> tuple[GroundAtom, GroundAtom] | None:
-        """The literals of two parts, if they are brought about together."""
-        one, other = self._lexicon.literal(first), self._lexicon.literal(second)
-        if one is None or other is None or not self._translation.are_done_together(one, other):
-            return None
-        return one, other
+    def _usable(self, variable: f.Variable) -> Sequence[int]:
+        """The task's objects of a class, or, if there are none, all in the scene."""
+        mask = self._task.scene.category(variable.category)
+        return [i for i in self._task.relevant if mask >> i & 1] or tuple(bits(mask))
 
-    def _literals(self, formulas: Iterable[f.Formula]) -> list[GroundAtom]:
-        return [literal for literal in map(self._lexicon.literal, formulas) if literal is not None]
-
-    def _is_brought_about(self, formula: f.Formula) -> bool:
-        """Whether a formula is a literal for which something is done."""
-        literal = self._lexicon.literal(formula)
-        return literal is not None and self._translation.brings_about(literal, self._task.scene)
-
-    def _only_holds(self, formula: f.Formula) -> bool:
-        """Whether no action brings about any part of a formula; of what is about variables, one may."""
-        match formula:
-            case f.Occurs():
-                return False
-            case f.Atom(_, arguments) | f.Not(f.Atom(_, arguments)):
-                if any(isinstance(term, f.Variable) for term in arguments):
-                    return False
-                return not self._is_brought_about(formula)
-            case (
-                f.Not(f.And() | f.Or() | f.Implies() | f.Not())
-                | f.And()
-                | f.Or()
-                | f.Then()
-                | f.Implies()
-                | f.Exists()
-            ):
-                return all(self._only_holds(part) for part in children(formula))
-            case _:
-                return True
-
-    def _do(self, literals: Sequence[GroundAtom], subgoal: int, then: int) -> int:
-        return self._add(Do(self._translation.plans(literals, self._task), subgoal, then))
-
-    def _tested(self, part: _Part, then: int) -> int:
-        """A test of what has been brought about, where that is asked for."""
-        return self._require(part, then, _NOT_DONE) if self._translation.whole else then
-
-    def _require(self, part: _Part, then: int, why: str = _BY_NOTHING) -> int:
-        """A test, or nothing for a literal of which the domain knows nothing."""
-        formula, lexicon = part.formula, self._lexicon
-        is_literal = isinstance(formula.operand if isinstance(formula, f.Not) else formula, f.Atom)
-        if is_literal and lexicon.is_unobserved(formula):
-            return then
-        text = print_ltl(formula)
-        if (
-            not is_state_formula(formula)
-            or any(isinstance(each, f.Occurs) for each in walk(formula))
-            or lexicon.is_unobserved(formula)
-        ):
-            raise InputError(f"{text}: there is no way to carry this out")
-        meaning = lexicon.meaning(formula)
-        reason, name = f"{text} does not hold, and {why}", why.replace(" ", "_")
+    def _requirement(self, formula: f.Formula, number: int, then: int, why: str) -> Require:
+        if self._lexicon.is_unobserved(formula):
+            raise _impossible(formula)
+        meaning = self._lexicon.meaning(formula)
+        reason, name = f"{print_ltl(formula)} does not hold, and {why}", why.replace(" ", "_")
         check = Check(meaning, FaultKind.MISSING_STEP, reason, id=name)
-        return self._add(Require(StateTest(meaning, self._task.scene), check, part.subgoal, then))
+        return Require(StateTest(meaning, self._task.scene), check, number, then)
+
+    def _split(self, entries: Sequence[int]) -> int:
+        return entries[0] if len(entries) == 1 else self._add(Split(tuple(entries)))
 
     def _add(self, instruction: Instruction) -> int:
         if len(self.program) >= MAX_INSTRUCTIONS:
-            raise InputError(f"more than {MAX_INSTRUCTIONS} alternatives and steps to carry out")
+            raise InputError(_TOO_MANY)
         self.program.append(instruction)
         return len(self.program) - 1
 
 
-def _negated(formula: f.Not | f.And | f.Or | f.Implies) -> f.Formula:
-    """The negation of a connective, as a formula with negations further in."""
-    match formula:
-        case f.Not(operand):
-            return operand
-        case f.And(parts):
-            return f.Or(tuple(f.Not(part) for part in parts))
-        case f.Or(parts):
-            return f.And(tuple(f.Not(part) for part in parts))
-        case f.Implies(premise, conclusion):
-            return f.And((premise, f.Not(conclusion)))
-        case _:
-            assert_never(formula)
+def _speaks_of_states(formula: f.Formula) -> bool:
+    """Whether a formula is about one moment, and about no action."""
+    return is_state_formula(formula) and not any(isinstance(part, f.Occurs) for part in walk(formula))
+
+
+def _impossible(formula: f.Formula) -> InputError:
+    return InputError(f"{print_ltl(formula)}: there is no way to carry this out")

@@ -11,11 +11,14 @@ from eai.world.state import State
 
 Plan: TypeAlias = Sequence[Action]
 
+Plans: TypeAlias = Callable[[State], Sequence[Plan]]
+"""The plans for a subgoal in a state, each to be tried; none if nothing is to be done there."""
+
 
 class Do(NamedTuple):
     """Carry out a subgoal by one of the plans for it in the state at hand; if there is none, do nothing."""
 
-    plans: Callable[[State], Sequence[Plan]]
+    plans: Plans
     subgoal: int
     then: int
 

@@ -93,6 +93,9 @@ class GoalProgress:
         scene: the scene.
         at_end: whether the last state is as it must be besides; None asks for nothing.
 
+    Attributes:
+        actions: the operators that it asks for.
+
     Raises:
         InputError: the goal is not a sequence of state formulas.
         DomainError: it uses a predicate or an object that there is not.
@@ -105,6 +108,7 @@ class GoalProgress:
                 raise InputError("a goal must be a sequence of state formulas, 'f then g then ...'")
         self._parts = tuple(_Part(part, scene) for part in parts)
         self._at_end = at_end
+        self.actions = frozenset([e.action for part in parts for e in walk(part) if isinstance(e, f.Occurs)])
 
     def advance(self, met: int, state: State, action: Action) -> int:
         """How many parts are met after a position, of which ``met`` were before it."""

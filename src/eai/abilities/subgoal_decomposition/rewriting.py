@@ -55,3 +55,26 @@ def substitute(formula: f.Formula, values: Mapping[f.Term, f.Term]) -> f.Formula
         return replace(leaf, arguments=tuple([value(term, bound) for term in leaf.arguments]))
 
     return rewrite(formula, change)
+
+
+def negation_normal(formula: f.Formula, *, negated: bool = False) -> f.Formula:
+    """The formula, or its negation, with negations at the leaves only and without implications.
+
+    Negations of counting quantifiers and of temporal operators stay where they are.
+    """
+    match formula:
+        case f.Not(operand):
+            return negation_normal(operand, negated=not negated)
+        case f.And(parts) | f.Or(parts):
+            kind = f.And if isinstance(formula, f.And) != negated else f.Or
+            return kind(tuple([negation_normal(part, negated=negated) for part in parts]))
+        case f.Implies(premise, conclusion):
+            either = f.Or((f.Not(premise), conclusion))
+            return negation_normal(either, negated=negated)
+        case f.ForAll(variable, body) | f.Exists(variable, body):
+            quantifier = f.ForAll if isinstance(formula, f.ForAll) != negated else f.Exists
+            return quantifier(variable, negation_normal(body, negated=negated))
+        case f.Then(parts) if not negated:
+            return f.Then(tuple([negation_normal(part) for part in parts]))
+        case _:
+            return f.Not(formula) if negated else formula

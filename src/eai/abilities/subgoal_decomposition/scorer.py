@@ -13,10 +13,9 @@ from eai.abilities.subgoal_decomposition.builder import program_of
 from eai.abilities.subgoal_decomposition.compiled import Compiled, Rejected, compile_each, unparseable
 from eai.abilities.subgoal_decomposition.notation import SubgoalNotation
 from eai.abilities.subgoal_decomposition.progress import GoalProgress
+from eai.abilities.subgoal_decomposition.refinement import Refinement
 from eai.abilities.subgoal_decomposition.reporting import category_of, error_of
 from eai.abilities.subgoal_decomposition.search import Outcome, SearchEnd, SearchLimits, search, uncategorised
-from eai.abilities.subgoal_decomposition.shortest_plans import ShortestPlans
-from eai.abilities.subgoal_decomposition.translation import Translation
 from eai.abilities.task import NO_GOALS, GoalKind, Task
 from eai.abilities.verdict import ErrorReport, SubgoalVerdict
 from eai.logic.formula import Formula, Then
@@ -40,7 +39,7 @@ class SubgoalDecomposition(Scorer):
         task: the task.
         domain: the world in which subgoals are carried out.
         notation: how they are written; by default with the names that the domain declares.
-        translation: what is done for them; by default a few actions that are searched for.
+        refinement: finds what carries them out; that of the domain by default.
         goals: what tests the goals of the task; by default as `GoalTest` does.
         limits: how long the search may take. Only answers with a great many alternatives get there.
     """
@@ -50,7 +49,7 @@ class SubgoalDecomposition(Scorer):
         task: Task,
         domain: Domain,
         notation: SubgoalNotation | None = None,
-        translation: Translation | None = None,
+        refinement: Refinement | None = None,
         *,
         goals: GoalTest | None = None,
         limits: SearchLimits | None = None,
@@ -58,13 +57,14 @@ class SubgoalDecomposition(Scorer):
         self.task = task
         self.domain = domain
         self.notation = notation or SubgoalNotation(domain)
-        self.translation = translation or ShortestPlans(domain)
+        self._refinement = refinement
         self.goals = goals or GoalTest(task)
         self.excluded = None if task.goals else NO_GOALS
         self.halts: Callable[[Fault], bool] = uncategorised
         self.lexicon = self.notation.lexicon(task.scene)
         self.temporal_goal = self._temporal_goal()
         self._goal = self._goal_to_reach()
+        self._told_apart = frozenset(self._goal.actions)
         self._limits = limits or SearchLimits()
 
     def assess(self, text: str) -> Assessment:
@@ -76,7 +76,8 @@ class SubgoalDecomposition(Scorer):
 
     def compile(self, text: str) -> Compiled | Rejected:
         """The answer as a program for the search, or what is wrong with it."""
-        program = partial(program_of, self.task, self.lexicon, self.translation)
+        refinement = self._refinement = self._refinement or Refinement(self.domain)
+        program = partial(program_of, self.task, self.lexicon, refinement, self._told_apart)
         return compile_each(self.notation.read(text), self.lexicon.signature, program)
 
     def _assess(self, text: str) -> Assessment:

@@ -53,11 +53,13 @@ class SearchLimits:
 
     Attributes:
         attempts: actions that may be tried, over all branches.
+        branches: branches with which any one subgoal may be begun; of more the first are followed.
         seconds: time it may take; None is no limit.
         clock: tells the time in seconds.
     """
 
-    attempts: int = 5_000
+    attempts: int = 20_000
+    branches: int = 16
     seconds: float | None = 10.0
     clock: Callable[[], float] = time.monotonic
 
@@ -67,6 +69,7 @@ class SearchEnd(str, Enum):
 
     COMPLETE = "complete"
     ATTEMPTS = "attempts"
+    BRANCHES = "branches"
     TIME = "time"
     HALTED = "halted"
 
@@ -136,6 +139,7 @@ class _Search:
         self._waiting: list[list[Branch]] = [[] for _ in program]
         self._attempts = 0
         self._end = SearchEnd.COMPLETE
+        self._is_cut = False
         self._reason = ""
         self._successful = BestBranch(longer=False)
         self._executable = BestBranch(longer=True)
@@ -147,13 +151,16 @@ class _Search:
         self._waiting[-1].append(start)
         for number in reversed(range(len(self._program))):
             branches, self._waiting[number] = without_twins(self._waiting[number]), []
-            for branch in branches:
+            self._is_cut |= len(branches) > self._limits.branches
+            for branch in branches[: self._limits.branches]:
                 self._go_on(branch, self._program[number])
                 if self._end is not SearchEnd.COMPLETE:
                     return self._outcome(branch)
         return self._outcome(start)
 
     def _outcome(self, fallback: Branch) -> Outcome:
+        if self._is_cut and self._end is SearchEnd.COMPLETE and self._successful.branch is None:
+            self._end = SearchEnd.BRANCHES
         best = (self._successful.branch, self._executable.branch, self._failed.branch, fallback)
         return Outcome(
             reported=next(branch for branch in best if branch is not None),

@@ -8,7 +8,6 @@ from eai.benchmarks.behavior.domain import as_meant
 from eai.benchmarks.behavior.goal_notation import BehaviorGoals
 from eai.benchmarks.behavior.operator_questions import corrected_questions
 from eai.benchmarks.behavior.subgoal_notation import BehaviorSubgoals
-from eai.benchmarks.behavior.subgoal_translation import BehaviorTranslation
 from eai.benchmarks.behavior.tasks import BehaviorTask
 from eai.benchmarks.behavior.tasks import open_tasks as open_behavior_tasks
 from eai.benchmarks.behavior.wording import wording
@@ -44,7 +43,6 @@ def behavior() -> Benchmark:
         open_tasks=open_tasks,
         goals=BehaviorGoals(),
         subgoals=BehaviorSubgoals(),
-        translation=BehaviorTranslation(),
         wings={Protocol.EAI_1_0_5: behavior_wing},
         open_operators=open_operators,
         wordings=wording,

@@ -13,7 +13,7 @@ from eai.benchmarks.behavior import predicates as p
 from eai.benchmarks.behavior.predicates import P, X, Y
 from eai.logic.formula import Exists, Formula, Implies, Variable
 from eai.world.effect import ANYTHING, Add, Delete, Effect, ForEach, Let, When, both_ways
-from eai.world.operator import Check, Operator, Try, additional, affordance, missing
+from eai.world.operator import Check, Operator, Role, Try, additional, affordance, missing
 from eai.world.vocabulary import Predicate
 
 H = Variable("h")
@@ -117,7 +117,8 @@ def grasp(hand: Hand) -> Operator:
         ForEach(C, p.carries(X, C) & p.much_larger(C, X), cut_loose(C)),
         Add(hand.holds(X)),
     )
-    return Operator(f"{hand.name}_GRASP", (X,), checks, effects, "take the object into that hand")
+    text = "take the object into that hand"
+    return Operator(f"{hand.name}_GRASP", (X,), checks, effects, text, role=Role.TAKES)
 
 
 def release(hand: Hand) -> Operator:
@@ -129,7 +130,8 @@ def release(hand: Hand) -> Operator:
         *interactable(X),
     )
     effects = (Delete(hand.holds(X)), Let(F, p.robot_on(F), (Add(p.stands_on(X, F)),)))
-    return Operator(f"{hand.name}_RELEASE", (X,), checks, effects, "let go of the object in that hand")
+    text = "let go of the object in that hand"
+    return Operator(f"{hand.name}_RELEASE", (X,), checks, effects, text, role=Role.LETS_GO)
 
 
 def can_place(hand: Hand, place: Variable) -> tuple[Check, ...]:
@@ -344,7 +346,7 @@ def declared_operators() -> tuple[Operator, ...]:
         place_under,
     )
     return (
-        Operator("NAVIGATE_TO", (X,), (), (), "go to the object"),
+        Operator("NAVIGATE_TO", (X,), (), (), "go to the object", role=Role.MOVEMENT),
         *(make(hand) for make in by_hand for hand in HANDS),
         set_state("OPEN", p.openable, p.is_open, "open the object", to=True, last=(not_on,)),
         set_state("CLOSE", p.openable, p.is_open, "close the object", to=False),

@@ -10,8 +10,8 @@ from collections.abc import Iterable, Iterator
 
 from eai.abilities.task import Task
 from eai.benchmarks.behavior import domain as behavior
-from eai.benchmarks.behavior.subgoal_translation import held
 from eai.benchmarks.behavior.subgoal_vocabulary import object_names
+from eai.benchmarks.reference.behavior_translation import held
 from eai.planning.planner import Planner
 from eai.world.execution import Action, attempt
 from eai.world.state import State
@@ -60,9 +60,10 @@ def write_subgoals(task: Task, plan: Iterable[Action]) -> tuple[str, ...]:
     for action in plan:
         if action.operator not in domain.compiled:
             continue
-        subgoals += writer.subgoals(action, state)
         outcome = attempt(domain, [state], action)
-        state = outcome if isinstance(outcome, State) else state
+        after = outcome if isinstance(outcome, State) else state
+        subgoals += writer.subgoals(action, state, after)
+        state = after
     return tuple(subgoals)
 
 
@@ -99,14 +100,15 @@ class _Writer:
     def __init__(self, task: Task) -> None:
         self._names = {index: name for name, index in object_names(task.scene).items()}
 
-    def subgoals(self, action: Action, state: State) -> Iterator[str]:
-        """What stands for an action in a state."""
+    def subgoals(self, action: Action, state: State, after: State) -> Iterator[str]:
+        """What stands for an action that leads from a state to another."""
         names = [self._names[i] for i in action.arguments]
         if action.operator in STATES:
             yield STATES[action.operator].format(*names)
         elif action.operator == "CLEAN":
-            dirt = "stained" if state.has("is_stained", *action.arguments) else "dusty"
-            yield f"not {dirt}({names[0]})"
+            (thing,) = action.arguments
+            stain_goes = state.has("is_stained", thing) and not after.has("is_stained", thing)
+            yield f"not {'stained' if stain_goes else 'dusty'}({names[0]})"
         else:
             hand, _, verb = action.operator.partition("_")
             if hand in HANDS:

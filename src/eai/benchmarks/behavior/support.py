@@ -1,6 +1,7 @@
 """The derived predicates of BEHAVIOR that walk along supports: what carries an object, and where it is.
 
-An object rests in or on at most one other, that one on the next, up to a root that rests on nothing.
+An object rests in or on at most one other, that one on the next, up to a root that rests on nothing. Where a
+state that no action leads to has a circle of supports, it is walked once.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ def carriers(state: State, arguments: tuple[int, ...]) -> int:
     inside, ontop = state.relation("lies_in"), state.relation("lies_on")
     carriers = 0
     support = _support(inside, ontop, arguments[0])
-    while support:
+    while support & ~carriers:
         carriers |= support
         support = _support(inside, ontop, support.bit_length() - 1)
     return carriers
@@ -30,14 +31,16 @@ def containers(state: State, arguments: tuple[int, ...]) -> int:
     """Everything that an object is in, or that something which carries it is in, as a mask."""
     inside, ontop = state.relation("lies_in"), state.relation("lies_on")
     (x,) = arguments
-    containers = 0
-    while True:
+    containers = seen = 0
+    while not seen >> x & 1:
+        seen |= 1 << x
         container = inside.row(x)
         containers |= container
         support = container or ontop.row(x)
         if not support:
-            return containers
+            break
         x = support.bit_length() - 1
+    return containers
 
 
 def targets(relation: str) -> Values:
@@ -71,8 +74,10 @@ def standing_floor(state: State, arguments: tuple[int, ...]) -> int:
     if state.those("floor") >> x & 1:
         return 1 << x
     inside, ontop = state.relation("lies_in"), state.relation("lies_on")
+    seen = 1 << x
     support = _support(inside, ontop, x)
-    while support:
+    while support & ~seen:
+        seen |= support
         x = support.bit_length() - 1
         support = _support(inside, ontop, x)
     return state.relation("stands_on").row(x)

@@ -20,7 +20,6 @@ from eai.abilities.subgoal_decomposition.search import SearchLimits
 from eai.abilities.unreadable import Unreadable
 from eai.abilities.verdict import ErrorReport, SubgoalCategory
 from eai.benchmarks.behavior.subgoal_notation import BehaviorSubgoals
-from eai.benchmarks.behavior.subgoal_translation import BehaviorTranslation
 from eai.benchmarks.behavior.subgoal_vocabulary import (
     ACTIONS,
     STATES,
@@ -31,6 +30,7 @@ from eai.benchmarks.behavior.subgoal_vocabulary import (
 from eai.benchmarks.behavior.tasks import BehaviorTask
 from eai.benchmarks.reference import behavior_domain
 from eai.benchmarks.reference.behavior_goal_test import behavior_goal_test
+from eai.benchmarks.reference.behavior_translation import are_done_together, plans_for
 from eai.benchmarks.reference.lots import Lots
 from eai.benchmarks.reference.subgoals import ReferenceSubgoals, literals, parse_at_once, read_output
 from eai.logic.formula import Atom, Formula, Occurs
@@ -61,9 +61,9 @@ class BehaviorSubgoalDecomposition(ReferenceSubgoals):
 
     def __init__(self, task: BehaviorTask, *, limits: SearchLimits | None = None) -> None:
         task = replace(task, initial=task.initial_as_published)
-        domain, table = behavior_domain.as_in_reference_subgoals(), BehaviorTranslation(by_substring=True)
+        domain = behavior_domain.as_in_reference_subgoals()
         goals = behavior_goal_test(task)
-        super().__init__(task, domain, PublishedSubgoals(), table, goals=goals, limits=limits)
+        super().__init__(task, domain, PublishedSubgoals(), goals=goals, limits=limits)
         self.excluded = None
 
     def compile_by_lot(self, text: str, lots: Lots) -> Compiled | Rejected:
@@ -89,14 +89,14 @@ class BehaviorSubgoalDecomposition(ReferenceSubgoals):
         number = 0
         while number < len(asked):
             pair = tuple([literal for literal in asked[number : number + 2] if literal is not None])
-            width = 2 if len(pair) == 2 and self.translation.are_done_together(*pair) else 1
+            width = 2 if len(pair) == 2 and are_done_together(*pair) else 1
             first = asked[number]
             if first is not None:
                 steps.append((number, pair[:width]))
             number += width
         program: list[Instruction] = [End()]
         for number, together in reversed(steps):
-            program.append(Do(self.translation.plans(together, self.task), number, len(program) - 1))
+            program.append(Do(plans_for(together), number, len(program) - 1))
         return program
 
     def _reached_without_running(self) -> tuple[bool, ...]:

@@ -22,8 +22,8 @@ from eai.abilities.unreadable import Unreadable
 from eai.benchmarks.reference import virtualhome_domain
 from eai.benchmarks.reference.lots import Lots
 from eai.benchmarks.reference.subgoals import ReferenceSubgoals, literals, parse_at_once, read_output
+from eai.benchmarks.reference.virtualhome_translation import plans_for, plans_to_take
 from eai.benchmarks.virtualhome.subgoal_notation import ACTIONS, VirtualHomeSubgoals
-from eai.benchmarks.virtualhome.subgoal_translation import VirtualHomeTranslation
 from eai.logic.formula import FALSE, Atom, Formula, Occurs
 from eai.logic.ltl import Dialect, parse
 from eai.logic.ltl_printer import print_ltl
@@ -39,8 +39,7 @@ class VirtualHomeSubgoalDecomposition(ReferenceSubgoals):
 
     def __init__(self, task: Task, *, limits: SearchLimits | None = None) -> None:
         domain, words = virtualhome_domain.as_in_reference(), VirtualHomeSubgoals(ACTIONS)
-        table = VirtualHomeTranslation(either_way=False)
-        super().__init__(task, domain, words, table, goals=_ActionsSingly(task), limits=limits)
+        super().__init__(task, domain, words, goals=_ActionsSingly(task), limits=limits)
         self.halts = halts
         self.excluded = None
 
@@ -81,9 +80,11 @@ class VirtualHomeSubgoalDecomposition(ReferenceSubgoals):
             return Halt(f"{print_ltl(literal)}: an object without an id cannot be translated")
         if isinstance(literal, Occurs):
             action = self.lexicon.action(literal)
-            return Do(self.translation.plans_to_take(action, self.task), number, then)
-        asked = [each for each in (self.lexicon.literal(literal),) if each is not None]
-        return Do(self.translation.plans(asked, self.task), number, then)
+            return Do(plans_to_take(action), number, then)
+        asked = self.lexicon.literal(literal)
+        if asked is None:
+            raise AssertionError(f"{print_ltl(literal)} is about no objects")
+        return Do(plans_for(asked), number, then)
 
 
 class _ActionsSingly(GoalTest):

@@ -14,12 +14,11 @@ from eai.benchmarks.identifiers import task_id_of
 from eai.benchmarks.published_prompts import OfficialPrompts
 from eai.benchmarks.reference.wing import virtualhome_wing
 from eai.benchmarks.source import Source, TaskSet, once_per_store
-from eai.benchmarks.virtualhome.domain import as_meant
+from eai.benchmarks.virtualhome.domain import as_meant, with_either_hand
 from eai.benchmarks.virtualhome.goal_notation import VirtualHomeGoals
 from eai.benchmarks.virtualhome.goal_prompts import goal_interpretation_prompts
 from eai.benchmarks.virtualhome.plan_notation import VirtualHomePlans
 from eai.benchmarks.virtualhome.subgoal_notation import VirtualHomeSubgoals
-from eai.benchmarks.virtualhome.subgoal_translation import VirtualHomeTranslation
 from eai.benchmarks.virtualhome.tasks import VirtualHomeTask
 from eai.benchmarks.virtualhome.tasks import open_tasks as open_virtualhome_tasks
 from eai.benchmarks.virtualhome.wording import wording
@@ -60,7 +59,7 @@ def virtualhome() -> Benchmark:
         plans=VirtualHomePlans(),
         goals=VirtualHomeGoals(),
         subgoals=VirtualHomeSubgoals(),
-        translation=VirtualHomeTranslation(),
+        subgoal_domain=with_either_hand(),
         wings={Protocol.EAI_1_0_5: virtualhome_wing},
         open_operators=open_operators,
         asks={Ability.SUBGOAL_DECOMPOSITION: lambda task: task.temporal_goal is not None},

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from functools import cache
 
-from eai.benchmarks.virtualhome.operators import declared_operators
+from eai.benchmarks.virtualhome.operators import declared_operators, switch_hands
 from eai.benchmarks.virtualhome.predicates import VOCABULARY, R, X, held, in_same_room, room, room_of, shut_in
 from eai.world.domain import Domain
 from eai.world.operator import in_paper_order
@@ -16,6 +16,12 @@ def as_meant() -> Domain:
     """The domain as the paper means it: the declared one, with checks in the paper's order."""
     declared = as_declared()
     return replace(declared, operators=tuple(in_paper_order(o) for o in declared.operators))
+
+
+@cache
+def with_either_hand() -> Domain:
+    """The domain as subgoals have it, which say in which hand a thing is: GRAB chooses the hand by itself."""
+    return as_meant().with_operators(switch_hands())
 
 
 def as_declared() -> Domain:

@@ -12,7 +12,7 @@ from eai.benchmarks.virtualhome.predicates import R, X, Y
 from eai.world.derived import is_a
 from eai.world.effect import ANYTHING, Add, Delete, Effect, ForEach, Let, When, both_ways
 from eai.world.frame import AGENT
-from eai.world.operator import Check, Operator, additional, affordance, missing
+from eai.world.operator import Check, Operator, Role, additional, affordance, missing
 from eai.world.vocabulary import Predicate
 
 H = f.Variable("h")
@@ -118,7 +118,7 @@ def go_to(target: f.Variable, room_of_held: f.Formula) -> tuple[Effect, ...]:
 
 def walk(name: str, room_of_held: f.Formula) -> Operator:
     """An action that goes to an object, whatever lies in between."""
-    return _unary(name, (UPRIGHT, SOMEWHERE), go_to(X, room_of_held))
+    return _unary(name, (UPRIGHT, SOMEWHERE), go_to(X, room_of_held), Role.MOVEMENT)
 
 
 def find(room_of_held: f.Formula) -> Operator:
@@ -129,7 +129,7 @@ def find(room_of_held: f.Formula) -> Operator:
         affordance(f.Or((p.somewhere(X), AT_HAND)), SOMEWHERE.reason),
     )
     step_up = (Delete(p.facing(AGENT, ANYTHING)), *both_ways(Add, p.next_to(AGENT, X)))
-    return _unary("FIND", checks, (When(p.near(X), step_up, go_to(X, room_of_held)),))
+    return _unary("FIND", checks, (When(p.near(X), step_up, go_to(X, room_of_held)),), Role.MOVEMENT)
 
 
 def put(relation: Predicate) -> tuple[Effect, ...]:
@@ -172,7 +172,16 @@ def grab() -> Operator:
         *forget_origin(X),
         *remember,
     )
-    return _unary("GRAB", checks, effects)
+    return _unary("GRAB", checks, effects, Role.TAKES)
+
+
+def switch_hands() -> Operator:
+    """SWITCH_HANDS: what one hand holds goes to the other. Subgoals say which hand; no plan can."""
+    one_free = missing(p.right_hand_free() | p.left_hand_free(), "both hands are full")
+    to_left = (Delete(p.holds_rh(AGENT, X)), Add(p.holds_lh(AGENT, X)))
+    to_right = (Delete(p.holds_lh(AGENT, X)), Add(p.holds_rh(AGENT, X)))
+    switched = (When(p.holds_rh(AGENT, X), to_left, to_right),)
+    return _unary("SWITCH_HANDS", (HELD, one_free), switched, Role.LETS_GO)
 
 
 def put_back_where_it_was() -> Operator:
@@ -269,6 +278,7 @@ def _posture() -> tuple[Operator, ...]:
                 Delete(p.lying(AGENT)),
                 Add(p.sitting(AGENT)),
             ),
+            Role.MOVEMENT,
         ),
         _unary(
             "LIE",
@@ -280,11 +290,13 @@ def _posture() -> tuple[Operator, ...]:
                 missing(~p.bed_full(X), "there is no room left on {x}"),
             ),
             (Add(p.ontop(AGENT, X)), Delete(p.sitting(AGENT)), Add(p.lying(AGENT))),
+            Role.MOVEMENT,
         ),
         _nullary(
             "STANDUP",
             additional(p.sitting(AGENT) | p.lying(AGENT), "the character stands already"),
             (Delete(p.sitting(AGENT)), Delete(p.lying(AGENT))),
+            Role.MOVEMENT,
         ),
         _nullary("SLEEP", resting),
         _nullary("WAKEUP", resting),
@@ -306,8 +318,8 @@ def _handling() -> tuple[Operator, ...]:
             put(p.inside),
         ),
         put_back_where_it_was(),
-        _unary("DROP", (HELD,), drop),
-        _unary("RELEASE", (HELD,), drop),
+        _unary("DROP", (HELD,), drop, Role.LETS_GO),
+        _unary("RELEASE", (HELD,), drop, Role.LETS_GO),
         _binary(
             "POUR",
             (
@@ -377,7 +389,7 @@ def _looking() -> tuple[Operator, ...]:
     turn = (Delete(p.facing(AGENT, ANYTHING)), Add(p.facing(AGENT, X)))
     looks = ("LOOKAT", "LOOKAT_SHORT", "LOOKAT_MEDIUM", "LOOKAT_LONG", "POINTAT")
     return (
-        _unary("TURNTO", (), turn),
+        _unary("TURNTO", (), turn, Role.MOVEMENT),
         *(_unary(name, (FACED,)) for name in looks),
         watch(),
         _unary("READ", (affordance(p.readable(X), "{x} cannot be read"), HELD)),
@@ -448,13 +460,15 @@ def _clothing() -> tuple[Operator, ...]:
     )
 
 
-def _nullary(name: str, check: Check, effects: tuple[Effect, ...] = ()) -> Operator:
-    return Operator(name, (), (check,), effects)
+def _nullary(name: str, check: Check, effects: tuple[Effect, ...] = (), role: Role = Role.DEED) -> Operator:
+    return Operator(name, (), (check,), effects, role=role)
 
 
-def _unary(name: str, checks: tuple[Check, ...], effects: tuple[Effect, ...] = ()) -> Operator:
-    return Operator(name, (X,), checks, effects)
+def _unary(
+    name: str, checks: tuple[Check, ...], effects: tuple[Effect, ...] = (), role: Role = Role.DEED
+) -> Operator:
+    return Operator(name, (X,), checks, effects, role=role)
 
 
 def _binary(name: str, checks: tuple[Check, ...], effects: tuple[Effect, ...]) -> Operator:
-    return Operator(name, (X, Y), checks, effects)
+    return Operator(name, (X, Y), checks, effects, role=Role.DEED)

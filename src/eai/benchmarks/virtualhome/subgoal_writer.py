@@ -7,12 +7,16 @@ subgoals can stand for, and carries out what those are translated into.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 
 from eai.abilities.subgoal_decomposition.program import Plan
 from eai.abilities.task import Task
+from eai.benchmarks.reference.virtualhome_translation import (
+    BROUGHT_ABOUT_BY,
+    plans_of_action,
+    plans_of_state,
+)
 from eai.benchmarks.virtualhome import domain as virtualhome
-from eai.benchmarks.virtualhome.subgoal_translation import BROUGHT_ABOUT_BY, VirtualHomeTranslation
 from eai.logic.formula import Atom, Constant, Formula, Occurs
 from eai.logic.ltl_printer import print_ltl
 from eai.planning.planner import Planner
@@ -31,10 +35,13 @@ POSITIONS = {"SIT": "ONTOP", "LIE": "ONTOP", "TURNTO": "FACING", "FIND": "NEXT_T
 OTHERS = ("WALK", "GRAB", "PUTON")
 """Actions for which the state at hand decides what stands for them."""
 
+POSTURE = "STANDUP"
+"""The action for which nothing stands: it is done where a subgoal needs it."""
+
 
 def subgoal_planner(actions: Iterable[str]) -> Planner:
     """A planner whose steps can each be written as a subgoal, where these actions stand for themselves."""
-    written = {*STATES, *PLACES, *POSITIONS, *OTHERS, *actions}
+    written = {*STATES, *PLACES, *POSITIONS, *OTHERS, POSTURE, *actions}
     meant = virtualhome.as_meant()
     unwritten = [operator.name for operator in meant.operators if operator.name not in written]
     return Planner(meant.with_operators(without=unwritten), _carry_out)
@@ -46,12 +53,21 @@ def write_subgoals(task: Task, plan: Iterable[Action]) -> tuple[str, ...]:
     state = task.initial
     subgoals: list[str] = []
     for action in plan:
-        literal = _literal(action, state)
-        subgoals.append(print_ltl(_formula(literal, task.scene)))
+        if action.operator != POSTURE:
+            subgoals += [print_ltl(_formula(literal, task.scene)) for literal in _literals(action, state)]
         for step in _carry_out(action, state):
             operator = compiled[step.operator]
             state = operator.apply(state, operator.bind(state, step.arguments))
     return tuple(subgoals)
+
+
+def _literals(action: Action, state: State) -> Iterator[Action | Fact]:
+    """What stands for an action; for turning to what is elsewhere also for going there."""
+    if action.operator == "TURNTO" and state.scene.agent is not None:
+        at_hand = Fact("NEXT_TO", (state.scene.agent, *action.arguments))
+        if not state.has(at_hand.predicate, *at_hand.arguments):
+            yield at_hand
+    yield _literal(action, state)
 
 
 def _literal(action: Action, state: State) -> Action | Fact:
@@ -72,17 +88,18 @@ def _literal(action: Action, state: State) -> Action | Fact:
     if name in POSITIONS:
         return Fact(POSITIONS[name], (agent, *arguments))
     relation = STATES.get(name) or PLACES.get(name)
-    return action if relation is None else Fact(relation, arguments)
+    if relation is None or (relation in PLACES.values() and state.has(relation, *arguments)):
+        return action
+    return Fact(relation, arguments)
 
 
 def _carry_out(action: Action, state: State) -> Plan:
     """The translation of what stands for an action that ends in it; for walking up to a thing, finding it."""
     literal = _literal(action, state)
-    translation = VirtualHomeTranslation()
     if isinstance(literal, Fact):
-        plans = translation.of_state(literal.predicate, literal.arguments, state)
+        plans = plans_of_state(literal.predicate, literal.arguments, state)
     else:
-        plans = translation.of_action(literal.operator, literal.arguments, state)
+        plans = plans_of_action(literal.operator, literal.arguments, state)
     return next((plan for plan in plans if plan[-1] == action), plans[0] if plans else ())
 
 

@@ -1,0 +1,112 @@
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import pytest
+
+from abilities.subgoal_decomposition.test_scorer import TASK
+from eai.abilities.subgoal_decomposition.progress import StateTest
+from eai.abilities.subgoal_decomposition.refinement import Refinement
+from eai.logic.formula import And, Atom, Constant, Formula, Not
+from eai.planning.subgoal import GroundAtom
+from eai.world.domain import Domain
+from eai.world.effect import Add
+from eai.world.execution import Action
+from eai.world.frame import AGENT
+from eai.world.operator import Operator, missing
+from eai.world.vocabulary import Predicate, Vocabulary
+from world import toy
+
+SCENE = TASK.scene
+REFINEMENT = Refinement(toy.DOMAIN)
+
+
+def literal(text: str) -> GroundAtom:
+    """A literal written as ``not at red shed``."""
+    words = text.removeprefix("not ").split()
+    return GroundAtom(words[0], tuple([SCENE.index[name] for name in words[1:]]), not text.startswith("not "))
+
+
+def formula(each: GroundAtom) -> Formula:
+    atom = Atom(each.predicate, tuple([Constant(SCENE.objects[i].name) for i in each.arguments]))
+    return atom if each.truth else Not(atom)
+
+
+def plans(*literals: str, refinement: Refinement = REFINEMENT) -> list[str]:
+    """What is done for a conjunction at the start."""
+    wanted = [literal(text) for text in literals]
+    holds = StateTest(And(tuple(map(formula, wanted))), SCENE)
+    return written(refinement.plans(wanted, holds, SCENE, TASK.relevant)(TASK.initial))
+
+
+def written(found: Sequence[Sequence[Action]]) -> list[str]:
+    return [
+        ", ".join(" ".join([a.operator, *(SCENE.objects[i].name for i in a.arguments)]) for a in plan)
+        for plan in found
+    ]
+
+
+@pytest.mark.parametrize(
+    ("literals", "expected"),
+    [
+        (["lit lamp"], ["GO shed, PRESS lamp"]),
+        (["not lit lamp"], []),
+        (["at robot shed"], ["GO shed"]),
+        (["at red shed"], ["LIFT red, GO shed"]),
+        (["beside lamp"], ["GO shed"]),
+        # One deed for each literal; taking and moving are none.
+        (["holding red", "lit lamp"], ["LIFT red, GO shed, PRESS lamp"]),
+        (["at blue hall", "not holding blue"], ["GO shed, LIFT blue, GO hall, DROP blue"]),
+        # What cannot be brought about ends in the attempt that fails.
+        (["lit red"], ["PRESS red"]),
+        (["holding red", "holding blue"], ["LIFT red, LIFT blue"]),
+        # Each part can be reached, but not with the other: no action fails.
+        (["at robot hall", "at robot shed"], [""]),
+    ],
+)
+def test_the_shortest_sequence_is_found(literals: list[str], expected: list[str]) -> None:
+    assert plans(*literals) == expected
+
+
+def test_several_shortest_sequences_are_all_found() -> None:
+    here = toy.at(AGENT, toy.X)
+    elsewhere = "the robot is elsewhere"
+    ring = Operator("RING", (toy.X,), (missing(here, elsewhere),), (Add(toy.lit(toy.X)),))
+    shout = Operator("SHOUT", (toy.X,), (missing(here, elsewhere),), (Add(toy.lit(toy.X)),))
+    domain = toy.DOMAIN.with_operators(ring, shout)
+    assert plans("lit hall", refinement=Refinement(domain)) == ["RING hall"], "they lead to one state"
+    wanted = literal("lit hall")
+    told_apart = Refinement(domain).plans(
+        [wanted], StateTest(formula(wanted), SCENE), SCENE, TASK.relevant, {"RING", "SHOUT"}
+    )
+    assert written(told_apart(TASK.initial)) == ["RING hall", "SHOUT hall"]
+
+
+@pytest.mark.parametrize(
+    ("action", "expected"),
+    [
+        ("PRESS lamp", ["GO shed, PRESS lamp"]),
+        ("LIFT red", ["LIFT red"]),
+        ("DROP blue", ["DROP blue"]),  # nothing is taken in order to be let go
+        ("GO hall", ["GO hall"]),  # it is there already: it does not leave in order to come back
+    ],
+)
+def test_an_action_is_taken_after_what_makes_it_possible(action: str, expected: list[str]) -> None:
+    operator, *names = action.split()
+    ground = Action(operator, tuple([SCENE.index[name] for name in names]))
+    assert written(REFINEMENT.plans_to_take(ground, SCENE, TASK.relevant)(TASK.initial)) == expected
+
+
+def test_what_no_action_changes_is_not_brought_about() -> None:
+    fixed = Predicate("fixed", 1, static=True)
+    vocabulary = Vocabulary((*toy.VOCABULARY.predicates, fixed), toy.VOCABULARY.derived)
+    refinement = Refinement(Domain("toy", vocabulary, (toy.GO, toy.PRESS)))
+    for name, expected in (("fixed", False), ("holding", False), ("lit", True), ("beside", True)):
+        assert refinement.brings_about(GroundAtom(name, (0,), True)) is expected
+
+
+def test_a_search_is_bounded() -> None:
+    few = Refinement(toy.DOMAIN, budget=1)
+    assert plans("at blue hall", "not holding blue", refinement=few) != plans(
+        "at blue hall", "not holding blue"
+    )
