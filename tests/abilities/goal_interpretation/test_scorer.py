@@ -129,6 +129,7 @@ def test_an_explanation_tells_what_is_wrong_and_which_goals_are_met() -> None:
         "state goals: 2 right, 1 wrong, 1 missed",
         "relation goals: 0 right, 0 wrong, 1 missed",
         "action goals: 1 right, 0 wrong, 0 missed",
+        "wrong: open(box_0)",
     )
     assert [(goal.kind, goal.satisfied) for goal in explanation.goals] == [
         ("state", True),
@@ -151,9 +152,10 @@ def test_the_atoms_are_those_that_count(said: list[object]) -> None:
 
 
 def test_right_wrong_and_missing_goals_are_listed() -> None:
-    verdict = judge(answer([LAMPS[0], ["lit", "sun"], ["open"]], actions=["OPEN", "OPEN"]))
+    said = [LAMPS[0], ["lit", "sun"], ["open"], ["open", "box_0"]]
+    verdict = judge(answer(said, actions=["OPEN", "OPEN"]))
     assert verdict.matched == ("lit(lamp_0)", "OPEN")
-    assert verdict.wrong == ("open()", "lit(sun)")
+    assert verdict.wrong == ("open(box_0)",), "what is ill-formed or unknown is left out"
     assert verdict.missing[:2] == ("lit(lamp_1)", "not open(box_0)")
     unread = judge("Light all lamps.")
     assert (unread.matched, unread.wrong, len(unread.missing)) == ((), (), 5)

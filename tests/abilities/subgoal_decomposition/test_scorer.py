@@ -138,7 +138,8 @@ def test_a_name_that_is_not_allowed_is_told_with_its_subgoal() -> None:
         (["lit(torch)"], "unknown_object", ("torch",)),
         (["lit(lamp, red)"], "wrong_arity", ()),
         (["DROP(red)"], "is_not_held", ("red",)),
-        (["holding(red) and holding(blue)"], "a_few_actions_do_not_bring_it_about", ("red", "blue")),
+        (["holding(red) and holding(blue)"], "the_robot_is_not_beside", ("blue",)),
+        (["lit(lamp) and not lit(lamp)"], "what_is_done_for_it_does_not_bring_it_about", ("lamp",)),
         (["lit(lamp", "lit(lamp)"], None, ()),
     ],
 )
