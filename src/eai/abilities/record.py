@@ -11,6 +11,9 @@ from eai.abilities.verdict import Json, Verdict
 
 Number = TypeVar("Number", int, float)
 
+NOT_ANSWERED = "not answered"
+"""Why a task is left out of all statistics that would be a failure, had the user not asked otherwise."""
+
 
 @dataclass(frozen=True, slots=True)
 class Usage:
@@ -76,6 +79,9 @@ class Record:
         verdict: of the class that the ability declares.
         explanation: what became of the answer in words, where that was asked for.
         origin: where the answer comes from, where a run knows it.
+        unanswered: why there is no answer; None if there is one, be it empty.
+        suite_size: how many tasks the suite has, whose records together are a whole run; None if that is
+            not known.
     """
 
     protocol: Protocol
@@ -88,6 +94,8 @@ class Record:
     verdict: Verdict
     explanation: Explanation | None = None
     origin: Origin | None = None
+    unanswered: str | None = None
+    suite_size: int | None = None
 
     @property
     def repairs(self) -> tuple[str, ...]:

@@ -73,7 +73,7 @@ def _analyze(
     outcomes = [
         outcome
         for record in records
-        if record.task_id in tasks
+        if record.task_id in tasks and record.unanswered is None
         for outcome in try_operators(tasks[record.task_id], record.response, rules)
     ]
     return summarise(

@@ -20,6 +20,9 @@ from eai.world.fault import FaultKind
 VOCABULARY_ERRORS = frozenset({AnswerOutcome.HALLUCINATION, AnswerOutcome.ARGUMENT_NUMBER})
 """Errors in names, found before anything is executed."""
 
+_NO_ANSWER = frozenset({AnswerOutcome.EXCLUDED, AnswerOutcome.NOT_ANSWERED})
+"""Where there is no answer to break down."""
+
 
 class Flow(NamedTuple):
     """How many scored answers came how far."""
@@ -52,15 +55,20 @@ class Breakdown:
     by_predicate: Mapping[str, Rate]
 
 
-def outcome(verdict: Verdict, ability: Ability) -> AnswerOutcome:
-    """What an answer came to."""
-    if verdict.excluded is not None:
+def outcome(record: Record) -> AnswerOutcome:
+    """What an answer came to, or that there is none."""
+    if record.verdict.excluded is not None:
         return AnswerOutcome.EXCLUDED
-    return DECLARATIONS[ability].outcome(verdict)
+    if record.unanswered is not None:
+        return AnswerOutcome.NOT_ANSWERED
+    return DECLARATIONS[record.ability].outcome(record.verdict)
 
 
 def break_down(records: Iterable[Record], ability: Ability) -> Breakdown:
-    """The breakdown of a run's records, all of one ability; excluded ones only count as outcomes."""
+    """The breakdown of a run's records, all of one ability.
+
+    Where there is no answer, or it is excluded, that is an outcome and nothing else.
+    """
     has_plans = DECLARATIONS[ability].has_plans
     outcomes: Counter[AnswerOutcome] = Counter()
     by_goals: dict[int, Rate] = {}
@@ -69,9 +77,9 @@ def break_down(records: Iterable[Record], ability: Ability) -> Breakdown:
     by_predicate: dict[str, Rate] = {}
     for record in records:
         verdict = record.verdict
-        came_to = outcome(verdict, ability)
+        came_to = outcome(record)
         outcomes[came_to] += 1
-        if came_to is AnswerOutcome.EXCLUDED:
+        if came_to in _NO_ANSWER:
             continue
         success = Rate(came_to is AnswerOutcome.SUCCESS, 1)
         explanation = record.explanation or Explanation()
@@ -96,7 +104,7 @@ def break_down(records: Iterable[Record], ability: Ability) -> Breakdown:
 
 
 def _flow(outcomes: Mapping[AnswerOutcome, int]) -> Flow:
-    answers = sum(count for kind, count in outcomes.items() if kind is not AnswerOutcome.EXCLUDED)
+    answers = sum(count for kind, count in outcomes.items() if kind not in _NO_ANSWER)
     readable = answers - outcomes.get(AnswerOutcome.PARSING, 0)
     known = readable - sum(outcomes.get(kind, 0) for kind in VOCABULARY_ERRORS)
     reached = outcomes.get(AnswerOutcome.SUCCESS, 0)

@@ -9,10 +9,10 @@ undefined names is an input error of the answer, as any current planner has it.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from eai.abilities.transition_modeling.extraction import WrittenOperator, extract
-from eai.abilities.transition_modeling.judgement import NOT_RUN, UNREADABLE, Judgement, PlanMemory
+from eai.abilities.transition_modeling.judgement import UNREADABLE, Judgement, PlanMemory
 from eai.abilities.transition_modeling.report import OperatorReport, OperatorStatus
 from eai.abilities.transition_modeling.task import TransitionTask
 from eai.pddl.check import Declarations, check_action
@@ -20,9 +20,7 @@ from eai.pddl.matching import OperatorMatch, match_operators, missing_operator
 from eai.pddl.model import PddlAction
 from eai.pddl.normalise import normalise
 from eai.pddl.offence import PddlFinding
-from eai.pddl.planning import PddlPlanner, PlannerOutcome, PlannerResult, PlanningTask, refusal
-
-_NO_OPERATORS = PlannerResult(PlannerOutcome.INPUT_ERROR, detail="the answer holds no operator")
+from eai.pddl.planning import PddlPlanner, PlannerResult, PlanningTask, refusal
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,9 +41,7 @@ class PaperRules:
         """The judgement on an answer; one without any operator misses all that are asked for."""
         written = extract(text)
         if written is None:
-            missing = tuple(self._report(task, name, None) for name in task.operators)
-            planning = NOT_RUN if self.plans.planner is None else _NO_OPERATORS
-            return Judgement(missing, planning, error=UNREADABLE)
+            return replace(self.unanswered(task), error=UNREADABLE)
         by_name = {operator.name: operator for operator in written.operators}
         asked = tuple(self._report(task, name, by_name.get(name)) for name in task.operators)
         others = tuple(
@@ -54,6 +50,11 @@ class PaperRules:
             if name not in task.operators
         )
         return Judgement((*asked, *others), self._plan(task, by_name, asked), written.repairs)
+
+    def unanswered(self, task: TransitionTask) -> Judgement:
+        """The judgement where there is no answer: all that is asked for is missing."""
+        missing = tuple(self._report(task, name, None) for name in task.operators)
+        return Judgement(missing, self.plans.without_operators)
 
     def plan_one_at_a_time(self, task: TransitionTask, text: str) -> dict[str, PlannerResult]:
         """What comes of each operator that is asked for, among the other gold ones that are asked for.

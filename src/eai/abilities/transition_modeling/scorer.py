@@ -32,6 +32,10 @@ class TransitionModeling(Scorer):
         judgement = self._rules.judge(self.task, text)
         return Assessment(self._verdict(judgement), partial(_explained, judgement))
 
+    def unanswered(self) -> OperatorVerdict:
+        """The verdict where there is no answer: all operators are missing."""
+        return self._verdict(self._rules.unanswered(self.task))
+
     def _verdict(self, judgement: Judgement) -> OperatorVerdict:
         categories = tuple(category.value for category in self.task.categories)
         if judgement.excluded is not None:
