@@ -11,12 +11,13 @@ from rich.table import Table
 from rich.text import Text
 
 from eai.abilities.protocol import Ability
-from eai.cli.console import errors, output
+from eai.cli.console import errors, output, print_remark
 from eai.errors import InputError
 from eai.metrics.bootstrap import Bootstrap
 from eai.metrics.comparison import Comparison, Difference
 from eai.metrics.comparison import compare as compare_runs
-from eai.report.runs import Run, RunKey, read_runs
+from eai.metrics.coverage import coverage_of
+from eai.report.runs import Run, read_runs
 
 _SURE = 0.05
 
@@ -41,7 +42,7 @@ def compare(
     for place in shared:
         one, other = before[place], after[place]
         comparison = compare_runs(one.records, other.records, Bootstrap())
-        _print(place, one.key, other.key, comparison, tasks)
+        _print(place, one, other, comparison, tasks)
 
 
 _Place = tuple[str, Ability, str]
@@ -64,8 +65,13 @@ def _named(place: _Place) -> str:
     return f"{domain} {ability.value}, protocol {protocol}"
 
 
-def _print(place: _Place, first: RunKey, second: RunKey, found: Comparison, listed: int) -> None:
-    title = f"{_named(place)}: {found.tasks} tasks\nA {first.model}, B {second.model}"
+def _print(place: _Place, one: Run, other: Run, found: Comparison, listed: int) -> None:
+    first, second = one.key, other.key
+    coverages = {"A": coverage_of(one.records), "B": coverage_of(other.records)}
+    title = (
+        f"{_named(place)}: {found.tasks} tasks\n"
+        f"A {first.model}, {coverages['A']} answered\nB {second.model}, {coverages['B']} answered"
+    )
     table = Table("percent", title=title, title_justify="left")
     for heading in ("A", "B", "B - A", "95 %", "p"):
         table.add_column(heading, justify="right")
@@ -73,6 +79,8 @@ def _print(place: _Place, first: RunKey, second: RunKey, found: Comparison, list
     for difference in found.differences:
         table.add_row(*_row(difference))
     output().print(table)
+    for side, coverage in coverages.items():
+        print_remark(side, coverage)
     for difference in found.differences:
         for name, tasks in ((first.model, difference.only_first), (second.model, difference.only_second)):
             if tasks:

@@ -8,7 +8,8 @@ import json
 from collections.abc import Sequence
 
 from eai.abilities.verdict import Json
-from eai.report.table import Cell, Row, Table
+from eai.report.row import Cell, Row
+from eai.report.table import Table
 from eai.report.table_specs import ColumnSpec
 
 CSV_COLUMNS = (
@@ -25,6 +26,8 @@ CSV_COLUMNS = (
     "denominator",
     "low",
     "high",
+    "answered",
+    "tasks",
 )
 """The columns of the CSV file."""
 
@@ -65,7 +68,7 @@ def _line(table: Table, row: Row, column: ColumnSpec, cell: Cell) -> list[str | 
         table.protocol.value,
         table.domain,
         row.model,
-        _source(row),
+        row.source.value,
         row.rank,
         column.ability.value if column.ability else "all",
         column.metric,
@@ -74,14 +77,18 @@ def _line(table: Table, row: Row, column: ColumnSpec, cell: Cell) -> list[str | 
         cell.rate.denominator if cell.rate else None,
         cell.interval.low if cell.interval else None,
         cell.interval.high if cell.interval else None,
+        cell.coverage.answered if cell.coverage else None,
+        cell.coverage.tasks if cell.coverage else None,
     ]
 
 
 def _row(table: Table, row: Row) -> Json:
     return {
         "model": row.model,
-        "source": _source(row),
+        "source": row.source.value,
         "rank": row.rank,
+        "coverage": None if row.coverage is None else row.coverage.to_json(),
+        "notes": list(row.notes),
         "cells": [
             {
                 "ability": column.ability.value if column.ability else None,
@@ -96,7 +103,3 @@ def _row(table: Table, row: Row) -> Json:
             for column, notes, cell in zip(table.columns, table.column_notes, row.cells, strict=True)
         ],
     }
-
-
-def _source(row: Row) -> str:
-    return "paper" if row.from_paper else "run"
