@@ -14,6 +14,7 @@ from eai.abilities.declarations import DECLARATIONS
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.responses import file_name
 from eai.abilities.verdict import Json
+from eai.benchmarks.answer_files import recorded_file
 from eai.benchmarks.prompt_library import Library
 from eai.benchmarks.registry import registered
 from eai.benchmarks.source import Source
@@ -36,7 +37,6 @@ from eai.pddl.planning import PlannerChoice
 from eai.prompts.prompt import Prompt, PromptSet
 from eai.run.job import Decoding, Endpoint, Job, Pace
 from eai.run.journal import JOURNAL
-from eai.run.replay import recorded_file
 from eai.scoring.batch import Settings
 from eai.scoring.epochs import Obtained, SuiteResult, settle, undisturbed
 

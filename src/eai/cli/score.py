@@ -10,6 +10,7 @@ import typer
 from eai.abilities.declarations import DECLARATIONS
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.responses import Response, ResponseFile, find_response_files, model_name, read_responses
+from eai.benchmarks.answer_files import files_of_suite
 from eai.benchmarks.source import Source
 from eai.benchmarks.suite import DEFAULT_PROTOCOL, open_suite
 from eai.cli.console import DOMAIN_HELP, MISSING_HELP, Result, data_progress, output, print_rates
@@ -46,13 +47,15 @@ def score(
 
     Example: eai score gpt-4o_outputs.json --domain virtualhome --ability action_sequencing --out scores
     """
-    files = [file for path in paths for file in find_response_files(path)]
-    _refuse_twins(files)
+    for path in paths:
+        find_response_files(path)  # what is not there is said before the data set is fetched
     results: dict[str, Result] = {}
     settings = Settings(workers, explanations, allow_missing)
     with data_progress() as report:
         source = Source(store(data), report, planner)
         suite = open_suite(domain, ability, protocol, source=source)
+    files = [file for path in paths for file in files_of_suite(path, suite.domain, ability)]
+    _refuse_twins(files)
     for file in files:
         answers = _in_order(read_responses(file, suite.task_ids, suite.benchmark.task_id_of), suite.task_ids)
         answered = {response.task_id for response in answers.responses}

@@ -22,11 +22,11 @@ from inspect_ai.tool import ToolChoice, ToolInfo
 
 from eai.abilities.protocol import Ability
 from eai.abilities.responses import read_responses
+from eai.benchmarks.answer_files import recorded_file
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.gold_answers import AnswerBook, noisy_answer, open_answer_book, open_planned_book
 from eai.benchmarks.registry import find_benchmark
 from eai.errors import InputError
-from eai.run.replay import recorded_file
 from eai.scoring.batch import NO_ROW
 
 PROVIDER = "eai"

@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 
 from eai.abilities.protocol import Ability
+from eai.benchmarks.answer_files import files_of_suite, recorded_file
 from eai.errors import InputError
-from eai.run.replay import recorded_file
 
 PLANS, GOALS = Ability.ACTION_SEQUENCING, Ability.GOAL_INTERPRETATION
 
@@ -61,3 +61,15 @@ def test_a_file_is_taken_unless_it_says_that_it_is_of_another_suite(tmp_path: Pa
             recorded_file(named, domain, ability)
     with pytest.raises(InputError, match="no such file"):
         recorded_file(tmp_path / "none.json", "virtualhome", PLANS)
+
+
+def test_files_of_other_suites_in_a_folder_are_left_alone(tmp_path: Path) -> None:
+    bare = file(tmp_path / "a_outputs.json")
+    named = file(tmp_path / "virtualhome" / "action_sequencing" / "b_outputs.json")
+    other = file(tmp_path / "virtualhome" / "goal_interpretation" / "b_outputs.json")
+    assert files_of_suite(tmp_path, "virtualhome", PLANS) == [bare, named]
+    assert files_of_suite(tmp_path, "virtualhome", GOALS) == [bare, other]
+    assert files_of_suite(tmp_path, "behavior", PLANS) == [bare]
+    for place in (other, other.parent):
+        with pytest.raises(InputError, match="not to virtualhome goal_interpretation"):
+            files_of_suite(place, "virtualhome", PLANS)
