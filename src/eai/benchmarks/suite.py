@@ -77,6 +77,10 @@ class Suite:
         """The verdict on an answer to a task."""
         return self.scorer(task_id).score(text)
 
+    def unanswered(self, task_id: str) -> Verdict:
+        """The verdict on a task without an answer: a failure, unless the task is in no statistics at all."""
+        return self.scorer(task_id).unanswered()
+
 
 def open_suite(
     benchmark: Benchmark | str,

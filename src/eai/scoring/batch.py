@@ -1,14 +1,53 @@
-"""Scoring many answers, in this process or in several."""
+"""Scoring many answers, in this process or in several, and what is not answered with them."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
 from functools import partial
 
-from eai.abilities.record import Record
+from eai.abilities.declarations import DECLARATIONS
+from eai.abilities.record import NOT_ANSWERED, Record
 from eai.abilities.responses import Response, ResponseFile
 from eai.benchmarks.suite import Suite
+
+NO_ROW = "the response file has no row of the task"
+"""Why a task without an answer has none, where answers come from a file."""
+
+
+@dataclass(frozen=True, slots=True)
+class Settings:
+    """How answers are scored.
+
+    Attributes:
+        workers: how many processes to use.
+        explanations: put the step-by-step explanation into each record.
+        allow_missing: leave tasks without an answer out of all rates instead of counting them as failures.
+    """
+
+    workers: int = 1
+    explanations: bool = True
+    allow_missing: bool = False
+
+
+def score_run(
+    suite: Suite, answers: ResponseFile, unanswered: Mapping[str, str], settings: Settings
+) -> list[Record]:
+    """The records of all tasks that a model was asked, in the order of the data set.
+
+    Args:
+        suite: the tasks.
+        answers: the answers, whose form together may decide how each is read.
+        unanswered: why a task that was asked has no answer, by its id.
+        settings: how to score.
+    """
+    opened = suite.over([response.text for response in answers.responses])
+    scored = score_batch(opened, answers, workers=settings.workers, explanations=settings.explanations)
+    records = {record.task_id: record for record in scored}
+    for task_id, why in unanswered.items():
+        records[task_id] = _lacking(opened, answers.model, task_id, why, left_out=settings.allow_missing)
+    return [records[task_id] for task_id in suite.task_ids if task_id in records]
 
 
 def score_batch(
@@ -58,4 +97,25 @@ def _record(suite: Suite, model: str, response: Response, *, explanations: bool)
         assessment.verdict,
         assessment.explain() if explanations else None,
         task=suite.features(response.task_id),
+        suite_size=len(suite.task_ids),
+    )
+
+
+def _lacking(suite: Suite, model: str, task_id: str, why: str, *, left_out: bool) -> Record:
+    """The record of a task without an answer."""
+    verdict = suite.unanswered(task_id)
+    if left_out and verdict.excluded is None:
+        verdict = DECLARATIONS[suite.ability].verdict(excluded=NOT_ANSWERED)
+    return Record(
+        suite.protocol,
+        suite.domain,
+        suite.ability,
+        model,
+        task_id,
+        "",
+        suite.data_sha256,
+        verdict,
+        task=suite.features(task_id),
+        unanswered=why,
+        suite_size=len(suite.task_ids),
     )
