@@ -83,6 +83,14 @@ def test_what_is_not_answered_is_excluded_and_never_wrong(data_store: Store, tmp
     assert list(records) == list(prompts)
     assert records[broken]["status"] == "excluded"
     assert records[broken]["excluded_reason"].startswith("not answered: InternalServerError")
+    (path,) = (tmp_path / "logs").glob("*.eval")
+    log = read_eval_log(path)
+    assert log.results is not None
+    columns = log.results.scores[-1]
+    assert columns.metrics["task_success"].value == 2 / 3
+    assert (columns.scored_samples, columns.unscored_samples) == (3, 1)
+    scores = {sample.id: (sample.scores or {})["action_sequencing"] for sample in log.samples or ()}
+    assert f"Excluded: {records[broken]['excluded_reason']}" in (scores[broken].explanation or "")
     assert records[cut_off]["truncated"]
     assert records[cut_off]["error"]["kind"] == "parsing"
 

@@ -29,6 +29,7 @@ class Suite:
         data_sha256: digest of the data behind them.
         reopen: opens the same suite once more, say in another process; None if it was not opened by
             `open_suite`.
+        source: where its data comes from, and the planner.
     """
 
     benchmark: Benchmark
@@ -40,6 +41,7 @@ class Suite:
     _form_of: FormOf = no_form
     _made: dict[str, Scorer] = field(default_factory=dict, repr=False)
     reopen: Callable[..., Suite] | None = field(default=None, repr=False)
+    source: Source = field(default_factory=Source)
 
     @property
     def domain(self) -> str:
@@ -96,15 +98,9 @@ def open_suite(
         raise InputError(f"{found.name} is not scored under {protocol.value}")
     source = source or Source()
     opened = wing(found, ability, form, source)
-    again = partial(
-        open_suite,
-        found.reference or found,
-        ability,
-        protocol,
-        source=replace(source, report=silent),
-        form=form,
-    )
-    return Suite(found, ability, protocol, *opened, reopen=again)
+    source = replace(source, report=silent)
+    again = partial(open_suite, found.reference or found, ability, protocol, source=source, form=form)
+    return Suite(found, ability, protocol, *opened, reopen=again, source=source)
 
 
 def available_suites() -> tuple[tuple[str, Ability], ...]:

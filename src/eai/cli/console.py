@@ -12,6 +12,7 @@ from rich.text import Text
 
 from eai.data.progress import Progress as Step
 from eai.data.progress import Report, Stage
+from eai.errors import EaiError
 from eai.metrics.rate import Rate
 
 DOMAIN_HELP = "A benchmark: virtualhome, behavior, another one by its name, module:object, or pddl:FILE,DIR."
@@ -71,6 +72,12 @@ def print_rates(title: str, metrics: Sequence[str], rates: Mapping[str, Mapping[
         for label, metric in zip(labels, metrics, strict=True):
             table.add_row(label, *(_percent(rates[model][metric]) for model in shown))
         console.print(table)
+
+
+def without_inspect(error: ImportError) -> EaiError:
+    """What to say where a command needs Inspect and it is not installed."""
+    hint = "pip install 'embodied-agent-interface[run]'"
+    return EaiError(f"model runs and their logs need inspect-ai ({error.name} is missing): {hint}")
 
 
 def counted(number: int, noun: str) -> str:

@@ -18,10 +18,19 @@ from eai.benchmarks.prompt_library import Library
 from eai.benchmarks.registry import registered
 from eai.benchmarks.source import Source
 from eai.benchmarks.suite import DEFAULT_PROTOCOL, Suite, open_suite
-from eai.cli.console import DOMAIN_HELP, counted, data_progress, dollars, errors, output, print_rates
+from eai.cli.console import (
+    DOMAIN_HELP,
+    counted,
+    data_progress,
+    dollars,
+    errors,
+    output,
+    print_rates,
+    without_inspect,
+)
 from eai.cli.data import DataFolder, store
 from eai.cli.progress import run_progress
-from eai.errors import EaiError, InputError
+from eai.errors import InputError
 from eai.pddl.planning import PlannerChoice
 from eai.prompts.prompt import Prompt, PromptSet
 from eai.run.job import Decoding, Endpoint, Job, Pace
@@ -143,11 +152,12 @@ def _run_model(
     """Obtain one model's answers to one suite, through Inspect, which is imported only here; score them."""
     try:
         from eai.run.evaluation import obtain_answers
+        from eai.run.logs import write_scores
     except ImportError as error:
-        hint = "pip install 'embodied-agent-interface[run]'"
-        raise EaiError(f"model runs need inspect-ai ({error.name} is missing): {hint}") from error
+        raise without_inspect(error) from error
     suite = scoring.suite
-    job = Job(endpoint, suite.benchmark, suite.ability, prompts, order.epochs, order.decoding, order.pace)
+    how = (order.epochs, order.decoding, order.pace, suite.source)
+    job = Job(endpoint, suite.benchmark, suite.ability, prompts, *how)
     name = file_name(endpoint.model)
     folder = order.out / suite.domain / suite.ability.value / name
     title = f"{suite.domain} {suite.ability.value} {endpoint.model}"
@@ -155,7 +165,9 @@ def _run_model(
         answers = obtain_answers(job, folder / JOURNAL, order.out / LOGS, watch=watch)
     obtained = Obtained(endpoint.model, name, prompts, answers.given, answers.failures, order.epochs)
     with undisturbed():
-        return settle(obtained, folder, scoring)
+        outcome = settle(obtained, folder, scoring)
+        write_scores(answers.log, outcome.by_place(), suite.source.planner)
+    return outcome
 
 
 def _report(outcomes: Sequence[SuiteResult], order: _Order, *, as_json: bool) -> None:
