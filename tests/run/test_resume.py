@@ -101,7 +101,7 @@ def test_a_run_that_is_interrupted_says_how_it_goes_on(data_store: Store, tmp_pa
             time.sleep(0.01)
         run.send_signal(signal.SIGINT)
         printed, errors = run.communicate(timeout=60)
-    assert (run.returncode, printed) == (2, "")
+    assert (run.returncode, printed) == (130, "")
     assert errors.splitlines()[-1] == "eai: interrupted; the same command goes on from here"
 
 

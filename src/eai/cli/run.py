@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence, Set
+from collections.abc import Callable, Mapping, Sequence, Set
 from dataclasses import dataclass
+from functools import wraps
 from pathlib import Path
 from typing import Annotated
 
 import typer
+from typing_extensions import ParamSpec
 
 from eai.abilities.declarations import DECLARATIONS
 from eai.abilities.protocol import Ability, Protocol
@@ -30,7 +32,7 @@ from eai.cli.console import (
 )
 from eai.cli.data import DataFolder, store
 from eai.cli.progress import run_progress
-from eai.errors import InputError
+from eai.errors import InputError, InterruptError
 from eai.pddl.planning import PlannerChoice
 from eai.prompts.prompt import Prompt, PromptSet
 from eai.run.job import Decoding, Endpoint, Job, Pace
@@ -41,6 +43,23 @@ LOGS = "logs"
 SHOWN_TASKS = 5
 
 
+P = ParamSpec("P")
+
+
+def resumable(command: Callable[P, None]) -> Callable[P, None]:
+    """The command that says, wherever it is interrupted, how to go on."""
+
+    @wraps(command)
+    def interruptible(*arguments: P.args, **options: P.kwargs) -> None:
+        try:
+            command(*arguments, **options)
+        except KeyboardInterrupt:
+            raise InterruptError("interrupted; the same command goes on from here") from None
+
+    return interruptible
+
+
+@resumable
 def run(
     model: Annotated[
         list[str],

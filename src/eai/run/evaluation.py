@@ -13,7 +13,7 @@ from inspect_ai.model import Model, get_model
 from rich.text import Text
 
 from eai.benchmarks.suite import DEFAULT_PROTOCOL
-from eai.errors import EaiError, InputError
+from eai.errors import EaiError, InputError, InterruptError
 from eai.run.job import Endpoint, Job
 from eai.run.journal import Journal
 from eai.run.logs import JOB, find_log
@@ -50,7 +50,8 @@ def obtain_answers(job: Job, journal: Path, log_dir: Path, *, watch: Watch = unw
 
     Raises:
         InputError: a folder cannot be made, or the journal cannot be used.
-        EaiError: the run as a whole failed: no such model, a key is missing, it was interrupted.
+        InterruptError: the user ended it.
+        EaiError: the run as a whole failed: no such model, a key is missing.
     """
     with Journal(journal) as written:
         desk = Desk(job, written, watch)
@@ -124,7 +125,7 @@ def _model(endpoint: Endpoint) -> Model:
 def _log_of(job: Job, log: EvalLog | None) -> Path:
     """Where the log of a run is that came to its end; raises if it did not."""
     if log is None or log.status == "cancelled":
-        raise EaiError("interrupted; the same command goes on from here")
+        raise InterruptError("interrupted; the same command goes on from here")
     if log.status == "success":
         return Path(log.location.removeprefix("file://"))
     message = log.error.message.strip().splitlines()[-1] if log.error else log.status
