@@ -99,6 +99,15 @@ def test_what_is_not_answered_is_told_and_counts_unless_it_is_left_out(
     assert records[broken]["unanswered"].startswith("InternalServerError")
     assert records[broken]["excluded_reason"] == ("not answered" if allow_missing else None)
     assert records[broken]["error"] is None
+    (path,) = (tmp_path / "logs").glob("*.eval")
+    log = read_eval_log(path)
+    assert log.results is not None
+    columns = log.results.scores[-1]
+    assert columns.metrics["task_success"].value == 2 / (3 if allow_missing else 4)
+    assert (columns.scored_samples, columns.unscored_samples) == ((3, 1) if allow_missing else (4, 0))
+    scores = {sample.id: (sample.scores or {})["action_sequencing"] for sample in log.samples or ()}
+    told = "Excluded: not answered" if allow_missing else "Not answered: InternalServerError"
+    assert told in (scores[broken].explanation or "")
     assert records[cut_off]["truncated"]
     assert records[cut_off]["error"]["kind"] == "parsing"
 

@@ -172,7 +172,7 @@ def test_two_files_of_one_model_are_refused(eai: Command) -> None:
     Path("other").mkdir()
     outcome = eai("score", write([WALK]), write([WALK], "other/m_outputs.json"), *HERE, "--out", "out")
     assert outcome.status == 2
-    assert outcome.err == "eai: m: two response files are of this model; score them one at a time\n"
+    assert outcome.err == "eai: m: two files are of this model; score them one at a time\n"
 
 
 @pytest.mark.parametrize(

@@ -1,6 +1,8 @@
 from __future__ import annotations
 
+import time
 from dataclasses import dataclass, replace
+from multiprocessing import active_children
 
 import pytest
 
@@ -12,7 +14,7 @@ from eai.abilities.scorer import Assessment, Scorer
 from eai.abilities.verdict import PlanVerdict
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import Suite
-from eai.scoring.batch import Settings, score_batch, score_run
+from eai.scoring.batch import Settings, score_batch, score_run, worker_pool
 
 BENCHMARK = find_benchmark("virtualhome")
 TASK_IDS = tuple(f"{number}_1" for number in range(7))
@@ -79,3 +81,15 @@ def test_explanations_stand_in_the_records_where_they_are_asked_for(workers: int
     first = score_batch(echo_suite(), ANSWERS, workers=workers, explanations=True)[0]
     assert first.explanation == Explanation(notes=("on answer to 0_1",))
     assert score_batch(echo_suite(), ANSWERS, workers=workers)[0].explanation is None
+
+
+def test_an_interrupt_ends_workers_whatever_they_do() -> None:
+    def interrupted() -> None:
+        with worker_pool(2) as pool:
+            pool.submit(time.sleep, 3600)
+            raise KeyboardInterrupt
+
+    before = active_children()
+    with pytest.raises(KeyboardInterrupt):
+        interrupted()
+    assert set(active_children()) <= set(before)

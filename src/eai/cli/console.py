@@ -13,6 +13,7 @@ from rich.text import Text
 
 from eai.data.progress import Progress as Step
 from eai.data.progress import Report, Stage
+from eai.errors import EaiError
 from eai.metrics.coverage import Coverage
 from eai.metrics.rate import Rate
 
@@ -96,6 +97,12 @@ def print_remark(name: str, coverage: Coverage) -> None:
     """Say on standard error what is remarkable about how much of a suite is answered."""
     if coverage.remark is not None:
         errors().print(f"{name}: {coverage.remark}", markup=False, highlight=False, soft_wrap=True)
+
+
+def without_inspect(error: ImportError) -> EaiError:
+    """What to say where a command needs Inspect and it is not installed."""
+    hint = "pip install 'embodied-agent-interface[run]'"
+    return EaiError(f"model runs and their logs need inspect-ai ({error.name} is missing): {hint}")
 
 
 def counted(number: int, noun: str) -> str:

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence, Set
+from collections.abc import Callable, Mapping, Sequence, Set
 from dataclasses import dataclass
+from functools import wraps
 from pathlib import Path
 from typing import Annotated
 
 import typer
+from typing_extensions import ParamSpec
 
 from eai.abilities.declarations import DECLARATIONS
 from eai.abilities.protocol import Ability, Protocol
@@ -29,10 +31,11 @@ from eai.cli.console import (
     errors,
     output,
     print_rates,
+    without_inspect,
 )
 from eai.cli.data import DataFolder, store
 from eai.cli.progress import run_progress
-from eai.errors import EaiError, InputError
+from eai.errors import InputError, InterruptError
 from eai.pddl.planning import PlannerChoice
 from eai.prompts.prompt import Prompt, PromptSet
 from eai.run.job import Decoding, Endpoint, Job, Pace
@@ -45,6 +48,23 @@ REPLAY = "eai/replay"
 SHOWN_TASKS = 5
 
 
+P = ParamSpec("P")
+
+
+def resumable(command: Callable[P, None]) -> Callable[P, None]:
+    """The command that says, wherever it is interrupted, how to go on."""
+
+    @wraps(command)
+    def interruptible(*arguments: P.args, **options: P.kwargs) -> None:
+        try:
+            command(*arguments, **options)
+        except KeyboardInterrupt:
+            raise InterruptError("interrupted; the same command goes on from here") from None
+
+    return interruptible
+
+
+@resumable
 def run(
     model: Annotated[
         list[str],
@@ -172,10 +192,11 @@ def _run_model(order: _Order, endpoint: Endpoint, prompts: Mapping[str, Prompt],
     """Obtain one model's answers to one suite, through Inspect, which is imported only here; score them."""
     try:
         from eai.run.evaluation import obtain_answers
+        from eai.run.logs import write_scores
     except ImportError as error:
-        hint = "pip install 'embodied-agent-interface[run]'"
-        raise EaiError(f"model runs need inspect-ai ({error.name} is missing): {hint}") from error
-    job = Job(endpoint, suite.benchmark, suite.ability, prompts, order.epochs, order.decoding, order.pace)
+        raise without_inspect(error) from error
+    how = (order.epochs, order.decoding, order.pace, suite.source)
+    job = Job(endpoint, suite.benchmark, suite.ability, prompts, *how)
     name = file_name(endpoint.model)
     folder = order.out / suite.domain / suite.ability.value / name
     title = f"{suite.domain} {suite.ability.value} {endpoint.model}"
@@ -183,7 +204,9 @@ def _run_model(order: _Order, endpoint: Endpoint, prompts: Mapping[str, Prompt],
         answers = obtain_answers(job, folder / JOURNAL, order.out / LOGS, watch=watch)
     obtained = Obtained(endpoint.model, name, prompts, answers.given, answers.failures, order.epochs)
     with undisturbed():
-        return settle(obtained, folder, suite, order.settings)
+        outcome = settle(obtained, folder, suite, order.settings)
+        write_scores(answers.log, outcome.by_place(), suite.source.planner)
+    return outcome
 
 
 def _report(outcomes: Sequence[SuiteResult], order: _Order, *, as_json: bool) -> None:

@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+import signal
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent.futures import ProcessPoolExecutor
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
+from multiprocessing import active_children
 
 from eai.abilities.declarations import DECLARATIONS
 from eai.abilities.record import NOT_ANSWERED, Record
 from eai.abilities.responses import Response, ResponseFile
 from eai.benchmarks.suite import Suite
+
+CLEANING_SECONDS = 1
+"""How long an interrupted worker may take to end its planner and to remove its files."""
 
 NO_ROW = "the response file has no row of the task"
 """Why a task without an answer has none, where answers come from a file."""
@@ -67,11 +73,37 @@ def score_batch(
         return _score(suite, answers.model, answers.responses, explanations=explanations)
     score = partial(_score_in_worker, suite.reopen, answers.model, explanations=explanations)
     records: dict[int, Record] = {}
-    with ProcessPoolExecutor(workers) as pool:
+    with worker_pool(workers) as pool:
         shares = pool.map(score, [answers.responses[worker::workers] for worker in range(workers)])
         for worker, share in enumerate(shares):
             records.update(zip(range(worker, count, workers), share, strict=True))
     return [records[i] for i in range(count)]
+
+
+@contextmanager
+def worker_pool(workers: int) -> Iterator[ProcessPoolExecutor]:
+    """A pool of processes that an interrupt ends, whatever they do.
+
+    A terminal interrupts all processes at once. A worker that ended by itself might hold a lock for which
+    another would wait for ever, so that workers leave it to their caller, who has them clean up and kills
+    what stays.
+    """
+    others = active_children()
+    with ProcessPoolExecutor(workers, initializer=_ignore_interrupts) as pool:
+        try:
+            yield pool
+        except KeyboardInterrupt:
+            own = [child for child in active_children() if child not in others]
+            for child in own:
+                child.terminate()
+            for child in own:
+                child.join(CLEANING_SECONDS)
+                child.kill()
+            raise
+
+
+def _ignore_interrupts() -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
 def _score_in_worker(

@@ -59,6 +59,8 @@ class SuiteResult:
         failures: the tasks that have none, by the reason why.
         truncated: how many answers were cut off.
         usage: what all answers took.
+        records: a record of every task that was asked, in order.
+        of_epochs: the same of each epoch, where there are several.
     """
 
     model: str
@@ -69,6 +71,13 @@ class SuiteResult:
     failures: Mapping[str, Sequence[str]]
     truncated: int
     usage: Usage
+    records: Sequence[Record]
+    of_epochs: Sequence[SuiteResult] = ()
+
+    def by_place(self) -> dict[Place, Record]:
+        """The record of every answer that was asked for."""
+        epochs = enumerate(self.of_epochs or (self,), 1)
+        return {(record.task_id, epoch): record for epoch, one in epochs for record in one.records}
 
     def to_json(self) -> dict[str, Json]:
         """The outcome as ``--json`` prints it."""
@@ -109,12 +118,14 @@ def settle(obtained: Obtained, folder: Path, suite: Suite, settings: Settings) -
     Raises:
         InputError: the folder cannot be written.
     """
+    of_epochs = []
     if obtained.epochs > 1:
         for epoch in range(1, obtained.epochs + 1):
             part = f"epoch_{epoch}"
             named = replace(obtained, name=f"{obtained.name}.{part}")
-            _write(named, _of_epoch(obtained, epoch), folder / part, suite, settings)
-    return _write(obtained, _chosen(obtained, suite.ability), folder, suite, settings)
+            of_epochs.append(_write(named, _of_epoch(obtained, epoch), folder / part, suite, settings))
+    whole = _write(obtained, _chosen(obtained, suite.ability), folder, suite, settings)
+    return replace(whole, of_epochs=of_epochs)
 
 
 def _of_epoch(obtained: Obtained, epoch: int) -> dict[str, Answer]:
@@ -154,6 +165,7 @@ def _write(
         failures=_grouped(why),
         truncated=sum(answer.truncated for answer in answers.values()),
         usage=sum((answer.usage for answer in obtained.given.values()), Usage()),
+        records=records,
     )
     write_results(folder, records, outcome.rates, outcome.effort())
     return outcome
