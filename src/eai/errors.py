@@ -4,7 +4,8 @@ EaiError
 ├── InputError     a file, an answer file or an argument that the user can mend: file, place, expectation
 │   └── ParseError a text that does not parse: line, column, what was expected
 ├── DataError      the data set is missing, damaged or cannot be obtained: says what to do
-└── DomainError    a domain's declaration contradicts itself: names the declaration
+├── DomainError    a domain's declaration contradicts itself: names the declaration
+└── InterruptError the user ended it: says how to go on
 """
 
 from __future__ import annotations
@@ -48,3 +49,7 @@ class DataError(EaiError):
 
 class DomainError(EaiError):
     """A domain's declaration contradicts itself; the message names the declaration."""
+
+
+class InterruptError(EaiError):
+    """The user ended it; the message says how to go on."""

@@ -50,6 +50,8 @@ def test_results_of_a_run(data_store: Store, tmp_path: Path) -> None:
         assert (record["stop_reason"], record["truncated"]) == ("stop", False)
     summary = json.loads((folder / "summary.json").read_text())
     assert summary["run"]["answered"] == 4
+    assert summary["coverage"]["not_asked"] == 338
+    assert "eai/noisy: only 4 of 342 tasks were asked; the run is not ranked." in run.err
     assert summary["run"]["usage"]["input_tokens"] > 12 * 1000
     epochs = [json.loads((folder / f"epoch_{n}" / "summary.json").read_text()) for n in (1, 2, 3)]
     assert {epoch["task_success"]["denominator"] for epoch in epochs} == {4}
@@ -57,7 +59,10 @@ def test_results_of_a_run(data_store: Store, tmp_path: Path) -> None:
     assert len(set(texts)) == 3
 
 
-def test_what_is_not_answered_is_excluded_and_never_wrong(data_store: Store, tmp_path: Path) -> None:
+@pytest.mark.parametrize("allow_missing", [False, True])
+def test_what_is_not_answered_is_told_and_counts_unless_it_is_left_out(
+    data_store: Store, tmp_path: Path, allow_missing: bool
+) -> None:
     prompts = dict(list(official_prompts(*SUITE, data_store).items())[:4])
     gold = answer_book(*SUITE, data_store).gold
     broken, cut_off = list(prompts)[1:3]
@@ -69,6 +74,7 @@ def test_what_is_not_answered_is_excluded_and_never_wrong(data_store: Store, tmp
             *("run", "--model", "openai-api/local/scripted", "-M", "api_key=none", "-M", "max_retries=0"),
             *("--model-base-url", served.url, "--max-retries", 0, "--json", "--out", tmp_path),
             *(*NAMED, "--tasks", ",".join(prompts)),
+            *(["--allow-missing"] if allow_missing else []),
         )
     assert run.status == 1
     (result,) = json.loads(run.out)
@@ -77,14 +83,62 @@ def test_what_is_not_answered_is_excluded_and_never_wrong(data_store: Store, tmp
     assert list(result["not_answered"].values()) == [[broken]]
     assert f"1 task not answered ({broken})" in run.err
     assert result["metrics"]["task_success"]["numerator"] == 2
-    assert result["metrics"]["task_success"]["denominator"] == 3
+    assert result["metrics"]["task_success"]["denominator"] == (3 if allow_missing else 4)
+    assert result["coverage"] == {
+        "tasks": 342,
+        "answered": 3,
+        "unanswered": 1,
+        "counted_as_failures": 0 if allow_missing else 1,
+        "left_out": 1 if allow_missing else 0,
+        "not_asked": 338,
+        "ranked": False,
+    }
     lines = (Path(result["folder"]) / "records.jsonl").read_text().splitlines()
     records = {record["task_id"]: record for record in map(json.loads, lines)}
     assert list(records) == list(prompts)
-    assert records[broken]["status"] == "excluded"
-    assert records[broken]["excluded_reason"].startswith("not answered: InternalServerError")
+    assert records[broken]["unanswered"].startswith("InternalServerError")
+    assert records[broken]["excluded_reason"] == ("not answered" if allow_missing else None)
+    assert records[broken]["error"] is None
+    (path,) = (tmp_path / "logs").glob("*.eval")
+    log = read_eval_log(path)
+    assert log.results is not None
+    columns = log.results.scores[-1]
+    assert columns.metrics["task_success"].value == 2 / (3 if allow_missing else 4)
+    assert (columns.scored_samples, columns.unscored_samples) == ((3, 1) if allow_missing else (4, 0))
+    scores = {sample.id: (sample.scores or {})["action_sequencing"] for sample in log.samples or ()}
+    told = "Excluded: not answered" if allow_missing else "Not answered: InternalServerError"
+    assert told in (scores[broken].explanation or "")
     assert records[cut_off]["truncated"]
     assert records[cut_off]["error"]["kind"] == "parsing"
+
+
+def test_replayed_answers_are_scored_as_the_file_they_are_from(data_store: Store, tmp_path: Path) -> None:
+    gold = answer_book(*SUITE, data_store).gold
+    tasks = list(official_prompts(*SUITE, data_store))[:3]
+    rows = [{"identifier": task_id, "llm_output": gold(task_id).text} for task_id in tasks]
+    file = tmp_path / "m_outputs.json"
+    file.write_text(json.dumps(rows))
+    replay = ("run", "--model", "eai/replay", "-M", f"path={file}", "--out", tmp_path / "run")
+    several = eai(*replay, "--domain", "virtualhome")
+    assert several.status == 2
+    assert "one file cannot answer 4 suites" in several.err
+    run = eai(*replay, *NAMED)
+    assert run.status == 1
+    assert re.search(r"answered tasks\D+3/342", run.out)
+    assert "339 tasks not answered" in run.err
+    assert "the response file has no row of the task" in run.err
+    assert eai("score", file, *NAMED, "--out", tmp_path / "score").status == 0
+    summaries = [
+        json.loads((folder / "summary.json").read_text())
+        for folder in (
+            tmp_path / "run" / "virtualhome" / "action_sequencing" / "eai_replay",
+            tmp_path / "score",
+        )
+    ]
+    for summary in summaries:
+        summary.pop("run", None)
+        summary.pop("model")
+    assert summaries[0] == summaries[1]
 
 
 def test_batch_reaches_inspect_and_built_in_models_answer_all_the_same(tmp_path: Path) -> None:

@@ -11,9 +11,11 @@ from typing import Any
 import pytest
 
 from cli.conftest import Command
+from eai.abilities.protocol import Ability
 from eai.benchmarks.packs import open_virtualhome
 from eai.data.store import Store
 from oracle import Oracle
+from suites import answer_book
 
 HERE = ("--domain", "virtualhome", "--ability", "action_sequencing")
 BOTH = pytest.mark.parametrize("protocol", ["strict", "eai-1.0.5"])
@@ -71,16 +73,66 @@ def test_answers_are_scored_into_records_a_summary_and_a_table(eai: Command, pro
         {"identifier": "scene_1_27_2", "llm_output": None},
     ]
     outcome = eai("score", write(answers), *HERE, "--protocol", protocol, "--out", "out")
-    assert (outcome.status, outcome.err) == (0, "")
+    assert outcome.status == 0
     assert "written to out" in outcome.out
     assert re.search(r"execution success\D+0\.0", outcome.out)
-    assert [(r["task_id"], r["model"], r["protocol"]) for r in records()] == [
+    answered = [record for record in records() if record["unanswered"] is None]
+    assert [(r["task_id"], r["model"], r["protocol"]) for r in answered] == [
         ("27_2", "m", protocol),
         ("11_1", "m", protocol),
     ]
     assert summary()["protocol"] == protocol
     assert summary()["execution_success"]["numerator"] == 0
-    assert summary()["execution_success"]["denominator"] == (2 if protocol == "strict" else 1)
+
+
+@pytest.mark.parametrize(("protocol", "in_statistics"), [("strict", 338), ("eai-1.0.5", 305)])
+def test_a_task_without_an_answer_counts_as_failed_and_is_told(
+    eai: Command, data_store: Store, protocol: str, in_statistics: int
+) -> None:
+    gold = answer_book("virtualhome", Ability.ACTION_SEQUENCING, data_store).gold
+    tasks = list(open_virtualhome(data_store))
+    answers = [{"identifier": task_id, "llm_output": gold(task_id).text} for task_id in tasks[:50]]
+    outcome = eai("score", write(answers), *HERE, "--protocol", protocol, "--out", "out")
+    assert outcome.status == 0
+    assert re.search(r"answered tasks\D+50/342", outcome.out)
+    assert outcome.err.startswith("m: 292 of 342 tasks without an answer, counted as failed where they are")
+    assert [record["task_id"] for record in records()] == tasks
+    assert {record["suite_size"] for record in records()} == {342}
+    lacking = [record for record in records() if record["unanswered"] is not None]
+    assert [record["task_id"] for record in lacking] == tasks[50:]
+    assert {record["unanswered"] for record in lacking} == {"the response file has no row of the task"}
+    assert {(record["error"], record["response"]) for record in lacking} == {(None, "")}
+    whole = summary()
+    assert whole["coverage"]["answered"] == 50
+    assert whole["coverage"]["ranked"] is True
+    assert whole["task_success"]["denominator"] == in_statistics
+    assert 0 < whole["execution_success"]["numerator"] <= 50
+    assert whole["parsing"]["numerator"] == 0
+
+    allowed = eai("score", "m_outputs.json", *HERE, "--protocol", protocol, "--allow-missing", "--out", "out")
+    assert allowed.status == 0
+    assert allowed.err == "m: 292 of 342 tasks without an answer, left out; the run is not ranked.\n"
+    part = summary()
+    assert part["coverage"]["ranked"] is False
+    assert part["execution_success"]["numerator"] == whole["execution_success"]["numerator"]
+    assert part["task_success"]["denominator"] <= 50
+    left_out = [record for record in records() if record["excluded_reason"] == "not answered"]
+    assert len(left_out) == part["coverage"]["left_out"] == whole["coverage"]["counted_as_failures"]
+
+
+def test_answers_to_all_tasks_are_no_cause_for_remarks(eai: Command, oracle: Oracle) -> None:
+    outcome = eai("score", write(responses_of(oracle, "gpt-4o-2024-05-13")), *HERE, "--out", "out")
+    assert (outcome.status, outcome.err) == (0, "")
+    assert re.search(r"answered tasks\D+342/342", outcome.out)
+    assert summary()["coverage"] == {
+        "tasks": 342,
+        "answered": 342,
+        "unanswered": 0,
+        "counted_as_failures": 0,
+        "left_out": 0,
+        "not_asked": 0,
+        "ranked": True,
+    }
 
 
 def test_records_are_in_the_order_of_the_data_set(eai: Command, oracle: Oracle) -> None:
@@ -120,7 +172,7 @@ def test_two_files_of_one_model_are_refused(eai: Command) -> None:
     Path("other").mkdir()
     outcome = eai("score", write([WALK]), write([WALK], "other/m_outputs.json"), *HERE, "--out", "out")
     assert outcome.status == 2
-    assert outcome.err == "eai: m: two response files are of this model; score them one at a time\n"
+    assert outcome.err == "eai: m: two files are of this model; score them one at a time\n"
 
 
 @pytest.mark.parametrize(
@@ -205,8 +257,8 @@ def test_extreme_answers_are_counted_and_none_is_lost(
         *("score", write(answers), *HERE, "--protocol", protocol, "--workers", workers),
         *("--no-explanations", "--out", "out"),
     )
-    assert (outcome.status, outcome.err) == (0, "")
-    scored = {record["task_id"]: record for record in records()}
+    assert outcome.status == 0
+    scored = {record["task_id"]: record for record in records() if record["unanswered"] is None}
     assert {task: record["response"] for task, record in scored.items()} == chosen
     assert scored["11_1"]["executable"] is True
     for task in unreadable:
@@ -225,7 +277,7 @@ def test_an_answer_of_100_megabytes_is_counted(protocol: str) -> None:
         text=True,
         check=False,
     )
-    assert (done.returncode, done.stderr) == (0, "")
+    assert done.returncode == 0, done.stderr
     by_task = {record["task_id"]: record for record in records()}
     assert by_task["11_1"]["error"] == {
         "kind": "parsing",

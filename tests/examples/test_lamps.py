@@ -56,7 +56,7 @@ def score(eai: Command, ability: str, answers: dict[str, object]) -> dict[str, d
     rows = [{"identifier": task, "llm_output": json.dumps(answer)} for task, answer in answers.items()]
     Path("m_outputs.json").write_text(json.dumps(rows))
     outcome = eai("score", "m_outputs.json", "--domain", LAMPS, "--ability", ability, "--out", "out")
-    assert (outcome.status, outcome.err) == (0, "")
+    assert outcome.status == 0, outcome.err
     records = map(json.loads, Path("out/records.jsonl").read_text().splitlines())
     return {record["task_id"]: record for record in records}
 

@@ -10,7 +10,7 @@ from eai.abilities.protocol import Ability
 from eai.abilities.record import TaskFeatures
 from eai.abilities.share import Share
 from eai.abilities.transition_modeling.report import OperatorReport, OperatorStatus
-from eai.abilities.verdict import Confusion, GoalVerdict, OperatorVerdict, PlanVerdict
+from eai.abilities.verdict import Confusion, GoalVerdict, OperatorVerdict, PlanVerdict, without_answer
 from eai.benchmarks.behavior.tasks import BehaviorTasks
 from eai.metrics.breakdown import Flow, break_down, outcome
 from eai.metrics.certainty import Case
@@ -33,7 +33,7 @@ PLAN = Explanation(
 
 @pytest.mark.parametrize("kind", FaultKind)
 def test_every_kind_of_error_is_an_outcome(kind: FaultKind) -> None:
-    assert outcome(failed(kind), Ability.ACTION_SEQUENCING).value == kind.value
+    assert outcome(record("1_1", failed(kind))).value == kind.value
 
 
 def test_outcomes_in_the_order_of_their_names() -> None:
@@ -56,7 +56,18 @@ def test_outcomes_in_the_order_of_their_names() -> None:
         (replace(right, planner=PlannerOutcome.UNSOLVABLE), operators, AnswerOutcome.PARTLY_RIGHT),
         (replace(right, planner=PlannerOutcome.NOT_RUN), operators, AnswerOutcome.SUCCESS),
     ):
-        assert outcome(verdict, ability) is expected
+        assert outcome(record("1_1", verdict, ability=ability)) is expected
+
+
+def test_a_task_without_an_answer_is_an_outcome_and_in_no_breakdown() -> None:
+    features = TaskFeatures("name", annotated_steps=3, goals=1)
+    answered = replace(record("2_1", SUCCEEDED), task=features)
+    verdict = without_answer(failed(FaultKind.PARSING))
+    lacking = replace(record("1_1", verdict), task=features, unanswered="no row")
+    found = break_down([answered, lacking], Ability.ACTION_SEQUENCING)
+    assert found.outcomes == {AnswerOutcome.NOT_ANSWERED: 1, AnswerOutcome.SUCCESS: 1}
+    assert found.flow == Flow(1, 1, 1, 1, 1)
+    assert found.by_goals == {1: [Case("2_1", "name", Share(1, 1))]}
 
 
 def test_flow_loses_answers_stage_by_stage() -> None:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
+
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.record import Record
 from eai.abilities.verdict import ErrorReport, GoalTallies, PlanVerdict, Tally, Verdict
@@ -40,3 +43,8 @@ def record(
 ) -> Record:
     """A record of a verdict."""
     return Record(protocol, domain, ability, model, task_id, response, "0" * 64, verdict)
+
+
+def whole(records: Sequence[Record]) -> tuple[Record, ...]:
+    """Records of a suite that has no other tasks than theirs."""
+    return tuple(replace(record, suite_size=len(records)) for record in records)

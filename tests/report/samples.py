@@ -26,7 +26,7 @@ from eai.pddl.offence import Offence, PddlFinding
 from eai.pddl.planning import PlannerOutcome
 from eai.scoring.records import write_records
 from eai.world.fault import FaultKind
-from metrics.verdicts import goals, record
+from metrics.verdicts import goals, record, whole
 
 HOSTILE = (
     "</script><script>document.title='owned'</script>"
@@ -162,7 +162,7 @@ def write_runs(folder: Path, runs: Sequence[Sequence[Record]]) -> Path:
     for number, records in enumerate(runs):
         place = folder / f"run{number}"
         place.mkdir(parents=True)
-        write_records(place / "records.jsonl", records)
+        write_records(place / "records.jsonl", whole(records))
     return folder
 
 

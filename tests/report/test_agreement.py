@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
 from eai.abilities.protocol import Ability, Protocol
@@ -7,7 +9,7 @@ from eai.abilities.verdict import SubgoalCategory, SubgoalVerdict, Verdict
 from eai.report.agreement import Agreement, agreements
 from eai.report.run_summary import summary_of
 from eai.report.runs import Run, RunKey
-from metrics.verdicts import record
+from metrics.verdicts import record, whole
 from oracle import Oracle
 
 GPT_4O = "gpt-4o-2024-05-13"
@@ -15,8 +17,8 @@ GPT_4O = "gpt-4o-2024-05-13"
 
 def run_of(verdicts: list[Verdict], model: str, protocol: Protocol) -> Run:
     ability = Ability.SUBGOAL_DECOMPOSITION
-    records = tuple(record(str(i), v, ability=ability, model=model) for i, v in enumerate(verdicts))
-    return Run(RunKey(protocol, "behavior", ability, model), records)
+    records = [record(str(i), v, ability=ability, model=model) for i, v in enumerate(verdicts)]
+    return Run(RunKey(protocol, "behavior", ability, model), whole(records))
 
 
 def compared(verdicts: list[Verdict], model: str, protocol: Protocol) -> list[Agreement]:
@@ -28,6 +30,13 @@ def test_only_the_paper_s_models_under_its_protocol_are_compared() -> None:
     assert compared(verdicts, GPT_4O, Protocol.EAI_1_0_5)
     assert not compared(verdicts, GPT_4O, Protocol.STRICT)
     assert not compared(verdicts, "my-model", Protocol.EAI_1_0_5)
+
+
+def test_a_run_that_leaves_tasks_out_is_not_compared() -> None:
+    run = run_of([SubgoalVerdict(category=SubgoalCategory.CORRECT)], GPT_4O, Protocol.EAI_1_0_5)
+    part = replace(run, records=(replace(run.records[0], suite_size=2),))
+    assert agreements([summary_of(run)])
+    assert not agreements([summary_of(part)])
 
 
 def test_cells_are_counted_by_their_distance() -> None:

@@ -11,14 +11,16 @@ from eai.metrics.paper_tables import OTHER_TABLES, paper_table
 from eai.report.besides import tables_besides
 from eai.report.data_files import tables_csv, tables_json
 from eai.report.latex import table_latex
+from eai.report.row import RowSource
 from eai.report.run_summary import RunSummary, summary_of
 from eai.report.runs import Run, RunKey
 from eai.report.table import Table
+from metrics.verdicts import whole
 from report.samples import action_run, goal_run, operator_run
 
 
 def summary(records: Sequence[Record], protocol: Protocol = Protocol.EAI_1_0_5) -> RunSummary:
-    renamed = tuple(replace(record, protocol=protocol) for record in records)
+    renamed = whole([replace(record, protocol=protocol) for record in records])
     first = renamed[0]
     return summary_of(Run(RunKey(protocol, first.domain, first.ability, first.model), renamed))
 
@@ -28,7 +30,7 @@ def besides(*runs: RunSummary) -> dict[tuple[str, str], Table]:
 
 
 def runs_in(table: Table) -> list[str]:
-    return [row.model for row in table.rows if not row.from_paper]
+    return [row.model for row in table.rows if row.source is RowSource.RUN]
 
 
 @pytest.mark.parametrize("name", OTHER_TABLES)

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -9,7 +10,8 @@ from typer.testing import CliRunner
 from eai.abilities.protocol import Protocol
 from eai.benchmarks.reference.older_wording import TASK
 from eai.cli import app
-from metrics.verdicts import SUCCEEDED, record
+from eai.scoring.records import write_records
+from metrics.verdicts import SUCCEEDED, record, whole
 from report.samples import action_run, goal_run, write_runs
 
 RUNNER = CliRunner(env={"COLUMNS": "100"})
@@ -23,7 +25,7 @@ def runs(tmp_path: Path) -> Path:
 def test_compare_prints_both_and_where_they_differ(runs: Path) -> None:
     result = RUNNER.invoke(app, ["compare", str(runs / "run0"), str(runs / "run1"), "--tasks", "2"])
     assert result.exit_code == 0
-    assert "A first, B second" in result.output
+    assert "A first, 12/12 answered\nB second, 12/12 answered\n" in re.sub(r" +\n", "\n", result.output)
     assert "exact McNemar" in result.output
     assert "11 tasks of 4 names" in result.output
     assert "independent:" in result.output
@@ -63,7 +65,10 @@ def test_leaderboard_lists_runs_and_papers_by_rank(runs: Path) -> None:
     assert "VirtualHome, protocol strict" in alone.output
     assert "(paper)" not in alone.output
     both = RUNNER.invoke(app, ["leaderboard", str(runs), "--paper"])
-    assert both.output.count("(paper)") == 18
+    assert both.output.count("(published)") == 9
+    assert "(paper)" not in both.output
+    old = write_runs(runs / "old", [action_run("third", "eai-1.0.5")])
+    assert RUNNER.invoke(app, ["leaderboard", str(old), "--paper"]).output.count("(paper)") == 18
 
 
 def test_beside_the_paper_a_plan_misses_the_goal_that_only_the_paper_asked_for(tmp_path: Path) -> None:
@@ -73,3 +78,21 @@ def test_beside_the_paper_a_plan_misses_the_goal_that_only_the_paper_asked_for(t
     assert "100.0" in alone
     assert "100.0" in next(line for line in alone.splitlines() if "│ m " in line)
     assert "100.0" not in next(line for line in both.splitlines() if "│ m " in line).split("│")[3]
+
+
+def test_what_is_not_answered_is_said_wherever_a_run_is_shown(tmp_path: Path) -> None:
+    records = [replace(record, suite_size=20) for record in action_run("part")]
+    write_records(tmp_path / "part.jsonl", records)
+    write_records(tmp_path / "whole.jsonl", whole(action_run("whole")))
+    part, other = str(tmp_path / "part.jsonl"), str(tmp_path / "whole.jsonl")
+    said = "only 12 of 20 tasks were asked; the run is not ranked."
+    leaderboard = RUNNER.invoke(app, ["leaderboard", part, other])
+    assert f"¹ Action sequencing: {said}" in leaderboard.output
+    assert re.search(r"│ +│ part¹ +│ +12/20 │", leaderboard.output)
+    assert f"A: {said}" in RUNNER.invoke(app, ["compare", part, other]).output
+    arguments = ["report", part, other, "--out", str(tmp_path / "out"), "--no-plots", "--no-prompts"]
+    assert RUNNER.invoke(app, arguments).exit_code == 0
+    page = (tmp_path / "out" / "report.md").read_text(encoding="utf-8")
+    assert said in page
+    assert "|  | part¹ | 12/20 |" in page
+    assert r" & part\textsuperscript{1} & 12/20 & " in (tmp_path / "out" / "tables.tex").read_text("utf-8")

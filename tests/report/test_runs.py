@@ -33,6 +33,13 @@ def test_order_is_protocol_domain_ability_model(tmp_path: Path) -> None:
     ]
 
 
+def test_a_task_that_stands_twice_in_a_run_is_refused(tmp_path: Path) -> None:
+    file = tmp_path / "merged.jsonl"
+    write_records(file, [*goal_run(), goal_run()[1]])
+    with pytest.raises(InputError, match=r"merged.jsonl: task 1_1 stands there 2 times in the run first"):
+        list(read_runs([file]))
+
+
 def test_what_cannot_be_used(tmp_path: Path) -> None:
     (tmp_path / "empty").mkdir()
     blank = tmp_path / "records.jsonl"

@@ -1,7 +1,11 @@
 from __future__ import annotations
 
+from dataclasses import replace
+
+import pytest
+
 from eai.abilities.protocol import Ability, Protocol
-from eai.abilities.record import Record
+from eai.abilities.record import NOT_ANSWERED, Record
 from eai.abilities.verdict import (
     Confusion,
     GoalVerdict,
@@ -9,28 +13,33 @@ from eai.abilities.verdict import (
     SubgoalCategory,
     SubgoalVerdict,
     Verdict,
+    without_answer,
 )
+from eai.metrics.published_scores import published_scores
 from eai.metrics.rate import Rate
 from eai.pddl.planning import PlannerOutcome
+from eai.report.row import RowSource
 from eai.report.run_summary import summary_of
 from eai.report.runs import Run, RunKey
 from eai.report.table import Table, make_table
 from eai.report.table_specs import TABLES
 from eai.world.fault import FaultKind
-from metrics.verdicts import SUCCEEDED, failed, record
+from metrics.verdicts import SUCCEEDED, failed, record, whole
 
 BAD = failed(FaultKind.AFFORDANCE)
 SPECS = {spec.name: spec for spec in TABLES}
 
 
 def run_of(verdicts: list[Verdict], ability: Ability, model: str) -> Run:
-    records = tuple(record(f"{i}_1", v, ability=ability, model=model) for i, v in enumerate(verdicts))
-    return Run(RunKey(Protocol.STRICT, "virtualhome", ability, model), records)
+    records = [record(f"{i}_1", v, ability=ability, model=model) for i, v in enumerate(verdicts)]
+    return Run(RunKey(Protocol.STRICT, "virtualhome", ability, model), whole(records))
 
 
-def table(name: str, runs: list[Run], *, with_paper: bool = False) -> Table | None:
-    runs = [summary_of(run) for run in runs]
-    return make_table(SPECS[name], Protocol.STRICT, "virtualhome", runs, with_paper=with_paper)
+def table(
+    name: str, runs: list[Run], protocol: Protocol = Protocol.STRICT, *, with_paper: bool = False
+) -> Table | None:
+    summaries = [summary_of(run) for run in runs]
+    return make_table(SPECS[name], protocol, "virtualhome", summaries, with_paper=with_paper)
 
 
 def plans(good: int, model: str) -> Run:
@@ -66,18 +75,75 @@ def test_columns_without_numbers_are_left_out() -> None:
 
 
 def test_paper_stands_beside_with_notes_on_its_cells() -> None:
-    found = table("overview", [plans(10, "a")], with_paper=True)
+    found = table("overview", [plans(10, "a")], Protocol.EAI_1_0_5, with_paper=True)
     assert found is not None
     assert len(found.rows) == 19
     assert found.rows[0].model == "a"
     opus = next(row for row in found.rows if row.model == "Claude-3 Opus")
-    assert opus.from_paper
+    assert opus.source is RowSource.PAPER
     assert opus.cells[0].percent == 64.6
     (number,) = opus.cells[0].notes
     assert "64.9" in found.notes[number - 1]
     used = {n for row in found.rows for cell in row.cells for n in cell.notes}
     used |= {n for notes in found.column_notes for n in notes}
     assert used == set(range(1, len(found.notes) + 1))
+
+
+def test_the_paper_s_figures_never_stand_beside_runs_under_another_protocol() -> None:
+    found = table("overview", [plans(4, "a")], with_paper=True)
+    assert found is not None
+    assert {row.source for row in found.rows} == {RowSource.RUN, RowSource.PUBLISHED}
+    ours = next(row for row in found.rows if row.source is RowSource.RUN)
+    gpt_4o = next(row for row in found.rows if row.model == "GPT-4o")
+    assert (gpt_4o.rank, gpt_4o.answered) == (4, "342/342")
+    assert (ours.rank, ours.answered) == (7, "10/10")
+    known = published_scores().suites["virtualhome/action_sequencing"].rates("GPT-4o")["task_success"]
+    assert gpt_4o.cells[0].rate == known
+    told = " ".join(found.notes[number - 1] for number in gpt_4o.notes)
+    assert f"{len(found.rows) - 1} of the paper's 18 models" in told
+    assert "Scored against other data than the runs: Action sequencing." in told
+
+
+@pytest.mark.parametrize(
+    ("answered", "size", "excluded", "remark"),
+    [
+        (8, 12, None, "only 10 of 12 tasks were asked"),
+        (8, 10, NOT_ANSWERED, "2 of 10 tasks without an answer, left out"),
+        (10, None, None, "do not say how many tasks"),
+    ],
+)
+def test_a_run_that_leaves_tasks_out_is_last_without_rank_or_bold(
+    answered: int, size: int | None, excluded: str | None, remark: str
+) -> None:
+    run = plans(10, "partial")
+    lacking = replace(SUCCEEDED, excluded=excluded)
+    records = [
+        replace(
+            r,
+            suite_size=size,
+            unanswered=None if i < answered else "why",
+            verdict=r.verdict if i < answered else lacking,
+        )
+        for i, r in enumerate(run.records)
+    ]
+    found = table("overview", [plans(1, "a"), plans(2, "b"), replace(run, records=tuple(records))])
+    assert found is not None
+    assert [(row.rank, row.model) for row in found.rows] == [(1, "b"), (2, "a"), (None, "partial")]
+    assert [row.cells[0].best for row in found.rows] == [True, False, False]
+    (number,) = found.rows[-1].notes
+    assert remark in found.notes[number - 1]
+
+
+def test_a_run_whose_missing_answers_count_as_failures_is_ranked_with_a_note() -> None:
+    run = plans(10, "partial")
+    failure = replace(run.records[0], unanswered="why", verdict=without_answer(BAD))
+    found = table("overview", [plans(4, "a"), replace(run, records=(*run.records[:5], *[failure] * 5))])
+    assert found is not None
+    assert [(row.rank, row.model, row.answered) for row in found.rows] == [
+        (1, "partial", "5/10"),
+        (2, "a", "10/10"),
+    ]
+    assert found.notes == ("Action sequencing: 5 of 10 tasks without an answer, counted as failed.",)
 
 
 def test_average_is_the_paper_s_mean_with_an_interval() -> None:

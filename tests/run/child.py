@@ -1,15 +1,127 @@
-"""A job done in a process of its own, which imports this module by its name."""
+"""Inspect in a process of its own, which imports this module by its name: its warnings are none of ours."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
+import inspect_ai
+from inspect_ai.log import EvalLog, read_eval_log, write_eval_log
+from inspect_ai.model import Model, ModelOutput, ModelUsage, get_model
+
+from eai.abilities.protocol import Ability, Protocol
+from eai.abilities.record import Record
+from eai.abilities.responses import file_name
+from eai.abilities.verdict import Json
 from eai.benchmarks.registry import find_benchmark
+from eai.benchmarks.source import Source
+from eai.benchmarks.suite import Suite, open_suite
+from eai.metrics.rate import Rate
+from eai.pddl.planning import PlannerChoice
 from eai.run.evaluation import Answers, obtain_answers
-from eai.run.job import Job
+from eai.run.job import Endpoint, Job
+from eai.run.logs import write_scores
+from eai.run.registry import TASKS
+from eai.run.scorer import SCORERS
+from eai.scoring.batch import Settings
+from eai.scoring.epochs import Obtained, settle
+from suites import official_prompts
+
+PLANNER = PlannerChoice.BUILT_IN
+
+
+class Asked(NamedTuple):
+    """Tasks of a suite."""
+
+    domain: str
+    ability: Ability
+    protocol: Protocol
+    task_ids: Sequence[str]
+
+    def suite(self) -> Suite:
+        return open_suite(self.domain, self.ability, self.protocol, source=Source(planner=PLANNER))
+
+
+class Whom(NamedTuple):
+    """A model, and how often it is asked."""
+
+    model: str
+    arguments: Mapping[str, Json]
+    epochs: int = 1
+
+
+@dataclass(frozen=True)
+class Ran:
+    """What a run left."""
+
+    rates: Mapping[str, Rate]
+    records: Sequence[Record]
+    of_epochs: Sequence[Mapping[str, Rate]]
+    log: Path
 
 
 def obtain_in_child(make_job: Callable[..., Job], journal: Path, logs: Path) -> Answers:
     """Do a job of VirtualHome, which is found where it is asked: a declaration does not travel."""
     return obtain_answers(make_job(benchmark=find_benchmark("virtualhome")), journal, logs)
+
+
+def run_in_child(asked: Asked, whom: Whom, folder: Path) -> Ran:
+    """What ``eai run`` does."""
+    suite, model = asked.suite(), whom.model
+    prompts = official_prompts(suite.domain, suite.ability)
+    prompts = {task_id: prompts[task_id] for task_id in asked.task_ids}
+    endpoint = Endpoint(model, whom.arguments)
+    job = Job(endpoint, suite.benchmark, suite.ability, prompts, whom.epochs, source=suite.source)
+    answers = obtain_answers(job, folder / "answers.jsonl", folder / "logs")
+    obtained = Obtained(model, file_name(model), prompts, answers.given, answers.failures, whom.epochs)
+    result = settle(obtained, folder, suite, Settings())
+    write_scores(answers.log, result.by_place(), PLANNER)
+    return Ran(result.rates, result.records, [one.rates for one in result.of_epochs], answers.log)
+
+
+def evaluate_in_child(asked: Asked, whom: Whom, folder: Path) -> Path:
+    """What ``inspect eval`` does; where its log is."""
+    return _evaluate(asked, get_model(whom.model, **whom.arguments), folder, whom.epochs)
+
+
+def evaluate_answers_in_child(asked: Asked, answers: Sequence[str | None], folder: Path) -> Path:
+    """What ``inspect eval`` does with a model whose request fails where there is no answer."""
+
+    def outputs() -> Iterator[ModelOutput]:
+        for text in answers:
+            output = ModelOutput(model="mockllm/model", error="out of order")
+            if text is not None:
+                output = ModelOutput.from_content("mockllm/model", text)
+            output.usage = ModelUsage()  # Inspect would count by itself, for which it downloads a tokenizer
+            yield output
+
+    return _evaluate(asked, get_model("mockllm/model", custom_outputs=outputs()), folder, 1)
+
+
+def score_in_child(path: Path, asked: Asked) -> Path:
+    """What ``inspect score`` does; where the scored log is."""
+    scorer = SCORERS[asked.ability](asked.domain, asked.protocol.value, PLANNER.value)
+    log = inspect_ai.score(read_eval_log(path), scorer, action="overwrite", display="none")
+    return _write(log, path.with_name("scored.eval"))
+
+
+def _evaluate(asked: Asked, model: Model, folder: Path, epochs: int) -> Path:
+    task = TASKS[f"{asked.domain}_{asked.ability.value}"](
+        protocol=asked.protocol.value, planner=PLANNER.value, tasks=asked.task_ids
+    )
+    (log,) = inspect_ai.eval(
+        task,
+        model=model,
+        epochs=epochs,
+        log_dir=str(folder),
+        display="none",
+        fail_on_error=False,
+    )
+    return _write(log, folder / "evaluated.eval")
+
+
+def _write(log: EvalLog, path: Path) -> Path:
+    write_eval_log(log, str(path))
+    return path

@@ -10,6 +10,7 @@ import time
 from pathlib import Path
 
 import pytest
+from inspect_ai.log import read_eval_log
 
 from eai.abilities.protocol import Ability
 from eai.benchmarks.registry import find_benchmark
@@ -17,6 +18,7 @@ from eai.data.store import Store
 from eai.errors import EaiError
 from eai.run.evaluation import obtain_answers
 from eai.run.job import Endpoint, Job
+from processes import eai
 from run.server import Reply, serve
 from suites import answer_book, official_prompts
 
@@ -60,6 +62,32 @@ def test_a_killed_run_goes_on_where_it_was(data_store: Store, tmp_path: Path) ->
         interrupted, whole = (tmp_path / run / RESULTS / name for run in ("killed", "at_once"))
         assert interrupted.read_bytes() == whole.read_bytes()
     assert json.loads(printed)[0]["metrics"]["task_success"]["numerator"] == TASKS
+    log = read_eval_log(max((tmp_path / "killed" / "logs").glob("*.eval")))
+    samples, results = log.samples or [], log.results
+    assert {
+        sample.id: (sample.scores or {})["action_sequencing"].value for sample in samples
+    } == dict.fromkeys(prompts, "C")
+    assert {sample.messages[-1].text for sample in samples} == {gold(task_id).text for task_id in prompts}
+    assert results is not None
+    assert results.scores[-1].metrics["task_success"].value == 1.0
+
+
+def test_scores_under_another_protocol_replace_those_in_the_log(data_store: Store, tmp_path: Path) -> None:
+    arguments = "run --model eai/noisy -M rate=0.5 --domain virtualhome --ability action_sequencing --json"
+    numbers = []
+    for protocol in ("strict", "eai-1.0.5"):
+        done = eai(*arguments.split(), "--limit", 6, "--protocol", protocol, "--out", tmp_path)
+        assert done.status == 0, done.err
+        (path,) = (tmp_path / "logs").glob("*.eval")
+        log = read_eval_log(path)
+        assert log.results is not None
+        assert log.eval.scorers is not None
+        assert (log.eval.scorers[0].options or {})["protocol"] == protocol
+        metrics = json.loads(done.out)[0]["metrics"]
+        number = log.results.scores[-1].metrics["task_success"].value
+        assert 100 * number == pytest.approx(metrics["task_success"]["value"])
+        numbers.append((number, log.results.scores[-1].scored_samples))
+    assert numbers[0] != numbers[1]
 
 
 def test_a_run_that_is_interrupted_says_how_it_goes_on(data_store: Store, tmp_path: Path) -> None:
@@ -73,7 +101,7 @@ def test_a_run_that_is_interrupted_says_how_it_goes_on(data_store: Store, tmp_pa
             time.sleep(0.01)
         run.send_signal(signal.SIGINT)
         printed, errors = run.communicate(timeout=60)
-    assert (run.returncode, printed) == (2, "")
+    assert (run.returncode, printed) == (130, "")
     assert errors.splitlines()[-1] == "eai: interrupted; the same command goes on from here"
 
 

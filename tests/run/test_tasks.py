@@ -1,11 +1,14 @@
 from __future__ import annotations
 
+import re
+
 import pytest
 from inspect_ai.model import ChatMessageSystem, ChatMessageUser
 from inspect_ai.util import registry_info
 
 from eai.abilities.protocol import Ability
 from eai.data.store import Store
+from eai.errors import InputError
 from eai.run.registry import TASKS
 from suites import official_prompts
 
@@ -34,3 +37,24 @@ def test_a_task_asks_the_official_prompts(data_store: Store, domain: str, abilit
         assert sample.metadata is not None
         assert tuple(sample.metadata["stop"]) == prompt.stop
     assert task.config.temperature == 0.0
+
+
+def test_arguments_of_a_task() -> None:
+    """Inspect reads arguments as YAML, in which 27_2 is a number, and parts them at commas."""
+    make = TASKS["virtualhome_transition_modeling"]
+    for tasks, ids in (
+        (272, ["27_2"]),
+        ("27_2", ["27_2"]),
+        (["27_2", "975_2"], ["975_2", "27_2"]),
+    ):
+        task = make(tasks=tasks, planner="none", protocol="eai-1.0.5", prompts="eai")
+        assert [sample.id for sample in task.dataset] == ids
+    for wrong, message in (
+        ({"tasks": "0_0"}, "tasks: '0_0' is not a task of this suite"),
+        ({"tasks": 99}, "tasks=99 is a number and no task"),
+        ({"planner": "fast"}, "'fast' is no planner: expected one of full, built_in"),
+        ({"protocol": "lax"}, "'lax' is no protocol: expected one of strict"),
+        ({"prompts": "mine"}, "'mine' is no set of prompts: expected one of official, eai"),
+    ):
+        with pytest.raises(InputError, match=re.escape(message)):
+            make(**wrong)

@@ -1,17 +1,20 @@
 from __future__ import annotations
 
+import time
 from dataclasses import dataclass, replace
+from multiprocessing import active_children
 
 import pytest
 
 from eai.abilities.explanation import Explanation
 from eai.abilities.protocol import Ability, Protocol
+from eai.abilities.record import NOT_ANSWERED
 from eai.abilities.responses import Response, ResponseFile
 from eai.abilities.scorer import Assessment, Scorer
 from eai.abilities.verdict import PlanVerdict
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.suite import Suite
-from eai.scoring.batch import score_batch
+from eai.scoring.batch import Settings, score_batch, score_run, worker_pool
 
 BENCHMARK = find_benchmark("virtualhome")
 TASK_IDS = tuple(f"{number}_1" for number in range(7))
@@ -55,8 +58,38 @@ def test_nothing_to_score_gives_no_record(workers: int) -> None:
     assert score_batch(echo_suite(), ResponseFile("m", ()), workers=workers) == []
 
 
+@pytest.mark.parametrize("allow_missing", [False, True])
+def test_what_is_asked_and_not_answered_stands_in_its_place(allow_missing: bool) -> None:
+    some = ResponseFile("m", (ANSWERS.responses[4], ANSWERS.responses[1]))
+    settings = Settings(explanations=False, allow_missing=allow_missing)
+    records = score_run(echo_suite(), some, {"5_1": "refused", "0_1": "late"}, settings)
+    assert [(r.task_id, r.unanswered) for r in records] == [
+        ("0_1", "late"),
+        ("1_1", None),
+        ("4_1", None),
+        ("5_1", "refused"),
+    ]
+    assert {record.suite_size for record in records} == {len(TASK_IDS)}
+    lacking = (
+        PlanVerdict(excluded=NOT_ANSWERED) if allow_missing else PlanVerdict(executable=False, success=False)
+    )
+    assert [record.verdict for record in records] == [lacking, *[PlanVerdict(success=True)] * 2, lacking]
+
+
 @pytest.mark.parametrize("workers", [1, 2])
 def test_explanations_stand_in_the_records_where_they_are_asked_for(workers: int) -> None:
     first = score_batch(echo_suite(), ANSWERS, workers=workers, explanations=True)[0]
     assert first.explanation == Explanation(notes=("on answer to 0_1",))
     assert score_batch(echo_suite(), ANSWERS, workers=workers)[0].explanation is None
+
+
+def test_an_interrupt_ends_workers_whatever_they_do() -> None:
+    def interrupted() -> None:
+        with worker_pool(2) as pool:
+            pool.submit(time.sleep, 3600)
+            raise KeyboardInterrupt
+
+    before = active_children()
+    with pytest.raises(KeyboardInterrupt):
+        interrupted()
+    assert set(active_children()) <= set(before)

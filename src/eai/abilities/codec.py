@@ -50,6 +50,8 @@ def record_to_json(record: Record) -> dict[str, Json]:
         "data_sha256": record.data_sha256,
         **fields_of(record.verdict),
         "repairs": list(record.repairs),
+        "unanswered": record.unanswered,
+        "suite_size": record.suite_size,
     }
     if record.origin is not None:
         written |= dataclass_to_json(record.origin)

@@ -16,9 +16,10 @@ V = TypeVar("V", bound=Verdict)
 
 
 class AnswerOutcome(str, Enum):
-    """What one answer came to; those that are not errors first."""
+    """What one answer, or the lack of one, came to; what is no error of the model's comes first."""
 
     EXCLUDED = "excluded"
+    NOT_ANSWERED = "not_answered"
     SUCCESS = "success"
     PARTLY_RIGHT = "partly_right"
     """Goals or operators of which some are right."""

@@ -12,6 +12,9 @@ from eai.abilities.verdict import Json, Verdict
 
 Number = TypeVar("Number", int, float)
 
+NOT_ANSWERED = "not answered"
+"""Why a task is left out of all statistics that would be a failure, had the user not asked otherwise."""
+
 
 @dataclass(frozen=True, slots=True)
 class Usage:
@@ -98,6 +101,9 @@ class Record:
         explanation: what became of the answer in words, where that was asked for.
         origin: where the answer comes from, where a run knows it.
         task: what the task is like, where that is known.
+        unanswered: why there is no answer; None if there is one, be it empty.
+        suite_size: how many tasks the suite has, whose records together are a whole run; None if that is
+            not known.
     """
 
     protocol: Protocol
@@ -111,6 +117,8 @@ class Record:
     explanation: Explanation | None = None
     origin: Origin | None = None
     task: TaskFeatures | None = None
+    unanswered: str | None = None
+    suite_size: int | None = None
 
     @property
     def repairs(self) -> tuple[str, ...]:

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from eai.abilities.explanation import Explanation
-from eai.abilities.verdict import Verdict
+from eai.abilities.verdict import Verdict, without_answer
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,6 +33,13 @@ class Scorer(ABC):
     def score(self, text: str) -> Verdict:
         """The verdict on an answer."""
         return self.assess(text).verdict
+
+    def unanswered(self) -> Verdict:
+        """The verdict where there is no answer: nothing is reached, all is missed, and no error is counted.
+
+        A task that is left out of all statistics whatever the answer is left out here too.
+        """
+        return without_answer(self.score(""))
 
     def explain(self, text: str) -> Explanation:
         """What became of an answer, in words."""

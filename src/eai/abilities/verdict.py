@@ -6,9 +6,9 @@ A verdict is a value of its ability's own class, which has what the ability has 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
-from typing import NamedTuple, TypeAlias
+from typing import NamedTuple, TypeAlias, TypeVar
 
 from eai.abilities.transition_modeling.report import OperatorReport
 from eai.pddl.planning import PlannerOutcome
@@ -204,3 +204,26 @@ class OperatorVerdict(Verdict):
     operators: tuple[OperatorReport, ...] = ()
     plan: tuple[str, ...] = ()
     planner_detail: str = ""
+
+
+V = TypeVar("V", bound=Verdict)
+
+
+def without_answer(verdict: V) -> V:
+    """The verdict on an empty answer as one on no answer at all.
+
+    It fails, but by no error of the model's, and no goal is reached, though it may hold from the beginning.
+    """
+    if not isinstance(verdict, PlanVerdict) or verdict.excluded is not None:
+        return replace(verdict, error=None)
+    goals = None if verdict.goals is None else GoalTallies(*(Tally(0, t.total) for t in verdict.goals))
+    failed = replace(
+        verdict,
+        error=None,
+        executable=False,
+        success=False,
+        goals=goals,
+        goals_satisfied=(False,) * len(verdict.goals_satisfied),
+        counted=None,
+    )
+    return replace(failed, category=None) if isinstance(failed, SubgoalVerdict) else failed

@@ -32,6 +32,7 @@ class Suite:
         tasks: the tasks of the benchmark by id; empty where scorers are all that there is.
         reopen: opens the same suite once more, say in another process; None if it was not opened by
             `open_suite`.
+        source: where its data comes from, and the planner.
     """
 
     benchmark: Benchmark
@@ -44,6 +45,7 @@ class Suite:
     tasks: Mapping[str, Task] = field(default_factory=dict, repr=False)
     _made: dict[str, Scorer] = field(default_factory=dict, repr=False)
     reopen: Callable[..., Suite] | None = field(default=None, repr=False)
+    source: Source = field(default_factory=Source)
 
     @property
     def domain(self) -> str:
@@ -77,6 +79,10 @@ class Suite:
         """The verdict on an answer to a task."""
         return self.scorer(task_id).score(text)
 
+    def unanswered(self, task_id: str) -> Verdict:
+        """The verdict on a task without an answer: a failure, unless the task is in no statistics at all."""
+        return self.scorer(task_id).unanswered()
+
 
 def open_suite(
     benchmark: Benchmark | str,
@@ -105,15 +111,10 @@ def open_suite(
         raise InputError(f"{found.name} is not scored under {protocol.value}")
     source = source or Source()
     opened = wing(found, ability, form, source)
-    again = partial(
-        open_suite,
-        found.reference or found,
-        ability,
-        protocol,
-        source=replace(source, report=silent),
-        form=form,
-    )
-    return Suite(found, ability, protocol, *opened, tasks=found.tasks(source), reopen=again)
+    tasks = found.tasks(source)
+    source = replace(source, report=silent)
+    again = partial(open_suite, found.reference or found, ability, protocol, source=source, form=form)
+    return Suite(found, ability, protocol, *opened, tasks=tasks, reopen=again, source=source)
 
 
 def available_suites() -> tuple[tuple[str, Ability], ...]:

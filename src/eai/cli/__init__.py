@@ -9,7 +9,10 @@ import typer
 
 from eai.cli import analyze, compare, data, explain, leaderboard, prompts, report, run, score, submission
 from eai.cli.console import errors
-from eai.errors import EaiError
+from eai.errors import EaiError, InterruptError
+
+INTERRUPTED = 128 + signal.SIGINT
+"""The exit status of what was interrupted."""
 
 app = typer.Typer(
     name="eai",
@@ -32,6 +35,8 @@ app.command(no_args_is_help=True)(leaderboard.leaderboard)
 def main() -> None:
     """Run the command line; unusable input ends with one line on standard error and exit status 2.
 
+    An interrupt ends with exit status 130, as of any program.
+
     A request to terminate is an ordinary exit, so that planners are ended and their folders removed.
     """
     signal.signal(signal.SIGTERM, lambda number, frame: sys.exit(128 + number))
@@ -39,6 +44,6 @@ def main() -> None:
         app()
     except EaiError as error:
         errors().print(f"eai: {error}", markup=False, highlight=False, soft_wrap=True)
-        sys.exit(2)
+        sys.exit(INTERRUPTED if isinstance(error, InterruptError) else 2)
     except BrokenPipeError:
         sys.exit(1)

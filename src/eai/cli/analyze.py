@@ -75,7 +75,7 @@ def _analyze(
     outcomes = [
         outcome
         for record in records
-        if record.task_id in scorers
+        if record.task_id in scorers and record.unanswered is None
         for outcome in try_operators(scorers[record.task_id], record.response)
     ]
     operators = (name for scorer in scorers.values() for name in scorer.task.domain.operators)

@@ -11,12 +11,13 @@ from rich.table import Table
 from rich.text import Text
 
 from eai.abilities.protocol import Ability
-from eai.cli.console import errors, output
+from eai.cli.console import errors, output, print_remark
 from eai.errors import InputError
 from eai.metrics.certainty import Certainty, Interval
 from eai.metrics.comparison import Comparison, Difference
 from eai.metrics.comparison import compare as compare_runs
-from eai.report.runs import Run, RunKey, read_runs
+from eai.metrics.coverage import coverage_of
+from eai.report.runs import Run, read_runs
 
 _SURE = 0.05
 _UNNAMED = (
@@ -47,7 +48,7 @@ def compare(
     for place in shared:
         one, other = before[place], after[place]
         comparison = compare_runs(one.records, other.records)
-        _print(place, one.key, other.key, comparison, tasks)
+        _print(place, one, other, comparison, tasks)
         if not all(record.task for record in (*one.records, *other.records)):
             errors().print(_UNNAMED, markup=False, highlight=False)
 
@@ -72,9 +73,14 @@ def _named(place: _Place) -> str:
     return f"{domain} {ability.value}, protocol {protocol}"
 
 
-def _print(place: _Place, first: RunKey, second: RunKey, found: Comparison, listed: int) -> None:
+def _print(place: _Place, one: Run, other: Run, found: Comparison, listed: int) -> None:
+    first, second = one.key, other.key
+    coverages = {"A": coverage_of(one.records), "B": coverage_of(other.records)}
     names = "" if found.names == found.tasks else f" of {found.names} names"
-    title = f"{_named(place)}: {found.tasks} tasks{names}\nA {first.model}, B {second.model}"
+    title = (
+        f"{_named(place)}: {found.tasks} tasks{names}\n"
+        f"A {first.model}, {coverages['A']} answered\nB {second.model}, {coverages['B']} answered"
+    )
     table = Table(
         "percent", title=title, title_justify="left", caption=_caption(found), caption_justify="left"
     )
@@ -84,6 +90,8 @@ def _print(place: _Place, first: RunKey, second: RunKey, found: Comparison, list
         for row in _rows(difference):
             table.add_row(*row)
     output().print(table)
+    for side, coverage in coverages.items():
+        print_remark(side, coverage)
     for difference in found.differences:
         for name, tasks in ((first.model, difference.only_first), (second.model, difference.only_second)):
             if tasks:

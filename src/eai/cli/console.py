@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeRemainingColumn
@@ -12,10 +13,15 @@ from rich.text import Text
 
 from eai.data.progress import Progress as Step
 from eai.data.progress import Report, Stage
+from eai.errors import EaiError
+from eai.metrics.coverage import Coverage
 from eai.metrics.rate import Rate
 
 DOMAIN_HELP = "A benchmark: virtualhome, behavior, another one by its name, module:object, or pddl:FILE,DIR."
 """What ``--domain`` takes."""
+
+MISSING_HELP = "Leave tasks without an answer out of all rates; the run is then not ranked."
+"""What ``--allow-missing`` does."""
 
 _COLUMN_WIDTH = 18
 """What a model's column is granted before its name is folded, frame included."""
@@ -55,10 +61,21 @@ def data_progress() -> Iterator[Report]:
             bar.stop()
 
 
-def print_rates(title: str, metrics: Sequence[str], rates: Mapping[str, Mapping[str, Rate]]) -> None:
-    """Print rates in percent with one decimal: a row a metric, a column a model; as many as fit a table."""
+@dataclass(frozen=True, slots=True)
+class Result:
+    """What a table shows of one model: its rates, and how much of the suite they are of."""
+
+    rates: Mapping[str, Rate]
+    coverage: Coverage
+
+
+def print_rates(title: str, metrics: Sequence[str], results: Mapping[str, Result]) -> None:
+    """Print rates in percent with one decimal: a row a metric, a column a model; as many as fit a table.
+
+    The first row says how many tasks are answered; what is remarkable about that follows on standard error.
+    """
     console = output()
-    models, labels = list(rates), [metric.replace("_", " ").replace(".", ", ") for metric in metrics]
+    models, labels = list(results), [metric.replace("_", " ").replace(".", ", ") for metric in metrics]
     room = console.width - max(map(len, labels), default=0)
     per_table = max(1, room // _COLUMN_WIDTH)
     for start in range(0, len(models), per_table):
@@ -68,9 +85,24 @@ def print_rates(title: str, metrics: Sequence[str], rates: Mapping[str, Mapping[
         table.add_column("percent", no_wrap=True)
         for model in shown:
             table.add_column(model, justify="right", overflow="fold")
+        table.add_row("answered tasks", *(str(results[model].coverage) for model in shown), end_section=True)
         for label, metric in zip(labels, metrics, strict=True):
-            table.add_row(label, *(_percent(rates[model][metric]) for model in shown))
+            table.add_row(label, *(_percent(results[model].rates[metric]) for model in shown))
         console.print(table)
+    for model, result in results.items():
+        print_remark(model, result.coverage)
+
+
+def print_remark(name: str, coverage: Coverage) -> None:
+    """Say on standard error what is remarkable about how much of a suite is answered."""
+    if coverage.remark is not None:
+        errors().print(f"{name}: {coverage.remark}", markup=False, highlight=False, soft_wrap=True)
+
+
+def without_inspect(error: ImportError) -> EaiError:
+    """What to say where a command needs Inspect and it is not installed."""
+    hint = "pip install 'embodied-agent-interface[run]'"
+    return EaiError(f"model runs and their logs need inspect-ai ({error.name} is missing): {hint}")
 
 
 def counted(number: int, noun: str) -> str:

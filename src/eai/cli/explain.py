@@ -11,7 +11,7 @@ from rich.text import Text
 
 from eai.abilities.declaration import AnswerOutcome
 from eai.abilities.explanation import Explanation, PartReport, StepReport
-from eai.abilities.record import Record
+from eai.abilities.record import NOT_ANSWERED, Record
 from eai.abilities.verdict import PlanVerdict
 from eai.cli.console import output
 from eai.errors import InputError
@@ -39,7 +39,9 @@ def print_record(console: Console, record: Record) -> None:
     """Print what a record says of its answer, step by step where it holds an explanation."""
     console.print(Text(f"{record.domain} {record.ability.value} {record.task_id}", style="bold"))
     console.print(f"model {record.model}, protocol {record.protocol.value}", highlight=False)
-    if record.explanation is None:
+    if record.unanswered is not None:
+        console.print(Text(f"{NOT_ANSWERED}: {record.unanswered}", style="yellow"), soft_wrap=True)
+    elif record.explanation is None:
         console.print(NOT_EXPLAINED, style="yellow", highlight=False, soft_wrap=True)
         error = record.verdict.error
         if error is not None:
@@ -96,9 +98,11 @@ def _print_part(console: Console, part: PartReport) -> None:
 
 def _verdict_text(record: Record) -> Text:
     verdict = record.verdict
-    match outcome(verdict, record.ability):
+    match outcome(record):
         case AnswerOutcome.EXCLUDED:
             return Text(f"excluded: {verdict.excluded}", style="bold yellow")
+        case AnswerOutcome.NOT_ANSWERED:
+            return Text("failure, no answer", style="bold red")
         case AnswerOutcome.SUCCESS:
             return Text("success", style="bold green")
         case AnswerOutcome.PARTLY_RIGHT:

@@ -12,9 +12,11 @@ from rich.text import Text
 from eai.abilities.declarations import DECLARATIONS
 from eai.cli.console import errors, output
 from eai.report.certainty import unnamed_remark
+from eai.report.markdown import superscript
+from eai.report.row import Cell, Row, RowSource
 from eai.report.run_summary import summary_of
 from eai.report.runs import as_asked_in_paper, read_runs
-from eai.report.table import Cell, Row, Table
+from eai.report.table import Table
 from eai.report.table_specs import ColumnSpec, domain_title
 from eai.report.writer import make_tables
 
@@ -36,6 +38,9 @@ def leaderboard(
     for table in make_tables(summaries, with_paper=paper):
         if table.name == _OVERVIEW:
             output().print(_grid(table))
+            for number in sorted({number for row in table.rows for number in row.notes}):
+                note = f"{superscript((number,))} {table.notes[number - 1]}"
+                output().print(note, markup=False, highlight=False)
     remark = unnamed_remark(summaries)
     if remark:
         errors().print(remark, markup=False, highlight=False)
@@ -46,10 +51,12 @@ def _grid(table: Table) -> Grid:
     grid = Grid(title=title, title_justify="left")
     grid.add_column("#", justify="right")
     grid.add_column("model", overflow="fold")
+    grid.add_column("answered", justify="right", overflow="fold")
     for column in table.columns:
         grid.add_column(_heading(column), justify="right")
     for row in table.rows:
-        grid.add_row("" if row.rank is None else str(row.rank), _model(row), *map(_number, row.cells))
+        rank = "" if row.rank is None else str(row.rank)
+        grid.add_row(rank, _model(row), row.answered or "-", *map(_number, row.cells))
     return grid
 
 
@@ -59,7 +66,8 @@ def _heading(column: ColumnSpec) -> str:
 
 
 def _model(row: Row) -> Text:
-    return Text(f"{row.model} (paper)", style="dim") if row.from_paper else Text(row.model)
+    marks = superscript(row.notes)
+    return Text(row.label + marks, style="" if row.source is RowSource.RUN else "dim")
 
 
 def _number(cell: Cell) -> Text:

@@ -3,35 +3,68 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence, Set
+from collections.abc import Callable, Mapping, Sequence, Set
 from dataclasses import dataclass
+from functools import wraps
 from pathlib import Path
 from typing import Annotated
 
 import typer
+from typing_extensions import ParamSpec
 
 from eai.abilities.declarations import DECLARATIONS
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.responses import file_name
 from eai.abilities.verdict import Json
+from eai.benchmarks.answer_files import recorded_file
 from eai.benchmarks.prompt_library import Library
 from eai.benchmarks.registry import registered
 from eai.benchmarks.source import Source
 from eai.benchmarks.suite import DEFAULT_PROTOCOL, Suite, open_suite
-from eai.cli.console import DOMAIN_HELP, counted, data_progress, dollars, errors, output, print_rates
+from eai.cli.console import (
+    DOMAIN_HELP,
+    MISSING_HELP,
+    Result,
+    counted,
+    data_progress,
+    dollars,
+    errors,
+    output,
+    print_rates,
+    without_inspect,
+)
 from eai.cli.data import DataFolder, store
 from eai.cli.progress import run_progress
-from eai.errors import EaiError, InputError
+from eai.errors import InputError, InterruptError
 from eai.pddl.planning import PlannerChoice
 from eai.prompts.prompt import Prompt, PromptSet
 from eai.run.job import Decoding, Endpoint, Job, Pace
 from eai.run.journal import JOURNAL
-from eai.scoring.epochs import Obtained, Scoring, SuiteResult, settle, undisturbed
+from eai.scoring.batch import Settings
+from eai.scoring.epochs import Obtained, SuiteResult, settle, undisturbed
 
 LOGS = "logs"
+REPLAY = "eai/replay"
 SHOWN_TASKS = 5
 
 
+P = ParamSpec("P")
+
+
+def resumable(command: Callable[P, None]) -> Callable[P, None]:
+    """The command that says, wherever it is interrupted, how to go on."""
+
+    @wraps(command)
+    def interruptible(*arguments: P.args, **options: P.kwargs) -> None:
+        try:
+            command(*arguments, **options)
+        except KeyboardInterrupt:
+            raise InterruptError("interrupted; the same command goes on from here") from None
+
+    return interruptible
+
+
+@resumable
 def run(
     model: Annotated[
         list[str],
@@ -71,6 +104,7 @@ def run(
     planner: Annotated[
         PlannerChoice, typer.Option(help="Transition modeling: which planner judges operators.")
     ] = PlannerChoice.FULL,
+    allow_missing: Annotated[bool, typer.Option("--allow-missing", help=MISSING_HELP)] = False,
     out: Annotated[Path, typer.Option(help="Where answers, logs, records and summaries go.")] = Path("runs"),
     quiet: Annotated[bool, typer.Option("--quiet", help="Print nothing but what went wrong.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the results as JSON.")] = False,
@@ -78,7 +112,9 @@ def run(
 ) -> None:
     """Obtain answers through Inspect and score them. The same command goes on where it was interrupted.
 
-    Exit status 1 if some tasks were not answered; they count neither as right nor as wrong.
+    Exit status 1 if some tasks were not answered; until they are, they count as failed.
+
+    With --limit or --tasks the numbers are of these tasks alone, and the run is not ranked.
 
     Example: eai run --model eai/noisy -M rate=0.2 --domain virtualhome --ability action_sequencing
     """
@@ -89,6 +125,7 @@ def run(
         epochs=epochs,
         decoding=Decoding(temperature, max_tokens, stop, structured),
         pace=Pace(max_connections, max_retries, timeout, batch),
+        settings=Settings(workers, explanations, allow_missing),
         out=out,
         quiet=quiet or as_json,
     )
@@ -102,14 +139,15 @@ def run(
         ]
         library = Library(prompt_set, prompts, source)
         named = _named(tasks, suites)
-        chosen = [(suite, _chosen(suite, library, named, limit)) for suite in suites]
+        chosen = [(suite, asked) for suite in suites if (asked := _chosen(suite, library, named, limit))]
+    _check_replay(order.endpoints, [suite for suite, _ in chosen])
     outcomes = []
-    for suite, asked in ((suite, asked) for suite, asked in chosen if asked):
-        scoring = Scoring(suite, workers, explanations)
-        of_suite = [_run_model(order, endpoint, asked, scoring) for endpoint in order.endpoints]
+    for suite, asked in chosen:
+        of_suite = [_run_model(order, endpoint, asked, suite) for endpoint in order.endpoints]
         if not order.quiet:
             title = f"{suite.domain}, {suite.ability.value}, protocol {protocol.value}"
-            print_rates(title, DECLARATIONS[suite.ability].terminal, {o.model: o.rates for o in of_suite})
+            results = {outcome.model: Result(outcome.rates, outcome.coverage) for outcome in of_suite}
+            print_rates(title, DECLARATIONS[suite.ability].terminal, results)
         outcomes += of_suite
     _report(outcomes, order, as_json=as_json)
 
@@ -122,6 +160,7 @@ class _Order:
     epochs: int
     decoding: Decoding
     pace: Pace
+    settings: Settings
     out: Path
     quiet: bool
 
@@ -137,17 +176,27 @@ def _refuse_twins(models: Sequence[str]) -> None:
             )
 
 
-def _run_model(
-    order: _Order, endpoint: Endpoint, prompts: Mapping[str, Prompt], scoring: Scoring
-) -> SuiteResult:
+def _check_replay(endpoints: Sequence[Endpoint], suites: Sequence[Suite]) -> None:
+    """Raise if recorded answers are to be replayed, and a suite has none or another suite's."""
+    for endpoint in endpoints:
+        path = endpoint.arguments.get("path")
+        if endpoint.model != REPLAY or path is None:
+            continue
+        files = [recorded_file(Path(str(path)), suite.domain, suite.ability) for suite in suites]
+        if len(set(files)) < len(files):
+            hint = "name its suite with --domain and --ability, or give a folder"
+            raise InputError(f"-M path={path}: one file cannot answer {len(files)} suites; {hint}")
+
+
+def _run_model(order: _Order, endpoint: Endpoint, prompts: Mapping[str, Prompt], suite: Suite) -> SuiteResult:
     """Obtain one model's answers to one suite, through Inspect, which is imported only here; score them."""
     try:
         from eai.run.evaluation import obtain_answers
+        from eai.run.logs import write_scores
     except ImportError as error:
-        hint = "pip install 'embodied-agent-interface[run]'"
-        raise EaiError(f"model runs need inspect-ai ({error.name} is missing): {hint}") from error
-    suite = scoring.suite
-    job = Job(endpoint, suite.benchmark, suite.ability, prompts, order.epochs, order.decoding, order.pace)
+        raise without_inspect(error) from error
+    how = (order.epochs, order.decoding, order.pace, suite.source)
+    job = Job(endpoint, suite.benchmark, suite.ability, prompts, *how)
     name = file_name(endpoint.model)
     folder = order.out / suite.domain / suite.ability.value / name
     title = f"{suite.domain} {suite.ability.value} {endpoint.model}"
@@ -155,7 +204,9 @@ def _run_model(
         answers = obtain_answers(job, folder / JOURNAL, order.out / LOGS, watch=watch)
     obtained = Obtained(endpoint.model, name, prompts, answers.given, answers.failures, order.epochs)
     with undisturbed():
-        return settle(obtained, folder, scoring)
+        outcome = settle(obtained, folder, suite, order.settings)
+        write_scores(answers.log, outcome.by_place(), suite.source.planner)
+    return outcome
 
 
 def _report(outcomes: Sequence[SuiteResult], order: _Order, *, as_json: bool) -> None:
@@ -166,7 +217,7 @@ def _report(outcomes: Sequence[SuiteResult], order: _Order, *, as_json: bool) ->
         for why, task_ids in outcome.failures.items():
             shown = ", ".join(task_ids[:SHOWN_TASKS]) + (", ..." if len(task_ids) > SHOWN_TASKS else "")
             errors().print(
-                f"{outcome.model}, {outcome.scoring.suite.domain} {outcome.scoring.suite.ability.value}: "
+                f"{outcome.model}, {outcome.suite.domain} {outcome.suite.ability.value}: "
                 f"{counted(len(task_ids), 'task')} not answered ({shown}): {why}",
                 markup=False,
                 highlight=False,
@@ -182,7 +233,10 @@ def _report(outcomes: Sequence[SuiteResult], order: _Order, *, as_json: bool) ->
 def _effort(outcome: SuiteResult) -> str:
     """One line on what an outcome took and where it is."""
     usage = outcome.usage
-    parts = [counted(outcome.answered, "answer"), f"{usage.input_tokens:,} + {usage.output_tokens:,} tokens"]
+    parts = [
+        counted(outcome.coverage.answered, "answer"),
+        f"{usage.input_tokens:,} + {usage.output_tokens:,} tokens",
+    ]
     if usage.cost is not None:
         parts.append(dollars(usage.cost))
     if outcome.truncated:

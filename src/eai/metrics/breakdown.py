@@ -14,7 +14,7 @@ from eai.abilities.explanation import Explanation
 from eai.abilities.protocol import Ability
 from eai.abilities.record import Record
 from eai.abilities.share import Share
-from eai.abilities.verdict import OperatorVerdict, Verdict
+from eai.abilities.verdict import OperatorVerdict
 from eai.metrics.certainty import Case
 from eai.metrics.rate import Rate
 from eai.metrics.summary import name_of
@@ -26,6 +26,9 @@ _Value = TypeVar("_Value")
 
 VOCABULARY_ERRORS = frozenset({AnswerOutcome.HALLUCINATION, AnswerOutcome.ARGUMENT_NUMBER})
 """Errors in names, found before anything is executed."""
+
+_NO_ANSWER = frozenset({AnswerOutcome.EXCLUDED, AnswerOutcome.NOT_ANSWERED})
+"""Where there is no answer to break down."""
 
 
 class Flow(NamedTuple):
@@ -60,17 +63,20 @@ class Breakdown:
     by_predicate: Mapping[str, Rate]
 
 
-def outcome(verdict: Verdict, ability: Ability) -> AnswerOutcome:
-    """What an answer came to."""
-    if verdict.excluded is not None:
+def outcome(record: Record) -> AnswerOutcome:
+    """What an answer came to, or that there is none."""
+    if record.verdict.excluded is not None:
         return AnswerOutcome.EXCLUDED
-    return DECLARATIONS[ability].outcome(verdict)
+    if record.unanswered is not None:
+        return AnswerOutcome.NOT_ANSWERED
+    return DECLARATIONS[record.ability].outcome(record.verdict)
 
 
 def break_down(records: Iterable[Record], ability: Ability) -> Breakdown:
-    """The breakdown of a run's records, all of one ability; excluded ones only count as outcomes.
+    """The breakdown of a run's records, all of one ability.
 
-    Records that do not say what their tasks are like are in none of the breakdowns by task.
+    Where there is no answer, or it is excluded, that is an outcome and nothing else. Records that do not say
+    what their tasks are like are in none of the breakdowns by task.
     """
     has_plans = DECLARATIONS[ability].has_plans
     outcomes: Counter[AnswerOutcome] = Counter()
@@ -80,9 +86,9 @@ def break_down(records: Iterable[Record], ability: Ability) -> Breakdown:
     by_predicate: dict[str, Rate] = {}
     for record in records:
         verdict = record.verdict
-        came_to = outcome(verdict, ability)
+        came_to = outcome(record)
         outcomes[came_to] += 1
-        if came_to is AnswerOutcome.EXCLUDED:
+        if came_to in _NO_ANSWER:
             continue
         success = Case(record.task_id, name_of(record), Share(came_to is AnswerOutcome.SUCCESS, 1))
         explanation = record.explanation or Explanation()
@@ -106,7 +112,7 @@ def break_down(records: Iterable[Record], ability: Ability) -> Breakdown:
 
 
 def _flow(outcomes: Mapping[AnswerOutcome, int]) -> Flow:
-    answers = sum(count for kind, count in outcomes.items() if kind is not AnswerOutcome.EXCLUDED)
+    answers = sum(count for kind, count in outcomes.items() if kind not in _NO_ANSWER)
     readable = answers - outcomes.get(AnswerOutcome.PARSING, 0)
     known = readable - sum(outcomes.get(kind, 0) for kind in VOCABULARY_ERRORS)
     reached = outcomes.get(AnswerOutcome.SUCCESS, 0)

@@ -74,7 +74,8 @@ class Comparison:
 def compare(first: Sequence[Record], second: Sequence[Record]) -> Comparison:
     """Compare two runs of the same ability, domain and protocol, each with at least one record.
 
-    Tasks that either run excludes, or did not answer, are left out of both.
+    Tasks that either run excludes, or was not asked, are left out of both; a missing answer counts as a
+    failure, as everywhere.
     """
     before, after = _by_task(first), _by_task(second)
     known = {record.task_id: name_of(record) for record in (*first, *second) if record.task}

@@ -17,6 +17,11 @@ class Rate:
     denominator: float
 
     @property
+    def share(self) -> float | None:
+        """The share as a fraction, or None if there is nothing to take a share of."""
+        return self.numerator / self.denominator if self.denominator else None
+
+    @property
     def percent(self) -> float | None:
         """The share in percent, or None if there is nothing to take a share of."""
         return 100.0 * self.numerator / self.denominator if self.denominator else None

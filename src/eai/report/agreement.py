@@ -49,13 +49,16 @@ class Agreement:
 def agreements(runs: Sequence[RunSummary]) -> list[Agreement]:
     """The comparison of the runs under the paper's protocol that are of its models.
 
-    A run is of such a model if it has the name of the published response file.
+    A run is of such a model if it has the name of the published response file. Those that are not ranked are
+    left out.
     """
     setting = paper_setting()
     ours = [
         item
         for item in runs
-        if item.key.protocol.value == setting.protocol and item.key.model in paper_models()
+        if item.key.protocol.value == setting.protocol
+        and item.key.model in paper_models()
+        and item.coverage.ranked
     ]
     found: dict[tuple[str, str, str], list[CellPair]] = {}
     for table in map(paper_table, setting.full_tables):

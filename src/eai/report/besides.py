@@ -9,8 +9,10 @@ from collections.abc import Iterator, Sequence
 
 from eai.abilities.protocol import Protocol
 from eai.metrics.paper_tables import OTHER_TABLES, PaperTable, paper_setting, paper_table
+from eai.report.paper_rows import paper_rows
+from eai.report.row import Notes, Row
 from eai.report.run_summary import RunSummary
-from eai.report.table import Cells, Notes, Row, Table, cell_of, cells_of_run, paper_rows, with_best_marked
+from eai.report.table import Table, cells_of_run, run_rows, with_best_marked
 from eai.report.table_specs import COLUMNS_BESIDES, ColumnSpec
 
 _OTHER_SUBSET = ("human",)
@@ -46,7 +48,7 @@ def _table(paper: PaperTable, domain: str, runs: Sequence[RunSummary]) -> Table:
     left_out = any(item.key.protocol.value != paper_setting().protocol for item in alike)
     remarks = (notes.number(_LEFT_OUT),) if left_out else ()
     column_notes = tuple((*remarks, *notes.on_column([paper], place)) for place in places)
-    rows = [*_run_rows(columns, alike), *paper_rows(places, [paper], notes)]
+    rows = [*_run_rows(columns, alike, notes), *paper_rows(places, [paper], notes)]
     return Table(
         f"paper_{paper.name}",
         paper.title,
@@ -63,11 +65,8 @@ def _has_figures(paper: PaperTable, column: ColumnSpec, domain: str) -> bool:
     return any(paper.figure(model, column.place(domain)) is not None for model in paper.rows)
 
 
-def _run_rows(columns: Sequence[ColumnSpec], runs: Sequence[RunSummary]) -> Iterator[Row]:
+def _run_rows(columns: Sequence[ColumnSpec], runs: Sequence[RunSummary], notes: Notes) -> Iterator[Row]:
     """A row for each run; a table without a rank has them in the order of their names."""
     for item in runs:
         if item.key.protocol.value == paper_setting().protocol:
-            known: Cells = cells_of_run(item)
-            cells = tuple(cell_of(known, column) for column in columns)
-            if any(cell.percent is not None for cell in cells):
-                yield Row(item.key.model, False, cells)
+            yield from run_rows(columns, [item], {item.key.model: cells_of_run(item)}, notes)

@@ -9,7 +9,8 @@ from collections.abc import Sequence
 
 from eai.abilities.verdict import Json
 from eai.metrics.certainty import Certainty
-from eai.report.table import Cell, Row, Table
+from eai.report.row import Cell, Row
+from eai.report.table import Table
 from eai.report.table_specs import ColumnSpec
 
 CSV_COLUMNS = (
@@ -30,6 +31,8 @@ CSV_COLUMNS = (
     "high_by_task",
     "design_effect",
     "effective_tasks",
+    "answered",
+    "tasks",
 )
 """The columns of the CSV file."""
 
@@ -70,7 +73,7 @@ def _line(table: Table, row: Row, column: ColumnSpec, cell: Cell) -> list[str | 
         table.protocol.value,
         table.domain,
         row.model,
-        _source(row),
+        row.source.value,
         row.rank,
         column.ability.value if column.ability else "all",
         column.metric,
@@ -78,6 +81,8 @@ def _line(table: Table, row: Row, column: ColumnSpec, cell: Cell) -> list[str | 
         cell.rate.numerator if cell.rate else None,
         cell.rate.denominator if cell.rate else None,
         *(_certainty(cell.certainty) if cell.certainty else [None] * 6),
+        cell.coverage.answered if cell.coverage else None,
+        cell.coverage.tasks if cell.coverage else None,
     ]
 
 
@@ -93,8 +98,10 @@ def _certainty(certainty: Certainty) -> list[float | None]:
 def _row(table: Table, row: Row) -> Json:
     return {
         "model": row.model,
-        "source": _source(row),
+        "source": row.source.value,
         "rank": row.rank,
+        "coverage": None if row.coverage is None else row.coverage.to_json(),
+        "notes": list(row.notes),
         "cells": [
             {
                 "ability": column.ability.value if column.ability else None,
@@ -112,7 +119,3 @@ def _row(table: Table, row: Row) -> Json:
             for column, notes, cell in zip(table.columns, table.column_notes, row.cells, strict=True)
         ],
     }
-
-
-def _source(row: Row) -> str:
-    return "paper" if row.from_paper else "run"

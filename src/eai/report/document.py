@@ -19,8 +19,10 @@ from eai.report.table_specs import ability_title, domain_title
 _INTRODUCTION = """\
 All numbers are in percent. Under each run stand its 95 % intervals; they treat tasks of one name as the near
 copies that they are ([how sure the numbers are](#how-sure-the-numbers-are)). Bold is the best of a column. A
-protocol says what the numbers mean: `strict` is what the paper defines, `eai-1.0.5` gives the verdicts of the
-reference package, defects included, and is the one to set beside published numbers."""
+task without an answer counts as a failure, unless a footnote says otherwise; a run that leaves tasks out is
+neither ranked nor in bold. A protocol says what the numbers mean: `strict` is what the paper defines,
+`eai-1.0.5` gives the verdicts of the reference package, defects included, and is the one to set beside
+published numbers. Each has tables of its own."""
 _BESIDES = """\
 The paper's tables of a few models, or of other ways to ask, in percent and in the paper's order. A run
 stands above the paper's rows where it measures the same: under `eai-1.0.5`, each answer asked for once."""
@@ -89,12 +91,14 @@ def _protocols(runs: Sequence[RunSummary]) -> Iterator[str]:
         alike = [by_key.get(key._replace(protocol=protocol)) for protocol in protocols]
         found = [run for run in alike if run is not None]
         if key.protocol is protocols[0] and len(found) == len(protocols) > 1:
+            answered = " ".join(dict.fromkeys(str(run.coverage) for run in found))
             for metric in DECLARATIONS[key.ability].main:
                 numbers = [_percent(run.rates[metric].percent) for run in found]
-                rows.append([escaped(key.model), _suite(key.domain, key.ability), label_of(metric), *numbers])
+                suite = _suite(key.domain, key.ability)
+                rows.append([escaped(key.model), suite, answered, label_of(metric), *numbers])
     if rows:
         yield "## Both protocols\n"
-        header = ["model", "suite", "metric", *(protocol.value for protocol in protocols)]
+        header = ["model", "suite", "answered", "metric", *(protocol.value for protocol in protocols)]
         yield "\n".join(grid(header, rows)) + "\n"
 
 
@@ -135,12 +139,12 @@ def _outcomes(runs: Sequence[RunSummary]) -> Iterator[str]:
 
 def _runs(runs: Sequence[RunSummary]) -> Iterator[str]:
     yield "## Runs\n"
-    header = ["model", "suite", "answers", "excluded", "repaired", "data"]
+    header = ["model", "suite", "answered", "excluded", "repaired", "data"]
     rows = [
         [
             escaped(item.key.model),
             f"{_suite(item.key.domain, item.key.ability)}, {item.key.protocol.value}",
-            str(item.answers),
+            str(item.coverage),
             str(sum(item.excluded.values())),
             str(item.repaired),
             " ".join(digest[:12] for digest in item.data_sha256),

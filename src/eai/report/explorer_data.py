@@ -87,8 +87,9 @@ class ExplorerData:
         return _without_empty(
             {
                 "t": self._text(record.task_id),
-                "o": outcome(verdict, record.ability).value,
+                "o": outcome(record).value,
                 "x": self._text(verdict.excluded) if verdict.excluded else None,
+                "u": self._text(record.unanswered) if record.unanswered else None,
                 "r": self._text(record.response) if record.response else None,
                 "f": self._error(verdict),
                 "m": list(record.repairs),

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from itertools import groupby
 
-from eai.report.table import Cell, Row, Table
+from eai.report.row import Cell, Row, RowSource
+from eai.report.table import Table
 from eai.report.table_specs import domain_title
 
 PREAMBLE = r"""\documentclass{article}
@@ -43,7 +44,7 @@ def table_latex(table: Table) -> str:
         rf"\caption{{{_caption(table)}}}",
         rf"\label{{tab:eai:{table.name}:{_slug(table.domain)}:{_slug(table.protocol.value)}}}",
         r"\resizebox{\ifdim\width>\linewidth\linewidth\else\width\fi}{!}{%",
-        rf"\begin{{tabular}}{{rl{'r' * len(table.columns)}}}",
+        rf"\begin{{tabular}}{{rlr{'r' * len(table.columns)}}}",
         r"\toprule",
         *_heading(table),
         r"\midrule",
@@ -59,7 +60,7 @@ def table_latex(table: Table) -> str:
 def _caption(table: Table) -> str:
     """The protocol and the intervals are those of runs, so a table of the paper's rows alone has none."""
     title = escaped(f"{table.title}, {domain_title(table.domain)}")
-    if all(row.from_paper for row in table.rows):
+    if all(row.source is RowSource.PAPER for row in table.rows):
         return f"{title}. Percent."
     return (
         rf"{title}, protocol {escaped(table.protocol.value)}. Percent; below each run its 95\,\% intervals."
@@ -77,27 +78,29 @@ def _slug(text: str) -> str:
 
 def _heading(table: Table) -> Iterator[str]:
     """Two lines: groups, each over a rule of its own, and labels."""
-    groups, rules, start = [], [], 3
+    groups, rules, start = [], [], 4
     for name, columns in groupby(column.group for column in table.columns):
         width = len(list(columns))
         groups.append(rf"\multicolumn{{{width}}}{{c}}{{{escaped(name)}}}")
         rules.append(rf"\cmidrule(lr){{{start}-{start + width - 1}}}")
         start += width
-    yield _line(["", "", *groups])
+    yield _line(["", "", "", *groups])
     yield "".join(rules)
     labels = [
         escaped(column.label) + _marks(notes)
         for column, notes in zip(table.columns, table.column_notes, strict=True)
     ]
-    yield _line([r"\#", "Model", *labels])
+    yield _line([r"\#", "Model", "Answered", *labels])
 
 
 def _row(row: Row) -> Iterator[str]:
     name = escaped(row.model)
     rank = "" if row.rank is None else str(row.rank)
-    yield _line([rank, rf"\emph{{{name}}} (paper)" if row.from_paper else name, *map(_number, row.cells)])
+    if row.source is not RowSource.RUN:
+        name = rf"\emph{{{name}}} ({row.source.value})"
+    yield _line([rank, name + _marks(row.notes), row.answered or "--", *map(_number, row.cells)])
     if any(cell.interval for cell in row.cells):
-        yield _line(["", "", *(rf"{{\scriptsize {_interval(cell)}}}" for cell in row.cells)])
+        yield _line(["", "", "", *(rf"{{\scriptsize {_interval(cell)}}}" for cell in row.cells)])
 
 
 def _number(cell: Cell) -> str:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 
-from eai.report.table import Cell, Row, Table
+from eai.report.row import Cell, Row, RowSource
+from eai.report.table import Table
 
 _SUPERSCRIPTS = str.maketrans("0123456789,", "⁰¹²³⁴⁵⁶⁷⁸⁹˒")
 
@@ -17,7 +18,7 @@ def table_markdown(table: Table) -> str:
         for column, notes in zip(table.columns, table.column_notes, strict=True)
     ]
     rows = [line for row in table.rows for line in _row(row)]
-    lines = grid(["#", "model", *labels], rows)
+    lines = grid(["#", "model", "answered", *labels], rows)
     notes = [f"{superscript((number,))} {text}  " for number, text in enumerate(table.notes, 1)]
     return "\n".join([*lines, *([""] if notes else []), *notes]) + "\n"
 
@@ -53,10 +54,11 @@ def _line(cells: Sequence[str]) -> str:
 
 def _row(row: Row) -> Iterator[list[str]]:
     rank = "" if row.rank is None else str(row.rank)
-    name = f"{escaped(row.model)} *(paper)*" if row.from_paper else escaped(row.model)
-    yield [rank, name, *map(_number, row.cells)]
+    origin = "" if row.source is RowSource.RUN else f" *({row.source.value})*"
+    name = f"{escaped(row.model)}{origin}{superscript(row.notes)}"
+    yield [rank, name, row.answered or "–", *map(_number, row.cells)]
     if any(cell.interval for cell in row.cells):
-        yield ["", "*95 %*", *map(_interval, row.cells)]
+        yield ["", "*95 %*", "", *map(_interval, row.cells)]
 
 
 def _number(cell: Cell) -> str:

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from eai.abilities.declarations import DECLARATIONS
 from eai.metrics.breakdown import Breakdown, break_down
 from eai.metrics.certainty import Cases, Certainty, certainty_of_rate
+from eai.metrics.coverage import Coverage, coverage_of
 from eai.metrics.rate import Rate, total
 from eai.metrics.summary import cases_of, contributions
 from eai.report.runs import Run, RunKey
@@ -19,8 +20,8 @@ class RunSummary:
     """A run without its records.
 
     Attributes:
-        answers: how many there are.
-        excluded: reason -> how many answers are left out of all rates for it.
+        coverage: how much of the suite is answered.
+        excluded: reason -> how many tasks are left out of all rates for it.
         repaired: how many answers were read only after a repair.
         data_sha256: digests of the data that it was scored against, usually one.
         rates: metric -> rate.
@@ -30,7 +31,7 @@ class RunSummary:
     """
 
     key: RunKey
-    answers: int
+    coverage: Coverage
     excluded: Mapping[str, int]
     repaired: int
     data_sha256: tuple[str, ...]
@@ -49,7 +50,7 @@ def summary_of(run: Run) -> RunSummary:
     cases = cases_of(run.records, key.ability)
     return RunSummary(
         key,
-        len(verdicts),
+        coverage_of(run.records),
         dict(Counter(v.excluded for v in verdicts if v.excluded is not None)),
         sum(bool(record.repairs) for record in run.records),
         tuple(sorted({record.data_sha256 for record in run.records})),

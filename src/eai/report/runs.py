@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -81,7 +82,8 @@ def read_runs(paths: Iterable[Path]) -> Iterator[Run]:
     """The runs in files of records, file by file, so that only one file's records are in memory.
 
     Raises:
-        InputError: a file is not one of records or holds none, or two hold the same run.
+        InputError: a file is not one of records or holds none, two hold the same run, or a task stands
+            twice in one.
     """
     sources: dict[RunKey, Path] = {}
     for path in find_record_files(paths):
@@ -92,6 +94,9 @@ def read_runs(paths: Iterable[Path]) -> Iterator[Run]:
             if key in sources:
                 raise InputError(f"{path}: the run {key} is also in {sources[key]}; give one of them")
             sources[key] = path
+            task_id, times = Counter(record.task_id for record in records).most_common(1)[0]
+            if times > 1:
+                raise InputError(f"{path}: task {task_id} stands there {times} times in the run {key}")
             yield Run(key, tuple(records))
 
 

@@ -13,9 +13,10 @@ from inspect_ai.model import Model, get_model
 from rich.text import Text
 
 from eai.benchmarks.suite import DEFAULT_PROTOCOL
-from eai.errors import EaiError, InputError
+from eai.errors import EaiError, InputError, InterruptError
 from eai.run.job import Endpoint, Job
 from eai.run.journal import Journal
+from eai.run.logs import JOB, find_log
 from eai.run.prices import read_prices, set_price
 from eai.run.solver import ask
 from eai.run.state import Desk, Watch, unwatched
@@ -30,10 +31,12 @@ class Answers:
     Attributes:
         given: the answers by task and epoch.
         failures: for every task and epoch without an answer, why the model or its provider failed.
+        log: Inspect's log of all of it, those answers included that were in the journal before.
     """
 
     given: Mapping[Place, Answer]
     failures: Mapping[Place, str]
+    log: Path
 
 
 def obtain_answers(job: Job, journal: Path, log_dir: Path, *, watch: Watch = unwatched) -> Answers:
@@ -47,17 +50,30 @@ def obtain_answers(job: Job, journal: Path, log_dir: Path, *, watch: Watch = unw
 
     Raises:
         InputError: a folder cannot be made, or the journal cannot be used.
-        EaiError: the run as a whole failed: no such model, a key is missing, it was interrupted.
+        InterruptError: the user ended it.
+        EaiError: the run as a whole failed: no such model, a key is missing.
     """
     with Journal(journal) as written:
         desk = Desk(job, written, watch)
         desk.tell()
-        open_prompts = desk.open_prompts()
-        if open_prompts:
+        log = find_log(job, log_dir) if desk.complete else None
+        if log is None:
             _make_folder(log_dir)
-            task = build_task(job.benchmark, job.ability, open_prompts, ask(desk), DEFAULT_PROTOCOL)
-            _check(job, _evaluate(job, task, log_dir))
-    return Answers(desk.answers, desk.failures)
+            log = _log_of(job, _evaluate(job, _task(job, desk), log_dir))
+    return Answers(desk.answers, desk.failures, log)
+
+
+def _task(job: Job, desk: Desk) -> inspect_ai.Task:
+    """All of the job, so that its log is whole; what is answered already is not asked again."""
+    return build_task(
+        job.benchmark,
+        job.ability,
+        job.prompts,
+        ask(desk),
+        DEFAULT_PROTOCOL,
+        source=job.source,
+        metadata={JOB: job.sha256},
+    )
 
 
 def _make_folder(folder: Path) -> None:
@@ -69,6 +85,8 @@ def _make_folder(folder: Path) -> None:
 
 def _evaluate(job: Job, task: inspect_ai.Task, log_dir: Path) -> EvalLog | None:
     """Let Inspect ask; scoring waits until all answers are there, whose form decides how each is read.
+
+    The scores come into the log afterwards (`eai.run.logs.write_scores`).
 
     There is no log where the run was interrupted before it began.
     """
@@ -104,11 +122,11 @@ def _model(endpoint: Endpoint) -> Model:
         raise EaiError(f"{endpoint.model}: {message}") from error
 
 
-def _check(job: Job, log: EvalLog | None) -> None:
-    """Raise if the run as a whole did not come to its end."""
+def _log_of(job: Job, log: EvalLog | None) -> Path:
+    """Where the log of a run is that came to its end; raises if it did not."""
     if log is None or log.status == "cancelled":
-        raise EaiError("interrupted; the same command goes on from here")
+        raise InterruptError("interrupted; the same command goes on from here")
     if log.status == "success":
-        return
+        return Path(log.location.removeprefix("file://"))
     message = log.error.message.strip().splitlines()[-1] if log.error else log.status
     raise EaiError(f"{job.endpoint.model} on {job.benchmark.name} {job.ability.value}: {message}")

@@ -11,6 +11,7 @@ from pathlib import Path
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import Json
 from eai.benchmarks.benchmark import Benchmark
+from eai.benchmarks.source import Source
 from eai.prompts.prompt import Prompt
 
 
@@ -72,6 +73,7 @@ class Job:
     Attributes:
         prompts: the prompt of each task, by id, in the order of the data set.
         epochs: how many answers to each task.
+        source: where the data comes from.
     """
 
     endpoint: Endpoint
@@ -81,6 +83,13 @@ class Job:
     epochs: int = 1
     decoding: Decoding = field(default_factory=Decoding)
     pace: Pace = field(default_factory=Pace)
+    source: Source = field(default_factory=Source)
+
+    @property
+    def sha256(self) -> str:
+        """Digest of all requests: two jobs with the same one come to the same answers."""
+        requests = [(task_id, self.request_sha256(prompt)) for task_id, prompt in self.prompts.items()]
+        return hashlib.sha256(json.dumps((self.epochs, requests)).encode()).hexdigest()
 
     def request_sha256(self, prompt: Prompt) -> str:
         """Digest of all that decides the answer to a prompt."""

@@ -21,11 +21,13 @@ from inspect_ai.model import (
 from inspect_ai.tool import ToolChoice, ToolInfo
 
 from eai.abilities.protocol import Ability
-from eai.abilities.responses import find_response_files, read_responses
+from eai.abilities.responses import read_responses
+from eai.benchmarks.answer_files import recorded_file
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.gold_answers import AnswerBook, noisy_answer, open_answer_book, open_planned_book
 from eai.benchmarks.registry import find_benchmark
 from eai.errors import InputError
+from eai.scoring.batch import NO_ROW
 
 PROVIDER = "eai"
 MODELS = ("oracle", "planner", "noisy", "replay")
@@ -98,7 +100,10 @@ class BuiltInModel(ModelAPI):
 
     def _answer(self, benchmark: Benchmark, ability: Ability, task_id: str, epoch: int) -> str:
         if self.model_name == "replay":
-            return self._recorded(benchmark, ability).get(task_id, "")
+            recorded = self._recorded(benchmark, ability)
+            if task_id not in recorded:
+                raise InputError(NO_ROW)
+            return recorded[task_id]
         book: AnswerBook = self._book(benchmark, ability)
         if self.model_name in ("oracle", "planner"):
             return book.gold(task_id).text
@@ -106,14 +111,6 @@ class BuiltInModel(ModelAPI):
 
     def _read_recorded(self, benchmark: Benchmark, ability: Ability) -> dict[str, str]:
         task_ids = self._book(benchmark, ability).task_ids
-        files = find_response_files(Path(str(self._path)))
-        if len(files) > 1:
-            here = {benchmark.name, ability.value}
-            files = [file for file in files if here <= set(file.parts)]
-        if len(files) != 1:
-            raise InputError(
-                f"{self._path}: expected one response file for {benchmark.name} {ability.value}, "
-                f"found {len(files)}"
-            )
-        recorded = read_responses(files[0], task_ids, benchmark.task_id_of)
+        file = recorded_file(Path(str(self._path)), benchmark.name, ability)
+        recorded = read_responses(file, task_ids, benchmark.task_id_of)
         return {response.task_id: response.text for response in recorded.responses}

@@ -1,13 +1,14 @@
-"""What Inspect finds of us by entry point: the built-in models, the scorer, and a task for every suite."""
+"""What Inspect finds of us by entry point: the built-in models, scorers, metrics, a task for every suite."""
 
 from eai.abilities.protocol import Ability
 from eai.benchmarks.registry import registered
 from eai.run.provider import BuiltInModel
-from eai.run.tasks import published_task, verdict_scorer
+from eai.run.scorer import SCORERS, paper_metrics
+from eai.run.tasks import published_task
 
 TASKS = {
     f"{name}_{ability.value}": published_task(name, ability) for name in registered() for ability in Ability
 }
 """The tasks by name; registering them is what making them does."""
 
-__all__ = ["TASKS", "BuiltInModel", "verdict_scorer"]
+__all__ = ["SCORERS", "TASKS", "BuiltInModel", "paper_metrics"]

@@ -6,8 +6,20 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache, partial
 
-from inspect_ai.model import ChatMessage, ContentReasoning, GenerateConfig, ModelOutput, get_model
+from inspect_ai.model import (
+    ChatCompletionChoice,
+    ChatMessage,
+    ChatMessageAssistant,
+    Content,
+    ContentReasoning,
+    ContentText,
+    GenerateConfig,
+    ModelOutput,
+    StopReason,
+    get_model,
+)
 from inspect_ai.solver import Generate, Solver, TaskState, solver
+from pydantic import TypeAdapter
 from tenacity import RetryError
 
 from eai.abilities.record import Usage
@@ -41,13 +53,10 @@ def ask(desk: Desk) -> Solver:
         task_id = str(state.sample_id)
         known = desk.answers.get((task_id, state.epoch))
         if known is not None:
-            state.output = ModelOutput.from_content(str(state.model), known.text)
-            return state
+            return _remembered(state, known)
         prompt = job.prompts[task_id]
-        # The built-in models answer each epoch differently; for others the metadata stays at home.
-        state.messages[-1].metadata = {**(state.messages[-1].metadata or {}), "epoch": state.epoch}
         try:
-            reply = await _obtain(state.messages, restrictions(prompt.stop))
+            reply = await _obtain(_question(state), restrictions(prompt.stop))
         except Exception as error:
             desk.give_up(task_id, state.epoch, reason(error))
             raise
@@ -64,9 +73,31 @@ def ask_as_published() -> Solver:
     async def solve(state: TaskState, generate: Generate) -> TaskState:
         stop = state.metadata.get("stop")
         restrictions = GenerateConfig(stop_seqs=stop) if stop else None
-        return _replied(state, await _obtain(state.messages, restrictions))
+        return _replied(state, await _obtain(_question(state), restrictions))
 
     return solve
+
+
+def _question(state: TaskState) -> list[ChatMessage]:
+    """The messages of a question; the last says the epoch, since built-in models answer each differently.
+
+    From other models the metadata stays at home.
+    """
+    state.messages[-1].metadata = {**(state.messages[-1].metadata or {}), "epoch": state.epoch}
+    return state.messages
+
+
+def _remembered(state: TaskState, answer: Answer) -> TaskState:
+    """The state after a reply that was written down before."""
+    content: list[Content] = [ContentReasoning(reasoning=answer.reasoning)] if answer.reasoning else []
+    message = ChatMessageAssistant(
+        content=[*content, ContentText(text=answer.text)], model=str(state.model), source="generate"
+    )
+    state.messages.append(message)
+    reason = TypeAdapter[StopReason](StopReason).validate_python(answer.stop_reason)
+    choice = ChatCompletionChoice(message=message, stop_reason=reason)
+    state.output = ModelOutput(model=str(state.model), choices=[choice])
+    return state
 
 
 def _replied(state: TaskState, reply: _Reply) -> TaskState:

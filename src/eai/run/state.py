@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TypeAlias
 
-from eai.prompts.prompt import Prompt
 from eai.run.job import Job
 from eai.run.journal import Journal
 from eai.scoring.answer import Answer, Place
@@ -63,14 +62,14 @@ class Desk:
                 if answer is not None:
                     self.answers[task_id, epoch] = answer
 
-    def open_prompts(self) -> Mapping[str, Prompt]:
-        """The prompts of tasks that lack an answer in some epoch."""
-        epochs = range(1, self.job.epochs + 1)
-        return {
-            task_id: prompt
-            for task_id, prompt in self.job.prompts.items()
-            if any((task_id, epoch) not in self.answers for epoch in epochs)
-        }
+    @property
+    def complete(self) -> bool:
+        """Whether there are all answers."""
+        return len(self.answers) == self._wanted
+
+    @property
+    def _wanted(self) -> int:
+        return len(self.job.prompts) * self.job.epochs
 
     def take(self, answer: Answer) -> None:
         """Write an answer down.
@@ -89,5 +88,4 @@ class Desk:
 
     def tell(self) -> None:
         """Say how far the run is."""
-        total = len(self.job.prompts) * self.job.epochs
-        self._watch(Count(len(self.answers), len(self.failures), total))
+        self._watch(Count(len(self.answers), len(self.failures), self._wanted))

@@ -2,26 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 import inspect_ai
 from inspect_ai.dataset import MemoryDataset, Sample
+from inspect_ai.log import HeadlineMetric
 from inspect_ai.model import ChatMessage, ChatMessageSystem, ChatMessageUser, GenerateConfig
-from inspect_ai.scorer import Score, Scorer, Target, mean, scorer, stderr
-from inspect_ai.solver import Solver, TaskState
+from inspect_ai.solver import Solver
 from inspect_ai.util import registry_info
 
-from eai.abilities.codec import fields_of
 from eai.abilities.declarations import DECLARATIONS
-from eai.abilities.protocol import Ability, Protocol
-from eai.abilities.verdict import Verdict
+from eai.abilities.protocol import Ability, Protocol, protocol_of
+from eai.abilities.verdict import Json
 from eai.benchmarks.benchmark import Benchmark
+from eai.benchmarks.gold_answers import open_answer_book
 from eai.benchmarks.prompt_library import Library
 from eai.benchmarks.registry import find_benchmark
-from eai.benchmarks.suite import DEFAULT_PROTOCOL, Suite, open_suite
-from eai.metrics.rate import Rate
+from eai.benchmarks.source import Source
+from eai.benchmarks.suite import DEFAULT_PROTOCOL
+from eai.errors import InputError
+from eai.pddl.planning import PlannerChoice
 from eai.prompts.prompt import Prompt, PromptSet
+from eai.run.scorer import SCORERS, planner_of
 from eai.run.solver import ask_as_published
 
 
@@ -31,8 +34,11 @@ def build_task(
     prompts: Mapping[str, Prompt],
     solver: Solver,
     protocol: Protocol,
+    *,
+    source: Source | None = None,
+    metadata: Mapping[str, Json] | None = None,
 ) -> inspect_ai.Task:
-    """The Inspect task that puts prompts to a model, each with its task's id.
+    """The Inspect task that puts prompts to a model, each with its task's id and gold answer.
 
     Args:
         benchmark: the benchmark.
@@ -40,15 +46,24 @@ def build_task(
         prompts: the questions by id of their task.
         solver: what asks them.
         protocol: the rules for scoring.
+        source: where the gold answers come from, and the planner; the user's default store if None.
+        metadata: what the log says of the task besides its domain and ability.
     """
     name = f"{benchmark.name}_{ability.value}"
-    samples = [_sample(benchmark, ability, task_id, prompt) for task_id, prompt in prompts.items()]
+    source = source or Source()
+    book = open_answer_book(benchmark, ability, source)
+    gold = {task_id: book.gold(task_id).text for task_id in book.task_ids if task_id in prompts}
+    samples = [
+        _sample(benchmark, ability, task_id, prompt, gold.get(task_id, ""))
+        for task_id, prompt in prompts.items()
+    ]
     return inspect_ai.Task(
         dataset=MemoryDataset(samples, name=name),
         solver=solver,
-        scorer=verdict_scorer(benchmark.reference, ability.value, protocol.value),
+        scorer=SCORERS[ability](benchmark.reference, protocol.value, source.planner.value),
+        headline_metric=HeadlineMetric(metric=next(iter(DECLARATIONS[ability].main))),
         name=name,
-        metadata={"domain": benchmark.name, "ability": ability.value},
+        metadata={"domain": benchmark.name, "ability": ability.value, **(metadata or {})},
     )
 
 
@@ -59,12 +74,19 @@ def published_task(reference: str, ability: Ability) -> Callable[..., inspect_ai
         protocol: str = DEFAULT_PROTOCOL.value,
         prompts: str = PromptSet.OFFICIAL.value,
         prompt_folder: str | None = None,
+        planner: str = PlannerChoice.FULL.value,
+        tasks: str | int | Sequence[str] | None = None,
     ) -> inspect_ai.Task:
         folder = None if prompt_folder is None else Path(prompt_folder)
         benchmark = find_benchmark(reference)
-        asked = Library(PromptSet(prompts), folder).open(benchmark, ability)
-        task = build_task(benchmark, ability, asked, ask_as_published(), Protocol(protocol))
+        source = Source(planner=planner_of(planner))
+        asked = Library(_prompt_set(prompts), folder, source).open(benchmark, ability)
+        if tasks is not None:
+            asked = _only(asked, tasks)
+        rules = protocol_of(protocol)
+        task = build_task(benchmark, ability, asked, ask_as_published(), rules, source=source)
         task.config = GenerateConfig(temperature=0.0)
+        task.score_on_error = True
         return task
 
     name = f"{reference}_{ability.value}"
@@ -74,41 +96,34 @@ def published_task(reference: str, ability: Ability) -> Callable[..., inspect_ai
     return registered
 
 
-@scorer(metrics=[mean(), stderr()], name="eai_verdict")
-def verdict_scorer(benchmark: str, ability: str, protocol: str) -> Scorer:
-    """Scores an answer with the pure function of the library.
+def _only(prompts: Mapping[str, Prompt], tasks: str | int | Sequence[str]) -> Mapping[str, Prompt]:
+    """The prompts of the named tasks, in the order of the data set.
 
-    The value is the answer's own share of the suite's main metric: success, or F1. The verdict goes into the
-    metadata of the score.
+    Raises:
+        InputError: a name is no name of a task, or could be that of several.
     """
-    suite: Suite | None = None
-
-    async def score(state: TaskState, target: Target) -> Score:
-        nonlocal suite
-        if suite is None:
-            suite = open_suite(benchmark, Ability(ability), Protocol(protocol))
-        answer = state.output.completion
-        verdict = suite.score(str(state.sample_id), answer)
-        if verdict.excluded is not None:
-            return Score.unscored(answer=answer, explanation=verdict.excluded)
-        declared = DECLARATIONS[suite.ability]
-        share = declared.contributions(verdict)[next(iter(declared.main))]
-        percent = Rate(*share).percent
-        if percent is None:
-            return Score.unscored(answer=answer, explanation="nothing to be right or wrong about")
-        told = fields_of(verdict)
-        return Score(value=percent / 100, answer=answer, explanation=_explanation(verdict), metadata=told)
-
-    return score
+    if isinstance(tasks, int):  # Inspect reads arguments as YAML, in which 27_2 is the number 272
+        meant = [task_id for task_id in prompts if task_id.replace("_", "") == str(tasks)]
+        if len(meant) != 1:
+            raise InputError(f"tasks={tasks} is a number and no task; --sample-id takes ids as they are")
+        tasks = meant
+    named = {task_id.strip() for task_id in ([tasks] if isinstance(tasks, str) else tasks)} - {""}
+    for task_id in named - prompts.keys():
+        raise InputError(f"tasks: {task_id!r} is not a task of this suite")
+    return {task_id: prompt for task_id, prompt in prompts.items() if task_id in named}
 
 
-def _sample(benchmark: Benchmark, ability: Ability, task_id: str, prompt: Prompt) -> Sample:
+def _prompt_set(name: str) -> PromptSet:
+    try:
+        return PromptSet(name)
+    except ValueError as error:
+        known = ", ".join(each.value for each in PromptSet)
+        raise InputError(f"{name!r} is no set of prompts: expected one of {known}") from error
+
+
+def _sample(benchmark: Benchmark, ability: Ability, task_id: str, prompt: Prompt, gold: str) -> Sample:
     about = {"domain": benchmark.reference, "ability": ability.value, "task_id": task_id}
     messages: list[ChatMessage] = [ChatMessageUser(content=prompt.user, metadata=about)]
     if prompt.system is not None:
         messages.insert(0, ChatMessageSystem(content=prompt.system))
-    return Sample(id=task_id, input=messages, metadata={**about, "stop": list(prompt.stop)})
-
-
-def _explanation(verdict: Verdict) -> str | None:
-    return None if verdict.error is None else f"{verdict.error.kind.value}: {verdict.error.detail}"
+    return Sample(id=task_id, input=messages, target=gold, metadata={**about, "stop": list(prompt.stop)})

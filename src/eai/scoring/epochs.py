@@ -9,35 +9,20 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from eai.abilities.declarations import DECLARATIONS
 from eai.abilities.protocol import Ability
 from eai.abilities.record import Origin, Record, Usage
 from eai.abilities.responses import SUFFIX, Response, ResponseFile
 from eai.abilities.verdict import Json
 from eai.benchmarks.suite import Suite
 from eai.errors import InputError
+from eai.metrics.coverage import Coverage, coverage_of
 from eai.metrics.rate import Rate
 from eai.metrics.summary import summarise
 from eai.prompts.prompt import Prompt
 from eai.scoring.answer import Answer, Place
-from eai.scoring.batch import score_batch
+from eai.scoring.batch import Settings, score_run
 from eai.scoring.majority import majority
 from eai.scoring.results import write_results
-
-
-@dataclass(frozen=True, slots=True)
-class Scoring:
-    """How answers are scored.
-
-    Attributes:
-        suite: what the answers are answers to.
-        workers: how many processes to use.
-        explanations: put a step-by-step explanation into every record.
-    """
-
-    suite: Suite
-    workers: int = 1
-    explanations: bool = True
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,31 +53,41 @@ class SuiteResult:
     Attributes:
         model: the model's name.
         folder: where its results are.
-        scoring: what was scored, and how.
+        suite: what was scored.
         rates: the metrics.
-        answered: how many tasks have an answer.
+        coverage: how much of the suite is answered.
         failures: the tasks that have none, by the reason why.
         truncated: how many answers were cut off.
         usage: what all answers took.
+        records: a record of every task that was asked, in order.
+        of_epochs: the same of each epoch, where there are several.
     """
 
     model: str
     folder: Path
-    scoring: Scoring
+    suite: Suite
     rates: Mapping[str, Rate]
-    answered: int
+    coverage: Coverage
     failures: Mapping[str, Sequence[str]]
     truncated: int
     usage: Usage
+    records: Sequence[Record]
+    of_epochs: Sequence[SuiteResult] = ()
+
+    def by_place(self) -> dict[Place, Record]:
+        """The record of every answer that was asked for."""
+        epochs = enumerate(self.of_epochs or (self,), 1)
+        return {(record.task_id, epoch): record for epoch, one in epochs for record in one.records}
 
     def to_json(self) -> dict[str, Json]:
         """The outcome as ``--json`` prints it."""
         return {
             "model": self.model,
-            "domain": self.scoring.suite.domain,
-            "ability": self.scoring.suite.ability.value,
-            "protocol": self.scoring.suite.protocol.value,
+            "domain": self.suite.domain,
+            "ability": self.suite.ability.value,
+            "protocol": self.suite.protocol.value,
             "folder": str(self.folder),
+            "coverage": self.coverage.to_json(),
             **self.effort(),
             "metrics": {name: rate.to_json() for name, rate in self.rates.items()},
         }
@@ -100,7 +95,7 @@ class SuiteResult:
     def effort(self) -> dict[str, Json]:
         """What the summary says of the run besides the metrics."""
         return {
-            "answered": self.answered,
+            "answered": self.coverage.answered,
             "not_answered": {why: list(task_ids) for why, task_ids in self.failures.items()},
             "truncated": self.truncated,
             "usage": self.usage.to_json(),
@@ -117,18 +112,20 @@ def undisturbed() -> Iterator[None]:
         gc.unfreeze()
 
 
-def settle(obtained: Obtained, folder: Path, scoring: Scoring) -> SuiteResult:
+def settle(obtained: Obtained, folder: Path, suite: Suite, settings: Settings) -> SuiteResult:
     """Score answers and write the results: of each epoch, where there are several, and of their majority.
 
     Raises:
         InputError: the folder cannot be written.
     """
+    of_epochs = []
     if obtained.epochs > 1:
         for epoch in range(1, obtained.epochs + 1):
             part = f"epoch_{epoch}"
             named = replace(obtained, name=f"{obtained.name}.{part}")
-            _write(named, _of_epoch(obtained, epoch), folder / part, scoring)
-    return _write(obtained, _chosen(obtained, scoring.suite.ability), folder, scoring)
+            of_epochs.append(_write(named, _of_epoch(obtained, epoch), folder / part, suite, settings))
+    whole = _write(obtained, _chosen(obtained, suite.ability), folder, suite, settings)
+    return replace(whole, of_epochs=of_epochs)
 
 
 def _of_epoch(obtained: Obtained, epoch: int) -> dict[str, Answer]:
@@ -146,7 +143,9 @@ def _chosen(obtained: Obtained, ability: Ability) -> dict[str, Answer]:
     return chosen
 
 
-def _write(obtained: Obtained, answers: Mapping[str, Answer], folder: Path, scoring: Scoring) -> SuiteResult:
+def _write(
+    obtained: Obtained, answers: Mapping[str, Answer], folder: Path, suite: Suite, settings: Settings
+) -> SuiteResult:
     """Score one answer a task, and write answers, records and summary."""
     failed = {task_id: reason for (task_id, _), reason in obtained.failures.items()}
     lacking = [task_id for task_id in obtained.prompts if task_id not in answers]
@@ -155,48 +154,21 @@ def _write(obtained: Obtained, answers: Mapping[str, Answer], folder: Path, scor
         obtained.name, tuple(Response(i, answers[i].text) for i in obtained.prompts if i in answers)
     )
     _write_answers(folder, file)
-    records = _records(obtained, answers, file, why, scoring)
-    verdicts, suite = [record.verdict for record in records], scoring.suite
+    scored = score_run(suite, file, why, settings)
+    records = [_with_origin(r, obtained.prompts[r.task_id], answers.get(r.task_id)) for r in scored]
     outcome = SuiteResult(
         model=obtained.model,
         folder=folder,
-        scoring=scoring,
-        rates=summarise(verdicts, suite.ability),
-        answered=len(file.responses),
+        suite=suite,
+        rates=summarise([record.verdict for record in records], suite.ability),
+        coverage=coverage_of(records),
         failures=_grouped(why),
         truncated=sum(answer.truncated for answer in answers.values()),
         usage=sum((answer.usage for answer in obtained.given.values()), Usage()),
+        records=records,
     )
     write_results(folder, records, outcome.rates, outcome.effort())
     return outcome
-
-
-def _records(
-    obtained: Obtained,
-    answers: Mapping[str, Answer],
-    file: ResponseFile,
-    why: Mapping[str, str],
-    scoring: Scoring,
-) -> list[Record]:
-    """A record of every task that was asked, in order; those without an answer are excluded."""
-    suite = scoring.suite.over([response.text for response in file.responses])
-    scored = score_batch(suite, file, workers=scoring.workers, explanations=scoring.explanations)
-    by_task = {record.task_id: record for record in scored}
-    records = []
-    for task_id, prompt in obtained.prompts.items():
-        record = by_task.get(task_id) or Record(
-            suite.protocol,
-            suite.domain,
-            suite.ability,
-            obtained.name,
-            task_id,
-            "",
-            suite.data_sha256,
-            DECLARATIONS[suite.ability].verdict(excluded=f"not answered: {why[task_id]}"),
-            task=suite.features(task_id),
-        )
-        records.append(_with_origin(record, prompt, answers.get(task_id)))
-    return records
 
 
 def _with_origin(record: Record, prompt: Prompt, answer: Answer | None) -> Record:

@@ -9,6 +9,7 @@ from pathlib import Path
 from eai.abilities.record import Record
 from eai.abilities.verdict import Json
 from eai.errors import InputError
+from eai.metrics.coverage import coverage_of
 from eai.metrics.rate import Rate
 from eai.scoring.records import write_records
 
@@ -31,6 +32,7 @@ def write_results(
         "ability": first.ability.value,
         "model": first.model,
         "data_sha256": first.data_sha256,
+        "coverage": coverage_of(records).to_json(),
         "unit": "percent",
         **({} if run is None else {"run": run}),
         **{name: rate.to_json() for name, rate in rates.items()},

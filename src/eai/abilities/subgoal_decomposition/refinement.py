@@ -17,7 +17,15 @@ from typing import NamedTuple
 
 from eai.abilities.subgoal_decomposition.program import Plan, Plans
 from eai.abilities.subgoal_decomposition.progress import StateTest
-from eai.abilities.subgoal_decomposition.refining import Aim, Ground, Holds, Means, Refining, is_needless
+from eai.abilities.subgoal_decomposition.refining import (
+    Aim,
+    Ground,
+    Holds,
+    Means,
+    Nearest,
+    Refining,
+    is_needless,
+)
 from eai.logic.formula import Atom, Constant, Formula, Not, Variable
 from eai.logic.traversal import walk
 from eai.planning.change import Change, changes_for
@@ -141,15 +149,16 @@ class Refinement:
         return plans
 
     def _search(self, state: State, aim: Aim, phases: Iterable[Means]) -> Sequence[Plan]:
-        """The shortest plans by the first means that are enough; if none are, the nearest by the first."""
-        first: Refining | None = None
+        """The shortest plans by the first means that are enough; where none are, the best attempt of all."""
+        best: Nearest | None = None
         for means in phases:
             refining = Refining(aim, means, self._budget)
             found = refining.shortest(state)
             if found:
                 return found
-            first = first or refining
-        return () if first is None else (first.nearest(),)
+            nearest = refining.nearest()
+            best = nearest if best is None or nearest.rank > best.rank else best
+        return () if best is None else (best.plan,)
 
     def _means(
         self,

@@ -113,6 +113,19 @@ class _Way(NamedTuple):
     state: State
 
 
+class Nearest(NamedTuple):
+    """A plan that comes near an aim: the number of parts it meets, and of checks that its last action fails."""
+
+    met: int
+    failing: int
+    plan: Plan
+
+    @property
+    def rank(self) -> tuple[int, int]:
+        """Greater is nearer."""
+        return self.met, -self.failing
+
+
 class Refining:
     """A search by the length of plans.
 
@@ -160,7 +173,7 @@ class Refining:
                     heappush(queue, (rank, next(numbers), child))
         return list(found.values())
 
-    def nearest(self) -> Plan:
+    def nearest(self) -> Nearest:
         """Of what `shortest` saw in vain what comes nearest to the aim, and the action that fails there.
 
         That is the one which lacks least of those that would help, or another one that would mend what it
@@ -176,13 +189,13 @@ class Refining:
         ]
         if attempts and all(attempt.failing for attempt in attempts):
             best = min(attempts, key=lambda attempt: len(attempt.failing))
-            return (self._cause(best) or best).plan
+            return Nearest(most, len(best.failing), (self._cause(best) or best).plan)
         if not attempts:  # what would help needs something else first
             for ground in self._means.wanted:
                 cause = self._cause(self._attempt(nodes[0], ground))
                 if cause is not None:
-                    return cause.plan
-        return nodes[0].plan
+                    return Nearest(most, len(cause.failing), cause.plan)
+        return Nearest(most, 0, nodes[0].plan)
 
     def _children(self, node: _Node) -> Iterator[_Node]:
         for ground in (*self._means.wanted, *self._means.helping):

@@ -15,6 +15,8 @@ from eai.world.fault import FaultKind
 NOT_RUN = PlannerResult(PlannerOutcome.NOT_RUN)
 """The result where no planner is asked."""
 
+NO_OPERATORS = PlannerResult(PlannerOutcome.INPUT_ERROR, detail="the answer holds no operator")
+"""The result where there is nothing to plan with."""
 
 UNREADABLE = ErrorReport(
     FaultKind.PARSING, None, 'expected JSON with a text under "output", or operators (:action ...)'
@@ -54,6 +56,11 @@ class PlanMemory:
     planner: PddlPlanner | None
     results: dict[Hashable, PlannerResult] = field(default_factory=dict)
 
+    @property
+    def without_operators(self) -> PlannerResult:
+        """What comes of an answer without operators."""
+        return NOT_RUN if self.planner is None else NO_OPERATORS
+
     def solve(self, key: Hashable, make: Callable[[], PlanningTask | PlannerResult]) -> PlannerResult:
         """The remembered result for a key, or that of what ``make`` makes: a task, or a foregone result."""
         if self.planner is None:
@@ -88,4 +95,8 @@ class Rules(Protocol):
 
     def judge(self, task: TransitionTask, text: str) -> Judgement:
         """The judgement on an answer, also on one that cannot be read."""
+        ...
+
+    def unanswered(self, task: TransitionTask) -> Judgement:
+        """The judgement where there is no answer: every operator that is asked for is missing."""
         ...

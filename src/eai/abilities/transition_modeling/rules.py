@@ -8,12 +8,12 @@ undefined names is an input error of the answer, as any current planner has it.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
 
 from eai.abilities.share import add
 from eai.abilities.transition_modeling.extraction import WrittenOperator, extract
-from eai.abilities.transition_modeling.judgement import NOT_RUN, UNREADABLE, Judgement, PlanMemory
+from eai.abilities.transition_modeling.judgement import UNREADABLE, Judgement, PlanMemory
 from eai.abilities.transition_modeling.report import OperatorReport, OperatorStatus
 from eai.abilities.transition_modeling.task import TransitionTask
 from eai.abilities.verdict import Confusion
@@ -22,9 +22,7 @@ from eai.pddl.matching import OperatorMatch, match_operators, missing_operator
 from eai.pddl.model import PddlAction
 from eai.pddl.normalise import normalise
 from eai.pddl.offence import PddlFinding
-from eai.pddl.planning import PddlPlanner, PlannerOutcome, PlannerResult, PlanningTask, refusal
-
-_NO_OPERATORS = PlannerResult(PlannerOutcome.INPUT_ERROR, detail="the answer holds no operator")
+from eai.pddl.planning import PddlPlanner, PlannerResult, PlanningTask, refusal
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,22 +42,24 @@ class PaperRules:
     def judge(self, task: TransitionTask, text: str) -> Judgement:
         """The judgement on an answer; one without any operator misses all that are asked for."""
         written = extract(text)
-        by_name = {} if written is None else {operator.name: operator for operator in written.operators}
+        if written is None:
+            return replace(self.unanswered(task), error=UNREADABLE)
+        by_name = {operator.name: operator for operator in written.operators}
         matches = {name: self._match(task, name, by_name.get(name)) for name in task.operators}
         asked = tuple(self._report(task, name, by_name.get(name), match) for name, match in matches.items())
-        literals = {
-            "precondition": add(Confusion(*match.precondition_literals) for match in matches.values()),
-            "effect": add(Confusion(*match.effect_literals) for match in matches.values()),
-        }
-        if written is None:
-            planning = NOT_RUN if self.plans.planner is None else _NO_OPERATORS
-            return Judgement(asked, planning, literals, error=UNREADABLE)
         others = tuple(
             OperatorReport(name, OperatorStatus.HALLUCINATED, offences=self._findings(task, operator))
             for name, operator in by_name.items()
             if name not in task.operators
         )
-        return Judgement((*asked, *others), self._plan(task, by_name, asked), literals, written.repairs)
+        planning = self._plan(task, by_name, asked)
+        return Judgement((*asked, *others), planning, _literals(matches.values()), written.repairs)
+
+    def unanswered(self, task: TransitionTask) -> Judgement:
+        """The judgement where there is no answer: all that is asked for is missing."""
+        matches = {name: self._match(task, name, None) for name in task.operators}
+        missing = tuple(self._report(task, name, None, match) for name, match in matches.items())
+        return Judgement(missing, self.plans.without_operators, _literals(matches.values()))
 
     def plan_one_at_a_time(self, task: TransitionTask, text: str) -> dict[str, PlannerResult | None]:
         """What comes of each operator that is asked for, among the other gold ones that are asked for."""
@@ -119,6 +119,15 @@ class PaperRules:
         refusals = tuple(finding for finding in findings if finding.offence.stops_planner)
         key = (task.problem_text, actions, refusals)
         return self.plans.solve(key, lambda: _planning(task, actions, refusals))
+
+
+def _literals(matches: Iterable[OperatorMatch]) -> dict[str, Confusion]:
+    """The literals of several operators together, by side."""
+    found = tuple(matches)
+    return {
+        "precondition": add(Confusion(*match.precondition_literals) for match in found),
+        "effect": add(Confusion(*match.effect_literals) for match in found),
+    }
 
 
 def _planning(

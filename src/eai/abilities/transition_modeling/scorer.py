@@ -32,6 +32,10 @@ class TransitionModeling(Scorer):
         judgement = self._rules.judge(self.task, text)
         return Assessment(self._verdict(judgement), partial(_explained, judgement))
 
+    def unanswered(self) -> OperatorVerdict:
+        """The verdict where there is no answer: all operators are missing."""
+        return self._verdict(self._rules.unanswered(self.task))
+
     def plan_one_at_a_time(self, text: str) -> Mapping[str, PlannerResult | None]:
         """What comes of each operator that is asked for, as the answer has it, among gold operators.
 

@@ -51,6 +51,17 @@ class ReferenceRules:
             planning=self._plan(task, written),
         )
 
+    def unanswered(self, task: TransitionTask) -> Judgement:
+        """All that is asked for is missing: gold operators fill the gaps of an answer, they are none."""
+        return Judgement(
+            tuple(self._missing(task, name) for name in task.operators), self.plans.without_operators
+        )
+
+    def _missing(self, task: TransitionTask, name: str) -> OperatorReport:
+        gold = task.domain.operators[name]
+        precondition, effect = _compare("()", gold.precondition), _compare("()", gold.effect)
+        return OperatorReport(name, OperatorStatus.MISSING, precondition, effect)
+
     def plan_one_at_a_time(self, task: TransitionTask, text: str) -> dict[str, PlannerResult | None]:
         """What comes of each operator that is asked for, among all gold operators.
 

@@ -89,6 +89,10 @@ class ByLargestId(GoalInterpretation):
             aborts=isinstance(goals, Aborting),
         )
 
+    def unanswered(self) -> GoalVerdict:
+        """All goals are missed: the reference passes over answers that it cannot read, not over tasks."""
+        return self.judge(WrittenGoals(()))
+
     def judge(self, goals: WrittenGoals) -> GoalVerdict:
         """The counts of the predictions whose names are known."""
         named = self._named(goals)

@@ -43,6 +43,7 @@ function verdict(answer) {
   const { row } = answer;
   const lines = [];
   if (row.x !== undefined) lines.push(`Left out of all rates: ${text(row.x)}.`);
+  if (row.u !== undefined) lines.push(`There is no answer: ${text(row.u)}.`);
   if (error) lines.push(`${title(error.kind)}${stepText(answer, error)}: ${error.detail}`);
   if (error && answer.outcome === 'success') lines.push('The goals hold all the same.');
   if (row.a) lines.push(`${plural(row.a, 'step')} skipped as not needed.`);

@@ -1,0 +1,104 @@
+"""How much of a suite a run answers, and whether its numbers can be ranked with those of others."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from functools import reduce
+
+from eai.abilities.record import NOT_ANSWERED, Record
+from eai.abilities.verdict import Json
+
+
+@dataclass(frozen=True, slots=True)
+class Coverage:
+    """How many tasks of a suite are asked, answered, and counted.
+
+    Attributes:
+        asked: tasks with a record.
+        answered: those of them with an answer.
+        failed: those without one that count as failures.
+        left_out: those without one that are left out of all rates for it (``--allow-missing``).
+        tasks: all tasks of the suite; None if the records do not say.
+    """
+
+    asked: int
+    answered: int
+    failed: int = 0
+    left_out: int = 0
+    tasks: int | None = None
+
+    @property
+    def ranked(self) -> bool:
+        """Whether every task of the suite is asked, and an unanswered one is no advantage."""
+        return self.asked == self.tasks and not self.left_out
+
+    @property
+    def remark(self) -> str | None:
+        """What a reader of the numbers must know, as one sentence; None if every task is answered."""
+        if self.tasks is None:
+            return (
+                "The records do not say how many tasks the suite has: score the answers again to rank them."
+            )
+        parts = tuple(self._gaps(self.tasks))
+        end = "." if self.ranked else "; the run is not ranked."
+        return "; ".join(parts) + end if parts else None
+
+    def _gaps(self, tasks: int) -> Iterable[str]:
+        if self.asked < tasks:
+            yield f"only {self.asked} of {tasks} tasks were asked"
+        lacking = self.asked - self.answered
+        if not lacking:
+            return
+        if self.left_out:
+            fate = "left out"
+        elif self.failed == lacking:
+            fate = "counted as failed"
+        else:
+            fate = f"counted as failed where they are in the statistics ({self.failed})"
+        yield f"{lacking} of {self.asked} tasks without an answer, {fate}"
+
+    def __add__(self, other: Coverage) -> Coverage:
+        """That of two suites together."""
+        known = None if self.tasks is None or other.tasks is None else self.tasks + other.tasks
+        return Coverage(
+            self.asked + other.asked,
+            self.answered + other.answered,
+            self.failed + other.failed,
+            self.left_out + other.left_out,
+            known,
+        )
+
+    def __str__(self) -> str:
+        return f"{self.answered}/{'?' if self.tasks is None else self.tasks}"
+
+    def to_json(self) -> dict[str, Json]:
+        """The coverage as ``summary.json`` has it."""
+        return {
+            "tasks": self.tasks,
+            "answered": self.answered,
+            "unanswered": self.asked - self.answered,
+            "counted_as_failures": self.failed,
+            "left_out": self.left_out,
+            "not_asked": None if self.tasks is None else self.tasks - self.asked,
+            "ranked": self.ranked,
+        }
+
+
+def coverage_of(records: Sequence[Record]) -> Coverage:
+    """The coverage of a run, all of whose records are of one suite."""
+    sizes = {record.suite_size for record in records}
+    lacking = [record.verdict for record in records if record.unanswered is not None]
+    return Coverage(
+        asked=len(records),
+        answered=len(records) - len(lacking),
+        failed=sum(verdict.excluded is None for verdict in lacking),
+        left_out=sum(verdict.excluded == NOT_ANSWERED for verdict in lacking),
+        tasks=sizes.pop() if len(sizes) == 1 else None,
+    )
+
+
+def together(coverages: Iterable[Coverage]) -> Coverage | None:
+    """That of several suites; None of none."""
+    found = tuple(coverages)
+    return reduce(Coverage.__add__, found) if found else None

@@ -1,0 +1,175 @@
+"""Verdicts as Inspect's scores, and the paper's columns as one metric of theirs.
+
+A score says whether an answer is right in all that was asked (``C`` or ``I``); Inspect's own metrics and
+reducers work on that. Its metadata is the record, from which the metric pools what all answers contribute.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
+from functools import cache
+from itertools import groupby
+from math import nan
+from typing import Any
+
+from inspect_ai.scorer import (
+    CORRECT,
+    INCORRECT,
+    Metric,
+    SampleScore,
+    Score,
+    Scorer,
+    Target,
+    Value,
+    accuracy,
+    metric,
+    scorer,
+    stderr,
+)
+from inspect_ai.solver import TaskState
+
+from eai.abilities.codec import record_from_json, record_to_json
+from eai.abilities.declaration import AnswerOutcome
+from eai.abilities.protocol import Ability, ability_of, protocol_of
+from eai.abilities.record import Record
+from eai.abilities.responses import Response, ResponseFile, file_name
+from eai.abilities.verdict import Verdict
+from eai.benchmarks.source import Source
+from eai.benchmarks.suite import Suite, open_suite
+from eai.errors import InputError
+from eai.metrics.breakdown import outcome
+from eai.metrics.summary import summarise
+from eai.pddl.planning import PlannerChoice
+from eai.run.score_text import explained
+from eai.scoring.answer import Place
+from eai.scoring.batch import Settings, score_batch, score_run
+from eai.scoring.majority import majority
+
+
+@metric(name="paper", scores="unreduced")
+def paper_metrics(ability: str) -> Metric:
+    """The columns of the paper's tables, as shares: the rates of ``summary.json``, without those of nothing.
+
+    They are sums over sums of all tasks. Of several answers to a task the one counts that says what most of
+    them say, as in ``eai run --epochs``. Where the form of all answers decides how each is read, they are
+    read once more together.
+    """
+
+    def pooled(scores: list[SampleScore]) -> Value:
+        asked = ability_of(ability)
+        by_task = groupby(sorted(scores, key=_place), key=_task_of)
+        verdicts = _verdicts([_chosen(list(of_task), asked) for _, of_task in by_task])
+        shares = {name: rate.share for name, rate in summarise(verdicts, asked).items()}
+        return shares if scores else dict.fromkeys(shares, nan)
+
+    return pooled
+
+
+def _register(ability: Ability) -> Callable[[str, str, str], Scorer]:
+    """Register the scorer of an ability, which has the ability's name and columns."""
+
+    @scorer(metrics=[paper_metrics(ability.value), accuracy(), stderr()], name=ability.value)
+    def verdict_scorer(benchmark: str, protocol: str, planner: str) -> Scorer:
+        """Scores an answer with the pure function of the library.
+
+        Args:
+            benchmark: what `find_benchmark` finds the benchmark by.
+            protocol: the rules for scoring.
+            planner: which planner judges operators.
+        """
+
+        async def score(state: TaskState, target: Target) -> Score:
+            suite = _suite(benchmark, ability, protocol, planner)
+            return score_of(_record_of(state, suite), state.epoch, answered=bool(state.output.choices))
+
+        return score
+
+    return verdict_scorer
+
+
+SCORERS = {ability: _register(ability) for ability in Ability}
+"""The scorers by ability; the score of a sample has the ability's name."""
+
+
+def _record_of(state: TaskState, suite: Suite) -> Record:
+    model, task_id = file_name(str(state.model)), str(state.sample_id)
+    if not state.output.choices:  # the request failed, and Inspect was told to score all the same
+        (record,) = score_run(suite, ResponseFile(model, ()), {task_id: "the request failed"}, Settings())
+        return record
+    answers = ResponseFile(model, (Response(task_id, state.output.completion),))
+    (record,) = score_batch(suite, answers, explanations=True)
+    return record
+
+
+def score_of(record: Record, epoch: int, *, answered: bool) -> Score:
+    """A record as the score of a sample; what is excluded is unscored."""
+    came_to = outcome(record)
+    about = record_to_json(replace(record, explanation=None))
+    score = Score.unscored(
+        answer=str(about.pop("response")),
+        explanation=explained(record),
+        metadata={"epoch": epoch, "answered": answered, **about},
+    )
+    if came_to is not AnswerOutcome.EXCLUDED:
+        score.value = CORRECT if came_to is AnswerOutcome.SUCCESS else INCORRECT
+    return score
+
+
+def planner_of(name: str) -> PlannerChoice:
+    """The choice of planner of this name.
+
+    Raises:
+        InputError: there is none.
+    """
+    try:
+        return PlannerChoice(name)
+    except ValueError as error:
+        known = ", ".join(choice.value for choice in PlannerChoice)
+        raise InputError(f"{name!r} is no planner: expected one of {known}") from error
+
+
+@cache
+def _suite(benchmark: str, ability: Ability, protocol: str, planner: str) -> Suite:
+    source = Source(planner=planner_of(planner))
+    return open_suite(benchmark, ability, protocol_of(protocol), source=source)
+
+
+def _place(score: SampleScore) -> Place:
+    return str(score.sample_id), int(_metadata(score)["epoch"])
+
+
+def _task_of(score: SampleScore) -> str:
+    return str(score.sample_id)
+
+
+def _metadata(score: SampleScore) -> dict[str, Any]:
+    return score.score.metadata or {}
+
+
+def _answered(scores: Iterable[SampleScore]) -> list[SampleScore]:
+    return [score for score in scores if _metadata(score)["answered"]]
+
+
+def _chosen(scores: Sequence[SampleScore], ability: Ability) -> SampleScore:
+    """Of the scores of one task, one epoch after the other, that of the answer that counts."""
+    answered = _answered(scores) or scores
+    return answered[majority([score.score.answer or "" for score in answered], ability)]
+
+
+def _verdicts(scores: Sequence[SampleScore]) -> list[Verdict]:
+    """The verdicts on the answers that count, each read as the form of all of them says."""
+    texts = {_task_of(score): score.score.answer or "" for score in _answered(scores)}
+    verdicts = {_task_of(score): record_from_json(_metadata(score)).verdict for score in scores}
+    if texts:
+        suite = _suite_of(scores[0])
+        together = suite.over(list(texts.values()))
+        if together is not suite:
+            verdicts |= {task_id: together.score(task_id, text) for task_id, text in texts.items()}
+    return list(verdicts.values())
+
+
+def _suite_of(score: SampleScore) -> Suite:
+    """The suite that a score is of; no planner is asked where answers are read together."""
+    benchmark, about = (score.sample_metadata or {})["domain"], _metadata(score)
+    return _suite(benchmark, ability_of(about["ability"]), about["protocol"], PlannerChoice.NONE.value)

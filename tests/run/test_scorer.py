@@ -1,0 +1,206 @@
+"""The numbers in Inspect's logs are those of ``eai run`` and ``eai score``; their samples explain them."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping
+from concurrent.futures import Executor, ProcessPoolExecutor
+from multiprocessing import get_context
+from pathlib import Path
+
+import pytest
+from inspect_ai.log import EvalLog, EvalSample, read_eval_log
+from inspect_ai.scorer import Score
+
+from eai.abilities.codec import record_from_json
+from eai.abilities.declarations import DECLARATIONS
+from eai.abilities.protocol import Ability, Protocol
+from eai.abilities.responses import file_name, read_responses
+from eai.benchmarks.suite import Suite
+from eai.data.store import Store
+from eai.metrics.breakdown import outcome
+from eai.metrics.rate import Rate
+from eai.metrics.summary import summarise
+from eai.run.logs import read_answers
+from eai.scoring.batch import score_batch
+from run.child import (
+    PLANNER,
+    Asked,
+    Whom,
+    evaluate_answers_in_child,
+    evaluate_in_child,
+    run_in_child,
+    score_in_child,
+)
+from suites import answer_book, official_prompts
+
+PLANS = ("virtualhome", Ability.ACTION_SEQUENCING)
+SUITES = [(domain, ability) for domain in ("virtualhome", "behavior") for ability in Ability]
+TASK_COUNT = 12
+NOISY = Whom("eai/noisy", {"rate": 0.35, "seed": 3})
+
+
+@pytest.fixture(scope="module")
+def process() -> Iterator[Executor]:
+    """A process of its own for Inspect."""
+    with ProcessPoolExecutor(1, get_context("spawn")) as pool:
+        yield pool
+
+
+def some_tasks(domain: str, ability: Ability, protocol: Protocol) -> tuple[Suite, Asked]:
+    """A suite, and tasks from all over it."""
+    suite = Asked(domain, ability, protocol, ()).suite()
+    count = TASK_COUNT if DECLARATIONS[ability].has_plans else TASK_COUNT // 3
+    chosen = suite.task_ids[:: len(suite.task_ids) // count][:count]
+    return suite, Asked(domain, ability, protocol, chosen)
+
+
+def paper(log: EvalLog) -> dict[str, float]:
+    """The paper's columns in a log."""
+    assert log.results is not None
+    (columns,) = (score.metrics for score in log.results.scores if "accuracy" not in score.metrics)
+    return {name: found.value for name, found in columns.items()}
+
+
+def shares(rates: Mapping[str, Rate]) -> dict[str, float]:
+    return {name: share for name, rate in rates.items() if (share := rate.share) is not None}
+
+
+def score_in(sample: EvalSample, ability: Ability) -> Score:
+    assert sample.scores is not None
+    assert list(sample.scores) == [ability.value]
+    return sample.scores[ability.value]
+
+
+@pytest.mark.parametrize("protocol", Protocol, ids=lambda protocol: protocol.value)
+@pytest.mark.parametrize(("domain", "ability"), SUITES, ids=str)
+def test_all_ways_to_score_come_to_one_number(
+    data_store: Store, process: Executor, tmp_path: Path, domain: str, ability: Ability, protocol: Protocol
+) -> None:
+    suite, asked = some_tasks(domain, ability, protocol)
+    ran = process.submit(run_in_child, asked, NOISY, tmp_path).result()
+    kinds = {outcome(record) for record in ran.records}
+    assert len(kinds) >= 3 or not DECLARATIONS[ability].has_plans
+    numbers = shares(ran.rates)
+    summary = json.loads((tmp_path / "summary.json").read_text())
+    assert {name: summary[name]["value"] for name in numbers} == pytest.approx(
+        {name: 100 * number for name, number in numbers.items()}
+    )
+    assert paper(read_eval_log(ran.log)) == pytest.approx(numbers)
+    evaluated = process.submit(evaluate_in_child, asked, NOISY, tmp_path).result()
+    log = read_eval_log(evaluated)
+    assert paper(log) == pytest.approx(numbers)
+    rules = {"benchmark": domain, "protocol": protocol.value, "planner": PLANNER.value}
+    assert [scorer.options for scorer in log.eval.scorers or ()] == [rules]
+    scored = process.submit(score_in_child, evaluated, asked).result()
+    assert paper(read_eval_log(scored)) == pytest.approx(numbers)
+    written = read_responses(tmp_path / f"{file_name(NOISY.model)}_outputs.json", suite.task_ids)
+    for answers in (read_answers(ran.log, suite), read_answers(evaluated, suite)):
+        assert answers.model == written.model
+        assert set(answers.responses) == set(written.responses)
+    together = suite.over([response.text for response in written.responses])
+    verdicts = [record.verdict for record in score_batch(together, written)]
+    assert shares(summarise(verdicts, ability)) == pytest.approx(numbers)
+
+
+@pytest.mark.parametrize(("domain", "ability"), SUITES, ids=str)
+def test_gold_answers_are_right_and_are_the_targets(
+    data_store: Store, process: Executor, tmp_path: Path, domain: str, ability: Ability
+) -> None:
+    _, asked = some_tasks(domain, ability, Protocol.STRICT)
+    asked = asked._replace(task_ids=asked.task_ids[:2])
+    path = process.submit(evaluate_in_child, asked, Whom("eai/oracle", {}), tmp_path).result()
+    log = read_eval_log(path)
+    gold = answer_book(domain, ability, data_store).gold
+    for sample in log.samples or ():
+        score = score_in(sample, ability)
+        assert (score.value, score.answer) == ("C", sample.target)
+        assert sample.target == gold(str(sample.id)).text
+    assert log.results is not None
+    assert log.results.headline is not None
+    assert log.results.headline.metric in ("task_success", "overall.f1")
+    assert paper(log)[log.results.headline.metric] == 1.0
+
+
+def test_answers_are_read_together_where_their_form_decides(
+    data_store: Store, process: Executor, tmp_path: Path
+) -> None:
+    """Under `eai-1.0.5` most of the answers say whether objects have ids, as the reference's revisions do."""
+    suite, asked = some_tasks(*PLANS, Protocol.EAI_1_0_5)
+    scored = [task_id for task_id in asked.task_ids if suite.score(task_id, "").excluded is None][:7]
+    texts = {
+        task_id: '{"WALK": ["bed", "1"]}' if scored.index(task_id) < 4 else '{"WALK": ["bed"]}'
+        for task_id in scored
+    }
+    file = tmp_path / "mixed_outputs.json"
+    file.write_text(json.dumps([{"identifier": i, "llm_output": text} for i, text in texts.items()]))
+    asked, replay = asked._replace(task_ids=scored), Whom("eai/replay", {"path": str(file)})
+    ran = process.submit(run_in_child, asked, replay, tmp_path).result()
+    one_by_one = summarise([suite.score(*each) for each in texts.items()], suite.ability)
+    assert ran.rates != one_by_one
+    assert paper(read_eval_log(ran.log)) == pytest.approx(shares(ran.rates))
+    evaluated = process.submit(evaluate_in_child, asked, replay, tmp_path).result()
+    assert paper(read_eval_log(evaluated)) == pytest.approx(shares(ran.rates))
+
+
+def test_of_several_answers_the_one_counts_that_most_say(
+    data_store: Store, process: Executor, tmp_path: Path
+) -> None:
+    suite, asked = some_tasks(*PLANS, Protocol.STRICT)
+    noisy = NOISY._replace(epochs=3)
+    ran = process.submit(run_in_child, asked, noisy, tmp_path).result()
+    numbers = shares(ran.rates)
+    assert any(rates != ran.rates for rates in ran.of_epochs)
+    for path in (ran.log, process.submit(evaluate_in_child, asked, noisy, tmp_path).result()):
+        log = read_eval_log(path)
+        assert len(log.samples or ()) == 3 * TASK_COUNT
+        assert paper(log) == pytest.approx(numbers)
+        assert len(read_answers(path, suite).responses) == TASK_COUNT
+        assert log.results is not None
+        right, counted = (
+            sum(getattr(rates["task_success"], side) for rates in ran.of_epochs)
+            for side in ("numerator", "denominator")
+        )
+        (accuracy,) = (s.metrics["accuracy"].value for s in log.results.scores if "accuracy" in s.metrics)
+        assert accuracy == pytest.approx(right / counted)
+
+
+def test_a_sample_tells_its_reader_all(data_store: Store, process: Executor, tmp_path: Path) -> None:
+    asked = Asked(*PLANS, Protocol.STRICT, ("27_2",))
+    ran = process.submit(run_in_child, asked, Whom("eai/noisy", {"rate": 0.35, "seed": 5}), tmp_path).result()
+    (sample,) = read_eval_log(ran.log).samples or ()
+    (record,) = ran.records
+    score = score_in(sample, PLANS[1])
+    assert isinstance(sample.input, list)
+    assert sample.input[-1].text == official_prompts(*PLANS, data_store)["27_2"].user
+    assert sample.target == answer_book(*PLANS, data_store).gold("27_2").text
+    assert sample.messages[-1].text == score.answer == record.response
+    assert record.verdict.error is not None
+    assert record.explanation is not None
+    assert score.value == "I"
+    assert score.explanation is not None
+    assert score.explanation.startswith("**")
+    assert record.verdict.error.detail in score.explanation
+    for step in record.explanation.steps:
+        assert f"`{step.action}`: " in score.explanation
+    for goal in record.explanation.goals:
+        assert f"{'✓' if goal.satisfied else '✗'} {goal.kind} `{goal.goal}`" in score.explanation
+    told = record_from_json(score.metadata or {})
+    assert (told.verdict, told.origin) == (record.verdict, record.origin)
+
+
+def test_a_failed_request_is_shown_and_counts_as_a_failure(
+    data_store: Store, process: Executor, tmp_path: Path
+) -> None:
+    _, asked = some_tasks(*PLANS, Protocol.STRICT)
+    asked = asked._replace(task_ids=asked.task_ids[:3])
+    answers = [answer_book(*PLANS, data_store).gold(asked.task_ids[0]).text, None, None]
+    log = read_eval_log(process.submit(evaluate_answers_in_child, asked, answers, tmp_path).result())
+    assert log.results is not None
+    assert [(s.scored_samples, s.unscored_samples) for s in log.results.scores] == [(3, 0)] * 2
+    assert paper(log)["task_success"] == pytest.approx(1 / 3)
+    failed = [sample for sample in log.samples or () if sample.error is not None]
+    assert len(failed) == 2
+    for sample in failed:
+        score = score_in(sample, PLANS[1])
+        assert (score.value, score.explanation) == ("I", "**Not answered: the request failed**")
