@@ -59,7 +59,7 @@ def written(found: Sequence[Sequence[Action]]) -> list[str]:
         (["at blue hall", "not holding blue"], ["GO shed, LIFT blue, GO hall, DROP blue"]),
         # What cannot be brought about ends in the attempt that fails.
         (["lit red"], ["PRESS red"]),
-        (["holding red", "holding blue"], ["LIFT red, LIFT blue"]),
+        (["holding red", "holding blue"], ["LIFT red, GO shed, LIFT blue"]),
         # Each part can be reached, but not with the other: no action fails.
         (["at robot hall", "at robot shed"], [""]),
     ],

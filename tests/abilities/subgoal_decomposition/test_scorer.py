@@ -79,7 +79,7 @@ def told(verdict: SubgoalVerdict) -> str:
         (["DROP(red)"], "runtime missing_step 0"),
         # What is brought about is tested, and together.
         (["at(red, shed)", "lit(lamp) and not lit(lamp)"], "runtime missing_step 1"),
-        (["holding(red) and holding(blue)"], "runtime missing_step 0"),
+        (["holding(red) and holding(blue)"], "runtime wrong_order 0"),
         (["lit(lamp) implies lit(red)"], "goal_unreachable"),
         (["lit(red)"], "runtime affordance 0"),
         (["forall x. (not lit(x))", "at(red, shed)", "lit(lamp)"], "correct"),
@@ -138,7 +138,7 @@ def test_a_name_that_is_not_allowed_is_told_with_its_subgoal() -> None:
         (["lit(torch)"], "unknown_object", ("torch",)),
         (["lit(lamp, red)"], "wrong_arity", ()),
         (["DROP(red)"], "is_not_held", ("red",)),
-        (["holding(red) and holding(blue)"], "the_robot_is_not_beside", ("blue",)),
+        (["holding(red) and holding(blue)"], "the_hand_is_full", ()),
         (["lit(lamp) and not lit(lamp)"], "what_is_done_for_it_does_not_bring_it_about", ("lamp",)),
         (["lit(lamp", "lit(lamp)"], None, ()),
     ],

@@ -114,7 +114,7 @@ class _Way(NamedTuple):
 
 
 class Nearest(NamedTuple):
-    """A plan that comes near an aim: the number of parts it meets, and of checks that its last action fails."""
+    """A plan that comes near an aim: how many parts it meets, how many checks its last action fails."""
 
     met: int
     failing: int
