@@ -45,7 +45,7 @@ class Dice:
 Change: TypeAlias = Callable[[Dice, str], str]
 """A change of a text."""
 
-JUNK = (
+JUNK: Sequence[str] = (
     *"{}[]()\"'`,:;.\\/#|<>-_?= \n\t\r0aZ",
     "\u00e9",
     "\u201c",

@@ -6,7 +6,7 @@ import pytest
 
 from eai.abilities.declarations import DECLARATIONS
 from eai.abilities.protocol import Ability, Protocol
-from eai.abilities.verdict import OperatorVerdict
+from eai.abilities.verdict import Confusion, OperatorVerdict
 from eai.benchmarks.source import Source
 from eai.benchmarks.suite import open_suite
 from eai.data.store import Store
@@ -20,6 +20,9 @@ IN_STATISTICS = {
     ("virtualhome", Ability.ACTION_SEQUENCING, Protocol.EAI_1_0_5): 305,
 }
 """How many tasks count, where they are not all tasks."""
+
+_LITERALS = {"precondition": Confusion(0, 0, 19), "effect": Confusion(0, 0, 19)}
+"""How many gold literals the first BEHAVIOR task has."""
 
 
 @pytest.mark.parametrize(("domain", "ability", "protocol"), SUITES, ids=str)
@@ -49,3 +52,4 @@ def test_gold_operators_do_not_solve_a_task_without_an_answer(data_store: Store,
     verdict = suite.unanswered(suite.task_ids[0])
     assert isinstance(verdict, OperatorVerdict)
     assert (verdict.success, verdict.planner) == (False, PlannerOutcome.INPUT_ERROR)
+    assert verdict.literals == (_LITERALS if protocol is Protocol.STRICT else None)
