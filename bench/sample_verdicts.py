@@ -21,6 +21,8 @@ from typing import Any, NamedTuple
 from rich.console import Console
 
 from digests import ORACLE, OWN_FIELDS
+from eai.abilities.declaration import AnswerOutcome
+from eai.abilities.declarations import DECLARATIONS
 from eai.abilities.explanation import fact_text
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.record import Record
@@ -28,7 +30,6 @@ from eai.abilities.task import Task
 from eai.benchmarks.source import Source
 from eai.benchmarks.suite import Suite, open_suite
 from eai.cli.explain import print_record
-from eai.metrics.breakdown import AnswerOutcome, outcome
 from eai.pddl.planning import PlannerChoice
 
 NO_MODELS = ("gold", "gt", "perturb", "helm")
@@ -84,8 +85,9 @@ def _answers(name: str, suite: Suite) -> Iterator[Answer]:
         for row in content.get("tasks") or content["records"]:
             text = row.get("llm_output", row.get("response")) or ""
             task_id = row.get("id", row.get("identifier")).split("@")[0]
-            came_to = outcome(suite.score(task_id, text), suite.ability)
-            if came_to is not AnswerOutcome.EXCLUDED:
+            verdict = suite.score(task_id, text)
+            if verdict.excluded is None:
+                came_to = DECLARATIONS[suite.ability].outcome(verdict)
                 succeeds = came_to is AnswerOutcome.SUCCESS
                 yield Answer(path.name.removesuffix(".json.gz"), task_id, text, succeeds)
 
