@@ -85,7 +85,7 @@ def told(verdict: Verdict) -> str:
         (["TOUCH(table)", "OPEN(fridge)", "ONTOP(cup.13, bed)"], "correct", "not_parseable parsing"),
         (["TOUCH(table)", "OPEN(fridge)", "ONTOP(cup, bed)"], "correct", "not_parseable parsing"),
         # What no action brings about.
-        ([*REACHED, "SITTING(character.65)"], "runtime missing_step 3", "correct"),
+        ([*REACHED, "SITTING(character.65)"], "correct", "correct"),
         ([*REACHED, "SITTING(character.65) and ONTOP(character.65, bed.20)"], "correct", "correct"),
         ([*REACHED, "NEXT_TO(cup.13, book.16)"], "correct", "correct"),
         ([*REACHED, "NEXT_TO(cup.13, character.65)"], "correct", "correct"),

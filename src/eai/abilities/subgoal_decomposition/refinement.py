@@ -11,7 +11,8 @@ Decomposition": a breadth-first search with a bounded number of actions for each
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from functools import partial
 from itertools import permutations, product
 from typing import NamedTuple
 
@@ -80,6 +81,7 @@ class Refinement:
                     and not moved.isdisjoint(self._sources(_predicates([check.condition])))
                     for check in operator.checks
                 ]
+                + [False]
             )
             for operator in domain.operators
         }
@@ -111,9 +113,8 @@ class Refinement:
             told_apart: the operators of which it matters that they are taken.
         """
         parts = [StateTest(_formula(literal, scene), scene) for literal in literals]
-        ways = [self._ways(literal, scene) for literal in literals]
+        wanted = self._wanted(literals, scene)
         named = _named([literal.arguments for literal in literals], scene)
-
         everything = (1 << len(parts)) - 1
 
         def met(state: State, _: Action | None) -> int:
@@ -123,16 +124,13 @@ class Refinement:
             return met(state, None) == everything and holds(state)
 
         aim = Aim(reached, met, len(literals), told_apart)
-        wanted: dict[Action, int] = {}
-        for i, actions in enumerate(ways):
-            for action in actions:
-                wanted[action] = wanted.get(action, 0) | 1 << i
 
         def plans(state: State) -> Sequence[Plan]:
             if reached(state):
-                needless = tuple([action for each in ways for action in self._needless(each, state)])
+                needless = self._needless(wanted, state)
                 return (needless,) if needless else ()
-            return self._search(state, aim, self._means(wanted, named, objects))
+            wider = partial(self._wanted, literals, scene, objects)
+            return self._search(state, aim, self._means(wanted, named, objects, wider))
 
         return plans
 
@@ -144,7 +142,7 @@ class Refinement:
         def plans(state: State) -> Sequence[Plan]:
             if self._is_needless(action, state):
                 return ((action,),)
-            return self._search(state, aim, self._means({action: 1}, named, objects, moving=False))
+            return self._search(state, aim, self._means({action: 1}, named, objects))
 
         return plans
 
@@ -165,32 +163,50 @@ class Refinement:
         wanted: Mapping[Action, int],
         named: Sequence[int],
         objects: Sequence[int],
-        *,
-        moving: bool = True,
+        wider: Callable[[], Mapping[Action, int]] | None = None,
     ) -> Iterator[Means]:
         """What may be done, widened step by step.
 
         First what is about nothing but the objects that are named; then letting go of any object; then going
-        to any object.
+        to any object, and deeds about any where the literal leaves open about which.
 
         Args:
             wanted: what may bring the subgoal about, and the mask of the parts that each action is for.
             named: the objects that the subgoal names.
             objects: what actions may be about.
-            moving: whether movement that is wanted is done for where it leads, not for its own sake.
+            wider: gives what may bring it about by means of other objects; None where an action is wanted for
+                its own sake, not for where it leads.
         """
         helping, movement = self._serving(frozenset([action.operator for action in wanted]))
-        ways = [self._grounded(action, parts) for action, parts in wanted.items()]
-        moves = [way for way in ways if moving and self._roles[way.action.operator] is Role.MOVEMENT]
-        deeds = [way for way in ways if way not in moves]
+        moves, deeds = self._split(wanted, leading=wider is not None)
         handled = any(self._roles[action.operator] is not Role.LETS_GO for action in wanted)
         takes = [self._grounded(a) for a in _about(self._of(helping, Role.TAKES), named) if handled]
         yield Means(deeds, takes, moves, movement, named)
         lets_go = [self._grounded(a) for a in _about(self._of(helping, Role.LETS_GO), objects)]
         if lets_go:
             yield Means(deeds, [*takes, *lets_go], moves, movement, named)
+        if wider is not None:
+            wanted = wider()
+            helping, movement = self._serving(frozenset([action.operator for action in wanted]))
+            moves, deeds = self._split(wanted, leading=True)
         if movement:
             yield Means(deeds, [*takes, *lets_go], moves, movement, objects)
+
+    def _split(self, wanted: Mapping[Action, int], *, leading: bool) -> tuple[list[Ground], list[Ground]]:
+        """The movement that is wanted for where it leads, and all else that is wanted."""
+        ways = [self._grounded(action, parts) for action, parts in wanted.items()]
+        moves = [way for way in ways if leading and self._roles[way.action.operator] is Role.MOVEMENT]
+        return moves, [way for way in ways if way not in moves]
+
+    def _wanted(
+        self, literals: Sequence[GroundAtom], scene: Scene, objects: Sequence[int] = ()
+    ) -> dict[Action, int]:
+        """The actions that may bring literals about, each with the mask of those that it is for."""
+        wanted: dict[Action, int] = {}
+        for i, literal in enumerate(literals):
+            for action in self._ways(literal, scene, objects):
+                wanted[action] = wanted.get(action, 0) | 1 << i
+        return wanted
 
     def _serving(self, names: frozenset[str]) -> _Serving:
         """The other operators that can make true what those of some names ask for, and so on."""
@@ -208,12 +224,12 @@ class Refinement:
             serving = self._served[names] = _Serving(helping, compiled)
         return serving
 
-    def _ways(self, literal: GroundAtom, scene: Scene) -> list[Action]:
-        """The actions that may bring a literal about, about nothing but its objects.
+    def _ways(self, literal: GroundAtom, scene: Scene, others: Sequence[int]) -> list[Action]:
+        """The actions that may bring a literal about: of its objects, and of others where it leaves that open.
 
         Where the agent is, what it faces and its posture is a matter of movement only.
         """
-        objects = _named([literal.arguments], scene)
+        objects = _named([literal.arguments, tuple(others)], scene)
         changes = changes_for(literal, scene)
         found: dict[Action, None] = {}
         for operator in self._writers(literal.predicate):
@@ -227,10 +243,16 @@ class Refinement:
         moving = [action for action in found if self._roles[action.operator] is Role.MOVEMENT]
         return moving if moving and scene.agent in literal.arguments else list(found)
 
-    def _needless(self, ways: Iterable[Action], state: State) -> Sequence[Action]:
-        """The first action that says that it is not needed, for its object is as it makes it already."""
-        doing = [action for action in ways if self._roles[action.operator] is not Role.LETS_GO]
-        return next(((action,) for action in doing if self._is_needless(action, state)), ())
+    def _needless(self, wanted: Mapping[Action, int], state: State) -> tuple[Action, ...]:
+        """For each literal the first action that says it is not needed: its object is as it makes it."""
+        found: list[Action] = []
+        told = 0
+        for action, parts in wanted.items():
+            letting_go = self._roles[action.operator] is Role.LETS_GO
+            if not letting_go and parts & ~told and self._is_needless(action, state):
+                found.append(action)
+                told |= parts
+        return tuple(found)
 
     def _is_needless(self, action: Action, state: State) -> bool:
         return is_needless(self._domain.compiled[action.operator], action, state)

@@ -33,7 +33,8 @@ class Ground(NamedTuple):
         action: the action.
         operator: its operator.
         is_deed: whether it counts as a deed.
-        mended: for each check of the operator, whether movement can make it hold.
+        mended: for each check of the operator, whether movement can make it hold; then False, for what it
+            tries.
         parts: the mask of the parts of the aim that it is for; 0 if it helps another one.
     """
 
@@ -52,9 +53,16 @@ class Ground(NamedTuple):
         return self.operator.apply(state, self.operator.bind(state, self.action.arguments))
 
     def failing(self, state: State) -> list[int]:
-        """The numbers of the checks that fail."""
+        """The numbers of the checks that fail; after the last of them is that of what is tried in vain."""
         binding = self.operator.bind(state, self.action.arguments)
-        return [i for i, check in enumerate(self.operator.checks) if not check.holds(state, binding)]
+        checks = self.operator.checks
+        found = [i for i, check in enumerate(checks) if not check.holds(state, binding)]
+        return found if found or self.operator.is_possible(state, binding) else [len(checks)]
+
+    def is_hopeless(self, failing: Sequence[int]) -> bool:
+        """Whether a check that fails asks for objects of another kind."""
+        checks = self.operator.checks
+        return any(checks[i].check.fault is FaultKind.AFFORDANCE for i in failing if i < len(checks))
 
 
 def is_needless(operator: CompiledOperator, action: Action, state: State) -> bool:
@@ -190,9 +198,11 @@ class Refining:
         if attempts and all(attempt.failing for attempt in attempts):
             best = min(attempts, key=lambda attempt: len(attempt.failing))
             return Nearest(most, len(best.failing), (self._cause(best) or best).plan)
-        if not attempts:  # what would help needs something else first
+        if not attempts:  # what would help needs something else first, or tries things in vain
             for ground in self._means.wanted:
-                cause = self._cause(self._attempt(nodes[0], ground))
+                attempt = self._attempt(nodes[0], ground)
+                vain = attempt if attempt.failing == [len(ground.operator.checks)] else None
+                cause = self._cause(attempt) or vain
                 if cause is not None:
                     return Nearest(most, len(cause.failing), cause.plan)
         return Nearest(most, 0, nodes[0].plan)
@@ -260,14 +270,16 @@ class Refining:
         return best
 
     def _cause(self, attempt: _Attempt) -> _Attempt | None:
-        """The attempt at another action that would make a failing check hold, and fails itself."""
-        for ground in self._means.helping:
-            after = ground.after(attempt.state)
-            if len(attempt.ground.failing(after)) < len(attempt.failing):
-                other = self._attempt(attempt.node, ground)
-                if other.failing:
-                    return other
-        return None
+        """The attempt at another action that would make a failing check hold, where all of those fail."""
+        if attempt.ground.is_hopeless(attempt.failing):
+            return None
+        lacking = len(attempt.failing)
+        mending = [
+            self._attempt(attempt.node, ground)
+            for ground in self._means.helping
+            if len(attempt.ground.failing(ground.after(attempt.state))) < lacking
+        ]
+        return mending[0] if mending and all(other.failing for other in mending) else None
 
     def _told_apart(self, plan: Plan) -> tuple[Action, ...]:
         return tuple([action for action in plan if action.operator in self._aim.told_apart])
