@@ -225,7 +225,7 @@ class Refinement:
         return serving
 
     def _ways(self, literal: GroundAtom, scene: Scene, others: Sequence[int]) -> list[Action]:
-        """The actions that may bring a literal about: of its objects, and of others where it leaves that open.
+        """The actions that may bring a literal about: of its objects, or of others where it leaves them open.
 
         Where the agent is, what it faces and its posture is a matter of movement only.
         """
