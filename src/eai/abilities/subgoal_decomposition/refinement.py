@@ -115,18 +115,14 @@ class Refinement:
         parts = [StateTest(_formula(literal, scene), scene) for literal in literals]
         wanted = self._wanted(literals, scene)
         named = _named([literal.arguments for literal in literals], scene)
-        everything = (1 << len(parts)) - 1
 
-        def met(state: State, _: Action | None) -> int:
+        def met(state: State, _: Action | None = None) -> int:
             return sum([1 << i for i, part in enumerate(parts) if part(state)])
 
-        def reached(state: State, _: Action | None = None) -> bool:
-            return met(state, None) == everything and holds(state)
-
-        aim = Aim(reached, met, len(literals), told_apart)
+        aim = Aim(met, (1 << len(parts)) - 1, holds, len(literals), told_apart)
 
         def plans(state: State) -> Sequence[Plan]:
-            if reached(state):
+            if met(state) == aim.everything and holds(state):
                 needless = self._needless(wanted, state)
                 return (needless,) if needless else ()
             wider = partial(self._wanted, literals, scene, objects)
@@ -136,7 +132,7 @@ class Refinement:
 
     def plans_to_take(self, action: Action, scene: Scene, objects: Sequence[int]) -> Plans:
         """An action, after the shortest sequence that makes it possible; the attempt where there is none."""
-        aim = Aim(lambda _, last: last == action, lambda _, last: int(last == action), 1, ())
+        aim = Aim(lambda _, last: int(last == action), 1, lambda _: True, 1, ())
         named = _named([action.arguments], scene)
 
         def plans(state: State) -> Sequence[Plan]:

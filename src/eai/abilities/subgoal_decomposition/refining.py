@@ -93,14 +93,16 @@ class Aim(NamedTuple):
     """What the search is for.
 
     Attributes:
-        reached: whether it is reached in a state, after an action.
-        met: the mask of its parts that hold there.
+        met: the mask of its parts that hold in a state, after an action.
+        everything: the mask of all parts.
+        holds: whether what it asks for besides its parts holds in a state.
         deeds: how many deeds may be done for it.
         told_apart: the operators of which it matters that they are taken, whatever state they lead to.
     """
 
-    reached: Callable[[State, Action | None], bool]
     met: Callable[[State, Action | None], int]
+    everything: int
+    holds: Holds
     deeds: int
     told_apart: Collection[str]
 
@@ -170,7 +172,7 @@ class Refining:
                 length = len(child.plan)
                 if best is not None and length > best:
                     continue
-                if self._aim.reached(child.state, child.plan[-1]):
+                if child.met == self._aim.everything and self._aim.holds(child.state):
                     found = found if length == best else {}
                     best = length
                     if len(found) < MAX_PLANS:
