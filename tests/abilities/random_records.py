@@ -7,6 +7,7 @@ from typing import Any, TypeVar, get_type_hints
 from hypothesis import strategies as st
 
 from eai.abilities.declarations import DECLARATIONS
+from eai.abilities.experiment import Experiment
 from eai.abilities.explanation import Explanation, GoalReport, PartReport, StepReport
 from eai.abilities.protocol import Ability
 from eai.abilities.record import Origin, Record, Usage
@@ -48,6 +49,9 @@ st.register_type_strategy(
     with_every_field(
         Counted, errors=st.dictionaries(st.sampled_from(FaultKind), COUNTS).map(lambda d: tuple(d.items()))
     ),
+)
+st.register_type_strategy(
+    Experiment, with_every_field(Experiment, replans=COUNTS, slip=st.floats(0, 1), goals_from=st.just("a/b"))
 )
 for kind in (Explanation, Origin):
     st.register_type_strategy(kind, with_every_field(kind))

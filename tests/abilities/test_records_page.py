@@ -10,12 +10,14 @@ import pytest
 
 from eai.abilities.codec import record_from_json, record_to_json
 from eai.abilities.declarations import DECLARATIONS
+from eai.abilities.experiment import Experiment, Feedback, FeedbackForm, World
 from eai.abilities.explanation import Explanation, GoalReport, PartReport, StepReport
 from eai.abilities.protocol import Ability
 from eai.abilities.record import Origin, Record, TaskFeatures, Usage
 from eai.abilities.transition_modeling.report import OperatorReport, OperatorStatus
 from eai.abilities.verdict import Counted, ErrorReport, SubgoalCategory
 from eai.pddl.planning import PlannerOutcome
+from eai.world.episode import Notice, Until
 from eai.world.fault import FaultKind
 
 PAGE = (Path(__file__).parents[2] / "docs" / "records.md").read_text(encoding="utf-8")
@@ -34,7 +36,7 @@ def test_an_example_is_a_record_as_it_is_written(ability: Ability) -> None:
 def test_every_field_is_on_the_page() -> None:
     example = record_from_json(json.loads(EXAMPLES[Ability.ACTION_SEQUENCING]))
     explained = (Explanation, StepReport, GoalReport, PartReport, OperatorReport)
-    declared = (TaskFeatures, Origin, Usage, Counted, ErrorReport, *explained)
+    declared = (TaskFeatures, Experiment, Origin, Usage, Counted, ErrorReport, *explained)
     names = {name for kind in declared for name in kind.__dataclass_fields__}
     names |= set(record_to_json(Record(**{n: getattr(example, n) for n in Record.__dataclass_fields__})))
     for each in DECLARATIONS.values():
@@ -42,6 +44,12 @@ def test_every_field_is_on_the_page() -> None:
     assert [name for name in sorted(names) if not re.search(rf'[`"]{name}[`"]', PAGE)] == []
 
 
-@pytest.mark.parametrize("kind", [Ability, FaultKind, SubgoalCategory, PlannerOutcome, OperatorStatus])
+@pytest.mark.parametrize(
+    "kind",
+    [
+        *(Ability, FaultKind, SubgoalCategory, PlannerOutcome, OperatorStatus),
+        *(World, Feedback, FeedbackForm, Notice, Until),
+    ],
+)
 def test_every_value_of_a_closed_vocabulary_is_on_the_page(kind: type[Ability]) -> None:
     assert [each.value for each in kind if f"`{each.value}`" not in PAGE] == []

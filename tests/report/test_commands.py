@@ -56,7 +56,7 @@ def test_compare_needs_something_in_common(runs: Path) -> None:
 
 def test_compare_wants_one_model_a_side(runs: Path) -> None:
     result = RUNNER.invoke(app, ["compare", str(runs), str(runs / "run1")])
-    assert "expected one model" in str(result.exception)
+    assert "expected one run" in str(result.exception)
 
 
 def test_leaderboard_lists_runs_and_papers_by_rank(runs: Path) -> None:

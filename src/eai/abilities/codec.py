@@ -16,6 +16,7 @@ from typing import Any, TypeVar
 from pydantic import TypeAdapter, ValidationError
 
 from eai.abilities.declarations import DECLARATIONS
+from eai.abilities.experiment import Experiment
 from eai.abilities.explanation import Explanation
 from eai.abilities.protocol import Ability
 from eai.abilities.record import Origin, Record
@@ -53,11 +54,18 @@ def record_to_json(record: Record) -> dict[str, Json]:
         "unanswered": record.unanswered,
         "suite_size": record.suite_size,
     }
+    if record.experiment is not None:
+        written["experiment"] = experiment_to_json(record.experiment)
     if record.origin is not None:
         written |= dataclass_to_json(record.origin)
     if record.explanation is not None:
         written["explanation"] = dataclass_to_json(record.explanation)
     return {**written, "response": record.response}
+
+
+def experiment_to_json(experiment: Experiment) -> dict[str, Json]:
+    """An experiment as records and summaries have it: what kind it is, and its fields."""
+    return {"name": experiment.name, **dataclass_to_json(experiment)}
 
 
 def fields_of(verdict: Verdict) -> dict[str, Json]:
@@ -92,6 +100,7 @@ def record_from_json(values: Mapping[str, Any]) -> Record:
             "verdict": _verdict(values, ability, 0 if origin is None else len(origin.answer_repairs)),
             "explanation": _optional(Explanation, values, "explanation"),
             "origin": origin,
+            "experiment": _optional(Experiment, values, "experiment"),
         },
     )
     sha256 = _read(str, _present(values, "response_sha256"), "response_sha256")

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TypeVar
 
+from eai.abilities.experiment import Experiment
 from eai.abilities.explanation import Explanation
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.task import Task
@@ -104,6 +105,7 @@ class Record:
         unanswered: why there is no answer; None if there is one, be it empty.
         suite_size: how many tasks the suite has, whose records together are a whole run; None if that is
             not known.
+        experiment: how its run differs from asking each question once; None if it does not.
     """
 
     protocol: Protocol
@@ -119,6 +121,7 @@ class Record:
     task: TaskFeatures | None = None
     unanswered: str | None = None
     suite_size: int | None = None
+    experiment: Experiment | None = None
 
     @property
     def repairs(self) -> tuple[str, ...]:

@@ -62,8 +62,8 @@ def _runs(path: Path) -> Mapping[_Place, Run]:
     for run in read_runs([path]):
         place = (run.key.domain, run.key.ability, run.key.protocol.value)
         if place in found:
-            both = f"{found[place].key.model} and {run.key.model}"
-            raise InputError(f"{path}: expected one model for {_named(place)}, found {both}")
+            both = f"{found[place].key.name} and {run.key.name}"
+            raise InputError(f"{path}: expected one run for {_named(place)}, found {both}")
         found[place] = run
     return dict(sorted(found.items(), key=lambda item: item[1].key.order))
 
@@ -79,7 +79,7 @@ def _print(place: _Place, one: Run, other: Run, found: Comparison, listed: int) 
     names = "" if found.names == found.tasks else f" of {found.names} names"
     title = (
         f"{_named(place)}: {found.tasks} tasks{names}\n"
-        f"A {first.model}, {coverages['A']} answered\nB {second.model}, {coverages['B']} answered"
+        f"A {first.name}, {coverages['A']} answered\nB {second.name}, {coverages['B']} answered"
     )
     table = Table(
         "percent", title=title, title_justify="left", caption=_caption(found), caption_justify="left"
@@ -93,11 +93,11 @@ def _print(place: _Place, one: Run, other: Run, found: Comparison, listed: int) 
     for side, coverage in coverages.items():
         print_remark(side, coverage)
     for difference in found.differences:
-        for name, tasks in ((first.model, difference.only_first), (second.model, difference.only_second)):
+        for name, tasks in ((first.name, difference.only_first), (second.name, difference.only_second)):
             if tasks:
                 heading = f"{_name(difference.metric)} only in {name} ({len(tasks)})"
                 _print_tasks(heading, tasks, listed)
-    for name, tasks in ((first.model, found.only_in_first), (second.model, found.only_in_second)):
+    for name, tasks in ((first.name, found.only_in_first), (second.name, found.only_in_second)):
         if tasks:
             _print_tasks(f"left out, because only {name} has a scored answer ({len(tasks)})", tasks, listed)
 

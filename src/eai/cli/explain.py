@@ -39,6 +39,8 @@ def print_record(console: Console, record: Record) -> None:
     """Print what a record says of its answer, step by step where it holds an explanation."""
     console.print(Text(f"{record.domain} {record.ability.value} {record.task_id}", style="bold"))
     console.print(f"model {record.model}, protocol {record.protocol.value}", highlight=False)
+    if record.experiment is not None:
+        console.print(f"experiment {record.experiment.label}", highlight=False, soft_wrap=True)
     if record.unanswered is not None:
         console.print(Text(f"{NOT_ANSWERED}: {record.unanswered}", style="yellow"), soft_wrap=True)
     elif record.explanation is None:

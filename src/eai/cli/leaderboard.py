@@ -10,11 +10,11 @@ from rich.table import Table as Grid
 from rich.text import Text
 
 from eai.abilities.declarations import DECLARATIONS
-from eai.cli.console import errors, output
+from eai.cli.console import counted, errors, output
 from eai.report.certainty import unnamed_remark
 from eai.report.markdown import superscript
 from eai.report.row import Cell, Row, RowSource
-from eai.report.run_summary import summary_of
+from eai.report.run_summary import plain_runs, summary_of
 from eai.report.runs import as_asked_in_paper, read_runs
 from eai.report.table import Table
 from eai.report.table_specs import ColumnSpec, domain_title
@@ -35,13 +35,17 @@ def leaderboard(
     """
     summaries = [summary_of(as_asked_in_paper(run) if paper else run) for run in read_runs(runs)]
     summaries.sort(key=lambda item: item.key.order)
-    for table in make_tables(summaries, with_paper=paper):
+    ranked = plain_runs(summaries)
+    for table in make_tables(ranked, with_paper=paper):
         if table.name == _OVERVIEW:
             output().print(_grid(table))
             for number in sorted({number for row in table.rows for number in row.notes}):
                 note = f"{superscript((number,))} {table.notes[number - 1]}"
                 output().print(note, markup=False, highlight=False)
-    remark = unnamed_remark(summaries)
+    if len(ranked) < len(summaries):
+        left_out = counted(len(summaries) - len(ranked), "experiment")
+        errors().print(f"left out: {left_out}, which eai report shows apart", markup=False, highlight=False)
+    remark = unnamed_remark(ranked)
     if remark:
         errors().print(remark, markup=False, highlight=False)
 

@@ -24,7 +24,7 @@ from eai.report.document import Plot
 from eai.report.explorer import explorer_html
 from eai.report.explorer_data import Background, ExplorerData
 from eai.report.plots import draw_plots
-from eai.report.run_summary import RunSummary, summary_of
+from eai.report.run_summary import RunSummary, plain_runs, summary_of
 from eai.report.runs import as_asked_in_paper, read_runs
 from eai.report.writer import make_tables, write_tables
 
@@ -56,10 +56,11 @@ def report(
         summaries.append(summary_of(as_asked_in_paper(run) if paper else run))
         explorer.add(run)
     summaries.sort(key=lambda item: item.key.order)
-    tables = make_tables(summaries, with_paper=paper)
+    plain = plain_runs(summaries)
+    tables = make_tables(plain, with_paper=paper)
     try:
         out.mkdir(parents=True, exist_ok=True)
-        drawn = _draw(summaries, out / PLOTS) if plots else []
+        drawn = _draw(plain, out / PLOTS) if plots else []
         written = write_tables(out, summaries, tables, drawn, with_paper=paper)
         (out / EXPLORER).write_text(explorer_html(explorer.to_json()), encoding="utf-8")
     except OSError as error:

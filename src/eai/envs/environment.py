@@ -17,8 +17,9 @@ from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.source import Source
 from eai.envs.command import MAX_LENGTH
 from eai.envs.game import Game, Stage, manual
-from eai.envs.rules import Observe, Reward, Rules, Until
+from eai.envs.rules import Observe, Reward, Rules
 from eai.errors import InputError
+from eai.world.episode import Until
 
 MAX_OBSERVATION = 1 << 16
 """How long an observation may be, in characters."""

@@ -14,13 +14,13 @@ from eai.abilities.task import NO_GOALS, Task
 from eai.abilities.verdict import ErrorReport
 from eai.benchmarks.benchmark import Benchmark
 from eai.envs.command import DONE, Commands
-from eai.envs.rules import Observe, Rules, Standing, Until
+from eai.envs.rules import Observe, Rules, Standing
 from eai.envs.view import View
 from eai.errors import InputError
 from eai.planning.successor_generator import applicable_actions
 from eai.prompts.template import Templates
 from eai.prompts.wording import Wording
-from eai.world.episode import Episode, Luck, Slip, Slips
+from eai.world.episode import Episode, Luck, Slip, Slips, Until
 from eai.world.execution import Action, Fault, describe
 from eai.world.fault import FaultKind
 from eai.world.state import State

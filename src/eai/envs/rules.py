@@ -9,7 +9,7 @@ from typing import NamedTuple
 from typing_extensions import assert_never
 
 from eai.errors import InputError
-from eai.world.episode import Slips
+from eai.world.episode import Slips, Until
 
 
 class Observe(str, Enum):
@@ -17,13 +17,6 @@ class Observe(str, Enum):
 
     FULL = "full"
     PARTIAL = "partial"
-
-
-class Until(str, Enum):
-    """When an episode ends: in the first state in which all goals are reached, or when the agent says so."""
-
-    GOAL = "goal"
-    DONE = "done"
 
 
 class Reward(str, Enum):

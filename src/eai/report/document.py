@@ -12,7 +12,7 @@ from eai.metrics.paper_tables import paper_setting
 from eai.report.agreement import DIGIT, Agreement
 from eai.report.certainty import certainty_section
 from eai.report.markdown import escaped, grid, table_markdown
-from eai.report.run_summary import RunSummary
+from eai.report.run_summary import RunSummary, plain_runs
 from eai.report.table import Table
 from eai.report.table_specs import ability_title, domain_title
 
@@ -26,6 +26,10 @@ published numbers. Each has tables of its own."""
 _BESIDES = """\
 The paper's tables of a few models, or of other ways to ask, in percent and in the paper's order. A run
 stands above the paper's rows where it measures the same: under `eai-1.0.5`, each answer asked for once."""
+_EXPERIMENTS = """\
+Runs that did more than ask each question once: several attempts, actions that slip, goals of a model's own.
+The plain run of the same model, if there is one, stands above them. What counts is the last attempt. Nothing
+here is ranked or set beside single answers: whoever is asked more often succeeds more often."""
 _AGREEMENT = """\
 Runs under `eai-1.0.5` that have the name of a published response file, beside the paper's figures for that
 model."""
@@ -42,20 +46,23 @@ class Plot:
 def report_markdown(
     runs: Sequence[RunSummary],
     tables: Sequence[Table],
+    experiments: Sequence[Table],
     besides: Sequence[Table],
     agreements: Sequence[Agreement],
     plots: Sequence[Plot],
 ) -> str:
     """The page."""
+    plain = plain_runs(runs)
     blocks = [
         "# Results\n",
         _INTRODUCTION + "\n",
         *_tables(tables),
-        *_besides(besides),
-        *certainty_section(runs),
-        *_protocols(runs),
+        *_titled("Experiments", _EXPERIMENTS, experiments),
+        *_titled("What the paper reports besides", _BESIDES, besides),
+        *certainty_section(plain),
+        *_protocols(plain),
         *_agreement(agreements),
-        *_outcomes(runs),
+        *_outcomes(plain),
         *_runs(runs),
         *_plots(plots),
     ]
@@ -72,12 +79,15 @@ def _tables(tables: Sequence[Table]) -> Iterator[str]:
         yield table_markdown(table)
 
 
-def _besides(tables: Sequence[Table]) -> Iterator[str]:
+def _titled(title: str, introduction: str, tables: Sequence[Table]) -> Iterator[str]:
+    """A section of tables of one kind; several protocols may have one of the same title."""
     if tables:
-        yield "## What the paper reports besides\n"
-        yield f"{_BESIDES}\n"
+        yield f"## {title}\n"
+        yield f"{introduction}\n"
     for table in tables:
-        yield f"### {table.title}, {domain_title(table.domain)}\n"
+        alike = [each.protocol for each in tables if (each.title, each.domain) == (table.title, table.domain)]
+        rules = f", protocol {table.protocol.value}" if len(alike) > 1 else ""
+        yield f"### {table.title}, {domain_title(table.domain)}{rules}\n"
         yield table_markdown(table)
 
 
@@ -124,6 +134,8 @@ def _agreement_row(item: Agreement) -> list[str]:
 
 
 def _outcomes(runs: Sequence[RunSummary]) -> Iterator[str]:
+    if not runs:
+        return
     yield "## What answers came to\n"
     kinds = [kind for kind in AnswerOutcome if any(kind in item.breakdown.outcomes for item in runs)]
     rows = [
@@ -142,7 +154,7 @@ def _runs(runs: Sequence[RunSummary]) -> Iterator[str]:
     header = ["model", "suite", "answered", "excluded", "repaired", "data"]
     rows = [
         [
-            escaped(item.key.model),
+            escaped(item.key.name),
             f"{_suite(item.key.domain, item.key.ability)}, {item.key.protocol.value}",
             str(item.coverage),
             str(sum(item.excluded.values())),

@@ -57,7 +57,7 @@ class ExplorerData:
             "protocol": key.protocol.value,
             "domain": key.domain,
             "ability": key.ability.value,
-            "model": key.model,
+            "model": key.name,
             "answers": [self._answer(record) for record in run.records],
         }
         asked = self._background.prompts.get((key.domain, key.ability.value), {})

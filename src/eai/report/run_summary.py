@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from eai.abilities.declarations import DECLARATIONS
@@ -40,6 +40,11 @@ class RunSummary:
     cases: Mapping[str, Cases]
     unnamed: int
     breakdown: Breakdown
+
+
+def plain_runs(runs: Sequence[RunSummary]) -> list[RunSummary]:
+    """Those of the runs that are no experiments: what is ranked and set beside the paper's tables."""
+    return [item for item in runs if item.key.experiment is None]
 
 
 def summary_of(run: Run) -> RunSummary:

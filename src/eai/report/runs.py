@@ -1,4 +1,4 @@
-"""Runs: the records of one model in one ability and domain under one protocol, found in files and folders."""
+"""Runs: the records of one model in one suite under one protocol, plain or of one experiment."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import NamedTuple
 
+from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.record import Record
 from eai.benchmarks.reference.older_wording import as_the_paper_asked
@@ -20,15 +21,21 @@ RECORDS = "records.jsonl"
 
 
 class RunKey(NamedTuple):
-    """What a run is a run of. Keys sort by protocol, domain and ability as declared, then by model."""
+    """What a run is a run of. Keys sort by protocol, domain and ability as declared, then by name."""
 
     protocol: Protocol
     domain: str
     ability: Ability
     model: str
+    experiment: Experiment | None = None
 
     @property
-    def order(self) -> tuple[int, int, str, int, str]:
+    def name(self) -> str:
+        """What it is called among runs of its suite: its model, and its experiment if it is one."""
+        return self.model if self.experiment is None else f"{self.model}, {self.experiment.label}"
+
+    @property
+    def order(self) -> tuple[int, int, str, int, str, str]:
         """What runs are sorted by; unknown domains come last."""
         known = registered()
         place = known.index(self.domain) if self.domain in known else len(known)
@@ -39,10 +46,11 @@ class RunKey(NamedTuple):
             self.domain,
             abilities.index(self.ability),
             self.model,
+            "" if self.experiment is None else self.experiment.label,
         )
 
     def __str__(self) -> str:
-        return f"{self.model}, {self.domain} {self.ability.value}, protocol {self.protocol.value}"
+        return f"{self.name}, {self.domain} {self.ability.value}, protocol {self.protocol.value}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,6 +111,6 @@ def read_runs(paths: Iterable[Path]) -> Iterator[Run]:
 def _group(records: Iterable[Record]) -> Mapping[RunKey, Sequence[Record]]:
     runs: dict[RunKey, list[Record]] = {}
     for record in records:
-        key = RunKey(record.protocol, record.domain, record.ability, record.model)
+        key = RunKey(record.protocol, record.domain, record.ability, record.model, record.experiment)
         runs.setdefault(key, []).append(record)
     return runs

@@ -129,6 +129,11 @@ TABLES: tuple[TableSpec, ...] = (
 """The tables of a report, in order."""
 
 
+def of_ability(ability: Ability) -> TableSpec:
+    """The first table that shows nothing but results of an ability."""
+    return next(spec for spec in TABLES if {column.ability for column in spec.columns} == {ability})
+
+
 def _summary_columns() -> tuple[ColumnSpec, ...]:
     ability = Ability.TRANSITION_MODELING
     measures = (("f1", "F1"), ("planner_success", PLANNER))

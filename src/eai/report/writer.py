@@ -11,7 +11,8 @@ from eai.report.agreement import agreements
 from eai.report.besides import tables_besides
 from eai.report.data_files import tables_csv, tables_json
 from eai.report.document import Plot, report_markdown
-from eai.report.run_summary import RunSummary
+from eai.report.experiments import experiment_tables
+from eai.report.run_summary import RunSummary, plain_runs
 from eai.report.table import Table, make_table
 from eai.report.table_specs import TABLES
 
@@ -42,16 +43,25 @@ def write_tables(
 ) -> int:
     """Write ``report.md``, ``report.tex`` with ``tables.tex``, ``tables.json`` and ``tables.csv``.
 
-    With the paper they also have what it reports besides.
+    Experiments have tables of their own. With the paper there is also what it reports besides.
+
+    Args:
+        folder: where the files go.
+        runs: all runs, experiments too.
+        tables: the tables of the plain runs.
+        plots: the plots of the plain runs.
+        with_paper: whether the paper's models appear beside ours.
 
     Returns:
         how many tables were written.
     """
-    besides = tables_besides(runs) if with_paper else []
-    written = [*tables, *besides]
-    compared = agreements(runs) if with_paper else []
+    plain = plain_runs(runs)
+    experiments = experiment_tables(runs)
+    besides = tables_besides(plain) if with_paper else []
+    written = [*tables, *experiments, *besides]
+    compared = agreements(plain) if with_paper else []
     contents = {
-        "report.md": report_markdown(runs, tables, besides, compared, plots),
+        "report.md": report_markdown(runs, tables, experiments, besides, compared, plots),
         "tables.tex": "\n".join(latex.table_latex(table) for table in written),
         "report.tex": f"{latex.PREAMBLE}\\input{{tables}}\n{latex.ENDING}",
         "tables.json": tables_json(written),

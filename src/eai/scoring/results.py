@@ -6,6 +6,7 @@ import json
 from collections.abc import Mapping
 from pathlib import Path
 
+from eai.abilities.codec import experiment_to_json
 from eai.abilities.record import Record
 from eai.abilities.verdict import Json
 from eai.errors import InputError
@@ -31,6 +32,7 @@ def write_results(
         "domain": first.domain,
         "ability": first.ability.value,
         "model": first.model,
+        **({} if first.experiment is None else {"experiment": experiment_to_json(first.experiment)}),
         "data_sha256": first.data_sha256,
         "coverage": coverage_of(records).to_json(),
         "unit": "percent",

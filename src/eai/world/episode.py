@@ -36,6 +36,13 @@ class Notice(str, Enum):
     SILENT = "silent"
 
 
+class Until(str, Enum):
+    """When an episode ends: in the first state in which all goals are reached, or when the agent says so."""
+
+    GOAL = "goal"
+    DONE = "done"
+
+
 @dataclass(frozen=True, slots=True)
 class Slips:
     """How often possible actions do not work (paper, appendix on replanning with stochastic actions).

@@ -1,0 +1,109 @@
+"""Experiments: what sets a run apart from single answers to plain questions, and its name among runs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+from eai.abilities.responses import file_name
+from eai.errors import InputError
+from eai.world.episode import Notice, Slips, Until
+
+SEPARATOR = "+"
+"""What separates the parts of a name or a label."""
+
+
+class World(str, Enum):
+    """Where a further attempt begins: in the initial state again, or where the one before it ended."""
+
+    RESTART = "restart"
+    CONTINUE = "continue"
+
+
+class Feedback(str, Enum):
+    """What a model is told of its earlier attempts.
+
+    ``none``: nothing, so that it is asked the same again (the resampling arm). ``kind``: its answer, the kind
+    of its error and what that means, and the goals that were missed. ``explained``: the failed check in words
+    besides. ``state``: no word on what failed; the question tells of the state that the world is in now.
+    """
+
+    NONE = "none"
+    KIND = "kind"
+    EXPLAINED = "explained"
+    STATE = "state"
+
+
+class FeedbackForm(str, Enum):
+    """Where feedback stands: at the end of the one question, or as turns of a conversation."""
+
+    PROMPT = "prompt"
+    CHAT = "chat"
+
+
+@dataclass(frozen=True, slots=True)
+class Experiment:
+    """How a run differs from asking each question once in a world where every action works.
+
+    It is the same in all records of a run; what it comes to in one task stands elsewhere in its record. What
+    is left at its default is as in a plain run, which has no experiment at all.
+
+    Attributes:
+        replans: how many further attempts a task gets that fails.
+        world: where they begin.
+        feedback: what is told of the attempts before.
+        form: where it stands.
+        slip: the probability that a possible action does not work.
+        slip_seed: the seed of those draws; None if nothing slips.
+        notice: whether a slip is noticed.
+        until: when an attempt ends.
+        goals_from: the model whose goals the questions state instead of the task's; None for the task's.
+
+    Raises:
+        InputError: a number is out of its range.
+    """
+
+    replans: int = 0
+    world: World = World.RESTART
+    feedback: Feedback = Feedback.NONE
+    form: FeedbackForm = FeedbackForm.PROMPT
+    slip: float = 0.0
+    slip_seed: int | None = None
+    notice: Notice = Notice.DETECTED
+    until: Until = Until.DONE
+    goals_from: str | None = None
+
+    def __post_init__(self) -> None:
+        Slips(self.slip)
+        if self.replans < 0:
+            raise InputError(f"replans: expected 0 or more, not {self.replans}")
+
+    @property
+    def acts(self) -> bool:
+        """Whether answers are carried out as episodes: in several attempts, or where actions slip."""
+        return bool(self.replans or self.slip or self.until is Until.GOAL)
+
+    @property
+    def name(self) -> str:
+        """What kind of experiment it is: ``replanning``, ``pipeline`` or both."""
+        kinds = {"pipeline": self.goals_from is not None, "replanning": self.acts}
+        return SEPARATOR.join([kind for kind, is_part in kinds.items() if is_part])
+
+    @property
+    def label(self) -> str:
+        """A short text that tells it from every other experiment; the name of its folder."""
+        parts = []
+        if self.goals_from is not None:
+            parts.append(f"goals-{file_name(self.goals_from)}")
+        if self.acts:
+            chosen: list[Enum] = [self.world, self.feedback]
+            if self.form is not FeedbackForm.PROMPT:
+                chosen.append(self.form)
+            words = "-".join([choice.value for choice in chosen])
+            parts.append(f"replans-{self.replans}-{words}" if self.replans else "replans-0")
+        if self.slip:
+            silent = "-silent" if self.notice is Notice.SILENT else ""
+            parts.append(f"slip-{self.slip:g}-seed-{self.slip_seed or 0}{silent}")
+        if self.until is Until.GOAL:
+            parts.append(f"until-{self.until.value}")
+        return SEPARATOR.join(parts)

@@ -1,0 +1,53 @@
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from eai.abilities.experiment import Experiment, Feedback, FeedbackForm, World
+from eai.errors import InputError
+from eai.world.episode import Notice, Until
+
+
+@pytest.mark.parametrize(
+    ("experiment", "name", "label"),
+    [
+        (Experiment(3, feedback=Feedback.EXPLAINED), "replanning", "replans-3-restart-explained"),
+        (
+            Experiment(2, feedback=Feedback.KIND, form=FeedbackForm.CHAT),
+            "replanning",
+            "replans-2-restart-kind-chat",
+        ),
+        (
+            Experiment(3, World.CONTINUE, Feedback.STATE, slip=0.1, slip_seed=4, until=Until.GOAL),
+            "replanning",
+            "replans-3-continue-state+slip-0.1-seed-4+until-goal",
+        ),
+        (
+            Experiment(slip=0.05, slip_seed=0, notice=Notice.SILENT),
+            "replanning",
+            "replans-0+slip-0.05-seed-0-silent",
+        ),
+        (Experiment(goals_from="openai/gpt-4o"), "pipeline", "goals-openai_gpt-4o"),
+        (
+            Experiment(1, goals_from="gpt-4o"),
+            "pipeline+replanning",
+            "goals-gpt-4o+replans-1-restart-none",
+        ),
+    ],
+)
+def test_names_and_labels(experiment: Experiment, name: str, label: str) -> None:
+    assert (experiment.name, experiment.label) == (name, label)
+
+
+def test_what_is_out_of_range() -> None:
+    for wrong in ({"replans": -1}, {"slip": 1.5}):
+        with pytest.raises(InputError):
+            replace(Experiment(), **wrong)
+
+
+@given(st.from_type(Experiment))
+def test_a_label_is_the_name_of_a_folder(experiment: Experiment) -> None:
+    assert not set(experiment.label) & set("/\\ \0:")

@@ -1,0 +1,85 @@
+"""Experiments stand in tables of their own: no single-answer table, rank or plot knows of them."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from eai.abilities.experiment import Experiment, Feedback
+from eai.abilities.record import Record
+from eai.cli import app
+from report.samples import RIGHT, action_run, write_runs
+
+RUNNER = CliRunner()
+REPLANNING = Experiment(3, feedback=Feedback.EXPLAINED)
+LABEL = "first, replans-3-restart-explained"
+
+
+def all_right(experiment: Experiment) -> list[Record]:
+    """The first model's run, asked again until every answer is right."""
+    return [
+        replace(record, experiment=experiment, verdict=record.verdict if record.verdict.excluded else RIGHT)
+        for record in action_run("first")
+    ]
+
+
+@pytest.fixture
+def runs(tmp_path: Path) -> Path:
+    return write_runs(tmp_path / "runs", [action_run("first"), action_run("second"), all_right(REPLANNING)])
+
+
+def report(runs: Path, out: Path) -> dict[str, list[str]]:
+    """The models of each table, and what else is in the folder of the report."""
+    result = RUNNER.invoke(app, ["report", str(runs), "--out", str(out), "--no-prompts", "--paper"])
+    assert result.exit_code == 0, result.output
+    tables = json.loads((out / "tables.json").read_text(encoding="utf-8"))["tables"]
+    return {
+        table["name"]: [row["model"] for row in table["rows"] if row["source"] == "run"] for table in tables
+    }
+
+
+def test_an_experiment_is_in_its_own_table_below_the_plain_run(tmp_path: Path, runs: Path) -> None:
+    models = report(runs, tmp_path / "out")
+    assert models.pop("experiments_action_sequencing_trajectory") == ["first", LABEL]
+    assert not any(LABEL in names for names in models.values())
+    assert models["overview"] == ["second", "first"] or models["overview"] == ["first", "second"]
+
+
+def test_without_experiments_nothing_else_is_different(tmp_path: Path, runs: Path) -> None:
+    with_them = report(runs, tmp_path / "with")
+    (runs / "run2" / "records.jsonl").unlink()
+    without = report(runs, tmp_path / "without")
+    with_them.pop("experiments_action_sequencing_trajectory")
+    assert with_them == without
+    for plot in sorted((tmp_path / "without" / "plots").glob("*.svg")):
+        assert plot.read_bytes() == (tmp_path / "with" / "plots" / plot.name).read_bytes()
+
+
+def test_a_report_of_experiments_alone(tmp_path: Path) -> None:
+    only = write_runs(tmp_path / "only", [all_right(REPLANNING)])
+    assert report(only, tmp_path / "out").keys() >= {"experiments_action_sequencing_trajectory"}
+    assert "## What answers came to" not in (tmp_path / "out" / "report.md").read_text(encoding="utf-8")
+
+
+def test_leaderboards_leave_experiments_out_and_say_so(runs: Path) -> None:
+    result = RUNNER.invoke(app, ["leaderboard", str(runs)])
+    assert "replans" not in result.output
+    assert "left out: 1 experiment" in result.stderr
+
+
+def test_experiments_that_differ_are_different_runs(tmp_path: Path) -> None:
+    seeds = [replace(REPLANNING, slip=0.1, slip_seed=seed) for seed in (0, 1)]
+    both = write_runs(tmp_path / "seeds", [all_right(experiment) for experiment in seeds])
+    found = report(both, tmp_path / "out")["experiments_action_sequencing_trajectory"]
+    assert found == [f"{LABEL}+slip-0.1-seed-{seed}" for seed in (0, 1)]
+
+
+def test_comparisons_name_the_experiment(runs: Path) -> None:
+    result = RUNNER.invoke(app, ["compare", str(runs / "run0"), str(runs / "run2")])
+    assert f"B {LABEL}," in result.output
+    beside = RUNNER.invoke(app, ["compare", str(runs), str(runs / "run1")])
+    assert "expected one run" in str(beside.exception)
