@@ -124,7 +124,7 @@ def test_an_explanation_tells_what_is_wrong_and_which_goals_are_met() -> None:
     explanation = SCORER.explain(text)
     assert explanation.notes == (
         "read with repair: prose",
-        "left out as ill-formed: 1 of the node goals",
+        "left out as ill-formed: open()",
         "left out as hallucination: lit(sun), there is no sun",
         "state goals: 2 right, 1 wrong, 1 missed",
         "relation goals: 0 right, 0 wrong, 1 missed",

@@ -103,6 +103,28 @@ def test_the_category_and_the_error(subgoals: list[object], strict: str, referen
         assert told(REFERENCE.score(answer(*subgoals))) == reference
 
 
+CUP_HELD = "HOLDS_RH(character.65, cup.13)"
+
+
+@pytest.mark.parametrize(
+    ("subgoals", "additional"),
+    [
+        (["GRAB(cup.13)", "GRAB(cup.13)"], 1),
+        # What holds already is asked for in vain ...
+        (["OPEN(fridge.10)", "OPEN(fridge.10)"], 1),
+        ([CUP_HELD, "GRAB(cup.13)"], 1),
+        # ... but not where an action of the same subgoal brings it about, or where the subgoal asks for more.
+        ([f"GRAB(cup.13) and {CUP_HELD}"], 0),
+        ([f"{CUP_HELD} and GRAB(cup.13)"], 0),
+        (["OPEN(fridge.10)", f"OPEN(fridge.10) and {CUP_HELD}"], 0),
+        (["OPEN(fridge.10)", "OPEN(fridge.10) and TOUCH(table.12)"], 0),
+    ],
+)
+def test_additional_steps_of_subgoals(subgoals: list[str], additional: int) -> None:
+    verdict = STRICT.score(answer(*subgoals))
+    assert (verdict.executable, verdict.additional_steps) == (True, additional)
+
+
 @pytest.mark.parametrize(
     ("text", "strict", "reference"),
     [

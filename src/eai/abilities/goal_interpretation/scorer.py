@@ -16,13 +16,14 @@ from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from functools import partial, reduce
 from operator import or_
+from textwrap import shorten
 from typing import NamedTuple
 
 from eai.abilities.explanation import Explanation, GoalReport, repairs_told
 from eai.abilities.goal_interpretation.gold import GoldGoals
 from eai.abilities.goal_interpretation.lexicon import GoalLexicon
 from eai.abilities.goal_interpretation.notation import GoalNotation
-from eai.abilities.goal_interpretation.written import SECTIONS, IllFormed, WrittenGoal, WrittenGoals
+from eai.abilities.goal_interpretation.written import IllFormed, WrittenGoal, WrittenGoals
 from eai.abilities.scorer import Assessment, Scorer
 from eai.abilities.task import GoalKind, Task
 from eai.abilities.unreadable import Unreadable
@@ -30,6 +31,9 @@ from eai.abilities.verdict import ALL, Confusion, ErrorReport, GoalVerdict
 from eai.world.domain import Domain
 from eai.world.fault import FaultKind
 from eai.world.relation import bits, first_bits
+
+_WIDTH = 100
+"""The most characters that are told of an ill-formed entry."""
 
 
 class Hallucination(NamedTuple):
@@ -111,7 +115,7 @@ class GoalInterpretation(Scorer):
 
     def left_out(self, goals: WrittenGoals) -> Iterable[str]:
         """What of an answer is neither right nor wrong, and why, in words."""
-        yield from ill_formed_told([fault.kind for fault in self._faults(goals)])
+        yield from ill_formed_told(self._faults(goals))
         for goal, name in dict.fromkeys(self._stated(goals).unknown):
             yield f"left out as hallucination: {goal}, there is no {name}"
 
@@ -186,11 +190,10 @@ class GoalInterpretation(Scorer):
         return self.gold.chosen(reduce(or_, [mask_of.get(goal, 0) for goal in said], 0))
 
 
-def ill_formed_told(kinds: Iterable[GoalKind | None]) -> Iterator[str]:
-    """How many entries of each kind are ill-formed, in words."""
-    for kind, number in Counter(kinds).items():
-        section = "no kind" if kind is None else f"the {SECTIONS[kind]}"
-        yield f"left out as ill-formed: {number} of {section}"
+def ill_formed_told(entries: Iterable[IllFormed]) -> Iterator[str]:
+    """What is ill-formed, each entry once, long ones cut off."""
+    for entry in dict.fromkeys(entries):
+        yield f"left out as ill-formed: {shorten(entry.text, _WIDTH, placeholder=' ...')}"
 
 
 def wrong_told(verdict: GoalVerdict) -> tuple[str, ...]:

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from itertools import islice, product
+from typing import NamedTuple
 
 import eai.logic.formula as f
 from eai.abilities.subgoal_decomposition.lexicon import SubgoalLexicon
@@ -30,8 +31,17 @@ MAX_INSTRUCTIONS = 20_000
 """The longest program; alternatives multiply where names or variables stand for several objects."""
 
 _TOO_MANY = "there are too many alternatives"
-_BY_NOTHING = "no action brings it about"
-_NOT_DONE = "what is done for it does not bring it about"
+
+
+class _Why(NamedTuple):
+    """Why a subgoal does not hold: the id of the check, and in words."""
+
+    id: str
+    words: str
+
+
+_BY_NOTHING = _Why("no_action_brings_it_about", "no action brings it about")
+_NOT_DONE = _Why("not_brought_about", "nothing that is done for it brings it about")
 
 
 def program_of(
@@ -118,11 +128,15 @@ class _Builder:
             return self.subgoal(actions, number, then)
         held = f.And(tuple(states))
         tested = self._add(self._requirement(held, number, then, _NOT_DONE))
-        before = self._state(held, number, self.subgoal(actions, number, tested))
-        return self._split([before, self.subgoal(actions, number, self._state(held, number, then))])
+        before = self._state(held, number, self.subgoal(actions, number, tested), is_all=False)
+        after = self.subgoal(actions, number, self._state(held, number, then, is_all=False))
+        return self._split([before, after])
 
-    def _state(self, formula: f.Formula, number: int, then: int) -> int:
-        """What shall hold at one moment: brought about by one of its alternatives, and tested."""
+    def _state(self, formula: f.Formula, number: int, then: int, *, is_all: bool = True) -> int:
+        """What shall hold at one moment: brought about by one of its alternatives, and tested.
+
+        Where it is all that the subgoal says and holds already, the subgoal may be an additional step.
+        """
         observed = self._observed(formula)
         alternatives = list(islice(self._alternatives(observed), MAX_INSTRUCTIONS + 1))
         literals = {literal for alternative in alternatives for literal in alternative}
@@ -131,15 +145,15 @@ class _Builder:
         if len(self.program) + len(alternatives) > MAX_INSTRUCTIONS:
             raise InputError(_TOO_MANY)
         tested = self._add(requirement)
-        entries = [self._do(each, requirement, tested) for each in dict.fromkeys(alternatives)]
+        entries = [self._do(each, requirement, tested, is_all) for each in dict.fromkeys(alternatives)]
         return self._split(entries)
 
-    def _do(self, literals: Sequence[GroundAtom], requirement: Require, then: int) -> int:
+    def _do(self, literals: Sequence[GroundAtom], requirement: Require, then: int, is_all: bool) -> int:
         if not literals:
             return then
         task = self._task
         plans = self._refinement.plans(
-            literals, requirement.holds, task.scene, task.relevant, self._told_apart
+            literals, requirement.holds, task.scene, task.relevant, self._told_apart, may_be_needless=is_all
         )
         return self._add(Do(plans, requirement.subgoal, then))
 
@@ -186,12 +200,12 @@ class _Builder:
         mask = self._task.scene.category(variable.category)
         return [i for i in self._task.relevant if mask >> i & 1] or tuple(bits(mask))
 
-    def _requirement(self, formula: f.Formula, number: int, then: int, why: str) -> Require:
+    def _requirement(self, formula: f.Formula, number: int, then: int, why: _Why) -> Require:
         if self._lexicon.is_unobserved(formula):
             raise _impossible(formula)
         meaning = self._lexicon.meaning(formula)
-        reason, name = f"{print_ltl(formula)} does not hold, and {why}", why.replace(" ", "_")
-        check = Check(meaning, FaultKind.MISSING_STEP, reason, id=name)
+        reason = f"{print_ltl(formula)} does not hold, and {why.words}"
+        check = Check(meaning, FaultKind.MISSING_STEP, reason, id=why.id)
         return Require(StateTest(meaning, self._task.scene), check, number, then)
 
     def _split(self, entries: Sequence[int]) -> int:

@@ -98,10 +98,12 @@ class Refinement:
         scene: Scene,
         objects: Sequence[int],
         told_apart: Collection[str] = (),
+        *,
+        may_be_needless: bool = True,
     ) -> Plans:
         """What is done in a state so that a subgoal holds.
 
-        Where it holds already, that is nothing but the actions which would bring it about and say themselves
+        Where it holds already, that is nothing, or the actions which would bring it about and say themselves
         that they are not needed. Where it cannot be made to hold, it is what comes nearest, and then the
         action that fails, to be diagnosed.
 
@@ -111,6 +113,7 @@ class Refinement:
             scene: the scene.
             objects: what actions may be about.
             told_apart: the operators of which it matters that they are taken.
+            may_be_needless: whether actions that are not needed are told where the subgoal holds already.
         """
         parts = [StateTest(_formula(literal, scene), scene) for literal in literals]
         wanted = self._wanted(literals, scene)
@@ -123,7 +126,7 @@ class Refinement:
 
         def plans(state: State) -> Sequence[Plan]:
             if met(state) == aim.everything and holds(state):
-                needless = self._needless(wanted, state)
+                needless = self._needless(wanted, state) if may_be_needless else ()
                 return (needless,) if needless else ()
             wider = partial(self._wanted, literals, scene, objects)
             return self._search(state, aim, self._means(wanted, named, objects, wider))

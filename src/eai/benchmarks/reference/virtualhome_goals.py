@@ -119,7 +119,7 @@ class ByLargestId(GoalInterpretation):
 
     def left_out(self, goals: WrittenGoals) -> Iterable[str]:
         """Entries that lack a field, and goals with an unknown name."""
-        yield from ill_formed_told([entry.kind for entry in goals.ill_formed])
+        yield from ill_formed_told(goals.ill_formed)
         for name in dict.fromkeys(name for name in self._named(goals) if isinstance(name, str)):
             yield f"left out as hallucination: there is no {name}"
 
