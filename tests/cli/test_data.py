@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import csv
 import json
 from pathlib import Path
 
@@ -38,6 +39,26 @@ def test_stats_prints_the_papers_counts(eai: Command, data_store: Store) -> None
     assert all(figure in outcome.out for figure in ("801", "340", "299", "162"))
     tables = json.loads(eai("data", "stats", "--json", "--data", data_store.folder).out)
     assert "virtualhome" in {table["domain"].lower() for table in tables}
+
+
+def test_stats_of_one_benchmark_with_its_tasks_and_distributions(
+    eai: Command, data_store: Store, tmp_path: Path
+) -> None:
+    pytest.importorskip("matplotlib")
+    options = ("--by-task", "--distributions", "--out", tmp_path, "--data", data_store.folder)
+    outcome = eai("data", "stats", "--domain", "behavior", *options)
+    assert outcome.status == 0
+    assert "VirtualHome" not in outcome.out
+    assert "4,164.41" in outcome.out
+    with (tmp_path / "behavior-tasks.csv").open(encoding="utf-8") as file:
+        tasks = list(csv.DictReader(file))
+    assert len(tasks) == 100
+    assert sum(int(task["ground_goals"]) for task in tasks) == 673
+    assert {path.name for path in tmp_path.glob("*.svg")} == {"behavior-names.svg", "behavior-numbers.svg"}
+    (tmp_path / "file").write_text("")
+    outcome = eai("data", "stats", "--by-task", "--out", tmp_path / "file", "--data", data_store.folder)
+    assert outcome.status == 2
+    assert "cannot be written" in outcome.err
 
 
 def test_validate_finds_nothing_wrong(eai: Command, data_store: Store) -> None:

@@ -15,6 +15,7 @@ from eai.abilities.task import Task
 from eai.abilities.transition_modeling.declared import declared_tasks
 from eai.abilities.transition_modeling.task import TransitionTask
 from eai.abilities.verdict import Json
+from eai.benchmarks.figure import Figure
 from eai.benchmarks.source import OpenTasks, Source, TaskSet
 from eai.prompts.published import PublishedPrompts
 from eai.prompts.wording import Wording
@@ -69,6 +70,7 @@ class Benchmark:
         response_schemas: the JSON schema of an answer, by ability, for providers that can enforce one.
         published_prompts: the prompts of the data set; None if it has none.
         task_id_of: from an identifier, as files of answers have it, to the id of its task.
+        own_figures: counts the figures of the data set that are not counted from its tasks; None if all are.
         planner_seconds: how long a planner may take for one task of transition modeling, in CPU seconds.
         reference: what `eai.benchmarks.registry.find_benchmark` finds it by; empty if by nothing.
     """
@@ -90,6 +92,7 @@ class Benchmark:
     response_schemas: Mapping[Ability, Mapping[str, Json]] = field(default_factory=dict)
     published_prompts: PublishedPrompts | None = None
     task_id_of: Callable[[str], str] = str
+    own_figures: Callable[[Source], Sequence[Figure]] | None = None
     planner_seconds: int = 100
     reference: str = ""
 

@@ -1,188 +1,209 @@
-"""The paper's Table 2, counted from the data: one table a domain, each figure with what it counts.
+"""The paper's Table 2 of any benchmark, counted from its tasks: each figure with what it counts.
 
-Published tables use four different numbers of tasks; the rows say which ability uses which, and why.
+Beside a figure stands what the paper prints (`eai.metrics.paper_statistics`), and why that is another number
+where it is one.
 """
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Collection, Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from math import prod
-from statistics import fmean
+from statistics import fmean, median
 
-from eai.benchmarks.behavior.records import PACK as BEHAVIOR
-from eai.benchmarks.behavior.records import Behavior, BehaviorRecord, Condition
-from eai.benchmarks.packs import BEHAVIOR_PDDL, RESOURCES, open_published, open_virtualhome
-from eai.benchmarks.virtualhome.pack import VirtualHome
-from eai.benchmarks.virtualhome.records import TaskRecord
-from eai.data.store import Store
-from eai.logic.options import count_options
+from eai.abilities.protocol import Ability
+from eai.abilities.transition_modeling.task import Category, OperatorLibrary
+from eai.abilities.verdict import Json
+from eai.benchmarks.benchmark import Benchmark
+from eai.benchmarks.features import Features, by_name, features_of
+from eai.benchmarks.figure import Figure
+from eai.benchmarks.source import Source
+from eai.logic.formula import Atom, Formula
+from eai.logic.traversal import walk
+from eai.metrics.paper_statistics import paper_statistics
+from eai.pddl.model import effect_atoms, effect_conditions
+from eai.pddl.reader import read_action
+
+LONG = 10
+"""A plan is long that has more steps than this (paper, "Data Statistics and Distribution")."""
 
 
 @dataclass(frozen=True, slots=True)
 class StatRow:
-    """One figure; `note` says what exactly is counted."""
+    """A figure of a data set beside the paper's.
+
+    Attributes:
+        printed: what the paper prints; None if it does not have this figure.
+        remark: why the paper prints another number, or how it comes to this one; empty if there is nothing
+            to say.
+    """
 
     label: str
     value: int | float
     note: str
+    printed: int | float | None = None
+    remark: str = ""
+
+    def to_json(self) -> dict[str, Json]:
+        """The figure as ``eai data stats --json`` prints it."""
+        return {
+            "label": self.label,
+            "value": self.value,
+            "printed": self.printed,
+            "note": self.note,
+            "remark": self.remark,
+        }
 
 
 @dataclass(frozen=True, slots=True)
 class StatTable:
-    """The figures of one domain, in the paper's order."""
+    """The figures of one benchmark, in the paper's order."""
 
     domain: str
+    title: str
     rows: tuple[StatRow, ...]
 
+    def to_json(self) -> dict[str, Json]:
+        """The table as ``eai data stats --json`` prints it."""
+        return {"domain": self.domain, "rows": [row.to_json() for row in self.rows]}
 
-def stats(store: Store | None = None) -> tuple[StatTable, ...]:
-    """The tables of all domains, from the store; absent packs are fetched first.
+
+def table_of(benchmark: Benchmark, source: Source) -> StatTable:
+    """The table of a benchmark; absent data is fetched first.
 
     Raises:
         DataError: the data cannot be obtained or is damaged.
     """
-    return tuple(count(store or Store()) for count in _COUNTERS)
+    own_figures = benchmark.own_figures(source) if benchmark.own_figures else ()
+    own = {figure.label: figure for figure in own_figures}
+    printed = paper_statistics(benchmark.name)
+    rows = []
+    for counted in _figures(benchmark, source):
+        figure, paper = own.get(counted.label, counted), printed.get(counted.label)
+        beside = (None, "") if paper is None else (paper.value, paper.remark)
+        rows.append(StatRow(figure.label, figure.value, figure.note, *beside))
+    return StatTable(benchmark.name, benchmark.title or benchmark.name, tuple(rows))
 
 
-def virtualhome_table(store: Store) -> StatTable:
-    """VirtualHome's column; DataError as in `stats`."""
-    tasks = open_virtualhome(store)
-    resources = open_published(RESOURCES, store)
-    transition_tasks = resources.read_json("success_task.json")
-    operators = resources.read_json("gold_action.json")
-    return StatTable("virtualhome", virtualhome_rows(tasks, transition_tasks, len(operators)))
+def _figures(benchmark: Benchmark, source: Source) -> Iterator[Figure]:
+    features = features_of(benchmark, source)
+    tasks = [each for each in features.values() if each.conditions]
+    idle = len(features) - len(tasks)
+    yield Figure("task names", len(by_name(features)), "distinct names that tasks share")
+    yield Figure("tasks", len(features), "the denominator of goal interpretation")
+    yield Figure("instructions", len(tasks), f"tasks that have a goal; {idle} have none")
+    yield from _suites(benchmark, source)
+    yield from _goals(tasks)
+    yield from _plans([each for each in tasks if each.plan_steps])
+    yield from _objects(tasks)
+    asked = benchmark.operators(source)
+    if asked:
+        yield from _operators(next(iter(asked.values())).domain)
+        yield from _categories(features.values())
 
 
-def virtualhome_rows(
-    tasks: VirtualHome, transition_tasks: Collection[str], operators: int
-) -> tuple[StatRow, ...]:
-    """The figures of VirtualHome.
+def _suites(benchmark: Benchmark, source: Source) -> Iterator[Figure]:
+    for ability in (Ability.ACTION_SEQUENCING, Ability.SUBGOAL_DECOMPOSITION):
+        number = len(benchmark.tasks_for(ability, source))
+        yield Figure(f"{ability.value.replace('_', ' ')} tasks", number, "tasks in which it is asked for")
+    number = len(benchmark.operators(source))
+    yield Figure("transition modeling tasks", number, "tasks in which it is asked for")
 
-    Args:
-        tasks: all tasks.
-        transition_tasks: ids of the tasks of transition modeling.
-        operators: number of annotated operators.
-    """
-    records = tuple(tasks.values())
-    instructed = [task for task in records if has_goals(task)]
-    lost = [task for task in records if len(set(task.edge_goals)) > 1]
-    state, relation, action = (
-        sum(len(task.node_goals) for task in records),
-        sum(len(task.edge_goals) for task in records),
-        sum(len(task.action_goals) for task in records),
+
+def _goals(tasks: Sequence[Features]) -> Iterator[Figure]:
+    first = "in the first way to meet each goal"
+    ground = sum(each.ground_goals for each in tasks)
+    conditions = sum(each.conditions for each in tasks)
+    yield Figure("goals", ground, f"ground conditions {first}, as goal interpretation counts them")
+    yield Figure("state goals", sum(each.ground_states for each in tasks), f"of one object, {first}")
+    yield Figure("relation goals", sum(each.ground_relations for each in tasks), f"of two objects, {first}")
+    yield Figure("action goals", sum(each.ground_actions for each in tasks), "actions to be taken")
+    yield Figure(
+        "ground goals per task", _mean(each.ground_goals for each in tasks), f"{ground} / {len(tasks)}"
     )
-    steps = [len(task.script) for task in instructed]
-    return (
-        StatRow("task names", len({task.title for task in records}), "distinct names that tasks share"),
-        StatRow("tasks", len(records), "annotated; the denominator of goal interpretation"),
-        StatRow(
-            "instructions",
-            len(instructed),
-            f"tasks less the {len(records) - len(instructed)} without any goal; the denominator of "
-            "subgoal decomposition",
-        ),
-        StatRow(
-            "action sequencing tasks",
-            len(records) - len(lost),
-            f"under protocol eai-1.0.5: tasks less the {len(lost)} with two or more distinct relation goals, "
-            "which the reference drops",
-        ),
-        StatRow("transition modeling tasks", len(transition_tasks), _left_out(instructed, transition_tasks)),
-        StatRow("goals", state + relation + action, "of all tasks, as annotated, duplicates included"),
-        StatRow("state goals", state, "an object is in a state"),
-        StatRow("relation goals", relation, "two objects stand in a relation"),
-        StatRow("action goals", action, "an action was done, possibly one of several alternatives"),
-        StatRow("trajectories", len(instructed), "annotated scripts of the instructions"),
-        StatRow("action steps", sum(steps), "of those scripts"),
-        StatRow("steps per trajectory", round(fmean(steps), 2), f"{sum(steps)} steps / {len(steps)} scripts"),
-        StatRow("transition models", operators, "annotated operators"),
+    yield Figure(
+        "goal conditions",
+        conditions,
+        "conjuncts of the goals, as action sequencing and subgoal decomposition count them",
     )
-
-
-def _left_out(instructed: Iterable[TaskRecord], transition_tasks: Collection[str]) -> str:
-    titles = Counter(task.title for task in instructed if task.id not in transition_tasks)
-    names = ", ".join(f"{title} ({count})" for title, count in titles.most_common())
-    return f"instructions less those the reference leaves out: {names or 'none'}"
-
-
-def has_goals(task: TaskRecord) -> bool:
-    """Does the task ask for anything?"""
-    return bool(task.node_goals or task.edge_goals or task.action_goals)
-
-
-def behavior_table(store: Store) -> StatTable:
-    """BEHAVIOR's column; DataError as in `stats`."""
-    tasks = Behavior(open_published(BEHAVIOR, store))
-    operators = open_published(BEHAVIOR_PDDL, store).read_json("gold_action.json")
-    return StatTable("behavior", behavior_rows(tasks, len(operators)))
-
-
-def behavior_rows(tasks: Behavior, operators: int) -> tuple[StatRow, ...]:
-    """The figures of BEHAVIOR.
-
-    Args:
-        tasks: all tasks.
-        operators: number of annotated operators.
-    """
-    records = tuple(tasks.values())
-    conditions = Counter(
-        _arguments(condition)
-        for record in records
-        for goal in tasks.goal_options(record.id)
-        for condition in goal[0]
+    yield Figure(
+        "goal conditions per task", _mean(each.conditions for each in tasks), f"{conditions} / {len(tasks)}"
     )
-    ways = [
-        prod(count_options(goal, _Declared(record)) for goal in record.problem.goals) for record in records
+    quantified = sum(each.quantified for each in tasks)
+    yield Figure("quantified conditions", quantified, "conjuncts that speak of objects in general")
+    options = [each.options for each in tasks]
+    only_one = sum(number == 1 for number in options)
+    yield Figure(
+        "goal options per task",
+        _mean(options),
+        f"ways to choose a ground option for each goal; {only_one} tasks have one, the largest number is "
+        f"{max(options, default=0):,}",
+    )
+    yield Figure("goal options, median", median(options or [0]), "half of the tasks have no more")
+
+
+def _plans(tasks: Sequence[Features]) -> Iterator[Figure]:
+    """The figures of those tasks that the data set has a plan of."""
+    steps = [each.plan_steps or 0 for each in tasks]
+    yield Figure("trajectories", len(steps), "annotated plans of the instructions")
+    if not steps:
+        return
+    yield Figure("action steps", sum(steps), "of those plans")
+    yield Figure("steps per trajectory", _mean(steps), f"{sum(steps):,} steps / {len(steps)} plans")
+    yield Figure("fewest steps", min(steps), "of the shortest plan")
+    yield Figure("most steps", max(steps), "of the longest plan")
+    long = [each for each in tasks if (each.plan_steps or 0) > LONG]
+    share = round(100 * len(long) / len(steps), 2)
+    yield Figure(f"percent longer than {LONG}", share, f"{len(long)} of {len(steps)} plans")
+    names = {each.name for each in long}
+    yield Figure(f"names with one longer than {LONG}", len(names), "task names with at least one such plan")
+    actions = {name for each in tasks for name in each.operators}
+    yield Figure("actions", len(actions), "distinct ones in those plans")
+
+
+def _objects(tasks: Sequence[Features]) -> Iterator[Figure]:
+    yield Figure(
+        "objects per task",
+        _mean(each.objects for each in tasks),
+        "that the task is about, the agent not counted",
+    )
+    yield Figure("objects per scene", _mean(each.scene_objects for each in tasks), "all, the agent included")
+
+
+def _operators(library: OperatorLibrary) -> Iterator[Figure]:
+    gold = [read_action(text.pddl) for text in library.operators.values()]
+    before = [_predicates([action.precondition]) for action in gold]
+    after = [
+        _predicates(effect_conditions(action.effect))
+        | {atom.predicate for atom in effect_atoms(action.effect)}
+        for action in gold
     ]
-    steps = [len(record.plan) for record in records]
-    first = "in the first ground option of each goal"
-    return (
-        StatRow("task names", len({record.activity for record in records}), "distinct activities"),
-        StatRow("instructions", len(records), "tasks; the denominator of every ability"),
-        StatRow(
-            "goals", conditions.total(), f"ground conditions {first}, as goal interpretation counts them"
-        ),
-        StatRow("state goals", conditions[1], f"of one object, {first}"),
-        StatRow("relation goals", conditions[2], f"of two objects, {first}"),
-        StatRow("action goals", 0, "BEHAVIOR has none"),
-        StatRow(
-            "goals per task", round(conditions.total() / len(records), 2), f"{conditions.total()} conditions"
-        ),
-        StatRow(
-            "goal conditions",
-            sum(len(record.problem.goals) for record in records),
-            "conjuncts of the problems' goals, as action sequencing and subgoal decomposition count them",
-        ),
-        StatRow(
-            "goal options per task",
-            round(fmean(ways), 2),
-            "ways to choose a ground option for each goal, counted without listing them",
-        ),
-        StatRow("trajectories", len(records), "annotated plans"),
-        StatRow("action steps", sum(steps), "of those plans as released; the paper counts 1,460"),
-        StatRow("steps per trajectory", round(fmean(steps), 2), f"{sum(steps)} steps / {len(steps)} plans"),
-        StatRow("transition models", operators, "annotated operators"),
-    )
+    yield Figure("transition models", len(gold), "annotated operators")
+    for label, words in (("preconditions", before), ("effects", after)):
+        empty = sum(not each for each in words)
+        yield Figure(
+            label,
+            sum(map(len, words)) + empty,
+            "distinct predicates of each operator, of one without any one",
+        )
 
 
-def _arguments(condition: Condition) -> int:
-    """The number of objects of a condition or of its negation."""
-    inner = condition[1] if condition[0] == "not" else condition
-    return len(inner) - 1
+def _categories(features: Iterable[Features]) -> Iterator[Figure]:
+    asked = [each for each in features if each.asked_operators is not None]
+    tasks = Counter(category for each in asked for category in each.categories)
+    most = max(len(each.categories) for each in asked)
+    for category in (each.value for each in Category if tasks[each.value]):
+        label = category.replace("non_", "non-").replace("_", " ")
+        yield Figure(
+            f"tasks: {label}", tasks[category], f"of {len(asked)}; a task has up to {most} categories"
+        )
 
 
-@dataclass(frozen=True, slots=True)
-class _Declared:
-    """The objects of a task by the category that its problem declares them with."""
-
-    record: BehaviorRecord
-
-    def objects(self, category: str | None) -> Sequence[str]:
-        """The instances of a category, in the order of the problem."""
-        things = self.record.objects
-        return [thing.instance for thing in things if category is None or thing.category == category]
+def _predicates(conditions: Iterable[Formula]) -> set[str]:
+    return {part.predicate for each in conditions for part in walk(each) if isinstance(part, Atom)}
 
 
-_COUNTERS: tuple[Callable[[Store], StatTable], ...] = (virtualhome_table, behavior_table)
+def _mean(numbers: Iterable[int]) -> float:
+    """The mean to two digits, as it is printed."""
+    known = list(numbers)
+    return round(fmean(known), 2) if known else 0.0

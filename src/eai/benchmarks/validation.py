@@ -8,7 +8,7 @@ from types import MappingProxyType
 from eai.benchmarks.finding import Finding
 from eai.benchmarks.packs import PROMPTS, RESOURCES, published_packs
 from eai.benchmarks.published_files import PROBLEMS_MEMBER
-from eai.benchmarks.statistics import virtualhome_rows
+from eai.benchmarks.virtualhome.counts import count_annotated
 from eai.benchmarks.virtualhome.pack import PACK as VIRTUALHOME
 from eai.benchmarks.virtualhome.pack import VirtualHome
 from eai.benchmarks.virtualhome.records import (
@@ -38,7 +38,7 @@ PUBLISHED_COUNTS: Mapping[str, int | float] = MappingProxyType(
         "transition models": 33,
     }
 )
-"""Figures of the published data set, by the label of `stats.StatRow`."""
+"""Figures of the published data set, by their labels."""
 
 
 def validate(
@@ -87,7 +87,7 @@ def _check_tasks(store: Store, counts: Mapping[str, int | float]) -> Iterator[Fi
     resources, prompts = store.open(RESOURCES), store.open(PROMPTS)
     transition_tasks = resources.read_json("success_task.json")
     operators = resources.read_json("gold_action.json")
-    for row in virtualhome_rows(tasks, transition_tasks, len(operators)):
+    for row in count_annotated(tasks, transition_tasks, len(operators)):
         if counts.get(row.label, row.value) != row.value:
             yield Finding(VIRTUALHOME, f"{row.label}: {row.value}, expected {counts[row.label]}")
     for task in tasks.values():

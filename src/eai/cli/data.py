@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated
 
@@ -11,9 +10,12 @@ import typer
 from rich.table import Table
 
 from eai.benchmarks.packs import fetch_published, published_packs
-from eai.benchmarks.statistics import stats as count
+from eai.benchmarks.registry import find_benchmark, registered
+from eai.benchmarks.source import Source
+from eai.benchmarks.statistics import table_of
 from eai.benchmarks.validation import validate as check
-from eai.cli.console import data_progress, output
+from eai.cli.console import DOMAIN_HELP, data_progress, output
+from eai.cli.data_stats import print_statistics, write_distributions, write_tasks
 from eai.data import dataset
 from eai.data.store import Store
 
@@ -70,23 +72,38 @@ def info(data: DataFolder = None) -> None:
 
 @app.command()
 def stats(
-    data: DataFolder = None,
+    domain: Annotated[
+        list[str] | None, typer.Option(help=f"{DOMAIN_HELP} All registered ones if not given.")
+    ] = None,
+    by_task: Annotated[
+        bool, typer.Option("--by-task", help="Write what each task is like, a line a task.")
+    ] = False,
+    shapes: Annotated[
+        bool, typer.Option("--distributions", help="Write and draw distributions (needs the extra 'plots').")
+    ] = False,
+    out: Annotated[Path, typer.Option(help="Where files go.")] = Path("statistics"),
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON instead of tables.")] = False,
+    data: DataFolder = None,
 ) -> None:
-    """Print the paper's Table 2, counted from the data.
+    """Print the paper's Table 2, counted from the data, beside what the paper prints.
 
-    Example: eai data stats
+    Example: eai data stats --by-task --distributions
     """
-    tables = count(store(data))
+    benchmarks = [find_benchmark(name) for name in domain or registered()]
+    with data_progress() as report:
+        source = Source(store(data), report)
+        tables = [table_of(each, source) for each in benchmarks]
+    written: list[Path] = []
+    for benchmark in benchmarks:
+        written += [write_tasks(benchmark, source, out)] if by_task else []
+        written += write_distributions(benchmark, source, out) if shapes else []
     if as_json:
-        print(json.dumps([asdict(table) for table in tables], indent=2))
+        print(json.dumps([table.to_json() for table in tables], indent=2))
         return
-    for counted in tables:
-        table = Table("figure", "value", "what is counted", title=counted.domain, title_justify="left")
-        for row in counted.rows:
-            value = f"{row.value:,}" if isinstance(row.value, int) else f"{row.value:,.2f}"
-            table.add_row(row.label, value, row.note)
-        output().print(table)
+    for table in tables:
+        print_statistics(table)
+    for path in written:
+        output().print(f"written to {path}", soft_wrap=True, highlight=False)
 
 
 @app.command()

@@ -14,6 +14,7 @@ from eai.benchmarks.identifiers import task_id_of
 from eai.benchmarks.published_prompts import OfficialPrompts
 from eai.benchmarks.reference.wing import virtualhome_wing
 from eai.benchmarks.source import Source, TaskSet, once_per_store
+from eai.benchmarks.virtualhome.counts import annotated_figures
 from eai.benchmarks.virtualhome.domain import as_meant, with_either_hand
 from eai.benchmarks.virtualhome.goal_notation import VirtualHomeGoals
 from eai.benchmarks.virtualhome.goal_prompts import goal_interpretation_prompts
@@ -68,5 +69,6 @@ def virtualhome() -> Benchmark:
         response_schemas={Ability.ACTION_SEQUENCING: _PLAN},
         published_prompts=OfficialPrompts(NAME, {Ability.GOAL_INTERPRETATION: _rendered}),
         task_id_of=task_id_of,
+        own_figures=annotated_figures,
         planner_seconds=100,
     )
