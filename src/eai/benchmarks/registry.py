@@ -1,4 +1,4 @@
-"""The benchmarks there are: by name, as an object of a Python module, or as PDDL files.
+"""The benchmarks there are: by name, as an object of a Python module, as PDDL files or as task files.
 
 A distribution registers one by an entry point of the group ``eai.benchmarks``: a `Benchmark`, or a function
 without arguments that returns one.
@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Mapping
+from dataclasses import replace
 from difflib import get_close_matches
 from functools import cache
 from importlib import import_module
@@ -16,6 +17,7 @@ from pathlib import Path
 
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.pddl_files import open_pddl
+from eai.benchmarks.task_files import ENDINGS, open_task_files
 from eai.errors import InputError
 
 GROUP = "eai.benchmarks"
@@ -47,10 +49,11 @@ def registered() -> tuple[str, ...]:
 
 
 def find_benchmark(reference: str) -> Benchmark:
-    """The benchmark that a name, ``module:object`` or ``pddl:DOMAIN,PROBLEMS`` means.
+    """The benchmark that a name, ``module:object``, ``pddl:DOMAIN,PROBLEMS`` or the path of task files means.
 
     A module is also looked for in the working directory; a domain file in PDDL comes with a file of a problem
-    or a folder of them.
+    or a folder of them; a task file ends in ``.jsonl`` or ``.jsonl.gz``, or is in a folder, which is known by
+    having a slash in its name.
 
     Raises:
         InputError: there is none, or it cannot be loaded.
@@ -67,6 +70,8 @@ def title_of(name: str) -> str:
 def _find(reference: str) -> Benchmark:
     if reference in _entry_points():
         return _as_benchmark(_entry_points()[reference].load(), reference)
+    if reference.endswith((*ENDINGS, "/")) or Path(reference).is_dir():
+        return _open_tasks(Path(reference)).referred_to_as(reference)
     module, separator, name = reference.partition(":")
     if module == PDDL:
         return _open_pddl(name).referred_to_as(reference)
@@ -75,7 +80,7 @@ def _find(reference: str) -> Benchmark:
     known = registered()
     near = get_close_matches(reference, known, 1)
     hint = f"; did you mean {near[0]}?" if near else ""
-    expected = f"{', '.join(known)}, module:object or pddl:DOMAIN,PROBLEMS"
+    expected = f"{', '.join(known)}, module:object, pddl:DOMAIN,PROBLEMS or a folder of task files"
     raise InputError(f"{reference!r} is no benchmark: expected {expected}{hint}")
 
 
@@ -86,6 +91,26 @@ def _open_pddl(files: str) -> Benchmark:
         raise InputError(f"{PDDL}:{files}: expected {PDDL}:DOMAIN,PROBLEMS, a file and a file or folder")
     opened = open_pddl(Path(domain), Path(problems))
     return Benchmark(opened.domain.name, opened.domain, lambda source: opened.tasks)
+
+
+def _open_tasks(path: Path) -> Benchmark:
+    """The benchmark of task files: the world of their base, with other tasks, scored as the paper says.
+
+    Subgoals are asked for in all of them; prompts and gold operators follow from the declaration.
+    """
+    files = open_task_files(path)
+    base = find_benchmark(files.base)
+    return replace(
+        base,
+        name=f"{base.name}-{files.name}",
+        title=f"{base.title or base.name}, {files.name}",
+        open_tasks=lambda source: files.tasks(base.domain),
+        wings={},
+        asks={},
+        open_operators=None,
+        published_prompts=None,
+        task_id_of=str,
+    )
 
 
 def _load(module: str, name: str, reference: str) -> object:

@@ -7,7 +7,19 @@ import sys
 
 import typer
 
-from eai.cli import analyze, compare, data, explain, leaderboard, prompts, report, run, score, submission
+from eai.cli import (
+    analyze,
+    compare,
+    data,
+    explain,
+    leaderboard,
+    prompts,
+    report,
+    run,
+    score,
+    submission,
+    tasks,
+)
 from eai.cli.console import errors
 from eai.errors import EaiError, InterruptError
 
@@ -27,6 +39,7 @@ app.command(no_args_is_help=True)(run.run)
 app.command(no_args_is_help=True)(explain.explain)
 app.command(no_args_is_help=True)(prompts.prompts)
 app.add_typer(submission.app, name="submission")
+app.add_typer(tasks.app, name="tasks")
 app.command(no_args_is_help=True)(report.report)
 app.command(no_args_is_help=True)(compare.compare)
 app.command(no_args_is_help=True)(leaderboard.leaderboard)

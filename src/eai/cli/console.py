@@ -17,7 +17,10 @@ from eai.errors import EaiError
 from eai.metrics.coverage import Coverage
 from eai.metrics.rate import Rate
 
-DOMAIN_HELP = "A benchmark: virtualhome, behavior, another one by its name, module:object, or pddl:FILE,DIR."
+DOMAIN_HELP = (
+    "A benchmark: virtualhome, behavior, another one by its name, module:object, pddl:FILE,DIR, "
+    "or task files, FILE.jsonl or DIR/."
+)
 """What ``--domain`` takes."""
 
 MISSING_HELP = "Leave tasks without an answer out of all rates; the run is then not ranked."

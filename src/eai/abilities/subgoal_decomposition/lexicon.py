@@ -106,6 +106,30 @@ class SubgoalLexicon:
         """
         return rewrite(formula, lambda leaf, bound: self._meaning(leaf))
 
+    def worded(self, formula: f.Formula) -> f.Formula:
+        """A formula of the domain in the words of subgoals: what `meaning` makes it of.
+
+        Raises:
+            InputError: it has a temporal operator other than ``then``.
+        """
+        return rewrite(formula, lambda leaf, bound: self._worded(leaf))
+
+    def _worded(self, leaf: Leaf) -> f.Formula:
+        match leaf:
+            case f.Equals(left, right):
+                return f.Equals(self._word(left), self._word(right))
+            case f.Atom(predicate, arguments):
+                terms = tuple([self._word(term) for term in arguments])
+                return f.Atom(self._predicate_words.get(predicate, predicate), terms)
+            case f.Occurs(action, arguments):
+                terms = tuple([self._word(term) for term in arguments])
+                return f.Occurs(self._action_words.get(action, action), terms)
+
+    def _word(self, term: f.Term) -> f.Term:
+        """A term of the domain with the name that subgoals have for it."""
+        index = self.scene.index.get(term.name) if isinstance(term, f.Constant) else None
+        return term if index is None else f.Constant(self.name(index))
+
     def _meaning(self, leaf: Leaf) -> f.Formula:
         match leaf:
             case f.Equals(left, right):

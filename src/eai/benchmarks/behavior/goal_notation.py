@@ -42,7 +42,9 @@ class BehaviorGoals(JsonGoals):
         return tuple([instances.get(thing.name, thing.name) for thing in task.scene.objects])
 
     def alternatives(self, task: Task) -> tuple[Alternatives, ...]:
-        """The published goals, each as its ground options."""
+        """The published goals, each as its ground options; of a task that is not published, its own."""
+        if not isinstance(task, BehaviorTask):
+            return super().alternatives(task)
         names = {instance: name for name, instance in _instances(task).items()}
         return tuple(
             Alternatives(
@@ -55,19 +57,14 @@ class BehaviorGoals(JsonGoals):
                     )
                 ),
             )
-            for options in _task(task).interpretation_goals
+            for options in task.interpretation_goals
         )
 
 
-def _task(task: Task) -> BehaviorTask:
-    if not isinstance(task, BehaviorTask):
-        raise TypeError(f"{task.id} is no task of BEHAVIOR")
-    return task
-
-
 def _instances(task: Task) -> Mapping[str, str]:
-    """The instance that each object is, by the object's name."""
-    return {thing.name: thing.instance for thing in _task(task).record.objects}
+    """The instance that each object is, by the object's name; nothing where the task is not published."""
+    things = task.record.objects if isinstance(task, BehaviorTask) else ()
+    return {thing.name: thing.instance for thing in things}
 
 
 def _literal(condition: Condition, names: Mapping[str, str]) -> Literal:

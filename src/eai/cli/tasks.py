@@ -1,0 +1,81 @@
+"""``eai tasks``: task files, checked and written."""
+
+from __future__ import annotations
+
+import gzip
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from eai.benchmarks.registry import find_benchmark
+from eai.benchmarks.source import Source
+from eai.benchmarks.task_files import ENDINGS, check_task_files
+from eai.benchmarks.task_lines import json_schema, written
+from eai.cli.console import DOMAIN_HELP, counted, data_progress, output
+from eai.cli.data import DataFolder, store
+from eai.errors import InputError
+
+app = typer.Typer(help="Task files: check and write them, print their schema.", no_args_is_help=True)
+
+
+@app.command()
+def check(
+    path: Annotated[Path, typer.Argument(help="A task file, or a folder of them.", metavar="PATH")],
+) -> None:
+    """Name every line that is no task and every plan that does not solve its; exit status 2 if there is one.
+
+    Example: eai tasks check tasks/
+    """
+    findings = list(check_task_files(path, lambda base: find_benchmark(base).domain))
+    for finding in findings:
+        output().print(f"{finding.place}: {finding.problem}", soft_wrap=True, highlight=False, markup=False)
+    if findings:
+        raise typer.Exit(2)
+    output().print("all tasks are as they say", highlight=False)
+
+
+@app.command()
+def write(
+    domain: Annotated[str, typer.Option(help=DOMAIN_HELP)],
+    out: Annotated[Path, typer.Option(help="The file to write: FILE.jsonl or FILE.jsonl.gz.")],
+    data: DataFolder = None,
+) -> None:
+    """Write all tasks of a benchmark as a task file, to be changed, or as an example.
+
+    The plans are the data set's own.
+
+    Example: eai tasks write --domain pddl:domain.pddl,problems --out problems.jsonl
+    """
+    with data_progress() as report:
+        benchmark = find_benchmark(domain)
+        tasks = benchmark.tasks(Source(store(data), report))
+    lines = [written(task, domain, benchmark.domain) for task in tasks.values()]
+    write_lines(out, lines)
+    output().print(f"{counted(len(lines), 'task')} written to {out}", soft_wrap=True, highlight=False)
+
+
+@app.command()
+def schema() -> None:
+    """Print the JSON Schema of a line of a task file.
+
+    Example: eai tasks schema > task.schema.json
+    """
+    print(json.dumps(json_schema(), indent=2))
+
+
+def write_lines(file: Path, lines: list[str]) -> None:
+    """Write a task file, compressed if its name says so; equal lines give equal bytes.
+
+    Raises:
+        InputError: the name does not end as those of task files do, or the file cannot be written.
+    """
+    if not file.name.endswith(ENDINGS):
+        raise InputError(f"{file}: expected a name that ends in {' or '.join(ENDINGS)}")
+    content = "".join(f"{line}\n" for line in lines).encode()
+    try:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_bytes(gzip.compress(content, mtime=0) if file.suffix == ".gz" else content)
+    except OSError as error:
+        raise InputError(f"{file}: cannot be written ({error.strerror})") from error
