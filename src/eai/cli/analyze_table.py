@@ -1,0 +1,47 @@
+"""``eai analyze table``: records as tidy tables."""
+
+from __future__ import annotations
+
+from enum import Enum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from eai.analysis.lines import TABLES
+from eai.analysis.table import lines_csv, write_files, write_parquet
+from eai.cli.analyzed import Records, tables_of
+from eai.cli.console import counted, output
+from eai.cli.data import DataFolder
+
+
+class Format(str, Enum):
+    """How tables are written."""
+
+    CSV = "csv"
+    PARQUET = "parquet"
+
+
+def table(
+    records: Records,
+    out: Annotated[Path, typer.Option(help="The folder for the tables.")],
+    formats: Annotated[
+        list[Format] | None,
+        typer.Option("--format", help="How they are written; parquet needs the extra 'analysis'. [csv]"),
+    ] = None,
+    data: DataFolder = None,
+) -> None:
+    """Write records as tidy tables: a line an answer, with what its task is like; a step, goal, atom, clause.
+
+    Example: eai analyze table scores --out tables --format csv --format parquet
+    """
+    tables = tables_of(records, data)
+    for written in dict.fromkeys(formats or [Format.CSV]):
+        for name, kind in TABLES.items():
+            lines = getattr(tables, name)
+            if written is Format.PARQUET:
+                write_parquet(out / f"{name}.parquet", kind, lines)
+            else:
+                write_files(out, {f"{name}.csv": lines_csv(kind, lines)})
+    sizes = ", ".join(counted(len(getattr(tables, name)), name.removesuffix("s")) for name in TABLES)
+    output().print(f"{sizes}; in {out}", soft_wrap=True, highlight=False, markup=False)
