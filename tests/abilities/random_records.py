@@ -10,7 +10,7 @@ from eai.abilities.declarations import DECLARATIONS
 from eai.abilities.experiment import Experiment
 from eai.abilities.explanation import Explanation, GoalReport, PartReport, StepReport
 from eai.abilities.protocol import Ability
-from eai.abilities.record import Origin, Record, Usage
+from eai.abilities.record import Origin, Record, Stated, Usage
 from eai.abilities.transition_modeling.report import OperatorReport
 from eai.abilities.verdict import Counted, ErrorReport, Tally
 from eai.pddl.matching import SideMatch
@@ -36,7 +36,9 @@ def records() -> st.SearchStrategy[Record]:
 
 def _of(ability: Ability) -> st.SearchStrategy[Record]:
     verdicts = with_every_field(DECLARATIONS[ability].verdict)
-    return with_every_field(Record, ability=st.just(ability), verdict=verdicts)
+    plain = with_every_field(Record, ability=st.just(ability), verdict=verdicts, stated=st.none())
+    pipelines = with_every_field(Record, ability=st.just(ability), verdict=verdicts, experiment=EXPERIMENTS)
+    return plain | pipelines
 
 
 st.register_type_strategy(str, TEXTS)
@@ -50,8 +52,7 @@ st.register_type_strategy(
         Counted, errors=st.dictionaries(st.sampled_from(FaultKind), COUNTS).map(lambda d: tuple(d.items()))
     ),
 )
-st.register_type_strategy(
-    Experiment, with_every_field(Experiment, replans=COUNTS, slip=st.floats(0, 1), goals_from=st.just("a/b"))
-)
-for kind in (Explanation, Origin):
+EXPERIMENTS = with_every_field(Experiment, replans=COUNTS, slip=st.floats(0, 1), goals_from=st.just("a/b"))
+st.register_type_strategy(Experiment, EXPERIMENTS)
+for kind in (Explanation, Origin, Stated):
     st.register_type_strategy(kind, with_every_field(kind))

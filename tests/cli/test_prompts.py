@@ -37,3 +37,21 @@ def test_a_folder_that_cannot_be_written_is_named(eai: Command, data_store: Stor
     assert done.status == 2
     assert "cannot be written" in done.err
     assert len(done.err.splitlines()) == 1
+
+
+def test_prompts_of_a_pipeline_state_the_goals_of_answers(
+    eai: Command, data_store: Store, tmp_path: Path
+) -> None:
+    jars = "bottling_fruit_0_Wainscott_0_int_0_2021-05-24_19-46-46"
+    answer = '{"node goals": [["open", "jar.n.01_1"]], "edge goals": [["next_to", "jar.n.01_1", "sky"]]}'
+    rows = [{"identifier": jars, "llm_output": answer}]
+    (tmp_path / "some-model_outputs.json").write_text(json.dumps(rows))
+    done = eai("prompts", *NAMED, "--goals", tmp_path, "--out", tmp_path / "p.json")
+    assert done.status == 0
+    (row,) = json.loads((tmp_path / "p.json").read_text())
+    assert row["identifier"] == jars
+    assert "## Goal States\nopen(jar.0)\nnext.to(jar.0, sky)\n\n## Output" in row["llm_prompt"]
+    other = ("--domain", "behavior", "--ability", "transition_modeling", "--out", tmp_path / "p.json")
+    assert (
+        "state goals, those of transition_modeling do not" in eai("prompts", *other, "--goals", tmp_path).err
+    )

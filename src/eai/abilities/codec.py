@@ -19,7 +19,7 @@ from eai.abilities.declarations import DECLARATIONS
 from eai.abilities.experiment import Experiment
 from eai.abilities.explanation import Explanation
 from eai.abilities.protocol import Ability
-from eai.abilities.record import Origin, Record
+from eai.abilities.record import Origin, Record, Stated
 from eai.abilities.verdict import Counted, GoalTallies, Json, Verdict
 from eai.errors import InputError
 
@@ -55,7 +55,8 @@ def record_to_json(record: Record) -> dict[str, Json]:
         "suite_size": record.suite_size,
     }
     if record.experiment is not None:
-        written["experiment"] = experiment_to_json(record.experiment)
+        stated = {} if record.stated is None else dataclass_to_json(record.stated)
+        written["experiment"] = {**experiment_to_json(record.experiment), **stated}
     if record.origin is not None:
         written |= dataclass_to_json(record.origin)
     if record.explanation is not None:
@@ -101,6 +102,7 @@ def record_from_json(values: Mapping[str, Any]) -> Record:
             "explanation": _optional(Explanation, values, "explanation"),
             "origin": origin,
             "experiment": _optional(Experiment, values, "experiment"),
+            "stated": _stated(values),
         },
     )
     sha256 = _read(str, _present(values, "response_sha256"), "response_sha256")
@@ -148,6 +150,13 @@ def _verdict(values: Mapping[str, Any], ability: Ability, made_before: int) -> V
 def _origin(values: Mapping[str, Any]) -> Origin | None:
     known = {name: values[name] for name in _names(Origin) if name in values}
     return _read(Origin, known) if known else None
+
+
+def _stated(values: Mapping[str, Any]) -> Stated | None:
+    """The goals that a question stated, which stand with the experiment."""
+    experiment = values.get("experiment")
+    known = isinstance(experiment, dict) and "goals_sha256" in experiment
+    return _read(Stated, experiment, "experiment") if known else None
 
 
 def _optional(kind: type[T], values: Mapping[str, Any], name: str) -> T | None:

@@ -9,7 +9,7 @@ from eai.abilities.experiment import Experiment
 from eai.abilities.explanation import Explanation
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.task import Task
-from eai.abilities.verdict import Json, Verdict
+from eai.abilities.verdict import Confusion, Json, Verdict
 
 Number = TypeVar("Number", int, float)
 
@@ -89,6 +89,26 @@ class TaskFeatures:
 
 
 @dataclass(frozen=True, slots=True)
+class Stated:
+    """The goals that a question stated in the place of the task's, where a pipeline asked it.
+
+    Attributes:
+        goals_sha256: digest of the answer that states them, which is `response_sha256` of its own record.
+        goal_counts: how many of them are right, how many are not, and how many goals are missed, under the
+            default protocol. Those that are ill-formed, or name what does not exist, are not right.
+        stage_1_unreadable: whether that answer could not be read, so that the question stated no goals.
+        stage_1_unknown: the names in it that mean nothing, which the question passed on as they are.
+        stage_1_left_out: how many of its entries are ill-formed.
+    """
+
+    goals_sha256: str
+    goal_counts: Confusion
+    stage_1_unreadable: bool = False
+    stage_1_unknown: tuple[str, ...] = ()
+    stage_1_left_out: int = 0
+
+
+@dataclass(frozen=True, slots=True)
 class Record:
     """A verdict with what it is a verdict on.
 
@@ -106,6 +126,7 @@ class Record:
         suite_size: how many tasks the suite has, whose records together are a whole run; None if that is
             not known.
         experiment: how its run differs from asking each question once; None if it does not.
+        stated: in a pipeline, the goals that the question stated; None where it was not asked.
     """
 
     protocol: Protocol
@@ -122,6 +143,7 @@ class Record:
     unanswered: str | None = None
     suite_size: int | None = None
     experiment: Experiment | None = None
+    stated: Stated | None = None
 
     @property
     def repairs(self) -> tuple[str, ...]:

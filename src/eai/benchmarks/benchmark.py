@@ -17,6 +17,7 @@ from eai.abilities.transition_modeling.task import TransitionTask
 from eai.abilities.verdict import Json
 from eai.benchmarks.figure import Figure
 from eai.benchmarks.source import OpenTasks, Source, TaskSet
+from eai.prompts.believed import GoalSection
 from eai.prompts.published import PublishedPrompts
 from eai.prompts.wording import Wording
 from eai.world.domain import Domain
@@ -69,6 +70,7 @@ class Benchmark:
         formats: how an answer is written, in words, by ability; by default that of the default notation.
         response_schemas: the JSON schema of an answer, by ability, for providers that can enforce one.
         published_prompts: the prompts of the data set; None if it has none.
+        goal_sections: where these state the goals of a task, by ability, so that they can state others.
         task_id_of: from an identifier, as files of answers have it, to the id of its task.
         own_figures: counts the figures of the data set that are not counted from its tasks; None if all are.
         planner_seconds: how long a planner may take for one task of transition modeling, in CPU seconds.
@@ -91,6 +93,7 @@ class Benchmark:
     formats: Mapping[Ability, str] = field(default_factory=dict)
     response_schemas: Mapping[Ability, Mapping[str, Json]] = field(default_factory=dict)
     published_prompts: PublishedPrompts | None = None
+    goal_sections: Mapping[Ability, GoalSection] = field(default_factory=dict)
     task_id_of: Callable[[str], str] = str
     own_figures: Callable[[Source], Sequence[Figure]] | None = None
     planner_seconds: int = 100

@@ -12,6 +12,7 @@ from eai.benchmarks.gold_answers import open_answer_book
 from eai.benchmarks.registry import registered
 from eai.benchmarks.source import Source
 from eai.errors import InputError
+from eai.prompts.believed import Belief
 from eai.prompts.operators import operator_prompts
 from eai.prompts.own import Questions, render
 from eai.prompts.prompt import Prompt, PromptSet, read_prompt_file, read_system_file
@@ -34,25 +35,42 @@ class Library:
     folder: Path | None = None
     source: Source = field(default_factory=Source)
 
-    def open(self, benchmark: Benchmark, ability: Ability) -> Mapping[str, Prompt]:
+    def open(
+        self, benchmark: Benchmark, ability: Ability, beliefs: Mapping[str, Belief] | None = None
+    ) -> Mapping[str, Prompt]:
         """The prompts of a suite by task id, in the order of the data set.
 
         A benchmark without published prompts is asked with ours, rendered from its declaration.
+
+        Args:
+            benchmark: the benchmark.
+            ability: the ability.
+            beliefs: the goals that prompts are to state instead of the tasks' own, by task id.
 
         Raises:
             DataError: the data cannot be obtained.
             InputError: a file of the user's cannot be used, or the set has no such prompts.
         """
+        beliefs = beliefs or {}
         if self.folder is not None:
             _refuse_strangers(self.folder, benchmark)
         if self.prompts is PromptSet.OFFICIAL and benchmark.published_prompts is not None:
             published = benchmark.published_prompts
             prompts = published.prompts(ability, self.source.store, report=self.source.report)
-        else:
-            prompts = self._rendered(benchmark, ability)
-        return self._with_own_files(prompts, benchmark, ability)
+            prompts = self._with_own_files(prompts, benchmark, ability)
+            return _believing(prompts, benchmark, ability, beliefs)
+        prompts = self._rendered(benchmark, ability, beliefs)
+        own = self._with_own_files(prompts, benchmark, ability)
+        for task_id in beliefs.keys() & prompts.keys():
+            if own[task_id].user != prompts[task_id].user:
+                raise InputError(
+                    f"{self.folder}: the prompt of {task_id} states the goals of the task, not others"
+                )
+        return own
 
-    def _rendered(self, benchmark: Benchmark, ability: Ability) -> Mapping[str, Prompt]:
+    def _rendered(
+        self, benchmark: Benchmark, ability: Ability, beliefs: Mapping[str, Belief]
+    ) -> Mapping[str, Prompt]:
         """Our prompts, rendered from the declaration."""
         templates = Templates(self.folder)
         if ability is Ability.TRANSITION_MODELING:
@@ -67,6 +85,7 @@ class Library:
             or benchmark.formats.get(ability)
             or templates.text(f"formats/{ability.value}.txt"),
             lambda task_id: book.gold(task_id).text,
+            {task_id: belief.task for task_id, belief in beliefs.items()},
         )
         return render(questions, templates)
 
@@ -87,6 +106,24 @@ class Library:
             system = read_system_file(system_file)
             prompts = {i: replace(prompt, system=system) for i, prompt in prompts.items()}
         return prompts
+
+
+def _believing(
+    prompts: Mapping[str, Prompt], benchmark: Benchmark, ability: Ability, beliefs: Mapping[str, Belief]
+) -> Mapping[str, Prompt]:
+    """The prompts with the believed goals in their goal sections."""
+    section = benchmark.goal_sections.get(ability)
+    if beliefs and section is None:
+        raise InputError(
+            f"{benchmark.name} {ability.value}: it is not known where published prompts state goals; "
+            f"use --set {PromptSet.EAI.value}"
+        )
+    return {
+        task_id: prompt
+        if section is None or task_id not in beliefs
+        else replace(prompt, user=section.replace(prompt.user, beliefs[task_id]))
+        for task_id, prompt in prompts.items()
+    }
 
 
 def _refuse_strangers(folder: Path, benchmark: Benchmark) -> None:

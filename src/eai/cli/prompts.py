@@ -15,6 +15,7 @@ from eai.cli.console import DOMAIN_HELP, data_progress, output
 from eai.cli.data import DataFolder, store
 from eai.errors import InputError
 from eai.prompts.prompt import PromptSet, prompt_file, system_file
+from eai.scoring.stage_one import read_believed
 
 
 def prompts(
@@ -27,6 +28,10 @@ def prompts(
     folder: Annotated[
         Path | None, typer.Option("--prompts", help="A folder with prompts of your own.")
     ] = None,
+    goals: Annotated[
+        Path | None,
+        typer.Option(help="Answers to goal interpretation, whose goals to state instead of the tasks' own."),
+    ] = None,
     data: DataFolder = None,
 ) -> None:
     """Write prompts as a list of {"identifier", "llm_prompt"}; a system message goes to a file beside it.
@@ -35,12 +40,19 @@ def prompts(
     ask for others than are scored. The system message, where there is one, is in FILE with _system before its
     extension.
 
+    With --goals there are prompts for the tasks that the answers, one model's, are about.
+
     Example: eai prompts --domain virtualhome --ability action_sequencing --out prompts.json
     """
     with data_progress() as report:
         benchmark, source = find_benchmark(domain), Source(store(data), report)
         published = benchmark.published_prompts if prompt_set is PromptSet.OFFICIAL else None
-        if published is not None and folder is None:
+        if goals is not None:
+            believed = read_believed(goals, benchmark, ability, source)
+            opened = Library(prompt_set, folder, source).open(benchmark, ability, believed.beliefs)
+            opened = {task_id: prompt for task_id, prompt in opened.items() if task_id in believed.beliefs}
+            content, system = prompt_file(opened), system_file(opened)
+        elif published is not None and folder is None:
             files = published.files(ability, source.store, report=report)
             content, system = files.prompts, files.system
         else:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TypeAlias
 
 from eai.abilities.protocol import Ability
@@ -26,6 +26,8 @@ class Questions:
         tasks: the tasks by id.
         answer_format: how an answer is written.
         example: a good answer to each task.
+        beliefs: the tasks as the one who is asked believes them to be, by id, where that is otherwise. An
+            example shows the true task.
     """
 
     ability: Ability
@@ -33,6 +35,7 @@ class Questions:
     tasks: Mapping[str, Task]
     answer_format: str
     example: Example
+    beliefs: Mapping[str, Task] = field(default_factory=dict)
 
 
 def render(questions: Questions, templates: Templates) -> dict[str, Prompt]:
@@ -43,21 +46,20 @@ def render(questions: Questions, templates: Templates) -> dict[str, Prompt]:
         "operators": wording.operators(),
         "format": questions.answer_format,
     }
-    texts = {
-        task_id: templates.fill(f"{name}_task.txt", _values(wording, task))
-        for task_id, task in questions.tasks.items()
-    }
+    texts = {task_id: _question(name, wording, task, templates) for task_id, task in questions.tasks.items()}
     examples = {
         title: _example_for(title, questions) for title in {t.title for t in questions.tasks.values()}
     }
     prompts = {}
     for task_id, task in questions.tasks.items():
+        believed = questions.beliefs.get(task_id)
+        asked = texts[task_id] if believed is None else _question(name, wording, believed, templates)
         other = examples[task.title]
         example = ""
         if other is not None:
             answer = questions.example(other)
             example = templates.fill("example.txt", {"task": texts[other], "answer": answer})
-        values = {**shared, "example": example, "task": texts[task_id]}
+        values = {**shared, "example": example, "task": asked}
         prompts[task_id] = Prompt(templates.fill(f"{name}.txt", values))
     return prompts
 
@@ -66,11 +68,12 @@ def _example_for(title: str, questions: Questions) -> str | None:
     return next((task_id for task_id, task in questions.tasks.items() if task.title != title), None)
 
 
-def _values(wording: Wording, task: Task) -> dict[str, str]:
-    return {
+def _question(name: str, wording: Wording, task: Task, templates: Templates) -> str:
+    values = {
         "title": task.title,
         "instruction": task.instruction,
         "objects": wording.objects(task),
         "initial": wording.initial(task),
         "goals": wording.goals(task),
     }
+    return templates.fill(f"{name}_task.txt", values)

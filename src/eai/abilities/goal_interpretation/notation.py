@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import json
 from abc import ABC, abstractmethod
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 from eai.abilities.explanation import formula_text
+from eai.abilities.goal_interpretation.nested import read_nested
 from eai.abilities.goal_interpretation.written import (
     SECTIONS,
     IllFormed,
@@ -19,6 +20,7 @@ from eai.abilities.json_text import Pairs, find_json
 from eai.abilities.task import GoalKind, Task
 from eai.abilities.unreadable import Unreadable
 from eai.logic.choice import Choice, ground
+from eai.logic.formula import Formula
 from eai.world.domain import Domain
 from eai.world.scene_objects import SceneObjects
 
@@ -28,6 +30,17 @@ class Word(NamedTuple):
 
     spelling: str
     arity: int
+
+
+Meaning: TypeAlias = Callable[[WrittenGoal, frozenset[str]], Formula | None]
+"""What a goal means below quantifiers that bind variables of these names; None if it is ill-formed."""
+
+
+class Conditions(NamedTuple):
+    """The goals of an answer as formulas, in order, and as texts the entries that are none."""
+
+    formulas: tuple[Formula, ...]
+    left_out: tuple[str, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,6 +58,13 @@ class Alternatives:
     options: Choice
 
 
+class Entry(NamedTuple):
+    """An entry of an answer, as JSON, and the kind of goals that its section is of; None if of no kind."""
+
+    kind: GoalKind | None
+    value: object
+
+
 class GoalNotation(ABC):
     """How answers to goal interpretation state goals.
 
@@ -58,6 +78,17 @@ class GoalNotation(ABC):
     def read(self, text: str) -> WrittenGoals | Unreadable:
         """The goals of an answer, or why there are none."""
 
+    def conditions(self, text: str, meaning: Meaning) -> Conditions | Unreadable:
+        """The goals of an answer as conditions on its task, or why there are none."""
+        read = self.read(text)
+        if isinstance(read, Unreadable):
+            return read
+        meant = [(goal, meaning(goal, frozenset())) for goal in read.goals]
+        return Conditions(
+            tuple([formula for _, formula in meant if formula is not None]),
+            (*(str(goal) for goal, formula in meant if formula is None), *(e.text for e in read.ill_formed)),
+        )
+
     @abstractmethod
     def write(self, goals: Iterable[WrittenGoal]) -> tuple[str, ...]:
         """Each goal as a part of an answer."""
@@ -67,7 +98,10 @@ class GoalNotation(ABC):
         """The parts as one answer."""
 
     def words(self, domain: Domain) -> Mapping[Word, str]:
-        """The predicates that goals may speak of: as spelt, and as the vocabulary names them."""
+        """The predicates that goals may speak of: as spelt, and as the vocabulary names them.
+
+        Of two spellings of a predicate the first is that of its goals.
+        """
         vocabulary = domain.vocabulary
         stored = (each for each in vocabulary.predicates if each.visible and not each.static)
         words = {Word(each.name, each.arity): each.name for each in stored}
@@ -107,7 +141,7 @@ class JsonGoals(GoalNotation):
         """The goals in an answer, or why there are none."""
         found = find_json(text, _sections)
         if found is None:
-            return Unreadable("there is no JSON object of lists of conditions")
+            return _NO_LISTS
         sections, repairs = found
         goals: list[WrittenGoal] = []
         ill_formed: list[IllFormed] = []
@@ -120,6 +154,28 @@ class JsonGoals(GoalNotation):
                 else:
                     goals.append(goal)
         return WrittenGoals(tuple(goals), tuple(ill_formed), repairs)
+
+    def entries(self, text: str) -> tuple[Entry, ...] | None:
+        """All entries of an answer: states, relations, actions, others; None if it cannot be read."""
+        found = find_json(text, _sections)
+        if found is None:
+            return None
+        read = [
+            Entry(self._kinds.get(key), self._spelt(entry)) for key, entries in found[0] for entry in entries
+        ]
+        order: list[GoalKind | None] = [*GoalKind, None]
+        return tuple(sorted(read, key=lambda entry: order.index(entry.kind)))
+
+    def conditions(self, text: str, meaning: Meaning) -> Conditions | Unreadable:
+        """The goals of an answer as conditions on its task; they may be nested (`nested`)."""
+        entries = self.entries(text)
+        if entries is None:
+            return _NO_LISTS
+        read = [(entry, self._condition(entry, meaning)) for entry in entries]
+        return Conditions(
+            tuple([formula for _, formula in read if formula is not None]),
+            tuple([str(entry.value) for entry, formula in read if formula is None]),
+        )
 
     def write(self, goals: Iterable[WrittenGoal]) -> tuple[str, ...]:
         """Each goal as JSON."""
@@ -135,6 +191,23 @@ class JsonGoals(GoalNotation):
     def word(self, text: str) -> str:
         """A word of an answer as all spellings of it come out."""
         return text
+
+    def _spelt(self, value: object) -> object:
+        """A value with its words as all spellings of them come out; a variable may have a question mark."""
+        if isinstance(value, list):
+            return [self._spelt(part) for part in value]
+        return self.word(value).lstrip("?") if isinstance(value, str) else value
+
+    def _condition(self, entry: Entry, meaning: Meaning) -> Formula | None:
+        """What an entry asks for, or None if it is no condition."""
+
+        def literal(value: object, variables: frozenset[str]) -> Formula | None:
+            goal = self._goal(entry.kind, value)
+            return None if goal is None else meaning(goal, variables)
+
+        if entry.kind is GoalKind.ACTION:
+            return literal(entry.value, frozenset())
+        return read_nested(entry.value, literal)
 
     def _goal(self, kind: GoalKind | None, entry: object) -> WrittenGoal | None:
         """What an entry states, or None if it is ill-formed."""
@@ -155,6 +228,9 @@ class JsonGoals(GoalNotation):
         if not isinstance(entry, list):
             return []
         return [self.word(part) if isinstance(part, str) else None for part in entry]
+
+
+_NO_LISTS = Unreadable("there is no JSON object of lists of conditions")
 
 
 def _sections(value: object) -> list[tuple[str, list[object]]] | None:

@@ -16,6 +16,7 @@ from eai.benchmarks.formats import formats_of
 from eai.benchmarks.gold_operators import open_behavior
 from eai.benchmarks.identifiers import task_id_of
 from eai.benchmarks.published_prompts import OfficialPrompts
+from eai.benchmarks.reference.behavior_goal_section import GOAL_SECTIONS
 from eai.benchmarks.reference.wing import behavior_wing
 from eai.benchmarks.source import Source, TaskSet, once_per_store
 
@@ -49,6 +50,7 @@ def behavior() -> Benchmark:
         also_observed=("in_left_hand", "in_right_hand", "robot_on"),
         formats=formats_of("eai.benchmarks.behavior"),
         published_prompts=OfficialPrompts(NAME, corrected={Ability.TRANSITION_MODELING: corrected_questions}),
+        goal_sections=GOAL_SECTIONS,
         task_id_of=task_id_of,
         planner_seconds=200,
     )

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from eai.abilities.goal_interpretation.notation import Alternatives, JsonGoals, Word
 from eai.abilities.task import GoalKind, Task
 from eai.benchmarks.behavior.records import Condition
+from eai.benchmarks.behavior.subgoal_vocabulary import IN_DOMAIN
 from eai.benchmarks.behavior.tasks import BehaviorTask
 from eai.logic.choice import AllOf, AnyOf, Leaf, Literal
 from eai.logic.formula import Atom, Constant, Not
@@ -32,9 +33,9 @@ class BehaviorGoals(JsonGoals):
         return text.strip().lower().replace("toggledon", "toggled_on")
 
     def words(self, domain: Domain) -> Mapping[Word, str]:
-        """The states and relations that goals of the published file speak of."""
+        """The states and relations that goals of the published file speak of; touching is being next to."""
         arities = {**dict.fromkeys(STATES, 1), **dict.fromkeys(RELATIONS, 2)}
-        return {Word(name, arity): name for name, arity in arities.items()}
+        return {Word(name, arity): IN_DOMAIN.get(name, name) for name, arity in arities.items()}
 
     def names(self, task: Task) -> tuple[str, ...]:
         """The instance that each object is; parts of objects are none."""

@@ -18,6 +18,7 @@ from eai.benchmarks.virtualhome.counts import annotated_figures
 from eai.benchmarks.virtualhome.domain import as_meant, with_either_hand
 from eai.benchmarks.virtualhome.goal_notation import VirtualHomeGoals
 from eai.benchmarks.virtualhome.goal_prompts import goal_interpretation_prompts
+from eai.benchmarks.virtualhome.goal_section import GOAL_SECTIONS
 from eai.benchmarks.virtualhome.plan_notation import VirtualHomePlans
 from eai.benchmarks.virtualhome.subgoal_notation import VirtualHomeSubgoals
 from eai.benchmarks.virtualhome.tasks import VirtualHomeTask
@@ -68,6 +69,7 @@ def virtualhome() -> Benchmark:
         formats=formats_of("eai.benchmarks.virtualhome"),
         response_schemas={Ability.ACTION_SEQUENCING: _PLAN},
         published_prompts=OfficialPrompts(NAME, {Ability.GOAL_INTERPRETATION: _rendered}),
+        goal_sections=GOAL_SECTIONS,
         task_id_of=task_id_of,
         own_figures=annotated_figures,
         planner_seconds=100,

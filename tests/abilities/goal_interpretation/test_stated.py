@@ -1,0 +1,113 @@
+"""Goals that an answer states, as goals of its task: what means nothing stays, what is ill-formed goes."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from eai.abilities.explanation import formula_text
+from eai.abilities.goal_interpretation.gold import write_goals
+from eai.abilities.goal_interpretation.notation import JsonGoals
+from eai.abilities.goal_interpretation.stated import StatedGoals, read_stated
+from eai.abilities.goal_test import alternatives
+from eai.abilities.task import GoalKind, make_task
+from eai.benchmarks.behavior.tasks import BehaviorTasks
+from eai.benchmarks.registry import find_benchmark
+from eai.benchmarks.virtualhome.tasks import VirtualHomeTasks
+from eai.logic.formula import Constant
+from world import toy
+
+TASK = make_task("1", "Tidy up.", toy.initial(), toy.lit(Constant("lamp")))
+
+
+def stated(text: str) -> StatedGoals:
+    return read_stated(text, TASK, toy.DOMAIN, JsonGoals())
+
+
+def texts(read: StatedGoals) -> list[tuple[GoalKind, str]]:
+    return [(goal.kind, formula_text(goal.formula)) for goal in read.goals]
+
+
+def test_every_kind_of_goal_in_the_order_of_kinds() -> None:
+    read = stated(
+        '{"action goals": ["PRESS"], "edge goals": [["at", "red", "shed"]],'
+        ' "node goals": [["lit", "lamp"], ["not", ["lit", "lamp"]], ["lit", "lamp"]]}'
+    )
+    assert texts(read) == [
+        (GoalKind.STATE, "lit(lamp)"),
+        (GoalKind.STATE, "not lit(lamp)"),
+        (GoalKind.RELATION, "at(red, shed)"),
+        (GoalKind.ACTION, "PRESS"),
+    ]
+    assert (read.meaningful, read.unknown, read.left_out) == (read.goals, (), ())
+
+
+def test_names_that_mean_nothing_stay_as_they_are() -> None:
+    read = stated(
+        '{"node goals": [["lit", "sun"], ["shiny", "lamp"], ["lit", "lamp"]], "action goals": ["SING"]}'
+    )
+    assert [text for _, text in texts(read)] == ["lit(sun)", "shiny(lamp)", "lit(lamp)", "SING"]
+    assert read.unknown == ("sun", "shiny", "SING")
+    assert [formula_text(goal.formula) for goal in read.meaningful] == ["lit(lamp)"]
+
+
+def test_what_is_ill_formed_is_left_out() -> None:
+    read = stated(
+        '{"node goals": [["lit"], ["lit", "lamp", "red"], 7, ["not", "lit", "lamp"], ["lit", "lamp"]]}'
+    )
+    assert [text for _, text in texts(read)] == ["lit(lamp)"]
+    assert len(read.left_out) == 4
+
+
+def test_nested_goals_are_understood() -> None:
+    read = stated('{"edge goals": [["exists", "box", ["or", ["at", "box", "hall"], ["lit", "lamp"]]]]}')
+    assert texts(read) == [(GoalKind.RELATION, "exists x: box. (at(x, hall) or lit(lamp))")]
+    assert read.unknown == ()
+
+
+@pytest.mark.parametrize("text", ["", "I cannot.", '{"node goals": "lit lamp"}', "[1, 2"])
+def test_an_unreadable_answer_states_no_goals(text: str) -> None:
+    read = stated(text)
+    assert (read.goals, read.left_out) == ((), ())
+    assert read.unreadable
+
+
+def test_gold_answers_state_goals_that_mean_something(
+    behavior_tasks: BehaviorTasks, virtualhome_tasks: VirtualHomeTasks
+) -> None:
+    for name, tasks in (("behavior", behavior_tasks), ("virtualhome", virtualhome_tasks)):
+        benchmark = find_benchmark(name)
+        for task in tasks.values():
+            answer = benchmark.goals.join(write_goals(task, benchmark.domain, benchmark.goals))
+            read = read_stated(answer, task, benchmark.domain, benchmark.goals)
+            assert (read.unreadable, read.unknown, read.left_out) == (None, (), ()), task.id
+            assert read.goals == read.meaningful
+
+
+def test_in_virtualhome_gold_answers_state_the_goals(virtualhome_tasks: VirtualHomeTasks) -> None:
+    """Though they name classes alone; of alternative actions they state the first."""
+    benchmark = find_benchmark("virtualhome")
+    for task in virtualhome_tasks.values():
+        answer = benchmark.goals.join(write_goals(task, benchmark.domain, benchmark.goals))
+        read = read_stated(answer, task, benchmark.domain, benchmark.goals)
+        lasting = [{g for g in goals if g.kind is not GoalKind.ACTION} for goals in (read.goals, task.goals)]
+        assert lasting[0] == lasting[1], task.id
+        actions = [alternatives(goal)[0] for goal in task.goals_of(GoalKind.ACTION)]
+        assert [alternatives(g) for g in read.goals if g.kind is GoalKind.ACTION] == [(a,) for a in actions]
+
+
+def test_a_class_means_its_last_object_and_said_again_the_one_before(
+    virtualhome_tasks: VirtualHomeTasks,
+) -> None:
+    benchmark, task = find_benchmark("virtualhome"), virtualhome_tasks["120_1"]
+    things = task.scene.objects
+    lights = [things[i].name for i in task.relevant if things[i].category == "light"]
+    assert len(lights) == 2
+    last = benchmark.plans.objects(task)("light")
+    assert last is not None
+    assert things[last].name == lights[-1]
+    for times, meant in ((1, lights[1:]), (2, lights[::-1]), (5, lights[::-1])):
+        answer = json.dumps({"node goals": [{"name": "light", "state": "ON"}] * times})
+        read = read_stated(answer, task, benchmark.domain, benchmark.goals)
+        assert [formula_text(goal.formula) for goal in read.goals] == [f"ON({name})" for name in meant]
