@@ -35,6 +35,7 @@ LAYERS: tuple[frozenset[str], ...] = tuple(
         "scoring",
         "analysis",
         "run envs report",
+        "human",
         "cli",
     )
 )

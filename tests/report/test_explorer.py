@@ -9,7 +9,8 @@ from pathlib import Path
 import pytest
 
 from eai.report.explorer import explorer_html
-from eai.report.explorer_data import Background, ExplorerData, for_script
+from eai.report.explorer_data import Background, ExplorerData
+from eai.report.page import for_script
 from eai.report.runs import read_runs
 from report.samples import HOSTILE, all_runs, write_runs
 

@@ -1,31 +1,20 @@
-"""The explorer in a real browser: Debian's Chromium, driven by Playwright, without a network."""
+"""The explorer in a real browser."""
 
 from __future__ import annotations
 
-import shutil
 from collections.abc import Iterator
 from typing import Any
 from urllib.parse import urlencode
 
 import pytest
 
+from browsing import needs_browser, quiet_page, started_browser
 from eai.report.explorer import explorer_html
 from eai.report.explorer_data import Background, ExplorerData
 from eai.report.runs import read_runs
 from report.samples import HOSTILE, all_runs, write_runs
 
-playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
-CHROMIUM = shutil.which("chromium")
-pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="no chromium on this machine")
-ARGUMENTS = (
-    "--no-sandbox",
-    "--disable-gpu",
-    "--disable-quic",
-    "--no-first-run",
-    "--disable-background-networking",
-    "--disable-component-update",
-    "--disable-sync",
-)
+pytestmark = needs_browser
 ACTIONS = "virtualhome/action_sequencing/strict"
 
 
@@ -47,26 +36,14 @@ def address(tmp_path_factory: pytest.TempPathFactory) -> str:
 
 @pytest.fixture(scope="module")
 def browser() -> Iterator[Any]:
-    with playwright.sync_playwright() as driver:
-        started = driver.chromium.launch(executable_path=CHROMIUM, args=list(ARGUMENTS))
+    with started_browser() as started:
         yield started
-        started.close()
 
 
 @pytest.fixture
 def page(browser: Any) -> Iterator[Any]:
-    """A page on which nothing may be written to the console, thrown or requested from anywhere."""
-    context = browser.new_context(viewport={"width": 1400, "height": 900})
-    opened = context.new_page()
-    trouble: list[str] = []
-    opened.on("console", lambda message: trouble.append(message.text))
-    opened.on("pageerror", lambda error: trouble.append(str(error)))
-    opened.on(
-        "request", lambda request: None if request.url.startswith("file:") else trouble.append(request.url)
-    )
-    yield opened
-    context.close()
-    assert [what for what in trouble if not what.startswith("file:")] == []
+    with quiet_page(browser) as opened:
+        yield opened
 
 
 def link(address: str, **parts: str) -> str:

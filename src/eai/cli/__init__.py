@@ -12,6 +12,7 @@ from eai.cli import (
     compare,
     data,
     explain,
+    human,
     leaderboard,
     prompts,
     report,
@@ -40,6 +41,7 @@ app.command(no_args_is_help=True)(explain.explain)
 app.command(no_args_is_help=True)(prompts.prompts)
 app.add_typer(submission.app, name="submission")
 app.add_typer(tasks.app, name="tasks")
+app.add_typer(human.app, name="human")
 app.command(no_args_is_help=True)(report.report)
 app.command(no_args_is_help=True)(compare.compare)
 app.command(no_args_is_help=True)(leaderboard.leaderboard)

@@ -17,6 +17,7 @@ from eai.abilities.transition_modeling.report import OperatorReport
 from eai.abilities.verdict import GoalVerdict, Json, OperatorVerdict, PlanVerdict, SubgoalVerdict, Verdict
 from eai.benchmarks.registry import title_of
 from eai.metrics.breakdown import outcome
+from eai.report.page import for_script
 from eai.report.runs import Run, RunKey
 
 VERSION = 2
@@ -162,14 +163,6 @@ class ExplorerData:
 
     def _text(self, text: str) -> int:
         return _number(self._texts, text)
-
-
-def for_script(content: Json) -> str:
-    """JSON in ASCII without ``<``, ``>`` and ``&``, so that no text in it can end a script element."""
-    text = json.dumps(content, ensure_ascii=True, separators=(",", ":"))
-    for character in "<>&":
-        text = text.replace(character, f"\\u{ord(character):04x}")
-    return text
 
 
 def _number(table: dict[str, int], item: str) -> int:

@@ -1,0 +1,67 @@
+"""``eai human``: people answer the questions that models get."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from random import Random
+from typing import Annotated
+
+import typer
+
+from eai.abilities.protocol import Ability
+from eai.benchmarks.prompt_library import Library
+from eai.benchmarks.registry import find_benchmark
+from eai.benchmarks.source import Source
+from eai.cli.console import DOMAIN_HELP, counted, data_progress, output
+from eai.cli.data import DataFolder, store
+from eai.errors import InputError
+from eai.human.form import form_html
+from eai.prompts.prompt import PromptSet
+
+app = typer.Typer(no_args_is_help=True, help="People who answer the questions that models get.")
+
+
+@app.callback()
+def human() -> None:
+    """People who answer the questions that models get."""
+
+
+@app.command(no_args_is_help=True)
+def form(
+    domain: Annotated[str, typer.Option(help=DOMAIN_HELP)],
+    ability: Annotated[Ability, typer.Option(help="What is asked for.")],
+    out: Annotated[Path, typer.Option(help="The page to write.")],
+    tasks: Annotated[
+        str, typer.Option(help="Only these tasks, in this order: ids separated by commas.")
+    ] = "",
+    sample: Annotated[int | None, typer.Option(min=1, help="So many of them, drawn at random.")] = None,
+    seed: Annotated[int, typer.Option(help="Which ones --sample draws.")] = 0,
+    prompt_set: Annotated[PromptSet, typer.Option("--set", help="Which prompts.")] = PromptSet.OFFICIAL,
+    prompts: Annotated[Path | None, typer.Option(help="A folder with prompts of your own.")] = None,
+    data: DataFolder = None,
+) -> None:
+    """Write a page on which a person answers questions exactly as models get them; it sends nothing.
+
+    The person saves a response file, which eai score takes like a model's (with --allow-missing, because the
+    other tasks were not asked), and eai compare sets beside a model's records on the same tasks.
+
+    Example: eai human form --domain mybench:toy --ability action_sequencing --sample 10 --out form.html
+    """
+    with data_progress() as report:
+        benchmark, source = find_benchmark(domain), Source(store(data), report)
+        asked = Library(prompt_set, prompts, source).open(benchmark, ability)
+    named = [task_id.strip() for task_id in tasks.split(",") if task_id.strip()] or list(asked)
+    for task_id in named:
+        if task_id not in asked:
+            raise InputError(f"--tasks: {task_id!r} is not a task of {benchmark.name} {ability.value}")
+    draw = Random(seed)  # noqa: S311 - a sample, not a secret
+    drawn = set(named if sample is None else draw.sample(named, min(sample, len(named))))
+    chosen = {task_id: asked[task_id] for task_id in dict.fromkeys(named) if task_id in drawn}
+    page = form_html(benchmark, ability, chosen, source)
+    try:
+        out.parent.mkdir(parents=True, exist_ok=True)
+        out.write_text(page, encoding="utf-8")
+    except OSError as error:
+        raise InputError(f"{out}: cannot be written ({error.strerror})") from error
+    asked_for = counted(len(chosen), "question")
+    output().print(f"{asked_for}; written to {out}", soft_wrap=True, highlight=False, markup=False)

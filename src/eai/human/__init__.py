@@ -1,0 +1,1 @@
+"""People who answer the questions of a benchmark as models do."""

@@ -1,0 +1,49 @@
+"""A real browser for tests of pages: Debian's Chromium, driven by Playwright, without a network."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import pytest
+
+CHROMIUM = shutil.which("chromium")
+needs_browser = pytest.mark.skipif(CHROMIUM is None, reason="NOT TESTED: no chromium on this machine")
+ARGUMENTS = (
+    "--no-sandbox",
+    "--disable-gpu",
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+)
+
+
+@contextmanager
+def started_browser() -> Iterator[Any]:
+    """A browser; skips the test where Playwright is not installed."""
+    playwright = pytest.importorskip("playwright.sync_api", reason="NOT TESTED: playwright is not installed")
+    with playwright.sync_playwright() as driver:
+        started = driver.chromium.launch(executable_path=CHROMIUM, args=list(ARGUMENTS))
+        yield started
+        started.close()
+
+
+@contextmanager
+def quiet_page(browser: Any) -> Iterator[Any]:
+    """A page on which nothing may be written to the console, thrown or requested from anywhere."""
+    context = browser.new_context(viewport={"width": 1400, "height": 900}, accept_downloads=True)
+    opened = context.new_page()
+    trouble: list[str] = []
+    opened.on("console", lambda message: trouble.append(message.text))
+    opened.on("pageerror", lambda error: trouble.append(str(error)))
+    opened.on(
+        "request",
+        lambda request: None if request.url.startswith(("file:", "blob:")) else trouble.append(request.url),
+    )
+    yield opened
+    context.close()
+    assert [what for what in trouble if not what.startswith("file:")] == []
