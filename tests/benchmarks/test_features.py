@@ -1,92 +1,46 @@
-"""Figures of a benchmark that is nothing but a declaration and two tasks."""
-
 from __future__ import annotations
 
-from dataclasses import replace
+import pytest
 
-from eai.abilities.task import make_task
-from eai.benchmarks.benchmark import Benchmark
-from eai.benchmarks.distributions import distributions
-from eai.benchmarks.features import features_of
-from eai.benchmarks.source import Source, given
-from eai.benchmarks.statistics import table_of
-from eai.logic.formula import Constant, Exists, ForAll, Occurs, Variable
-from eai.world.execution import Action
-from world.toy import DOMAIN, at, initial, lit
+from analysis.lamps import lamp_task, lamps
+from eai.benchmarks.features import FeatureBook, Features
+from eai.benchmarks.registry import find_benchmark
+from eai.benchmarks.source import Source
+from eai.data.store import Store
 
-BOX = Variable("box", "box")
-HALL, SHED, LAMP, RED = (Constant(name) for name in ("hall", "shed", "lamp", "red"))
 
-TIDY = replace(
-    make_task(
-        "tidy",
-        "Bring all boxes into the hall.",
-        initial(),
-        ForAll(BOX, at(BOX, HALL)),
-        at(RED, HALL),
-        title="tidy up",
-    ),
-    script=(Action("GO", (2,)), Action("LIFT", (4,)), Action("GO", (1,)), Action("GO", (1,))),
+def test_features_are_of_the_task_alone() -> None:
+    assert FeatureBook(lamps()).of(lamp_task()) == Features(
+        annotated_steps=6,
+        annotated_operators=4,
+        tool_steps=1,
+        goals=2,
+        state_goals=1,
+        relation_goals=0,
+        action_goals=1,
+        quantified_goals=1,
+        goal_options=1,
+        ground_goals=3,
+        ground_state_goals=2,
+        ground_relation_goals=0,
+        ground_action_goals=1,
+        goals_at_start=0,
+        objects=4,
+        object_categories=3,
+        initial_facts=2,
+        instruction_words=4,
+    )
+
+
+@pytest.mark.parametrize(
+    ("domain", "sums"),
+    [
+        ("behavior", {"goals": 366, "ground_goals": 673, "goal_options": 416441, "annotated_steps": 1455}),
+        ("virtualhome", {"goals": 800, "action_goals": 162, "annotated_steps": 2978}),
+    ],
 )
-SHOW = make_task("show", "Show a box.", initial(), Exists(BOX, at(BOX, SHED)), lit(LAMP), Occurs("PRESS", ()))
-IDLE = make_task("idle", "Do nothing.", initial())
-TOY = Benchmark("toy", DOMAIN, given(TIDY, SHOW, IDLE))
-
-
-def test_features_say_what_a_task_is_like() -> None:
-    found = features_of(TOY, Source())
-    assert list(found) == ["tidy", "show", "idle"]
-    tidy, show = found["tidy"].to_json(), found["show"].to_json()
-    assert {
-        name: tidy[name] for name in ("name", "plan_steps", "operators", "instruction_words", "objects")
-    } == {
-        "name": "tidy up",
-        "plan_steps": 4,
-        "operators": "GO LIFT",
-        "instruction_words": 6,
-        "objects": 5,
-    }
-    assert [
-        tidy[name] for name in ("conditions", "quantified", "true_at_start", "ground_goals", "options")
-    ] == [
-        2,
-        1,
-        1,
-        3,
-        1,
-    ]
-    assert [show[f"{kind}_conditions"] for kind in ("state", "relation", "action")] == [1, 1, 1]
-    assert [show[name] for name in ("quantified", "true_at_start", "options", "plan_steps")] == [
-        1,
-        1,
-        2,
-        None,
-    ]
-
-
-def test_any_benchmark_has_a_table() -> None:
-    table = table_of(TOY, Source())
-    values = {row.label: row.value for row in table.rows}
-    assert all(row.printed is None and not row.remark for row in table.rows)
-    assert {label: values[label] for label in ("tasks", "instructions", "goals", "goal conditions")} == {
-        "tasks": 3,
-        "instructions": 2,
-        "goals": 6,
-        "goal conditions": 5,
-    }
-    assert [values[label] for label in ("trajectories", "action steps", "transition models")] == [1, 4, 4]
-
-
-def test_distributions_are_of_tasks_with_goals() -> None:
-    found = {each.name: dict(each.counts) for each in distributions(TOY, Source())}
-    assert found["plan_steps"] == {4: 1}
-    assert found["options"] == {1: 1, 2: 1}
-    assert found["actions"] == {"GO": 3, "LIFT": 1}
-    assert found["pairs"] == {"GO place": 3, "LIFT box": 1}
-
-
-def test_a_benchmark_without_plans_or_tasks_has_a_table_too() -> None:
-    rows = {row.label: row.value for row in table_of(Benchmark("none", DOMAIN, given()), Source()).rows}
-    assert rows["tasks"] == rows["trajectories"] == rows["goals"] == 0
-    assert "action steps" not in rows
-    assert distributions(Benchmark("none", DOMAIN, given()), Source()) == ()
+def test_features_add_up_to_the_papers_table(domain: str, sums: dict[str, int], data_store: Store) -> None:
+    benchmark = find_benchmark(domain)
+    book = FeatureBook(benchmark)
+    found = [book.of(task) for task in benchmark.tasks(Source(data_store)).values()]
+    assert {name: sum(getattr(each, name) for each in found) for name in sums} == sums

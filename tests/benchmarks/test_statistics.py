@@ -5,9 +5,9 @@ from collections.abc import Sequence
 import pytest
 
 from eai.benchmarks.distributions import distributions
-from eai.benchmarks.features import features_of
 from eai.benchmarks.figure import Figure
 from eai.benchmarks.packs import Pack, open_virtualhome
+from eai.benchmarks.profiles import profiles_of
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.source import Source
 from eai.benchmarks.statistics import StatRow, table_of
@@ -119,16 +119,14 @@ def test_figures_that_the_paper_does_not_print(data_store: Store) -> None:
 
 def test_what_remarks_say_is_so(data_store: Store) -> None:
     scripts = [task.script for task in open_virtualhome(data_store).values()]
-    goals = features_of(find_benchmark("virtualhome"), Source(data_store)).values()
-    instructed = [script for script, task in zip(scripts, goals, strict=True) if task.conditions]
+    goals = profiles_of(find_benchmark("virtualhome"), Source(data_store))
+    instructed = [script for script, task in zip(scripts, goals, strict=True) if task.features.goals]
     assert round(100 * sum(len(script) >= 10 for script in instructed) / len(instructed), 1) == 38.2
-    tasks = features_of(find_benchmark("behavior"), Source(data_store))
-    assert (
-        round(max(task.options for task in tasks.values()) / sum(task.options for task in tasks.values()), 1)
-        == 0.8
-    )
+    tasks = profiles_of(find_benchmark("behavior"), Source(data_store))
+    options = [task.features.goal_options for task in tasks]
+    assert round(max(options) / sum(options), 1) == 0.8
     lists = read_shared("paper", "task_lists.json")["behavior_plan_length"]
-    released = {task.name: task.plan_steps for task in tasks.values()}
+    released = {task.name: task.features.annotated_steps for task in tasks}
     assert len(lists) == 60
     assert {name: (steps, released[name]) for name, steps in lists.items() if released[name] != steps} == {
         "cleaning_bathrooms": (12, 11)
@@ -147,10 +145,10 @@ def test_four_tasks_have_neither_goals_nor_a_temporal_goal(data_store: Store) ->
 def test_options_by_decade_are_the_papers(data_store: Store) -> None:
     found = {each.name: each for each in distributions(find_benchmark("behavior"), Source(data_store))}
     decades = [
-        sum(count for value, count in found["options"].counts.items() if len(str(value)) == digits)
+        sum(count for value, count in found["goal_options"].counts.items() if len(str(value)) == digits)
         for digits in range(1, 7)
     ]
     assert decades == [82, 7, 7, 1, 2, 1]
-    assert sum(found["plan_steps"].counts.values()) == 100
+    assert sum(found["annotated_steps"].counts.values()) == 100
     assert sum(found["actions"].counts.values()) == 1455
     assert all(list(each.counts) == sorted(each.counts) for each in found.values() if each.of == "tasks")

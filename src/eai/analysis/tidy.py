@@ -14,11 +14,11 @@ from eai.abilities.share import NOTHING, Shares
 from eai.abilities.task import Task
 from eai.abilities.transition_modeling.task import Category
 from eai.abilities.verdict import GoalVerdict, OperatorVerdict, PlanVerdict
-from eai.analysis.features import FeatureBook
 from eai.analysis.lines import AnswerLine, AtomLine, ClauseLine, GoalLine, StepLine
 from eai.analysis.words import names_in, read_call
 from eai.analysis.wrong_goals import WrongGoals
 from eai.benchmarks.benchmark import Benchmark
+from eai.benchmarks.features import FeatureBook
 from eai.benchmarks.registry import find_benchmark, registered
 from eai.benchmarks.source import Source
 from eai.metrics.breakdown import outcome

@@ -12,7 +12,8 @@ from dataclasses import dataclass
 
 from eai.abilities.task import Task
 from eai.benchmarks.benchmark import Benchmark
-from eai.benchmarks.features import Features, features_of
+from eai.benchmarks.features import Features
+from eai.benchmarks.profiles import profiles_of
 from eai.benchmarks.source import Source
 
 
@@ -42,25 +43,24 @@ def distributions(benchmark: Benchmark, source: Source) -> tuple[Distribution, .
         DataError: the data cannot be had.
     """
     tasks = benchmark.tasks(source)
-    features = [each for each in features_of(benchmark, source).values() if each.conditions]
-    found = (*_of_features(features), *_of_steps(tasks[each.task] for each in features))
+    asked = [each for each in profiles_of(benchmark, source) if each.features.goals]
+    found = (
+        *_of_features([each.features for each in asked]),
+        *_of_steps(tasks[each.task] for each in asked),
+    )
     return tuple(each for each in found if each.counts)
 
 
 def _of_features(features: list[Features]) -> Iterator[Distribution]:
-    lengths = (each.plan_steps for each in features if each.plan_steps)
-    yield Distribution("plan_steps", "Steps of the annotated plan", "tasks", _sorted(lengths))
-    yield Distribution(
-        "conditions", "Goals (conjuncts)", "tasks", _sorted(each.conditions for each in features)
-    )
-    yield Distribution(
-        "ground_goals", "Ground goals", "tasks", _sorted(each.ground_goals for each in features)
-    )
-    options = _sorted(each.options for each in features)
-    yield Distribution("options", "Ways to meet the goals", "tasks", options, decades=True)
-    yield Distribution(
-        "objects", "Objects the task is about", "tasks", _sorted(each.objects for each in features)
-    )
+    lengths = (each.annotated_steps for each in features if each.annotated_steps)
+    yield Distribution("annotated_steps", "Steps of the annotated plan", "tasks", _sorted(lengths))
+    yield Distribution("goals", "Goals (conjuncts)", "tasks", _sorted(each.goals for each in features))
+    ground = _sorted(each.ground_goals for each in features)
+    yield Distribution("ground_goals", "Ground goals", "tasks", ground)
+    options = _sorted(each.goal_options for each in features)
+    yield Distribution("goal_options", "Ways to meet the goals", "tasks", options, decades=True)
+    objects = _sorted(each.objects for each in features)
+    yield Distribution("objects", "Objects the task is about", "tasks", objects)
 
 
 def _of_steps(tasks: Iterable[Task]) -> Iterator[Distribution]:

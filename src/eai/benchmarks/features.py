@@ -1,143 +1,162 @@
-"""Features of tasks: what each is like, whatever is answered, from its data set and its declaration alone."""
+"""What tasks are like, whatever is answered: all that a score may be set against."""
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from collections.abc import Iterator
+from dataclasses import dataclass
 from math import prod
 
-from eai.abilities.goal_interpretation.lexicon import GoalLexicon
 from eai.abilities.goal_test import GoalTest
-from eai.abilities.task import GoalKind, Task
-from eai.abilities.transition_modeling.task import TransitionTask
-from eai.abilities.verdict import Json
+from eai.abilities.task import Goal, GoalKind, Task
 from eai.benchmarks.benchmark import Benchmark
-from eai.benchmarks.source import Source
-from eai.logic.formula import Exactly, Exists, ForAll, Formula, ForPairs
-from eai.logic.options import choice_options, count_choice_options
-from eai.logic.traversal import walk
+from eai.logic.choice import Literal
+from eai.logic.formula import Atom, Exactly, Exists, ForAll, Formula, ForPairs, Not, Occurs
+from eai.logic.options import choice_options, count_options
+from eai.logic.traversal import children, walk
+from eai.world.domain import Domain
+from eai.world.operator import Operator
+from eai.world.relation import bits
+from eai.world.scene_objects import SceneObjects
 
-_QUANTIFIERS = (ForAll, Exists, Exactly, ForPairs)
 
-
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Features:
-    """What a task is like. The goals of a task are *conditions*, which may speak of objects in general.
+    """What one task is like.
 
-    They are *ground* where it is said which objects are meant: the first way to meet each, as goal
-    interpretation asks for it.
+    A *goal* is a part of the task's goal as plans are tested for it, which may speak of objects in general
+    ("every jar is open"). A *ground goal* is a condition on certain objects, as goal interpretation asks for
+    it: those of the first way to meet each goal, what stands in two of them twice.
 
     Attributes:
-        task: its id.
-        name: the name that tasks of a kind share.
-        plan_steps: how many steps the data set's own plan has; None if it has none.
-        operators: the distinct actions of that plan, sorted.
-        conditions: its goals.
-        state_conditions: those of single objects.
-        relation_conditions: those that speak of any relation.
-        action_conditions: those of actions to be taken.
-        quantified: those that speak of objects in general.
-        true_at_start: those that hold before anything is done.
-        ground_goals: ground conditions.
-        ground_states: those of one object.
-        ground_relations: those of two objects.
-        ground_actions: those of an action.
-        options: in how many ways the goals can be met.
-        objects: the objects that the task is about, the agent not counted.
-        object_categories: how many categories these have.
-        scene_objects: all objects of its scene, the agent included.
-        instruction_words: words of the instruction.
-        asked_operators: how many operators transition modeling asks for; None where it is not asked.
-        categories: the categories of the task in transition modeling, the more telling one first.
+        annotated_steps: how many steps the data set's own plan has; None if there is none.
+        annotated_operators: how many different operators it uses; likewise.
+        tool_steps: how many of its steps need a thing of some kind that they do not name: something to
+            slice with, a sink to soak in; likewise.
+        goals: how many goals it has.
+        state_goals: those that speak of states alone.
+        relation_goals: those that speak of relations.
+        action_goals: those that are actions to be taken.
+        quantified_goals: those that speak of objects in general.
+        goal_options: how many ways there are to choose one way to meet each goal.
+        ground_goals: how many ground goals it has.
+        ground_state_goals: those of one object.
+        ground_relation_goals: those of two objects.
+        ground_action_goals: those that are actions.
+        goals_at_start: how many goals hold before anything is done.
+        objects: how many objects the task is about.
+        object_categories: of how many categories they are.
+        initial_facts: how many changeable facts about them alone hold at the start.
+        instruction_words: how many words the instruction has.
     """
 
-    task: str
-    name: str
-    plan_steps: int | None
-    operators: tuple[str, ...]
-    conditions: int
-    state_conditions: int
-    relation_conditions: int
-    action_conditions: int
-    quantified: int
-    true_at_start: int
+    annotated_steps: int | None
+    annotated_operators: int | None
+    tool_steps: int | None
+    goals: int
+    state_goals: int
+    relation_goals: int
+    action_goals: int
+    quantified_goals: int
+    goal_options: int
     ground_goals: int
-    ground_states: int
-    ground_relations: int
-    ground_actions: int
-    options: int
+    ground_state_goals: int
+    ground_relation_goals: int
+    ground_action_goals: int
+    goals_at_start: int
     objects: int
     object_categories: int
-    scene_objects: int
+    initial_facts: int
     instruction_words: int
-    asked_operators: int | None
-    categories: tuple[str, ...]
-
-    def to_json(self) -> dict[str, Json]:
-        """The features as a flat row; several words in one field are separated by spaces."""
-        row: dict[str, Json] = {}
-        for field in fields(self):
-            value = getattr(self, field.name)
-            row[field.name] = " ".join(value) if isinstance(value, tuple) else value
-        return row
 
 
-def features_of(benchmark: Benchmark, source: Source) -> dict[str, Features]:
-    """Task id -> features, in the order of the data set.
+class FeatureBook:
+    """The features of the tasks of a benchmark; those of a task are found once.
 
-    Raises:
-        DataError: the data cannot be had.
+    Args:
+        benchmark: the benchmark.
     """
-    asked = benchmark.operators(source)
-    return {
-        task_id: _features(benchmark, task, asked.get(task_id))
-        for task_id, task in benchmark.tasks(source).items()
-    }
+
+    def __init__(self, benchmark: Benchmark) -> None:
+        self._benchmark = benchmark
+        self._tools = _with_tools(benchmark.domain)
+        self._known: dict[str, Features] = {}
+
+    def of(self, task: Task) -> Features:
+        """The features of a task."""
+        if task.id not in self._known:
+            self._known[task.id] = self._found(task)
+        return self._known[task.id]
+
+    def _found(self, task: Task) -> Features:
+        steps = [step.operator for step in task.script]
+        kinds = Counter(goal.kind for goal in task.goals)
+        ground = Counter(_kind(condition) for condition in self._conditions(task))
+        about = set(task.relevant)
+        return Features(
+            annotated_steps=len(steps) or None,
+            annotated_operators=len(set(steps)) or None,
+            tool_steps=sum(step in self._tools for step in steps) if steps else None,
+            goals=len(task.goals),
+            state_goals=kinds[GoalKind.STATE],
+            relation_goals=kinds[GoalKind.RELATION],
+            action_goals=kinds[GoalKind.ACTION],
+            quantified_goals=sum(map(_is_quantified, task.goals)),
+            goal_options=prod(count_options(goal.formula, SceneObjects(task.scene)) for goal in task.goals),
+            ground_goals=ground.total(),
+            ground_state_goals=ground[GoalKind.STATE],
+            ground_relation_goals=ground[GoalKind.RELATION],
+            ground_action_goals=ground[GoalKind.ACTION],
+            goals_at_start=sum(GoalTest(task).reached(task.initial, ())),
+            objects=len(about),
+            object_categories=len({task.scene.objects[i].category for i in about}),
+            initial_facts=_initial_facts(task),
+            instruction_words=len(task.instruction.split()),
+        )
+
+    def _conditions(self, task: Task) -> Iterator[Literal]:
+        """The ground goals of a task."""
+        for goal in self._benchmark.goals.alternatives(task):
+            yield from next(choice_options(goal.options), ())
 
 
-def _features(benchmark: Benchmark, task: Task, asked: TransitionTask | None) -> Features:
-    lexicon = GoalLexicon(task, benchmark.domain, benchmark.goals)
-    choices = [each.options for each in benchmark.goals.alternatives(task)]
-    ground = Counter(
-        lexicon.kind(lexicon.spelt(literal))
-        for choice in choices
-        for literal in next(choice_options(choice), ())
-    )
-    kinds = Counter(goal.kind for goal in task.goals)
-    relevant = [task.scene.objects[i] for i in task.relevant if i != task.scene.agent]
-    return Features(
-        task=task.id,
-        name=task.title,
-        plan_steps=len(task.script) or None,
-        operators=tuple(sorted({action.operator for action in task.script})),
-        conditions=len(task.goals),
-        state_conditions=kinds[GoalKind.STATE],
-        relation_conditions=kinds[GoalKind.RELATION],
-        action_conditions=kinds[GoalKind.ACTION],
-        quantified=sum(_is_quantified(goal.formula) for goal in task.goals),
-        true_at_start=sum(GoalTest(task).reached(task.initial, ())),
-        ground_goals=ground.total(),
-        ground_states=ground[GoalKind.STATE],
-        ground_relations=ground[GoalKind.RELATION],
-        ground_actions=ground[GoalKind.ACTION],
-        options=prod(map(count_choice_options, choices)),
-        objects=len(relevant),
-        object_categories=len({thing.category for thing in relevant}),
-        scene_objects=len(task.scene.objects),
-        instruction_words=len(task.instruction.split()),
-        asked_operators=None if asked is None else len(asked.operators),
-        categories=() if asked is None else tuple(each.value for each in asked.categories),
-    )
+def _kind(condition: Literal) -> GoalKind:
+    match condition.operand if isinstance(condition, Not) else condition:
+        case Occurs():
+            return GoalKind.ACTION
+        case Atom(_, (_, _)):
+            return GoalKind.RELATION
+        case _:
+            return GoalKind.STATE
 
 
-def _is_quantified(formula: Formula) -> bool:
-    return any(isinstance(part, _QUANTIFIERS) for part in walk(formula))
+def _is_quantified(goal: Goal) -> bool:
+    return any(isinstance(part, (ForAll, Exists, Exactly, ForPairs)) for part in walk(goal.formula))
 
 
-def by_name(features: Mapping[str, Features]) -> dict[str, list[Features]]:
-    """The features of the tasks of each name, in order of first mention."""
-    found: dict[str, list[Features]] = {}
-    for each in features.values():
-        found.setdefault(each.name, []).append(each)
-    return found
+def _initial_facts(task: Task) -> int:
+    about, state = sum(1 << i for i in set(task.relevant)), task.initial
+    told = [p for p in task.scene.vocabulary.predicates if p.visible and not p.static]
+    alone = sum((state.those(p.name) & about).bit_count() for p in told if p.arity == 1)
+    relations = [state.relation(p.name) for p in told if p.arity == 2]
+    return alone + sum((each.row(i) & about).bit_count() for each in relations for i in bits(about))
+
+
+def _with_tools(domain: Domain) -> frozenset[str]:
+    """The operators of which a check asks for a thing of some kind that the action does not name."""
+    kinds = {p.name for p in domain.vocabulary.predicates if p.static and p.arity == 1}
+    return frozenset(operator.name for operator in domain.operators if _needs_a_tool(operator, kinds))
+
+
+def _needs_a_tool(operator: Operator, kinds: set[str]) -> bool:
+    checks = [*operator.checks, *(check for each in operator.tries for check in each.checks)]
+    return any(_asks_for(check.condition, kinds) for check in checks)
+
+
+def _asks_for(formula: Formula, kinds: set[str]) -> bool:
+    """Whether there must be something of one of these kinds; what is denied is not asked for."""
+    if isinstance(formula, Not):
+        return False
+    if isinstance(formula, Exists):
+        return any(isinstance(part, Atom) and part.predicate in kinds for part in walk(formula.body))
+    return any(_asks_for(part, kinds) for part in children(formula))

@@ -15,8 +15,9 @@ from eai.abilities.protocol import Ability
 from eai.abilities.transition_modeling.task import Category, OperatorLibrary
 from eai.abilities.verdict import Json
 from eai.benchmarks.benchmark import Benchmark
-from eai.benchmarks.features import Features, by_name, features_of
+from eai.benchmarks.features import Features
 from eai.benchmarks.figure import Figure
+from eai.benchmarks.profiles import Profile, names_of, profiles_of
 from eai.benchmarks.source import Source
 from eai.logic.formula import Atom, Formula
 from eai.logic.traversal import walk
@@ -86,20 +87,20 @@ def table_of(benchmark: Benchmark, source: Source) -> StatTable:
 
 
 def _figures(benchmark: Benchmark, source: Source) -> Iterator[Figure]:
-    features = features_of(benchmark, source)
-    tasks = [each for each in features.values() if each.conditions]
-    idle = len(features) - len(tasks)
-    yield Figure("task names", len(by_name(features)), "distinct names that tasks share")
-    yield Figure("tasks", len(features), "the denominator of goal interpretation")
+    profiles = profiles_of(benchmark, source)
+    tasks = [each for each in profiles if each.features.goals]
+    idle = len(profiles) - len(tasks)
+    yield Figure("task names", len(names_of(profiles)), "distinct names that tasks share")
+    yield Figure("tasks", len(profiles), "the denominator of goal interpretation")
     yield Figure("instructions", len(tasks), f"tasks that have a goal; {idle} have none")
     yield from _suites(benchmark, source)
-    yield from _goals(tasks)
-    yield from _plans([each for each in tasks if each.plan_steps])
+    yield from _goals([each.features for each in tasks])
+    yield from _plans([each for each in tasks if each.features.annotated_steps])
     yield from _objects(tasks)
     asked = benchmark.operators(source)
     if asked:
         yield from _operators(next(iter(asked.values())).domain)
-        yield from _categories(features.values())
+        yield from _categories(profiles)
 
 
 def _suites(benchmark: Benchmark, source: Source) -> Iterator[Figure]:
@@ -113,11 +114,13 @@ def _suites(benchmark: Benchmark, source: Source) -> Iterator[Figure]:
 def _goals(tasks: Sequence[Features]) -> Iterator[Figure]:
     first = "in the first way to meet each goal"
     ground = sum(each.ground_goals for each in tasks)
-    conditions = sum(each.conditions for each in tasks)
+    conditions = sum(each.goals for each in tasks)
     yield Figure("goals", ground, f"ground conditions {first}, as goal interpretation counts them")
-    yield Figure("state goals", sum(each.ground_states for each in tasks), f"of one object, {first}")
-    yield Figure("relation goals", sum(each.ground_relations for each in tasks), f"of two objects, {first}")
-    yield Figure("action goals", sum(each.ground_actions for each in tasks), "actions to be taken")
+    yield Figure("state goals", sum(each.ground_state_goals for each in tasks), f"of one object, {first}")
+    yield Figure(
+        "relation goals", sum(each.ground_relation_goals for each in tasks), f"of two objects, {first}"
+    )
+    yield Figure("action goals", sum(each.ground_action_goals for each in tasks), "actions to be taken")
     yield Figure(
         "ground goals per task", _mean(each.ground_goals for each in tasks), f"{ground} / {len(tasks)}"
     )
@@ -127,11 +130,11 @@ def _goals(tasks: Sequence[Features]) -> Iterator[Figure]:
         "conjuncts of the goals, as action sequencing and subgoal decomposition count them",
     )
     yield Figure(
-        "goal conditions per task", _mean(each.conditions for each in tasks), f"{conditions} / {len(tasks)}"
+        "goal conditions per task", _mean(each.goals for each in tasks), f"{conditions} / {len(tasks)}"
     )
-    quantified = sum(each.quantified for each in tasks)
+    quantified = sum(each.quantified_goals for each in tasks)
     yield Figure("quantified conditions", quantified, "conjuncts that speak of objects in general")
-    options = [each.options for each in tasks]
+    options = [each.goal_options for each in tasks]
     only_one = sum(number == 1 for number in options)
     yield Figure(
         "goal options per task",
@@ -142,9 +145,9 @@ def _goals(tasks: Sequence[Features]) -> Iterator[Figure]:
     yield Figure("goal options, median", median(options or [0]), "half of the tasks have no more")
 
 
-def _plans(tasks: Sequence[Features]) -> Iterator[Figure]:
+def _plans(tasks: Sequence[Profile]) -> Iterator[Figure]:
     """The figures of those tasks that the data set has a plan of."""
-    steps = [each.plan_steps or 0 for each in tasks]
+    steps = [each.features.annotated_steps or 0 for each in tasks]
     yield Figure("trajectories", len(steps), "annotated plans of the instructions")
     if not steps:
         return
@@ -152,20 +155,21 @@ def _plans(tasks: Sequence[Features]) -> Iterator[Figure]:
     yield Figure("steps per trajectory", _mean(steps), f"{sum(steps):,} steps / {len(steps)} plans")
     yield Figure("fewest steps", min(steps), "of the shortest plan")
     yield Figure("most steps", max(steps), "of the longest plan")
-    long = [each for each in tasks if (each.plan_steps or 0) > LONG]
+    long = [each for each in tasks if (each.features.annotated_steps or 0) > LONG]
     share = round(100 * len(long) / len(steps), 2)
     yield Figure(f"percent longer than {LONG}", share, f"{len(long)} of {len(steps)} plans")
-    names = {each.name for each in long}
-    yield Figure(f"names with one longer than {LONG}", len(names), "task names with at least one such plan")
+    yield Figure(
+        f"names with one longer than {LONG}", len(names_of(long)), "task names with at least one such plan"
+    )
     actions = {name for each in tasks for name in each.operators}
     yield Figure("actions", len(actions), "distinct ones in those plans")
 
 
-def _objects(tasks: Sequence[Features]) -> Iterator[Figure]:
+def _objects(tasks: Sequence[Profile]) -> Iterator[Figure]:
     yield Figure(
         "objects per task",
-        _mean(each.objects for each in tasks),
-        "that the task is about, the agent not counted",
+        _mean(each.features.objects for each in tasks),
+        "that the task is about",
     )
     yield Figure("objects per scene", _mean(each.scene_objects for each in tasks), "all, the agent included")
 
@@ -188,8 +192,8 @@ def _operators(library: OperatorLibrary) -> Iterator[Figure]:
         )
 
 
-def _categories(features: Iterable[Features]) -> Iterator[Figure]:
-    asked = [each for each in features if each.asked_operators is not None]
+def _categories(profiles: Iterable[Profile]) -> Iterator[Figure]:
+    asked = [each for each in profiles if each.asked_operators is not None]
     tasks = Counter(category for each in asked for category in each.categories)
     most = max(len(each.categories) for each in asked)
     for category in (each.value for each in Category if tasks[each.value]):

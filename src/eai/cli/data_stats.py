@@ -11,7 +11,7 @@ from rich.table import Table
 from eai.abilities.verdict import Json
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.distributions import distributions
-from eai.benchmarks.features import features_of
+from eai.benchmarks.profiles import profiles_of
 from eai.benchmarks.source import Source
 from eai.benchmarks.statistics import StatRow, StatTable
 from eai.cli.console import output
@@ -46,7 +46,7 @@ def _number(value: float | None) -> str:
 
 def write_tasks(benchmark: Benchmark, source: Source, out: Path) -> Path:
     """Write what each task is like, a line a task."""
-    rows = [each.to_json() for each in features_of(benchmark, source).values()]
+    rows = [each.to_json() for each in profiles_of(benchmark, source)]
     return _write_csv(out / f"{benchmark.name}-tasks.csv", rows)
 
 
