@@ -16,7 +16,13 @@ import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from statistics import fmean, quantiles
+from typing import NamedTuple
 
+import numpy as np
+
+from eai.analysis.correlation import rank_correlation
+from eai.analysis.logit import fit_logit
+from eai.analysis.table import Estimate
 from eai.metrics import deviation
 from eai.metrics.certainty import (
     Case,
@@ -29,9 +35,11 @@ from eai.metrics.certainty import (
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "tests"))
 
+from metrics.near_copies import SIZES as NAME_SIZES
 from metrics.near_copies import expected_f1, matches, successes
 
 DRAWS = 200
+MODELS = 9
 RATES = (0.01, 0.02, 0.05, 0.1, 0.17, 0.25, 0.5, 0.75, 0.83, 0.9, 0.95, 0.98, 0.99)
 PAIRS = ((0.01, 0.1), (0.05, 0.2), (0.3, 0.5), (0.5, 0.5), (0.8, 0.95), (0.97, 0.99))
 
@@ -109,6 +117,65 @@ def main() -> None:
         ]
         intervals = [each.interval for each in found if each is not None]
         print(f"{pair[0]} to {pair[1]}".ljust(16), cell(intervals, 100 * (pair[1] - pair[0])))
+    effects(samples)
+
+
+def effects(samples: int) -> None:
+    """Print how often log odds and rank correlations are held, in hundredths, of two cofactors of tasks.
+
+    Nine models answer. Chances of success and cofactors are alike within a name; the truth is that of 20,000
+    tasks.
+    """
+    whole = answers(seeded("effects"), [1] * 20_000)
+    odds, rho = log_odds(whole), correlation(whole)
+    for title, sizes in (("26 names", NAME_SIZES), ("100 tasks", [1] * 100)):
+        generator = seeded(f"effects/{title}")
+        runs = [answers(generator, sizes) for _ in range(samples)]
+        pairs = (("log odds", log_odds, odds), ("rank correlation", correlation, rho))
+        for name, estimate, truth in pairs:
+            found = [estimate(run) for run in runs]
+            intervals = [
+                Interval(100 * (e.low or 0), 100 * (e.high or 0)) for e in found if e.low is not None
+            ]
+            print(f"{name}, {title}".ljust(28), cell(intervals, 100 * (truth.value or 0)))
+
+
+class Answer(NamedTuple):
+    """A made-up answer: its name, its task, who answered, the task's cofactor, whether it succeeds."""
+
+    name: str
+    task: str
+    model: int
+    cofactor: float
+    success: bool
+
+
+def answers(generator: random.Random, sizes: Sequence[int]) -> list[Answer]:
+    """Answers of models of different ability to tasks of names of these sizes."""
+    found = []
+    for name, size in enumerate(sizes):
+        hardness, shared = generator.gauss(0, 2), generator.gauss(0, 1)
+        for task in range(size):
+            cofactor = math.sqrt(0.7) * shared + math.sqrt(0.3) * generator.gauss(0, 1)
+            for model in range(MODELS):
+                score = (model - MODELS // 2) / 3 - cofactor + hardness
+                success = generator.random() < 1 / (1 + math.exp(-score))
+                found.append(Answer(str(name), f"{name}/{task}", model, cofactor, success))
+    return found
+
+
+def log_odds(run: Sequence[Answer]) -> Estimate:
+    """The effect of the cofactor, as the adjusted table has it."""
+    columns = np.array([[e.cofactor, *(float(e.model == m) for m in range(MODELS))] for e in run])
+    found = fit_logit(columns, np.array([float(e.success) for e in run]), [e.name for e in run])
+    return Estimate(None) if found is None else Estimate(found[0].value, found[0].low, found[0].high)
+
+
+def correlation(run: Sequence[Answer]) -> Estimate:
+    """The rank correlation of one model's success with the cofactor."""
+    of_model = [each for each in run if each.model == MODELS // 2]
+    names = [each.name for each in of_model]
+    return rank_correlation([float(e.success) for e in of_model], [e.cofactor for e in of_model], names)
 
 
 def seeded(name: str) -> random.Random:

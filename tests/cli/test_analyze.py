@@ -1,6 +1,9 @@
 from __future__ import annotations
 
+import sys
 from pathlib import Path
+
+import pytest
 
 from cli.conftest import Command
 from report.samples import action_run, goal_run, write_runs
@@ -17,3 +20,24 @@ def test_tables_have_the_same_bytes_each_time(eai: Command, tmp_path: Path) -> N
     assert {file.name for file in (tmp_path / "one").iterdir()} == {
         f"{name}.csv" for name in ("answers", "steps", "goals", "atoms", "clauses")
     }
+
+
+def test_cofactors_have_the_same_bytes_each_time(eai: Command, tmp_path: Path) -> None:
+    pytest.importorskip("scipy")
+    runs = write_runs(tmp_path / "runs", [action_run("first"), action_run("second"), goal_run()])
+    for folder in ("one", "two"):
+        outcome = eai("analyze", "cofactors", runs, "--out", tmp_path / folder, "--bins", "5")
+        assert (outcome.status, outcome.err) == (0, "")
+    written = sorted((tmp_path / "one").iterdir())
+    assert [file.read_bytes() for file in written] == [
+        (tmp_path / "two" / file.name).read_bytes() for file in written
+    ]
+    assert {"cofactors.md", "cofactors.json", "curves.csv", "by_action.csv"} < {file.name for file in written}
+
+
+def test_a_missing_extra_is_one_line(eai: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    runs = write_runs(tmp_path / "runs", [action_run("first"), action_run("second")])
+    monkeypatch.setitem(sys.modules, "numpy", None)
+    outcome = eai("analyze", "cofactors", runs, "--out", tmp_path / "out")
+    assert outcome.status == 2
+    assert outcome.err == "eai: this analysis needs numpy: pip install 'embodied-agent-interface[analysis]'\n"

@@ -17,6 +17,7 @@ from typing import TypeAlias, get_type_hints
 
 from eai.abilities.verdict import Json
 from eai.analysis.lines import Line
+from eai.analysis.suites import MODEL, SUITE, TOGETHER, SuiteKey
 from eai.errors import EaiError, InputError
 from eai.metrics.certainty import Cases, certainty_of_rate
 from eai.metrics.rate import rate_of
@@ -208,14 +209,36 @@ def _json_cell(cell: Cell) -> Json:
 def _markdown(name: str, tables: Sequence[Table], remarks: Sequence[str]) -> str:
     lines = [f"# {name.capitalize()}", "", *(line for remark in remarks for line in (remark, ""))]
     for table in tables:
-        lines += [f"## {table.title}", "", table.definition, ""]
-        if table.rows:
-            lines += [_row(table.columns), "|" + "---|" * len(table.columns)]
-            lines += [_row([_told(cell) for cell in row]) for row in table.rows]
-        else:
-            lines.append("Nothing.")
-        lines.append("")
+        lines += [f"## {table.title}", "", table.definition, *_rest(table), ""]
+        for suite, rows in _shown(table).items():
+            if suite is not None:
+                lines += [f"### {suite}", ""]
+            columns = table.columns if suite is None else table.columns[len(SUITE) :]
+            lines += [_row(columns), "|" + "---|" * len(columns)]
+            lines += [_row([_told(cell) for cell in row[-len(columns) :]]) for row in rows]
+            lines.append("")
+        if not table.rows:
+            lines += ["Nothing.", ""]
     return "\n".join(lines)
+
+
+def _shown(table: Table) -> dict[SuiteKey | None, list[tuple[Cell, ...]]]:
+    """The rows that a reader is shown by suite: where models stand together, those, else all."""
+    place = table.columns.index(MODEL) if MODEL in table.columns else None
+    rows = list(table.rows)
+    if place is not None and any(row[place] == TOGETHER for row in rows):
+        rows = [row for row in rows if row[place] == TOGETHER]
+    shown: dict[SuiteKey | None, list[tuple[Cell, ...]]] = {}
+    for row in rows:
+        suite = SuiteKey(*map(str, row[: len(SUITE)])) if table.columns[: len(SUITE)] == SUITE else None
+        shown.setdefault(suite, []).append(row)
+    return shown
+
+
+def _rest(table: Table) -> Iterator[str]:
+    shown = sum(map(len, _shown(table).values()))
+    if shown < len(table.rows):
+        yield f"The figures of each model are in `{table.name}.csv`."
 
 
 def _row(cells: Iterable[str]) -> str:

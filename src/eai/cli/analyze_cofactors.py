@@ -1,0 +1,54 @@
+"""``eai analyze cofactors``: what success depends on."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from eai.analysis.cofactors import cofactor_tables
+from eai.analysis.suites import Measure
+from eai.analysis.table import Table, write_tables
+from eai.cli.analyzed import Figures, Plots, Records, draw_figures, say, tables_of, with_extra
+from eai.cli.data import DataFolder
+from eai.report import plot_cofactors
+
+
+def cofactors(
+    records: Records,
+    out: Annotated[Path, typer.Option(help="The folder for the results.")],
+    bins: Annotated[
+        int, typer.Option(min=1, help="How many lengths of annotated plans stand together.")
+    ] = 10,
+    measure: Annotated[Measure, typer.Option(help="What features of tasks are set against.")] = Measure.SCORE,
+    plots: Plots = True,
+    data: DataFolder = None,
+) -> None:
+    """Set success against what tasks are like, and say what is left of each feature beside the others.
+
+    Example: eai analyze cofactors scores --out cofactors
+    """
+    tables = tables_of(records, data)
+    with with_extra():
+        found = cofactor_tables(tables, width=bins, measure=measure)
+    write_tables(out, "cofactors", found)
+    drawn = draw_figures(_figures(found, measure), out) if plots else 0
+    say(found, drawn, out)
+
+
+def _figures(found: list[Table], measure: Measure) -> Figures:
+    adjusted, _, curves, by_action, by_predicate = found
+    label = f"{measure.value}, percent"
+    for suite, rows in plot_cofactors.rows_of(curves).items():
+        yield f"curves-{suite.file_name}", plot_cofactors.draw_curves(rows, label)
+    for suite, rows in plot_cofactors.rows_of(adjusted).items():
+        yield f"adjusted-{suite.file_name}", plot_cofactors.draw_effects(rows)
+    for suite, rows in plot_cofactors.rows_of(by_action).items():
+        figure = plot_cofactors.draw_names(rows, "action", "executed", "executed of the steps tried")
+        yield f"by_action-{suite.file_name}", figure
+    for suite, rows in plot_cofactors.rows_of(by_predicate).items():
+        figure = plot_cofactors.draw_names(
+            rows, "predicate", "reached", "reached of the goals that mention it"
+        )
+        yield f"by_predicate-{suite.file_name}", figure
