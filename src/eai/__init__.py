@@ -21,6 +21,8 @@ if TYPE_CHECKING:
     from eai.benchmarks.source import Source, given
     from eai.benchmarks.suite import Suite
     from eai.errors import DataError, DomainError, EaiError, InputError, ParseError
+    from eai.scoring.reward import Grade, Reward, reward
+    from eai.scoring.shaping import Shaping
 
 __version__ = "0.1.0"
 
@@ -32,9 +34,12 @@ _PLACES = {
     "EaiError": "eai.errors",
     "Goal": "eai.abilities.task",
     "GoalKind": "eai.abilities.task",
+    "Grade": "eai.scoring.reward",
     "InputError": "eai.errors",
     "ParseError": "eai.errors",
     "Protocol": "eai.abilities.protocol",
+    "Reward": "eai.scoring.reward",
+    "Shaping": "eai.scoring.shaping",
     "Source": "eai.benchmarks.source",
     "Suite": "eai.benchmarks.suite",
     "Task": "eai.abilities.task",
@@ -43,6 +48,7 @@ _PLACES = {
     "goal": "eai.abilities.task",
     "make_task": "eai.abilities.task",
     "registered": "eai.benchmarks.registry",
+    "reward": "eai.scoring.reward",
 }
 """The public names -> the modules that define them."""
 
@@ -54,9 +60,12 @@ __all__ = [
     "EaiError",
     "Goal",
     "GoalKind",
+    "Grade",
     "InputError",
     "ParseError",
     "Protocol",
+    "Reward",
+    "Shaping",
     "Source",
     "Suite",
     "Task",
@@ -66,6 +75,7 @@ __all__ = [
     "make_task",
     "open",
     "registered",
+    "reward",
 ]
 
 

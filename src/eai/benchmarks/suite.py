@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 
+from eai.abilities.declarations import DECLARATIONS
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.record import TaskFeatures
 from eai.abilities.scorer import Scorer
@@ -15,6 +16,7 @@ from eai.benchmarks.benchmark import Benchmark, Form, FormOf, no_form
 from eai.benchmarks.registry import find_benchmark, registered
 from eai.benchmarks.scorers import open_scorers
 from eai.benchmarks.source import Source
+from eai.benchmarks.task_reference import TaskReference
 from eai.data.progress import silent
 from eai.errors import InputError
 
@@ -47,10 +49,25 @@ class Suite:
     reopen: Callable[..., Suite] | None = field(default=None, repr=False)
     source: Source = field(default_factory=Source)
 
+    def __reduce__(self) -> tuple[Callable[..., Suite], tuple[()]]:
+        """A suite is pickled as how it is opened, by name: a declaration holds functions, which are not."""
+        if self.reopen is None or not self.benchmark.reference:
+            raise InputError(f"{self.domain}: only what is opened by name or module:object can be pickled")
+        return self.reopen, ()
+
     @property
     def domain(self) -> str:
         """The name of the benchmark, as records have it."""
         return self.benchmark.name
+
+    @property
+    def has_plans(self) -> bool:
+        """Whether answers are carried out: plans and subgoals."""
+        return DECLARATIONS[self.ability].has_plans
+
+    def reference(self, task_id: str) -> str:
+        """A task as `eai.reward` takes it, such as ``virtualhome/action_sequencing/27_2``."""
+        return str(TaskReference(self.benchmark.reference or self.domain, self.ability, task_id))
 
     def over(self, answers: Sequence[str]) -> Suite:
         """The suite as it scores these answers together: the form of all may decide how each is read."""

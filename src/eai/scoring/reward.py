@@ -1,0 +1,180 @@
+"""Rewards: what an answer is worth to a training loop, and why."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cache, partial
+
+from eai.abilities.goal_test import GoalTest
+from eai.abilities.protocol import Ability, Protocol, member, protocol_of
+from eai.abilities.verdict import ErrorReport, Verdict
+from eai.benchmarks.source import Source
+from eai.benchmarks.suite import DEFAULT_PROTOCOL, Suite, open_suite
+from eai.benchmarks.task_reference import TaskReference
+from eai.pddl.planning import PlannerChoice
+from eai.scoring.shaping import Merit, Shaping, merit
+from eai.world.fault import FaultKind
+
+METRICS = ("success", "progress", "faults", *(f"fault.{kind.value}" for kind in FaultKind))
+"""The names of what is measured beside a reward, in order; the same for every ability."""
+
+
+@dataclass(frozen=True, slots=True)
+class Grade:
+    """What one answer is worth, and why.
+
+    Attributes:
+        value: the reward, between 0 and 1; None where nothing is to be earned, whatever the answer.
+        metrics: numbers to watch, which are not part of the reward, under the names of `METRICS`: ``success``
+            (0 or 1), ``progress`` (0 to 1), ``faults`` and ``fault.KIND`` (how many, in all and of a kind of
+            the paper's). All 0 where nothing is to be earned.
+        verdict: the verdict.
+    """
+
+    value: float | None
+    metrics: Mapping[str, float]
+    verdict: Verdict
+
+
+LIMIT = 10_000
+"""How long answers are that are read, in characters; the longest of some 25,000 that we know has 9,651."""
+
+
+class Reward:
+    """The reward of a suite: a pure function of task and text, for one answer or many.
+
+    It may be called from any number of threads, and is pickled as the suite is: by name. Operators are
+    compared with the gold ones and never given to a planner, which takes seconds and which operators without
+    preconditions satisfy.
+
+    Args:
+        suite: the tasks. Under another protocol than ``strict`` what is promised of rewards need not hold.
+        shaping: what an answer is paid for: ``success``, ``goals``, ``progress`` or ``diagnosis``.
+        limit: the longest answer that is read, in characters; what is longer is unreadable, so that no text
+            takes long. Separate a model's reasoning from its answer first.
+
+    Raises:
+        InputError: there is no such shaping.
+    """
+
+    def __init__(self, suite: Suite, shaping: Shaping | str = Shaping.SUCCESS, *, limit: int = LIMIT) -> None:
+        self.suite = _without_planner(suite)
+        self.shaping = member(Shaping, shaping, "shaping")
+        self.limit = limit
+        self._at_start: dict[str, tuple[bool, ...]] = {}
+
+    def __reduce__(self) -> tuple[Callable[..., Reward], tuple[Suite, Shaping]]:
+        return partial(Reward, limit=self.limit), (self.suite, self.shaping)
+
+    def __call__(self, task_id: str, text: str) -> float | None:
+        """What an answer is worth, from 0 to 1; None where nothing is to be earned, whatever the answer.
+
+        Raises:
+            InputError: there is no such task.
+        """
+        earned = self._merit(task_id, self._verdict(task_id, text))
+        return None if earned is None else earned.worth(self.shaping)
+
+    def batch(self, task_ids: Sequence[str], texts: Sequence[str]) -> list[float | None]:
+        """What each answer is worth, in order.
+
+        Raises:
+            InputError: there is no such task.
+            ValueError: there are more of the one than of the other.
+        """
+        return [self(task_id, text) for task_id, text in zip(task_ids, texts, strict=True)]
+
+    def grade(self, task_id: str, text: str) -> Grade:
+        """What an answer is worth, with metrics and verdict.
+
+        Raises:
+            InputError: there is no such task.
+        """
+        verdict = self._verdict(task_id, text)
+        earned = self._merit(task_id, verdict)
+        if earned is None:
+            return Grade(None, dict.fromkeys(METRICS, 0.0), verdict)
+        return Grade(earned.worth(self.shaping), _metrics(earned), verdict)
+
+    def _verdict(self, task_id: str, text: str) -> Verdict:
+        if len(text) <= self.limit:
+            return self.suite.score(task_id, text)
+        too_long = ErrorReport(FaultKind.PARSING, None, f"it is longer than {self.limit:,} characters")
+        return replace(self.suite.score(task_id, ""), error=too_long)
+
+    def _merit(self, task_id: str, verdict: Verdict) -> Merit | None:
+        return merit(verdict, self._reached_at_start(task_id) if self.suite.has_plans else ())
+
+    def _reached_at_start(self, task_id: str) -> tuple[bool, ...]:
+        """For each goal, in order, whether it is reached where nothing is done."""
+        found = self._at_start.get(task_id)
+        if found is None:
+            task = self.suite.tasks[task_id]
+            found = self._at_start[task_id] = GoalTest(task).reached(task.initial, ())
+        return found
+
+
+def reward(
+    task: str,
+    text: str,
+    shaping: Shaping | str = Shaping.SUCCESS,
+    *,
+    protocol: Protocol | str = DEFAULT_PROTOCOL,
+) -> float | None:
+    """What an answer is worth, from 0 to 1; None where nothing is to be earned, whatever the answer.
+
+    Suites are opened at first use and kept, so that this may be called for every answer of a training run.
+
+    Args:
+        task: benchmark, ability and id, as ``lamps:lamps/action_sequencing/light``; see `Suite.reference`.
+        text: the answer.
+        shaping: what it is paid for: ``success``, ``goals``, ``progress`` or ``diagnosis``.
+        protocol: the rules for scoring.
+
+    Raises:
+        InputError: there is no such task or shaping.
+        DataError: the data cannot be had.
+    """
+    found = TaskReference.parse(task)
+    return reward_of(found, shaping, protocol)(found.task_id, text)
+
+
+def reward_of(
+    task: TaskReference, shaping: Shaping | str = Shaping.SUCCESS, protocol: Protocol | str = DEFAULT_PROTOCOL
+) -> Reward:
+    """The reward of the suite that a task is of, opened once.
+
+    Raises:
+        InputError: there is no such suite or shaping.
+        DataError: the data cannot be had.
+    """
+    return _opened(task.benchmark, task.ability, member(Shaping, shaping, "shaping"), protocol_of(protocol))
+
+
+@cache
+def _opened(benchmark: str, ability: Ability, shaping: Shaping, protocol: Protocol) -> Reward:
+    return Reward(_suite(benchmark, ability, protocol), shaping)
+
+
+@cache
+def _suite(benchmark: str, ability: Ability, protocol: Protocol) -> Suite:
+    return open_suite(benchmark, ability, protocol, source=Source(planner=PlannerChoice.NONE))
+
+
+def _without_planner(suite: Suite) -> Suite:
+    """The suite opened so that no planner judges operators."""
+    planned = suite.ability is Ability.TRANSITION_MODELING and suite.source.planner is not PlannerChoice.NONE
+    if not planned or suite.reopen is None:
+        return suite
+    return suite.reopen(source=replace(suite.source, planner=PlannerChoice.NONE))
+
+
+def _metrics(earned: Merit) -> dict[str, float]:
+    faults = {f"fault.{kind.value}": float(earned.faults.get(kind, 0)) for kind in FaultKind}
+    return {
+        "success": float(earned.success),
+        "progress": earned.gain,
+        "faults": sum(faults.values()),
+        **faults,
+    }

@@ -1,0 +1,180 @@
+"""What answers are worth: the shapings of a reward, as functions of what a verdict says.
+
+All that an answer is worth lies between 0 and 1, and these hold of every answer (``docs/training.md`` has the
+definitions, and what they keep a policy from learning):
+
+    success <= goals <= progress        diagnosis <= progress        a success has progress 1
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from enum import Enum
+
+from typing_extensions import assert_never
+
+from eai.abilities.share import add
+from eai.abilities.transition_modeling.report import OperatorReport, OperatorStatus
+from eai.abilities.verdict import (
+    ALL,
+    Confusion,
+    GoalVerdict,
+    OperatorVerdict,
+    PlanVerdict,
+    SubgoalVerdict,
+    Verdict,
+)
+from eai.pddl.offence import Offence
+from eai.world.fault import FaultKind
+
+
+class Shaping(str, Enum):
+    """What an answer is paid for."""
+
+    SUCCESS = "success"
+    """1 for an answer that is right as a whole, else 0."""
+    GOALS = "goals"
+    """What it gains, if no error ended it; else 0."""
+    PROGRESS = "progress"
+    """What it gains, up to the error that ended it if one did."""
+    DIAGNOSIS = "diagnosis"
+    """``progress`` divided by one more than the number of faults that were diagnosed."""
+
+
+@dataclass(frozen=True, slots=True)
+class Merit:
+    """What a verdict says that an answer may be paid for.
+
+    Attributes:
+        gain: for plans and subgoals the goals gained, of all that there are to gain; for interpretations of
+            goals and for operators F1. Between 0 and 1.
+        success: whether the answer is right as a whole, which takes a gain of 1.
+        ended: whether an error ended it.
+        faults: how often each kind of fault was diagnosed; kinds that were not are left out.
+    """
+
+    gain: float
+    success: bool
+    ended: bool
+    faults: Mapping[FaultKind, int]
+
+    def worth(self, shaping: Shaping) -> float:
+        """What the answer is paid."""
+        match shaping:
+            case Shaping.SUCCESS:
+                return float(self.success)
+            case Shaping.GOALS:
+                return 0.0 if self.ended else self.gain
+            case Shaping.PROGRESS:
+                return self.gain
+            case Shaping.DIAGNOSIS:
+                return self.gain / (1 + sum(self.faults.values()))
+            case _:
+                assert_never(shaping)
+
+
+def merit(verdict: Verdict, at_start: Sequence[bool] = ()) -> Merit | None:
+    """What an answer may be paid for, or None where there is nothing to earn.
+
+    Nothing is to be earned in a task that is in no statistics, that asks for nothing, or all of whose goals
+    hold before anything is done.
+
+    Args:
+        verdict: the verdict on the answer.
+        at_start: for each goal of the task, in order, whether it is reached where nothing is done.
+    """
+    if verdict.excluded is not None:
+        return None
+    match verdict:
+        case PlanVerdict():
+            return _of_trajectory(verdict, at_start)
+        case GoalVerdict():
+            strangers = len(verdict.hallucinated) + verdict.ill_formed
+            return _of_parts(
+                verdict, (verdict.counts or {}).get(ALL, _NONE), strangers, _faults_of_goals(verdict)
+            )
+        case OperatorVerdict():
+            sides = (verdict.counts or {}).values()
+            counts = add([side.get(ALL) or add(side.values()) for side in sides])
+            return _of_parts(verdict, counts, 0, _faults_of_operators(verdict.operators))
+        case _:
+            raise TypeError(f"{type(verdict).__name__} is the verdict of no ability")
+
+
+_NONE = Confusion(0, 0, 0)
+
+
+def _of_trajectory(verdict: PlanVerdict, at_start: Sequence[bool]) -> Merit | None:
+    """Of what is carried out: a goal that holds at the start earns nothing, and costs one if it is undone."""
+    held = sum(at_start)
+    to_gain = len(at_start) - held
+    if not to_gain:
+        return None
+    gained = max(0, sum(verdict.goals_satisfied) - held)
+    return Merit(
+        gain=gained / to_gain,
+        success=bool(verdict.success) and gained == to_gain,
+        ended=not verdict.executable,
+        faults=_faults_on_the_way(verdict),
+    )
+
+
+def _of_parts(
+    verdict: Verdict, counts: Confusion, strangers: int, faults: Mapping[FaultKind, int]
+) -> Merit | None:
+    """Of what is compared part by part; what means nothing (``strangers``) is as wrong as what is not so."""
+    hit, extra, missed = counts
+    if not hit + missed:
+        return None
+    ended = verdict.error is not None
+    if verdict.error is not None:
+        faults = Counter(faults) + Counter((verdict.error.kind,))
+    return Merit(
+        gain=2 * hit / (2 * hit + extra + strangers + missed),
+        success=not extra and not missed and not faults,
+        ended=ended,
+        faults=faults,
+    )
+
+
+def _faults_on_the_way(verdict: PlanVerdict) -> Counter[FaultKind]:
+    """The error that ended it, and additional steps; of subgoals all errors of the way that is reported."""
+    if isinstance(verdict, SubgoalVerdict) and verdict.errors:
+        return Counter(verdict.errors)
+    faults = Counter({FaultKind.ADDITIONAL_STEP: verdict.additional_steps or 0})
+    if verdict.error is not None:
+        faults[verdict.error.kind] += 1
+    return +faults
+
+
+def _faults_of_goals(verdict: GoalVerdict) -> Counter[FaultKind]:
+    """Goals that lack a part, and those that name what there is not."""
+    return +Counter(
+        {FaultKind.PARSING: verdict.ill_formed, FaultKind.HALLUCINATION: len(verdict.hallucinated)}
+    )
+
+
+def _faults_of_operators(reports: Sequence[OperatorReport]) -> Counter[FaultKind]:
+    """Operators that cannot be read or were not asked for, and what is wrong with the others."""
+    faults = Counter([_STATUS_FAULTS[r.status] for r in reports if r.status in _STATUS_FAULTS])
+    for report in reports:
+        if report.status is OperatorStatus.COMPARED:
+            faults.update([_OFFENCE_FAULTS.get(f.offence, FaultKind.PARSING) for f in report.offences])
+    return faults
+
+
+_STATUS_FAULTS = {
+    OperatorStatus.UNREADABLE: FaultKind.PARSING,
+    OperatorStatus.HALLUCINATED: FaultKind.HALLUCINATION,
+}
+_OFFENCE_FAULTS = {
+    Offence.UNKNOWN_PREDICATE: FaultKind.HALLUCINATION,
+    Offence.UNKNOWN_TYPE: FaultKind.HALLUCINATION,
+    Offence.UNBOUND_VARIABLE: FaultKind.HALLUCINATION,
+    Offence.UNDECLARED_CONSTANT: FaultKind.HALLUCINATION,
+    Offence.WRONG_ARITY: FaultKind.ARGUMENT_NUMBER,
+    Offence.WRONG_ARGUMENT_TYPE: FaultKind.AFFORDANCE,
+}
+"""What an offence of an operator is in the taxonomy of plans; any other is one of writing."""

@@ -1,0 +1,464 @@
+"""Rewards: bounded, ordered, and not to be had for nothing, over all actions of four worlds."""
+
+from __future__ import annotations
+
+import json
+import pickle
+from collections.abc import Sequence
+from functools import cache
+from importlib.util import module_from_spec, spec_from_file_location
+from pathlib import Path
+
+import pytest
+from hypothesis import HealthCheck, settings
+from hypothesis import given as drawn
+from hypothesis import strategies as st
+
+import eai
+from eai import Ability, Benchmark, InputError, Suite, Task, given, make_task
+from eai.abilities.goal_test import GoalTest
+from eai.abilities.verdict import (
+    Confusion,
+    ErrorReport,
+    GoalVerdict,
+    OperatorVerdict,
+    PlanVerdict,
+    SubgoalCategory,
+    SubgoalVerdict,
+    Verdict,
+)
+from eai.benchmarks.gold_answers import open_answer_book
+from eai.benchmarks.task_reference import TaskReference
+from eai.data.store import Store
+from eai.pddl.planning import PlannerOutcome
+from eai.planning.successor_generator import applicable_actions
+from eai.scoring.reward import METRICS, Reward, reward_of
+from eai.scoring.shaping import Shaping, merit
+from eai.world import Action, Constant, Episode, State
+from eai.world.fault import FaultKind
+from threading_tests import asked_by_threads
+from world import toy
+
+ALL = tuple(Shaping)
+LAMPS = Path(__file__).parents[2] / "examples" / "lamps" / "lamps.py"
+HOUSEHOLDS = ("virtualhome", "behavior")
+WORLDS = ("toy", "lamps", *HOUSEHOLDS)
+FEW = settings(deadline=None, max_examples=30, suppress_health_check=[HealthCheck.function_scoped_fixture])
+
+
+def toy_benchmark() -> Benchmark:
+    """A lamp to be lit and a box to be moved, beside one that is where it should be."""
+    red, blue, shed, lamp = map(Constant, ("red", "blue", "shed", "lamp"))
+    goals = (toy.lit(lamp), toy.at(red, shed), toy.at(blue, shed))
+    return Benchmark("toy", toy.DOMAIN, given(make_task("tidy", "Light up, tidy.", toy.initial(), *goals)))
+
+
+def lamps_benchmark() -> Benchmark:
+    spec = spec_from_file_location("lamps_to_reward", LAMPS)
+    assert spec is not None
+    assert spec.loader is not None
+    module = module_from_spec(spec)
+    spec.loader.exec_module(module)
+    found: Benchmark = module.lamps
+    return found
+
+
+@cache
+def suite_of(world: str, ability: str = "action_sequencing") -> Suite:
+    own = {"toy": toy_benchmark, "lamps": lamps_benchmark}
+    return eai.open(own[world]() if world in own else world, ability)
+
+
+@cache
+def reward_for(world: str, shaping: Shaping) -> Reward:
+    return Reward(suite_of(world), shaping)
+
+
+def tasks_of(world: str) -> Sequence[str]:
+    suite = suite_of(world)
+    return [task_id for task_id in suite.task_ids if suite.tasks[task_id].goals]
+
+
+def written(world: str, task: Task, plan: Sequence[Action]) -> str:
+    notation = suite_of(world).benchmark.plans
+    return notation.join(notation.write(plan, task.scene))
+
+
+def worth(world: str, task_id: str, text: str) -> dict[Shaping, float]:
+    """What an answer earns by each shaping; it is a task in which something is to be earned."""
+    values = {shaping: reward_for(world, shaping)(task_id, text) for shaping in ALL}
+    return {shaping: value for shaping, value in values.items() if value is not None}
+
+
+def possible(world: str, task: Task, state: State) -> list[Action]:
+    domain = suite_of(world).benchmark.domain
+    return [
+        action
+        for operator in domain.operators
+        for action in applicable_actions(domain, operator, state, task.relevant)
+    ]
+
+
+def after(world: str, state: State, plan: Sequence[Action]) -> State:
+    episode = Episode(suite_of(world).benchmark.domain, state)
+    episode.run(plan)
+    return episode.state
+
+
+def reached(task: Task, state: State, plan: Sequence[Action] = ()) -> tuple[bool, ...]:
+    return GoalTest(task).reached(state, [action.operator for action in plan])
+
+
+def held(task: Task) -> tuple[bool, ...]:
+    return reached(task, task.initial)
+
+
+def a_task(draw: st.DrawFn, world: str) -> Task:
+    return suite_of(world).tasks[draw(st.sampled_from(tasks_of(world)))]
+
+
+def a_walk(draw: st.DrawFn, world: str, task: Task, length: int) -> list[Action]:
+    """Possible actions, one after the other."""
+    plan: list[Action] = []
+    state = task.initial
+    for _ in range(length):
+        actions = possible(world, task, state)
+        if not actions:
+            break
+        plan.append(draw(st.sampled_from(actions)))
+        state = after(world, state, plan[-1:])
+    return plan
+
+
+@pytest.fixture(autouse=True)
+def there(data_store: Store) -> None:
+    """The households' data is there, or the tests of this module are skipped."""
+
+
+@pytest.mark.parametrize("world", WORLDS)
+@drawn(data=st.data())
+@FEW
+def test_any_actions_earn_between_nothing_and_one(world: str, data: st.DataObject) -> None:
+    """All ground actions of a task, possible or not, in any order; and the shapings are ordered."""
+    task = a_task(data.draw, world)
+    domain = suite_of(world).benchmark.domain
+
+    def some() -> st.SearchStrategy[Action]:
+        def of(name: str) -> st.SearchStrategy[Action]:
+            arguments = st.sampled_from(task.relevant)
+            return st.tuples(*[arguments] * domain.arities[name]).map(lambda each: Action(name, each))
+
+        return st.sampled_from([operator.name for operator in domain.operators]).flatmap(of)
+
+    plan = a_walk(data.draw, world, task, data.draw(st.integers(0, 4)))
+    plan += data.draw(st.lists(some(), max_size=4))
+    earned = worth(world, task.id, written(world, task, plan))
+    assert all(0 <= value <= 1 for value in earned.values())
+    assert earned[Shaping.SUCCESS] <= earned[Shaping.GOALS] <= earned[Shaping.PROGRESS]
+    assert earned[Shaping.DIAGNOSIS] <= earned[Shaping.PROGRESS]
+    if earned[Shaping.SUCCESS]:
+        assert earned[Shaping.PROGRESS] == 1
+
+
+@pytest.mark.parametrize("world", WORLDS)
+def test_doing_nothing_earns_nothing(world: str) -> None:
+    for task_id in tasks_of(world):
+        task = suite_of(world).tasks[task_id]
+        for text in ("", written(world, task, ()), "[]", "{}", '{"output": []}', "I have done it all."):
+            assert set(worth(world, task_id, text).values()) == {0}
+
+
+def there_and_back(world: str, task: Task, state: State) -> list[tuple[Action, Action]]:
+    """Every action that is possible in a state, with all those that undo it."""
+    pairs = []
+    for action in possible(world, task, state):
+        then = after(world, state, [action])
+        back = [b for b in possible(world, task, then) if after(world, then, [b]) == state]
+        pairs += [(action, undoing) for undoing in back]
+    return pairs
+
+
+@pytest.mark.parametrize("world", WORLDS)
+def test_actions_and_their_inverses_earn_nothing_however_often(world: str) -> None:
+    """From the start, and after one action, unless that one or the two are what was to be done."""
+    found = 0
+    for task_id in tasks_of(world)[::25]:
+        task = suite_of(world).tasks[task_id]
+        for first in ([], possible(world, task, task.initial)[:1]):
+            state = after(world, task.initial, first)
+            for pair in there_and_back(world, task, state):
+                plan = [*first, *pair * 10]
+                if reached(task, state, plan) == held(task):
+                    found += 1
+                    assert set(worth(world, task_id, written(world, task, plan)).values()) == {0}
+    assert found
+
+
+@pytest.mark.parametrize("world", WORLDS)
+@drawn(data=st.data())
+@FEW
+def test_a_long_plan_that_reaches_nothing_new_earns_nothing(world: str, data: st.DataObject) -> None:
+    """Every action of it is possible and none is additional; steps that would reach a goal are left out."""
+    task = a_task(data.draw, world)
+    at_start, state, plan = held(task), task.initial, list[Action]()
+    for _ in range(data.draw(st.integers(1, 12))):
+        step = data.draw(st.sampled_from(possible(world, task, state)))
+        then = after(world, state, [step])
+        gained = zip(reached(task, then, [*plan, step]), at_start, strict=True)
+        if not any(now and not before for now, before in gained):
+            plan, state = [*plan, step], then
+    assert set(worth(world, task.id, written(world, task, plan)).values()) == {0}
+
+
+@pytest.mark.parametrize("world", WORLDS)
+@drawn(data=st.data())
+@FEW
+def test_padding_never_pays(world: str, data: st.DataObject) -> None:
+    """What comes back to where it was, put behind any plan, raises no reward."""
+    task = a_task(data.draw, world)
+    plan = a_walk(data.draw, world, task, data.draw(st.integers(0, 5)))
+    state = after(world, task.initial, plan)
+    steps = [a for a in possible(world, task, state) if after(world, state, [a]) == state]
+    if not steps:
+        return
+    padded = [*plan, *[data.draw(st.sampled_from(steps))] * data.draw(st.integers(1, 20))]
+    if reached(task, state, padded) != reached(task, state, plan):
+        return
+    before = worth(world, task.id, written(world, task, plan))
+    assert all(
+        value <= before[shaping]
+        for shaping, value in worth(world, task.id, written(world, task, padded)).items()
+    )
+
+
+@pytest.mark.parametrize("world", HOUSEHOLDS)
+def test_gold_plans_earn_what_they_reach(world: str) -> None:
+    suite = suite_of(world)
+    book = open_answer_book(suite.benchmark, Ability.ACTION_SEQUENCING)
+    earned = [worth(world, task_id, book.gold(task_id).text) for task_id in tasks_of(world)]
+    successes = sum(each[Shaping.SUCCESS] for each in earned)
+    assert successes == {"virtualhome": 337, "behavior": 91}[world]
+
+
+STOPPED = PlanVerdict(
+    executable=False,
+    success=False,
+    additional_steps=2,
+    goals_satisfied=(True, True, False),
+    error=ErrorReport(FaultKind.MISSING_STEP, 3, "it is closed"),
+)
+
+
+def ran(*goals: bool, success: bool = False) -> PlanVerdict:
+    return PlanVerdict(executable=True, success=success, additional_steps=0, goals_satisfied=goals)
+
+
+def stated(hit: int, extra: int, missed: int, *strangers: str) -> GoalVerdict:
+    return GoalVerdict(counts={"all": Confusion(hit, extra, missed)}, hallucinated=strangers)
+
+
+@pytest.mark.parametrize(
+    ("verdict", "at_start", "values"),
+    [
+        (ran(True, success=True), (False,), (1, 1, 1, 1)),
+        # of three goals one holds at the start: a half is gained, the error ends it, two steps are additional
+        (STOPPED, (True, False, False), (0, 0, 1 / 2, 1 / 8)),
+        (STOPPED, (False, False, False), (0, 0, 2 / 3, 2 / 12)),
+        # what held is undone for what is reached: nothing is gained
+        (ran(False, True, False), (True, False, False), (0, 0, 0, 0)),
+        # all that held is undone
+        (ran(False, False), (True, False), (0, 0, 0, 0)),
+        # all goals hold at the start, or there are none, or the task is in no statistics
+        (ran(True, success=True), (True,), None),
+        (ran(success=True), (), None),
+        (PlanVerdict(excluded="the task has no goals"), (False,), None),
+        # of subgoals all errors of the reported way are faults, the last of which ended it
+        (
+            SubgoalVerdict(
+                executable=False,
+                success=False,
+                additional_steps=1,
+                goals_satisfied=(True, False),
+                category=SubgoalCategory.RUNTIME,
+                errors=(FaultKind.ADDITIONAL_STEP, FaultKind.AFFORDANCE),
+                error=ErrorReport(FaultKind.AFFORDANCE, 1, "it cannot be opened"),
+            ),
+            (False, False),
+            (0, 0, 1 / 2, 1 / 6),
+        ),
+        # goals: F1 in which a name that means nothing is as wrong as a goal that is not one
+        (stated(2, 0, 0), (), (1, 1, 1, 1)),
+        (stated(2, 1, 1), (), (0, 4 / 6, 4 / 6, 4 / 6)),
+        (stated(2, 0, 0, "sofa_9"), (), (0, 4 / 5, 4 / 5, 2 / 5)),
+        (stated(0, 3, 2), (), (0, 0, 0, 0)),
+        (stated(0, 0, 0), (), None),
+    ],
+)
+def test_each_shaping_is_as_defined(
+    verdict: Verdict, at_start: tuple[bool, ...], values: tuple[float, ...] | None
+) -> None:
+    earned = merit(verdict, at_start)
+    assert (earned and tuple(earned.worth(shaping) for shaping in ALL)) == values
+
+
+OPERATOR = "(:action {} :parameters () :precondition () :effect ())"
+
+
+def test_nothing_is_worth_nothing_in_every_ability() -> None:
+    """No goals, subgoals that hold already, operators without a clause."""
+    for world in HOUSEHOLDS:
+        for ability in Ability:
+            suite = suite_of(world, ability.value)
+            for task_id in suite.task_ids[::20]:
+                for text in _empty_answers(suite, task_id):
+                    assert {Reward(suite, shaping)(task_id, text) for shaping in ALL} in ({0}, {None})
+
+
+def _empty_answers(suite: Suite, task_id: str) -> list[str]:
+    texts = ["", "{}", json.dumps({"output": []}), suite.benchmark.goals.join(())]
+    if suite.ability is Ability.TRANSITION_MODELING:
+        names = suite.benchmark.operators(suite.source)[task_id].operators
+        texts.append(json.dumps({"output": "".join(map(OPERATOR.format, names))}))
+    return texts
+
+
+HOSTILE = (
+    "\0",
+    "\ud800 lone",
+    "{" * 20_000,
+    "[" * 20_000,
+    '{"output": "' + "(" * 20_000 + '"}',
+    json.dumps({"output": ["not " * 2_000 + "ON(x)"]}),
+    json.dumps({"output": ["(" * 2_000 + "ON(x)" + ")" * 2_000]}),
+    json.dumps({"output": ["ON(x) or " * 2_000 + "ON(x)"]}),
+    '{"node goals": 1e999, "edge goals": NaN, "action goals": -0}',
+    '[{"action": ["OPEN"], "object": {"a": 1}}]',
+    '{"WALK": [[["x"]]]}' * 2_000,
+    "9" * 20_000,
+    "\u202e\u0000\uffff" * 1_000,
+)
+
+
+@pytest.mark.parametrize("world", HOUSEHOLDS)
+@pytest.mark.parametrize("ability", list(Ability))
+def test_no_text_raises(world: str, ability: Ability) -> None:
+    suite = suite_of(world, ability.value)
+    paid = Reward(suite, Shaping.DIAGNOSIS)
+    for text in HOSTILE:
+        assert paid(suite.task_ids[0], text) == 0
+
+
+def test_what_is_too_long_is_not_read() -> None:
+    suite = suite_of("virtualhome")
+    gold = open_answer_book(suite.benchmark, Ability.ACTION_SEQUENCING).gold("27_2").text
+    exact, short = Reward(suite, limit=len(gold)), Reward(suite, limit=len(gold) - 1)
+    assert (exact("27_2", gold), short("27_2", gold)) == (1, 0)
+    grade = pickle.loads(pickle.dumps(short)).grade("27_2", gold)  # noqa: S301 - its own bytes
+    assert grade.metrics["fault.parsing"] == 1
+    assert grade.verdict.error.detail == f"it is longer than {len(gold) - 1} characters"
+
+
+@pytest.mark.parametrize("ability", list(Ability))
+@drawn(text=st.text())
+@FEW
+def test_no_short_text_raises_either(ability: Ability, text: str) -> None:
+    suite = suite_of("behavior", ability.value)
+    assert Reward(suite, Shaping.PROGRESS)(suite.task_ids[0], text) == 0
+
+
+def test_metrics_are_the_same_numbers_for_every_ability() -> None:
+    for ability in Ability:
+        suite = suite_of("behavior", ability.value)
+        grade = Reward(suite).grade(suite.task_ids[0], "[")
+        assert tuple(grade.metrics) == METRICS
+        assert grade.value == 0
+        assert (grade.metrics["faults"], grade.metrics["fault.parsing"]) == (1, 1)
+
+
+def test_metrics_of_what_cannot_be_earned_are_there() -> None:
+    suite = suite_of("virtualhome")
+    excluded = next(task_id for task_id in suite.task_ids if not suite.tasks[task_id].goals)
+    grade = Reward(suite, "progress").grade(excluded, "{}")
+    assert (grade.value, tuple(grade.metrics), set(grade.metrics.values())) == (None, METRICS, {0.0})
+    assert grade.verdict.excluded == "the task has no goals"
+
+
+PLAN = '{"WALK": ["soap"], "GRAB": ["soap"], "PUTIN": ["soap", "washing_machine"]}'
+"""It fails in its last step, when none of the goals is reached that did not hold at the start."""
+
+
+def test_one_answer_by_the_name_of_its_task() -> None:
+    task = suite_of("virtualhome").reference("27_2")
+    assert task == "virtualhome/action_sequencing/27_2"
+    gold = open_answer_book(eai.find_benchmark("virtualhome"), Ability.ACTION_SEQUENCING).gold("27_2").text
+    assert [eai.reward(task, text, "goals") for text in (gold, PLAN)] == [1, 0]
+    assert reward_of(TaskReference.parse(task), "goals") is reward_of(TaskReference.parse(task), "goals")
+
+
+def test_a_batch_is_each_answer_by_itself() -> None:
+    paid = Reward(suite_of("virtualhome"), "goals")
+    ids = [suite_of("virtualhome").task_ids[0], "27_2"]
+    assert paid.batch(ids, [PLAN, PLAN]) == [paid(task_id, PLAN) for task_id in ids]
+    with pytest.raises(ValueError, match="shorter"):
+        paid.batch(ids, [PLAN])
+
+
+@pytest.mark.parametrize("ability", list(Ability))
+def test_a_reward_is_pickled_by_name(ability: Ability) -> None:
+    paid = Reward(suite_of("behavior", ability.value), "diagnosis")
+    content = pickle.dumps(paid)
+    twin = pickle.loads(content)  # noqa: S301 - its own bytes
+    assert len(content) < 1_000
+    assert (twin.shaping, twin.suite.data_sha256) == (paid.shaping, paid.suite.data_sha256)
+    task_id = paid.suite.task_ids[0]
+    gold = open_answer_book(paid.suite.benchmark, ability).gold(task_id).text
+    assert twin(task_id, gold) == paid(task_id, gold) == 1
+
+
+def test_what_has_no_name_cannot_be_pickled() -> None:
+    with pytest.raises(InputError, match="toy: only what is opened by name or module:object can be pickled"):
+        pickle.dumps(Reward(suite_of("toy")))
+
+
+def test_no_planner_is_asked() -> None:
+    suite = eai.open("behavior", "transition_modeling")
+    grade = Reward(suite).grade(suite.task_ids[0], '{"output": "(:action x)"}')
+    assert isinstance(grade.verdict, OperatorVerdict)
+    assert grade.verdict.planner is PlannerOutcome.NOT_RUN
+
+
+def test_rewards_are_the_same_from_threads() -> None:
+    suite = suite_of("behavior")
+    book = open_answer_book(suite.benchmark, Ability.ACTION_SEQUENCING)
+    answers = [(task_id, book.gold(task_id).text) for task_id in suite.task_ids[:20]]
+    paid = Reward(suite, "progress")
+    alone = [paid(*answer) for answer in answers]
+    fresh = Reward(eai.open("behavior", "action_sequencing"), "progress")
+    assert asked_by_threads(lambda i: fresh(*answers[i % 20]) == alone[i % 20], 400)
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("27_2", "'27_2' is no task: expected BENCHMARK/ABILITY/TASK"),
+        ("virtualhome/cooking/27_2", "is no task"),
+        ("action_sequencing/27_2", "is no task"),
+        ("virtualhome/action_sequencing/0_0", "virtualhome action_sequencing has no task '0_0'"),
+        ("mars/action_sequencing/0_0", "'mars' is no benchmark"),
+    ],
+)
+def test_what_there_is_not_is_named(text: str, told: str) -> None:
+    with pytest.raises(InputError, match=told):
+        eai.reward(text, "{}")
+
+
+def test_a_shaping_that_there_is_not_is_named() -> None:
+    with pytest.raises(InputError, match="'dense' is no shaping: expected one of success, goals, progress"):
+        eai.reward("virtualhome/action_sequencing/27_2", "{}", "dense")
+
+
+@pytest.mark.parametrize("benchmark", ["virtualhome", "lamps:lamps", "pddl:/a/domain.pddl,/a/problems"])
+@pytest.mark.parametrize("task_id", ["27_2", "a/b"])
+def test_references_are_read_as_they_are_written(benchmark: str, task_id: str) -> None:
+    reference = TaskReference(benchmark, Ability.GOAL_INTERPRETATION, task_id)
+    assert TaskReference.parse(str(reference)) == reference
