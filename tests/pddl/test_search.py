@@ -13,7 +13,7 @@ from eai.data.store import Store
 from eai.pddl.execute import Executor, PlanStep
 from eai.pddl.model import PddlAction, PddlDomain, PddlProblem, objects_by_type, type_of
 from eai.pddl.normalise import normalise, read_operator
-from eai.pddl.planner import BuiltInPlanner
+from eai.pddl.planner import BuiltInPlanner, checked_plan
 from eai.pddl.planning import PlannerOutcome, PlanningTask
 from eai.pddl.reader import read_domain, read_problem
 from eai.pddl.search import Effort, SearchVerdict, search
@@ -140,3 +140,45 @@ def test_a_derived_predicate_that_depends_on_itself_is_for_another_planner() -> 
     above = "(:derived (above ?x ?y) (or (on ?x ?y) (exists (?z) (and (on ?x ?z) (above ?z ?y)))))"
     task = PlanningTask(read_domain(DERIVED.format(more=above)), STACKED)
     assert BuiltInPlanner().solve(task).outcome is PlannerOutcome.UNSUPPORTED
+
+
+EIGHT = " ".join(f"?x{i}" for i in range(8))
+PAIRS = "(near ?x0 ?x1) (near ?x2 ?x3) (near ?x4 ?x5) (near ?x6 ?x7)"
+
+
+@pytest.mark.parametrize(
+    ("parameters", "precondition", "effect"),
+    [
+        (EIGHT, f"(and {PAIRS})", "(and (done) (near ?x0 ?x7))"),
+        ("", f"(forall ({EIGHT}) (or {PAIRS} (done)))", "(done)"),
+        ("", f"(exists ({EIGHT}) (and {PAIRS} (not (near ?x0 ?x7))))", "(and (done) (not (near a a)))"),
+        ("", "()", f"(and (done) (forall ({EIGHT}) (when (or {PAIRS}) (not (near ?x0 ?x7)))))"),
+    ],
+)
+def test_work_is_bounded_however_many_variables_there_are(
+    parameters: str, precondition: str, effect: str
+) -> None:
+    names = " ".join("abcdefghijkl")
+    domain = read_domain(
+        f"""(define (domain wide) (:predicates (near ?x ?y) (done)) (:constants {names})
+        (:action act :parameters ({parameters}) :precondition {precondition} :effect {effect})
+        (:action move :parameters (?x ?y) :effect (near ?x ?y)))"""
+    )
+    problem = read_problem("(define (problem p) (:domain wide) (:init (near a b)) (:goal (done)))")
+    assert search(domain, problem, Effort()).verdict is SearchVerdict.UNDECIDED
+    result = BuiltInPlanner().solve(PlanningTask(domain, problem))
+    assert (result.outcome, result.plan) == (PlannerOutcome.TIME, ())
+
+
+def test_a_plan_that_takes_too_long_to_execute_is_not_judged() -> None:
+    everywhere = f"(forall ({EIGHT}) (or {PAIRS} (not (near ?x0 ?x7)) (not (near ?x1 ?x6)) (done)))"
+    names = " ".join("abcdefghijkl")
+    near = " ".join(f"(near {x} {y})" for x in "abcdefghijkl" for y in "abcdefghijkl")
+    domain = read_domain(
+        f"""(define (domain wide) (:predicates (near ?x ?y) (done)) (:constants {names})
+        (:action act :precondition {everywhere} :effect (done)))"""
+    )
+    problem = read_problem(f"(define (problem p) (:domain wide) (:init {near}) (:goal (done)))")
+    result = checked_plan(PlanningTask(domain, problem), [PlanStep("act", ())], "a planner")
+    assert result.outcome is PlannerOutcome.TIME
+    assert result.detail == "a planner: its plan takes too long to execute"

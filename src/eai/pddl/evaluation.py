@@ -10,6 +10,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 import eai.logic.formula as f
 from eai.logic.traversal import walk
+from eai.pddl.looks import Looks
 from eai.pddl.model import PddlAxiom, type_of
 
 PddlState = frozenset[f.Atom]
@@ -58,6 +59,7 @@ class Evaluation:
         state: the atoms of predicates that are not derived and are true.
         derived: the derived predicates.
         objects: the objects of every type.
+        looks: what quantifiers may look at, also in other states; any number of objects by default.
     """
 
     def __init__(
@@ -65,7 +67,9 @@ class Evaluation:
         state: PddlState,
         derived: DerivedPredicates,
         objects: Mapping[str, tuple[str, ...]],
+        looks: Looks | None = None,
     ) -> None:
+        self._looks = looks or Looks()
         self._axioms = derived.axioms
         self._circles = derived.circles
         self._objects = objects
@@ -107,7 +111,8 @@ class Evaluation:
         members = self._objects.get(type_of(variable), ())
         inner = {name: value for name, value in binding.items() if name != variable.name}
         found = self._candidates(body, variable.name, inner, positive=True)
-        return ({**inner, variable.name: name} for name in members if found is None or name in found)
+        names = [name for name in members if found is None or name in found]
+        return ({**inner, variable.name: name} for name in self._looks.at(names))
 
     def _has(self, predicate: str, row: _Row) -> bool:
         if predicate not in self._axioms:

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import eai.logic.formula as f
 import eai.pddl.model as m
 from eai.pddl.evaluation import DerivedPredicates, Evaluation, PddlState, Valuation, object_of
+from eai.pddl.looks import Looks
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,9 +38,16 @@ class PlanFlaw:
 
 
 class Executor:
-    """Executes plans of one domain and problem."""
+    """Executes plans of one domain and problem.
 
-    def __init__(self, domain: m.PddlDomain, problem: m.PddlProblem) -> None:
+    Args:
+        domain: the operators.
+        problem: the objects, the initial state and the goal.
+        looks: how many objects quantifiers may look at; any number by default.
+    """
+
+    def __init__(self, domain: m.PddlDomain, problem: m.PddlProblem, looks: Looks | None = None) -> None:
+        self._looks = looks
         self._actions = {action.name: action for action in domain.actions}
         self._objects = m.objects_by_type(domain, problem)
         self._problem = problem
@@ -84,7 +92,7 @@ class Executor:
     def _evaluation(self, state: PddlState) -> Evaluation:
         """The state, ready to be asked; the last one is kept."""
         if self._last is None or self._last[0] is not state:
-            self._last = state, Evaluation(state, self._derived, self._objects)
+            self._last = state, Evaluation(state, self._derived, self._objects, self._looks)
         return self._last[1]
 
     def _apply(self, action: m.PddlAction, state: PddlState, step: PlanStep) -> PddlState | str:

@@ -14,6 +14,7 @@ import eai.logic.formula as f
 import eai.pddl.model as m
 from eai.pddl.evaluation import DerivedPredicates
 from eai.pddl.execute import PlanStep
+from eai.pddl.looks import Looks
 
 
 class GroundCondition(NamedTuple):
@@ -66,9 +67,17 @@ _Binding = Mapping[str, str]
 
 
 class Grounder:
-    """Grounds one domain and problem; atoms are numbered in the order in which they are met."""
+    """Grounds one domain and problem; atoms are numbered in the order in which they are met.
 
-    def __init__(self, domain: m.PddlDomain, problem: m.PddlProblem) -> None:
+    Args:
+        domain: the operators.
+        problem: the objects, the initial state and the goal.
+        looks: how many objects parameters and quantifiers may be bound to; any number by default. Where
+            they are used up, what is ground lacks some parts.
+    """
+
+    def __init__(self, domain: m.PddlDomain, problem: m.PddlProblem, looks: Looks | None = None) -> None:
+        self._looks = looks or Looks()
         self._domain = domain
         self._problem = problem
         self._objects = m.objects_by_type(domain, problem)
@@ -126,7 +135,7 @@ class Grounder:
             stack = [
                 extended
                 for binding in stack
-                for name in candidates
+                for name in self._looks.at(candidates)
                 if self._passes(tests[parameter.name], extended := {**binding, parameter.name: name})
             ]
         return iter(stack)
@@ -225,7 +234,8 @@ class Grounder:
         return 1 << self._numbers.setdefault(key, len(self._numbers))
 
     def _extensions(self, variable: f.Variable, binding: _Binding) -> Iterator[_Binding]:
-        return ({**binding, variable.name: name} for name in self._objects.get(m.type_of(variable), ()))
+        members = self._objects.get(m.type_of(variable), ())
+        return ({**binding, variable.name: name} for name in self._looks.at(members))
 
 
 def _all_of(parts: Iterable[GroundCondition | None]) -> GroundCondition | None:

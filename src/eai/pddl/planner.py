@@ -11,8 +11,12 @@ from dataclasses import dataclass, field
 
 from eai.pddl.evaluation import DerivedPredicates
 from eai.pddl.execute import Executor, PlanStep
+from eai.pddl.looks import Looks
 from eai.pddl.planning import PddlPlanner, PlannerOutcome, PlannerResult, PlanningTask
 from eai.pddl.search import Effort, SearchVerdict, search
+
+_LOOKS = 300_000
+"""How many objects the quantifiers of a plan may look at; a plan of the gold operators looks at hundreds."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,7 +39,8 @@ class BuiltInPlanner:
             case SearchVerdict.UNSOLVABLE:
                 return PlannerResult(PlannerOutcome.UNSOLVABLE, detail="built-in search")
             case SearchVerdict.UNDECIDED:
-                return PlannerResult(PlannerOutcome.TIME, detail=f"{result.evaluated} states evaluated")
+                looked = f"{result.evaluated} states evaluated" if result.evaluated else "too large to ground"
+                return PlannerResult(PlannerOutcome.TIME, detail=looked)
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,7 +59,10 @@ class TieredPlanner:
 
 def checked_plan(task: PlanningTask, plan: Sequence[PlanStep], source: str) -> PlannerResult:
     """The result of a planner that claims to have found a plan, after executing it."""
-    flaw = Executor(task.domain, task.problem).flaw(plan)
+    looks = Looks(_LOOKS)
+    flaw = Executor(task.domain, task.problem, looks).flaw(plan)
+    if looks.are_used_up:
+        return PlannerResult(PlannerOutcome.TIME, detail=f"{source}: its plan takes too long to execute")
     if flaw is None:
         return PlannerResult(PlannerOutcome.SOLVED, tuple(plan), source)
     return PlannerResult(

@@ -16,12 +16,16 @@ from enum import Enum
 
 from eai.pddl.execute import PlanStep
 from eai.pddl.grounding import GroundAction, GroundCondition, Grounder
+from eai.pddl.looks import Looks
 from eai.pddl.model import PddlDomain, PddlProblem
 from eai.pddl.relaxation import Estimate, Relaxation
 
 _BOOST = 1000
 """How many preferred states are taken before any other after a state that is nearer to the goal than all
 before."""
+
+_LOOKS = 70_000_000
+"""How many objects a search may look at, those of the ground problem once for each state."""
 
 
 class SearchVerdict(str, Enum):
@@ -43,31 +47,48 @@ class SearchResult:
 
 @dataclass(frozen=True, slots=True)
 class Effort:
-    """How many states may be evaluated: with actions on the goal's objects only, and with all actions.
+    """How much may be done, counted and never timed.
 
-    On the gold operators the default leaves no problem undecided.
+    On the gold operators the default leaves no problem undecided; of the operators of nine models none is
+    too large for it.
+
+    Attributes:
+        central: how many states may be evaluated with actions on the goal's objects only.
+        full: how many with all actions.
+        size: how many objects may be looked at to ground operators and goal. Of large problems fewer states
+            are evaluated, so many that all of them together look at `_LOOKS` objects.
     """
 
     central: int = 60
     full: int = 2_000
+    size: int = 50_000
+
+    def states(self, size: int) -> int:
+        """How many states of a problem of this size may be evaluated with all actions."""
+        return min(self.full, max(self.central, _LOOKS // max(1, size)))
 
 
 def search(domain: PddlDomain, problem: PddlProblem, effort: Effort) -> SearchResult:
     """Look for a plan.
 
     `SearchVerdict.UNSOLVABLE` is a proof: either the goal is out of reach even if nothing is ever lost, or
-    the whole state space was searched.
+    the whole state space was searched. What is too large to be grounded is undecided.
     """
-    grounder = Grounder(domain, problem)
+    looks = Looks(effort.size)
+    grounder = Grounder(domain, problem, looks)
     goal = grounder.goal()
-    if goal is None:
+    if goal is None and not looks.are_used_up:
         return SearchResult(SearchVerdict.UNSOLVABLE)
     central = list(grounder.actions(grounder.central_objects()))
+    if goal is None or looks.are_used_up:
+        return SearchResult(SearchVerdict.UNDECIDED)
     result = _Search(central, goal, grounder.atoms).run(grounder.initial, effort.central)
     if result.verdict is SearchVerdict.SOLVED:
         return result
     everything = list(grounder.actions())
-    return _Search(everything, goal, grounder.atoms).run(grounder.initial, effort.full)
+    if looks.are_used_up:
+        return SearchResult(SearchVerdict.UNDECIDED, evaluated=result.evaluated)
+    return _Search(everything, goal, grounder.atoms).run(grounder.initial, effort.states(looks.used))
 
 
 @dataclass(frozen=True, slots=True)
