@@ -37,6 +37,7 @@ LAYERS: tuple[frozenset[str], ...] = tuple(
         "run envs report",
         "human",
         "cli",
+        "__main__",
     )
 )
 ALLOWED_SIBLINGS: frozenset[tuple[str, str]] = frozenset()

@@ -10,6 +10,9 @@ EaiError
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from difflib import get_close_matches
+
 
 class EaiError(Exception):
     """Root of the tree; its text is one line that a user can act on."""
@@ -53,3 +56,9 @@ class DomainError(EaiError):
 
 class InterruptError(EaiError):
     """The user ended it; the message says how to go on."""
+
+
+def did_you_mean(word: str, known: Iterable[str]) -> str:
+    """The end of a message on an unknown name: the known one that is nearest, or nothing if none is near."""
+    near = get_close_matches(word, list(known), 1)
+    return f"; did you mean {near[0]}?" if near else ""

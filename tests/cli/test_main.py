@@ -4,6 +4,11 @@ import signal
 import subprocess
 import sys
 
+import pytest
+
+from cli.conftest import Command
+from eai import __version__
+
 NAP = """
 import sys, time
 from eai import cli
@@ -28,3 +33,46 @@ def test_a_request_to_terminate_is_an_ordinary_exit() -> None:
         process.send_signal(signal.SIGTERM)
         assert process.stdout.readline() == "cleaned up\n"
         assert process.wait(10) == 128 + signal.SIGTERM
+
+
+INTERRUPTED_IMPORT = """
+import signal, sys
+from importlib.abc import MetaPathFinder
+
+class Interrupt(MetaPathFinder):
+    def find_spec(self, name, path, target=None):
+        if name == "eai.cli.score":
+            signal.raise_signal(signal.SIGINT)
+
+sys.meta_path.insert(0, Interrupt())
+from eai.__main__ import main
+main()
+"""
+
+
+def test_an_interrupt_while_everything_is_imported_is_one_line() -> None:
+    command = [sys.executable, "-c", INTERRUPTED_IMPORT]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout, done.stderr) == (130, "", "eai: interrupted\n")
+
+
+def test_an_interrupted_command_is_one_line() -> None:
+    with subprocess.Popen(
+        [sys.executable, "-c", NAP], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    ) as process:
+        assert process.stdout is not None
+        assert process.stderr is not None
+        assert process.stdout.readline() == "asleep\n"
+        process.send_signal(signal.SIGINT)
+        assert process.wait(10) == 130
+        assert process.stderr.read() == "eai: interrupted\n"
+
+
+@pytest.mark.parametrize("option", ["--version", "-V"])
+def test_the_version_is_told(eai: Command, option: str) -> None:
+    assert eai(option)[:2] == (0, f"eai {__version__}\n")
+
+
+@pytest.mark.parametrize("arguments", [("-h",), ("score", "-h"), ("data", "stats", "-h")])
+def test_help_is_short_for_help(eai: Command, arguments: tuple[str, ...]) -> None:
+    assert eai(*arguments) == eai(*arguments[:-1], "--help")

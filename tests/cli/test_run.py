@@ -218,6 +218,9 @@ def test_what_cannot_be_run_is_said_in_one_line(tmp_path: Path) -> None:
     missing = tmp_path / "prices.json"
     for arguments, message in (
         (("--model", "foo/bar"), "eai: foo/bar: Model API foo of model 'foo/bar' not recognized."),
+        (("--model", "eai/orcle"), "eai: eai/orcle: expected one of eai/oracle, "),
+        (("--model", "gpt-4o"), "eai: --model gpt-4o: expected PROVIDER/NAME, such as openai/gpt-4o"),
+        (("--model", "eai/noisy", "-M", "rate=much"), "eai: eai/noisy: expected -M rate= with a number from"),
         (("--model", ".."), "eai: '..': expected a name that files can be named after"),
         (
             ("--model", "eai/oracle", "--model", "eai_oracle"),

@@ -14,6 +14,7 @@ from cli.conftest import Command
 from eai.abilities.protocol import Ability
 from eai.benchmarks.packs import open_virtualhome
 from eai.data.store import Store
+from eai.pddl.fast_downward import FastDownward
 from oracle import Oracle
 from suites import answer_book
 
@@ -220,13 +221,45 @@ def test_results_that_cannot_be_written_end_with_one_line(eai: Command, out: str
 
 @pytest.mark.parametrize(
     "arguments",
-    [(), ("--ability", "cooking"), ("--protocol", "lenient"), ("--workers", "0")],
+    [(), ("--workers", "0")],
 )
 def test_wrong_options_end_with_usage(eai: Command, arguments: Sequence[str]) -> None:
     given = [*HERE, *arguments] if arguments else []
     outcome = eai("score", write([WALK]), *given)
     assert outcome.status == 2
     assert "Usage" in outcome.err
+
+
+@pytest.mark.parametrize(
+    ("option", "name", "complaint"),
+    [
+        ("--ability", "action_sequence", "no ability: .*; did you mean action_sequencing?"),
+        ("--ability", "cooking", "no ability: expected one of goal_interpretation, .*, transition_modeling"),
+        ("--protocol", "strickt", "no protocol: expected one of strict, eai-1.0.5; did you mean strict?"),
+        ("--planner", "fast", "no planner: expected one of auto, full, built_in, fast_downward, none"),
+    ],
+)
+def test_an_unknown_name_ends_with_one_line_that_names_the_near_one(
+    eai: Command, option: str, name: str, complaint: str
+) -> None:
+    outcome = eai("score", write([WALK]), *HERE, option, name)
+    assert outcome.status == 2
+    expected = re.escape(complaint).replace(re.escape(".*"), ".*")
+    assert re.fullmatch(f"eai: '{name}' is {expected}\n", outcome.err)
+
+
+def test_operators_are_judged_without_fast_downward_where_it_is_not_installed(
+    eai: Command, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(FastDownward, "is_installed", lambda: False)
+    file = write([{"identifier": "27_2", "llm_output": "(:action walk_towards)"}])
+    operators = (*HERE[:3], "transition_modeling")
+    outcome = eai("score", file, *operators, "--out", "out")
+    assert outcome.status == 0
+    assert outcome.err.count("Fast Downward is not installed") == 1
+    assert summary()["planner"] == "built-in search"
+    assert {record["planner_name"] for record in records()} == {"built-in search"}
+    assert "Fast Downward" not in eai("score", file, *operators, "--planner", "built_in").err
 
 
 def test_an_unknown_benchmark_ends_with_one_line_that_names_the_near_one(eai: Command) -> None:

@@ -180,3 +180,32 @@ def test_records_are_what_counts_not_their_order() -> None:
 
     run = plans(4, "a")
     assert shuffled(run.records) == shuffled(run.records[::-1]) == 40
+
+
+def judged_by(planner: str | None, model: str) -> Run:
+    verdict = OperatorVerdict(
+        counts={"effect": {"object_states": Confusion(1, 0, 0)}},
+        planner=PlannerOutcome.SOLVED,
+        planner_name=planner,
+    )
+    return run_of([verdict], Ability.TRANSITION_MODELING, model)
+
+
+@pytest.mark.parametrize(
+    ("planners", "with_paper", "told"),
+    [
+        (("built-in search", "built-in search"), False, [None, None]),
+        (("built-in search", "Fast Downward 1"), False, ["built-in search", "Fast Downward 1"]),
+        (("built-in search", None), False, [None, None]),
+        (("built-in search", "built-in search"), True, ["built-in search", "built-in search"]),
+    ],
+)
+def test_rows_say_which_planner_judged_where_that_is_not_the_same(
+    planners: tuple[str | None, str | None], with_paper: bool, told: list[str | None]
+) -> None:
+    runs = [judged_by(planner, model) for planner, model in zip(planners, "ab", strict=True)]
+    found = table("transition_modeling_planner", runs, with_paper=with_paper)
+    assert found is not None
+    own = {row.model: row for row in found.rows if row.source is RowSource.RUN}
+    notes = [[found.notes[number - 1] for number in own[model].notes] for model in "ab"]
+    assert notes == [[f"Planner that judged operators: {name}."] if name else [] for name in told]

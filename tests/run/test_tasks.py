@@ -52,7 +52,7 @@ def test_arguments_of_a_task() -> None:
     for wrong, message in (
         ({"tasks": "0_0"}, "tasks: '0_0' is not a task of this suite"),
         ({"tasks": 99}, "tasks=99 is a number and no task"),
-        ({"planner": "fast"}, "'fast' is no planner: expected one of full, built_in"),
+        ({"planner": "fast"}, "'fast' is no planner: expected one of auto, full, built_in"),
         ({"protocol": "lax"}, "'lax' is no protocol: expected one of strict"),
         ({"prompts": "mine"}, "'mine' is no set of prompts: expected one of official, eai"),
     ):

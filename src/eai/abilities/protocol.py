@@ -5,7 +5,7 @@ from __future__ import annotations
 from enum import Enum
 from typing import TypeVar
 
-from eai.errors import InputError
+from eai.errors import InputError, did_you_mean
 
 
 class Protocol(str, Enum):
@@ -58,5 +58,6 @@ def member(kind: type[E], name: E | str, noun: str) -> E:
     try:
         return kind(name)
     except ValueError as error:
-        known = ", ".join(each.value for each in kind)
-        raise InputError(f"{name!r} is no {noun}: expected one of {known}") from error
+        known = [each.value for each in kind]
+        hint = did_you_mean(str(name), known)
+        raise InputError(f"{name!r} is no {noun}: expected one of {', '.join(known)}{hint}") from error

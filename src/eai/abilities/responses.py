@@ -11,7 +11,7 @@ from collections.abc import Callable, Collection
 from dataclasses import dataclass
 from pathlib import Path
 
-from eai.errors import InputError
+from eai.errors import InputError, did_you_mean
 
 SUFFIX = "_outputs.json"
 
@@ -71,7 +71,8 @@ def read_responses(
         response = _response(f"{path}, row {number}", row, task_id_of)
         shown = response.task_id[:_SHOWN]
         if response.task_id not in task_ids:
-            raise InputError(f"{path}, row {number}: identifier {shown!r} is not one of the tasks")
+            hint = did_you_mean(shown, task_ids)
+            raise InputError(f"{path}, row {number}: identifier {shown!r} is not one of the tasks{hint}")
         if response.task_id in responses:
             raise InputError(f"{path}, row {number}: identifier {shown!r} stands there twice")
         responses[response.task_id] = response

@@ -194,6 +194,7 @@ class OperatorVerdict(Verdict):
         operators: what comparing each operator with the gold one found out.
         plan: the steps of the plan that was found.
         planner_detail: what else the planner says.
+        planner_name: which planner was asked, with its version; None if none was, or in older records.
     """
 
     success: bool | None = None
@@ -204,6 +205,7 @@ class OperatorVerdict(Verdict):
     operators: tuple[OperatorReport, ...] = ()
     plan: tuple[str, ...] = ()
     planner_detail: str = ""
+    planner_name: str | None = None
 
 
 V = TypeVar("V", bound=Verdict)

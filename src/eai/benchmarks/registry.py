@@ -9,7 +9,6 @@ from __future__ import annotations
 import sys
 from collections.abc import Mapping
 from dataclasses import replace
-from difflib import get_close_matches
 from functools import cache
 from importlib import import_module
 from importlib.metadata import EntryPoint, entry_points
@@ -18,7 +17,7 @@ from pathlib import Path
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.pddl_files import open_pddl
 from eai.benchmarks.task_files import ENDINGS, open_task_files
-from eai.errors import InputError
+from eai.errors import InputError, did_you_mean
 
 GROUP = "eai.benchmarks"
 """The group of entry points."""
@@ -78,10 +77,8 @@ def _find(reference: str) -> Benchmark:
     if separator:
         return _as_benchmark(_load(module, name, reference), reference)
     known = registered()
-    near = get_close_matches(reference, known, 1)
-    hint = f"; did you mean {near[0]}?" if near else ""
     expected = f"{', '.join(known)}, module:object, pddl:DOMAIN,PROBLEMS or a folder of task files"
-    raise InputError(f"{reference!r} is no benchmark: expected {expected}{hint}")
+    raise InputError(f"{reference!r} is no benchmark: expected {expected}{did_you_mean(reference, known)}")
 
 
 def _open_pddl(files: str) -> Benchmark:

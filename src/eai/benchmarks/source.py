@@ -24,7 +24,7 @@ class Source:
 
     store: Store | None = None
     report: Report = silent
-    planner: PlannerChoice = PlannerChoice.FULL
+    planner: PlannerChoice = PlannerChoice.AUTO
 
 
 class TaskSet(Mapping[str, T_co]):

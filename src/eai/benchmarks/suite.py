@@ -18,7 +18,7 @@ from eai.benchmarks.scorers import open_scorers
 from eai.benchmarks.source import Source
 from eai.benchmarks.task_reference import TaskReference
 from eai.data.progress import silent
-from eai.errors import InputError
+from eai.errors import InputError, did_you_mean
 
 DEFAULT_PROTOCOL = Protocol.STRICT
 """The rules for scoring where nothing else is asked for."""
@@ -83,7 +83,8 @@ class Suite:
         scorer = self._made.get(task_id)
         if scorer is None:
             if task_id not in self.task_ids:
-                raise InputError(f"{self.domain} {self.ability.value} has no task {task_id!r}")
+                hint = did_you_mean(task_id, self.task_ids)
+                raise InputError(f"{self.domain} {self.ability.value} has no task {task_id!r}{hint}")
             scorer = self._made[task_id] = self._make(task_id)
         return scorer
 

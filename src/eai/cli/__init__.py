@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import signal
 import sys
+from typing import Annotated, Any
 
 import typer
+from typer.core import TyperGroup
 
+from eai import __version__
 from eai.cli import (
     analyze,
     compare,
@@ -27,24 +30,59 @@ from eai.errors import EaiError, InterruptError
 INTERRUPTED = 128 + signal.SIGINT
 """The exit status of what was interrupted."""
 
+
+class _Commands(TyperGroup):
+    """The commands, of which any may be interrupted."""
+
+    def invoke(self, ctx: Any) -> Any:
+        """Run the command that was chosen; an interrupt that it says nothing about is told in a line."""
+        try:
+            return super().invoke(ctx)
+        except KeyboardInterrupt:
+            raise InterruptError("interrupted") from None
+
+
 app = typer.Typer(
     name="eai",
-    help="Measure, diagnose and train language models for embodied decision making.",
+    cls=_Commands,
     no_args_is_help=True,
     pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
 )
-app.add_typer(data.app, name="data")
-app.add_typer(analyze.app, name="analyze")
-app.command(no_args_is_help=True)(score.score)
-app.command(no_args_is_help=True)(run.run)
-app.command(no_args_is_help=True)(explain.explain)
-app.command(no_args_is_help=True)(prompts.prompts)
-app.add_typer(submission.app, name="submission")
-app.add_typer(tasks.app, name="tasks")
-app.add_typer(human.app, name="human")
-app.command(no_args_is_help=True)(report.report)
-app.command(no_args_is_help=True)(compare.compare)
-app.command(no_args_is_help=True)(leaderboard.leaderboard)
+MEASURE, UNDERSTAND, MATERIAL = "Measure", "Understand", "Tasks and data"
+"""The panels of the commands."""
+
+app.command(no_args_is_help=True, rich_help_panel=MEASURE)(run.run)
+app.command(no_args_is_help=True, rich_help_panel=MEASURE)(score.score)
+app.add_typer(submission.app, name="submission", rich_help_panel=MEASURE)
+app.command(no_args_is_help=True, rich_help_panel=UNDERSTAND)(explain.explain)
+app.command(no_args_is_help=True, rich_help_panel=UNDERSTAND)(compare.compare)
+app.command(no_args_is_help=True, rich_help_panel=UNDERSTAND)(leaderboard.leaderboard)
+app.command(no_args_is_help=True, rich_help_panel=UNDERSTAND)(report.report)
+app.add_typer(analyze.app, name="analyze", rich_help_panel=UNDERSTAND)
+app.add_typer(data.app, name="data", rich_help_panel=MATERIAL)
+app.command(no_args_is_help=True, rich_help_panel=MATERIAL)(prompts.prompts)
+app.add_typer(tasks.app, name="tasks", rich_help_panel=MATERIAL)
+app.add_typer(human.app, name="human", rich_help_panel=MATERIAL)
+
+
+def _version(asked: bool) -> None:
+    if asked:
+        print(f"eai {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def eai(
+    version: Annotated[
+        bool,
+        typer.Option("--version", "-V", callback=_version, is_eager=True, help="Print the version and exit."),
+    ] = False,
+) -> None:
+    """Measure, diagnose and train language models for embodied decision making.
+
+    Start: eai run --model eai/noisy -M rate=0.2 --limit 5   (no key, no network but for the data set)
+    """
 
 
 def main() -> None:
@@ -56,7 +94,7 @@ def main() -> None:
     """
     signal.signal(signal.SIGTERM, lambda number, frame: sys.exit(128 + number))
     try:
-        app()
+        app(prog_name="eai")
     except EaiError as error:
         errors().print(f"eai: {error}", markup=False, highlight=False, soft_wrap=True)
         sys.exit(INTERRUPTED if isinstance(error, InterruptError) else 2)

@@ -19,6 +19,7 @@ from eai.benchmarks.suite import open_suite
 from eai.cli import analyze_annotations, analyze_cofactors, analyze_table
 from eai.cli.console import data_progress, output
 from eai.cli.data import DataFolder, store
+from eai.cli.options import Planner
 from eai.errors import InputError
 from eai.pddl.planning import PlannerChoice
 from eai.report import plot_sensitivity
@@ -40,7 +41,7 @@ def analyze() -> None:
 def sensitivity(
     records: Annotated[Path, typer.Argument(help="A records.jsonl of transition modeling, or its folder.")],
     out: Annotated[Path, typer.Option(help="Where the results go.")] = Path("sensitivity"),
-    planner: Annotated[PlannerChoice, typer.Option(help="Which planner judges.")] = PlannerChoice.FULL,
+    planner: Planner = PlannerChoice.AUTO,
     plots: Annotated[bool, typer.Option(help="Draw heat maps (needs the extra 'plots').")] = True,
     data: DataFolder = None,
 ) -> None:

@@ -16,7 +16,7 @@ from eai.errors import InputError
 from eai.metrics.certainty import Certainty, Interval
 from eai.metrics.comparison import Comparison, Difference
 from eai.metrics.comparison import compare as compare_runs
-from eai.metrics.coverage import coverage_of
+from eai.metrics.coverage import coverage_of, planners_of
 from eai.report.runs import Run, read_runs
 
 _SURE = 0.05
@@ -49,8 +49,20 @@ def compare(
         one, other = before[place], after[place]
         comparison = compare_runs(one.records, other.records)
         _print(place, one, other, comparison, tasks)
+        _note_planners(one, other)
         if not all(record.task for record in (*one.records, *other.records)):
             errors().print(_UNNAMED, markup=False, highlight=False)
+
+
+def _note_planners(one: Run, other: Run) -> None:
+    """Say on standard error if the operators of the two are judged by different planners."""
+    found = {
+        side: ", ".join(planners_of(record.verdict for record in run.records)) or "not known"
+        for side, run in (("A", one), ("B", other))
+    }
+    if len(set(found.values())) > 1:
+        named = "; ".join(f"{side}: {names}" for side, names in found.items())
+        errors().print(f"operators are judged by different planners: {named}", markup=False, highlight=False)
 
 
 _Place = tuple[str, Ability, str]

@@ -11,11 +11,15 @@ from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeRemaining
 from rich.table import Table
 from rich.text import Text
 
+from eai.abilities.protocol import Ability
+from eai.abilities.transition_modeling.planners import available
+from eai.benchmarks.suite import Suite
 from eai.data.progress import Progress as Step
 from eai.data.progress import Report, Stage
 from eai.errors import EaiError
 from eai.metrics.coverage import Coverage
 from eai.metrics.rate import Rate
+from eai.pddl.planning import PlannerChoice
 
 DOMAIN_HELP = (
     "A benchmark: virtualhome, behavior, another one by its name, module:object, pddl:FILE,DIR, "
@@ -25,6 +29,12 @@ DOMAIN_HELP = (
 
 MISSING_HELP = "Leave tasks without an answer out of all rates; the run is then not ranked."
 """What ``--allow-missing`` does."""
+
+BUILT_IN_ALONE = (
+    "Fast Downward is not installed: the built-in search judges operators alone, and what it cannot decide "
+    "counts as not solved. For both: pip install 'embodied-agent-interface[planner]'"
+)
+"""What there is to say where the authority on operators is missing."""
 
 _COLUMN_WIDTH = 18
 """What a model's column is granted before its name is folded, frame included."""
@@ -100,6 +110,14 @@ def print_remark(name: str, coverage: Coverage) -> None:
     """Say on standard error what is remarkable about how much of a suite is answered."""
     if coverage.remark is not None:
         errors().print(f"{name}: {coverage.remark}", markup=False, highlight=False, soft_wrap=True)
+
+
+def note_planner(suites: Sequence[Suite]) -> None:
+    """Say on standard error, once, if operators are judged without Fast Downward because it is not there."""
+    judging = [suite for suite in suites if suite.ability is Ability.TRANSITION_MODELING]
+    asked = {suite.source.planner for suite in judging}
+    if PlannerChoice.AUTO in asked and available(PlannerChoice.AUTO) is PlannerChoice.BUILT_IN:
+        errors().print(BUILT_IN_ALONE, markup=False, highlight=False, soft_wrap=True)
 
 
 def without_inspect(error: ImportError) -> EaiError:

@@ -23,7 +23,11 @@ app = typer.Typer(help="The data set: fetch it, say where it is, count it, check
 
 DataFolder = Annotated[
     Path | None,
-    typer.Option("--data", help="The folder of the store; EAI_DATA_DIR or the user's cache if not given."),
+    typer.Option(
+        "--data",
+        metavar="DIR",
+        help="Where the data set is; EAI_DATA_DIR or the user's cache if not given.",
+    ),
 ]
 
 

@@ -13,7 +13,7 @@ import typer
 from typing_extensions import ParamSpec
 
 from eai.abilities.declarations import DECLARATIONS
-from eai.abilities.protocol import Ability, Protocol
+from eai.abilities.protocol import Ability, ability_of
 from eai.abilities.responses import file_name
 from eai.abilities.verdict import Json
 from eai.benchmarks.answer_files import recorded_file
@@ -23,22 +23,33 @@ from eai.benchmarks.source import Source
 from eai.benchmarks.suite import DEFAULT_PROTOCOL, Suite, open_suite
 from eai.cli.console import (
     DOMAIN_HELP,
-    MISSING_HELP,
     Result,
     counted,
     data_progress,
     dollars,
     errors,
+    note_planner,
     output,
     print_rates,
     without_inspect,
 )
 from eai.cli.data import DataFolder, store
+from eai.cli.options import (
+    ABILITIES,
+    OUTPUT,
+    AllowMissing,
+    AsJson,
+    Explanations,
+    Planner,
+    Rules,
+    Wide,
+    Workers,
+)
 from eai.cli.progress import run_progress
-from eai.errors import InputError, InterruptError
+from eai.errors import InputError, InterruptError, did_you_mean
 from eai.pddl.planning import PlannerChoice
 from eai.prompts.prompt import Prompt, PromptSet
-from eai.run.job import Decoding, Endpoint, Job, Pace
+from eai.run.job import Decoding, Endpoint, Job, Pace, check_model
 from eai.run.journal import JOURNAL
 from eai.scoring.batch import Settings
 from eai.scoring.epochs import Obtained, SuiteResult, settle, undisturbed
@@ -46,6 +57,8 @@ from eai.scoring.epochs import Obtained, SuiteResult, settle, undisturbed
 LOGS = "logs"
 REPLAY = "eai/replay"
 SHOWN_TASKS = 5
+_MODEL, _ASKED, _PACE = "Who is asked", "What is asked", "Requests"
+"""Panels of the help."""
 
 
 P = ParamSpec("P")
@@ -69,45 +82,99 @@ def run(
     model: Annotated[
         list[str],
         typer.Option(
-            help="A model as Inspect names it, or eai/oracle, eai/planner, eai/noisy, eai/replay: no network."
+            metavar="NAME",
+            help="As Inspect names it, openai/gpt-4o say; built in, without key or network: eai/oracle (gold "
+            "answers), eai/planner (finds plans), eai/noisy (spoilt gold answers), eai/replay (from files).",
+            rich_help_panel=_MODEL,
         ),
     ],
-    domain: Annotated[
-        list[str] | None, typer.Option(help=f"{DOMAIN_HELP} All registered ones if not given.")
-    ] = None,
-    ability: Annotated[list[Ability] | None, typer.Option(help="Abilities; all if not given.")] = None,
-    protocol: Annotated[Protocol, typer.Option(help="The rules for scoring.")] = DEFAULT_PROTOCOL,
-    tasks: Annotated[
-        str, typer.Option(help="Only these tasks, in the suites that have them: ids separated by commas.")
-    ] = "",
-    limit: Annotated[int | None, typer.Option(min=1, help="At most so many tasks of each suite.")] = None,
-    prompt_set: Annotated[PromptSet, typer.Option("--set", help="Which prompts.")] = PromptSet.OFFICIAL,
-    prompts: Annotated[Path | None, typer.Option(help="A folder with prompts of your own.")] = None,
-    epochs: Annotated[int, typer.Option(min=1, help="Answers a task; the majority counts.")] = 1,
-    temperature: Annotated[float, typer.Option(min=0.0, help="The sampling temperature.")] = 0.0,
-    max_tokens: Annotated[int | None, typer.Option(min=1, help="The most tokens of an answer.")] = None,
-    stop: Annotated[bool, typer.Option(help="Stop sequences as in the paper's runs.")] = True,
-    structured: Annotated[bool, typer.Option(help="Ask for JSON where a provider can enforce it.")] = False,
-    max_connections: Annotated[int | None, typer.Option(min=1, help="Requests at a time.")] = None,
-    max_retries: Annotated[int, typer.Option(min=0, help="Repetitions of a failed request.")] = 5,
-    timeout: Annotated[int | None, typer.Option(min=1, help="Seconds until a request has failed.")] = None,
-    batch: Annotated[bool, typer.Option(help="Use the provider's batch service.")] = False,
     model_arg: Annotated[
-        list[str] | None, typer.Option("-M", help="An argument of the model, as NAME=VALUE.")
+        list[str] | None,
+        typer.Option("-M", metavar="KEY=VALUE", help="An argument of the model.", rich_help_panel=_MODEL),
     ] = None,
-    model_base_url: Annotated[str | None, typer.Option(help="Where a local server listens.")] = None,
-    prices: Annotated[Path | None, typer.Option(help="Prices of models, as Inspect reads them.")] = None,
-    workers: Annotated[int, typer.Option(min=1, help="Processes to score with.")] = 1,
-    explanations: Annotated[
-        bool, typer.Option(help="Put a step-by-step explanation into every record.")
+    model_base_url: Annotated[
+        str | None, typer.Option(metavar="URL", help="Where a local server listens.", rich_help_panel=_MODEL)
+    ] = None,
+    temperature: Annotated[
+        float, typer.Option(min=0.0, metavar="T", help="For sampling.", rich_help_panel=_MODEL)
+    ] = 0.0,
+    max_tokens: Annotated[
+        int | None, typer.Option(min=1, metavar="N", help="The most of an answer.", rich_help_panel=_MODEL)
+    ] = None,
+    stop: Annotated[
+        bool, typer.Option(help="Stop sequences as in the paper's runs.", rich_help_panel=_MODEL)
     ] = True,
-    planner: Annotated[
-        PlannerChoice, typer.Option(help="Transition modeling: which planner judges operators.")
-    ] = PlannerChoice.FULL,
-    allow_missing: Annotated[bool, typer.Option("--allow-missing", help=MISSING_HELP)] = False,
-    out: Annotated[Path, typer.Option(help="Where answers, logs, records and summaries go.")] = Path("runs"),
-    quiet: Annotated[bool, typer.Option("--quiet", help="Print nothing but what went wrong.")] = False,
-    as_json: Annotated[bool, typer.Option("--json", help="Print the results as JSON.")] = False,
+    structured: Annotated[
+        bool,
+        typer.Option("--structured", help="Ask for JSON where a provider can.", rich_help_panel=_MODEL),
+    ] = False,
+    epochs: Annotated[
+        int,
+        typer.Option(min=1, metavar="N", help="Answers a task; the majority counts.", rich_help_panel=_MODEL),
+    ] = 1,
+    domain: Annotated[
+        list[str] | None,
+        typer.Option(metavar="NAME", help=f"{DOMAIN_HELP} All if not given.", rich_help_panel=_ASKED),
+    ] = None,
+    ability: Annotated[
+        list[Ability] | None,
+        typer.Option(
+            parser=ability_of,
+            metavar="NAME",
+            help=f"{ABILITIES}. All if not given.",
+            rich_help_panel=_ASKED,
+        ),
+    ] = None,
+    tasks: Annotated[
+        str,
+        typer.Option(metavar="ID,ID", help="Only these, in suites that have them.", rich_help_panel=_ASKED),
+    ] = "",
+    limit: Annotated[
+        int | None,
+        typer.Option(min=1, metavar="N", help="Tasks a suite, at most.", rich_help_panel=_ASKED),
+    ] = None,
+    prompt_set: Annotated[
+        PromptSet,
+        typer.Option("--set", help="Which prompts: the data set's, or ours.", rich_help_panel=_ASKED),
+    ] = PromptSet.OFFICIAL,
+    prompts: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="Prompts of your own.", rich_help_panel=_ASKED)
+    ] = None,
+    max_connections: Annotated[
+        int | None, typer.Option(min=1, metavar="N", help="Requests at a time.", rich_help_panel=_PACE)
+    ] = None,
+    max_retries: Annotated[
+        int, typer.Option(min=0, metavar="N", help="Repeat a failed one so often.", rich_help_panel=_PACE)
+    ] = 5,
+    timeout: Annotated[
+        int | None,
+        typer.Option(min=1, metavar="S", help="Seconds until one failed.", rich_help_panel=_PACE),
+    ] = None,
+    batch: Annotated[
+        bool,
+        typer.Option("--batch", help="Use the provider's batch service.", rich_help_panel=_PACE),
+    ] = False,
+    prices: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Prices of models, as Inspect reads them.", rich_help_panel=_PACE),
+    ] = None,
+    protocol: Rules = DEFAULT_PROTOCOL,
+    planner: Planner = PlannerChoice.AUTO,
+    workers: Workers = 1,
+    explanations: Explanations = True,
+    allow_missing: AllowMissing = False,
+    out: Annotated[
+        Path,
+        typer.Option(
+            metavar="DIR", help="Where answers, logs, records, summaries go.", rich_help_panel=OUTPUT
+        ),
+    ] = Path("runs"),
+    quiet: Annotated[
+        bool,
+        typer.Option("--quiet", help="Print nothing but what went wrong.", rich_help_panel=OUTPUT),
+    ] = False,
+    as_json: AsJson = False,
+    wide: Wide = False,
     data: DataFolder = None,
 ) -> None:
     """Obtain answers through Inspect and score them. The same command goes on where it was interrupted.
@@ -119,6 +186,8 @@ def run(
     Example: eai run --model eai/noisy -M rate=0.2 --domain virtualhome --ability action_sequencing
     """
     _refuse_twins(model)
+    for name in model:
+        check_model(name)
     arguments = dict(_pair(text) for text in model_arg or ())
     order = _Order(
         endpoints=[Endpoint(name, arguments, model_base_url, prices) for name in model],
@@ -141,6 +210,7 @@ def run(
         named = _named(tasks, suites)
         chosen = [(suite, asked) for suite in suites if (asked := _chosen(suite, library, named, limit))]
     _check_replay(order.endpoints, [suite for suite, _ in chosen])
+    note_planner([suite for suite, _ in chosen])
     outcomes = []
     for suite, asked in chosen:
         of_suite = [_run_model(order, endpoint, asked, suite) for endpoint in order.endpoints]
@@ -254,8 +324,10 @@ def _named(tasks: str, suites: Sequence[Suite]) -> frozenset[str]:
     for task_id in named:
         if not any(task_id in suite.task_ids for suite in suites):
             only = f"{suites[0].domain} {suites[0].ability.value}"
+            known = {each for suite in suites for each in suite.task_ids}
             raise InputError(
                 f"--tasks: {task_id!r} is not a task of {only if len(suites) == 1 else 'any suite'}"
+                f"{did_you_mean(task_id, sorted(known))}"
             )
     return frozenset(named)
 

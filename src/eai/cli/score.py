@@ -9,21 +9,13 @@ from typing import Annotated
 import typer
 
 from eai.abilities.declarations import DECLARATIONS
-from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.responses import Response, ResponseFile, find_response_files, read_responses
 from eai.benchmarks.answer_files import files_of_suite
 from eai.benchmarks.source import Source
 from eai.benchmarks.suite import DEFAULT_PROTOCOL, Suite, open_suite
-from eai.cli.console import (
-    DOMAIN_HELP,
-    MISSING_HELP,
-    Result,
-    data_progress,
-    output,
-    print_rates,
-    without_inspect,
-)
+from eai.cli.console import Result, data_progress, note_planner, output, print_rates, without_inspect
 from eai.cli.data import DataFolder, store
+from eai.cli.options import OUTPUT, AllowMissing, Domain, Explanations, OneAbility, Planner, Rules, Workers
 from eai.errors import InputError
 from eai.metrics.coverage import coverage_of
 from eai.metrics.summary import summarise
@@ -40,18 +32,17 @@ def score(
         list[Path],
         typer.Argument(help="Response files, folders of them, or logs of Inspect's.", metavar="PATH..."),
     ],
-    domain: Annotated[str, typer.Option(help=DOMAIN_HELP)],
-    ability: Annotated[Ability, typer.Option(help="What the answers are.")],
-    protocol: Annotated[Protocol, typer.Option(help="The rules for scoring.")] = DEFAULT_PROTOCOL,
-    workers: Annotated[int, typer.Option(min=1, help="Processes to score with.")] = 1,
-    out: Annotated[Path | None, typer.Option(help="Where to write records and summary.")] = None,
-    explanations: Annotated[
-        bool, typer.Option(help="Put a step-by-step explanation into every record.")
-    ] = True,
-    planner: Annotated[
-        PlannerChoice, typer.Option(help="Transition modeling: which planner judges operators.")
-    ] = PlannerChoice.FULL,
-    allow_missing: Annotated[bool, typer.Option("--allow-missing", help=MISSING_HELP)] = False,
+    domain: Domain,
+    ability: OneAbility,
+    protocol: Rules = DEFAULT_PROTOCOL,
+    planner: Planner = PlannerChoice.AUTO,
+    workers: Workers = 1,
+    explanations: Explanations = True,
+    allow_missing: AllowMissing = False,
+    out: Annotated[
+        Path | None,
+        typer.Option(metavar="DIR", help="Where records and summary go.", rich_help_panel=OUTPUT),
+    ] = None,
     data: DataFolder = None,
 ) -> None:
     """Score answers: verdicts to OUT/records.jsonl, rates to OUT/summary.json, the main table to the screen.
@@ -67,6 +58,7 @@ def score(
     with data_progress() as report:
         source = Source(store(data), report, planner)
         suite = open_suite(domain, ability, protocol, source=source)
+    note_planner([suite])
     files = [file for path in paths for file in files_of_suite(path, suite.domain, ability)]
     given = [_in_order(_read(file, suite), suite.task_ids) for file in files]
     _refuse_twins([answers.model for answers in given])

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import reduce
 
 from eai.abilities.record import NOT_ANSWERED, Record
-from eai.abilities.verdict import Json
+from eai.abilities.verdict import Json, OperatorVerdict, Verdict
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,6 +96,12 @@ def coverage_of(records: Sequence[Record]) -> Coverage:
         left_out=sum(verdict.excluded == NOT_ANSWERED for verdict in lacking),
         tasks=sizes.pop() if len(sizes) == 1 else None,
     )
+
+
+def planners_of(verdicts: Iterable[Verdict]) -> tuple[str, ...]:
+    """The planners that judged operators, by name; usually one, and none where older records do not say."""
+    names = {verdict.planner_name for verdict in verdicts if isinstance(verdict, OperatorVerdict)}
+    return tuple(sorted(name for name in names if name is not None))
 
 
 def together(coverages: Iterable[Coverage]) -> Coverage | None:

@@ -96,13 +96,20 @@ class FastDownward:
         Raises:
             DataError: it is not installed; the message says how to install it.
         """
-        spec = importlib.util.find_spec(_MODULE)
-        if spec is None or not spec.submodule_search_locations:
-            raise DataError(_MISSING)
-        binaries = Path(spec.submodule_search_locations[0]) / _BINARIES
-        if not (binaries / "downward").is_file():
+        binaries = _installed_binaries()
+        if binaries is None:
             raise DataError(_MISSING)
         return cls(binaries, importlib.metadata.version(_DISTRIBUTION), limits)
+
+    @staticmethod
+    def is_installed() -> bool:
+        """Whether the current environment has it."""
+        return _installed_binaries() is not None
+
+    @property
+    def name(self) -> str:
+        """What it is called in records."""
+        return f"Fast Downward {self.version}"
 
     def solve(self, task: PlanningTask) -> PlannerResult:
         """Look for a plan."""
@@ -122,7 +129,7 @@ class FastDownward:
         searched = self._search(folder)
         if searched.status != 0:
             return self._failure(searched)
-        return checked_plan(task, _read_plan(folder / "plan"), f"Fast Downward {self.version}")
+        return checked_plan(task, _read_plan(folder / "plan"), self.name)
 
     def _translate(self, folder: Path, *, keep_everything: bool) -> _Ended:
         command = [sys.executable, "-m", "fast_downward.translate", "domain.pddl", "problem.pddl"]
@@ -162,9 +169,16 @@ class FastDownward:
         outcome = _OUTCOMES.get(ended.status, PlannerOutcome.CRASH)
         lines = ended.output.strip().splitlines()
         last = lines[-1] if lines else "no output"
-        return PlannerResult(
-            outcome, detail=f"Fast Downward {self.version}: exit status {ended.status}: {last}"
-        )
+        return PlannerResult(outcome, detail=f"{self.name}: exit status {ended.status}: {last}")
+
+
+def _installed_binaries() -> Path | None:
+    """The folder of the programs; None if they are not installed."""
+    spec = importlib.util.find_spec(_MODULE)
+    if spec is None or not spec.submodule_search_locations:
+        return None
+    binaries = Path(spec.submodule_search_locations[0]) / _BINARIES
+    return binaries if (binaries / "downward").is_file() else None
 
 
 def _kill_group(process: subprocess.Popen[bytes]) -> None:

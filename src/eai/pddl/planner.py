@@ -25,6 +25,11 @@ class BuiltInPlanner:
 
     effort: Effort = field(default_factory=Effort)
 
+    @property
+    def name(self) -> str:
+        """What it is called in records."""
+        return "built-in search"
+
     def solve(self, task: PlanningTask) -> PlannerResult:
         """Look for a plan; what it cannot ground is `PlannerOutcome.UNSUPPORTED`."""
         if task.fatal is not None:
@@ -35,9 +40,9 @@ class BuiltInPlanner:
         result = search(task.domain, task.problem, self.effort)
         match result.verdict:
             case SearchVerdict.SOLVED:
-                return checked_plan(task, result.plan, "built-in search")
+                return checked_plan(task, result.plan, self.name)
             case SearchVerdict.UNSOLVABLE:
-                return PlannerResult(PlannerOutcome.UNSOLVABLE, detail="built-in search")
+                return PlannerResult(PlannerOutcome.UNSOLVABLE, detail=self.name)
             case SearchVerdict.UNDECIDED:
                 looked = f"{result.evaluated} states evaluated" if result.evaluated else "too large to ground"
                 return PlannerResult(PlannerOutcome.TIME, detail=looked)
@@ -49,6 +54,11 @@ class TieredPlanner:
 
     first: PddlPlanner
     authority: PddlPlanner
+
+    @property
+    def name(self) -> str:
+        """What both are called."""
+        return f"{self.first.name}, then {self.authority.name}"
 
     def solve(self, task: PlanningTask) -> PlannerResult:
         """Look for a plan."""

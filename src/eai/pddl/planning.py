@@ -31,9 +31,12 @@ class PlannerOutcome(str, Enum):
 class PlannerChoice(str, Enum):
     """Which planner judges operators."""
 
+    AUTO = "auto"
+    """``full`` where Fast Downward is installed, else ``built_in``."""
     FULL = "full"
     """The built-in search, and Fast Downward for what it cannot decide."""
     BUILT_IN = "built_in"
+    """The built-in search alone; what it cannot decide counts as not solved."""
     FAST_DOWNWARD = "fast_downward"
     NONE = "none"
 
@@ -68,6 +71,11 @@ def refusal(finding: PddlFinding) -> PlannerResult:
 
 class PddlPlanner(Protocol):
     """Anything that solves planning tasks; the same task always has the same result, resources permitting."""
+
+    @property
+    def name(self) -> str:
+        """What it is called in records: with its version, for that decides the numbers."""
+        ...
 
     def solve(self, task: PlanningTask) -> PlannerResult:
         """Look for a plan."""

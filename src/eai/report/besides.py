@@ -69,4 +69,5 @@ def _run_rows(columns: Sequence[ColumnSpec], runs: Sequence[RunSummary], notes: 
     """A row for each run; a table without a rank has them in the order of their names."""
     for item in runs:
         if item.key.protocol.value == paper_setting().protocol:
-            yield from run_rows(columns, [item], {item.key.model: cells_of_run(item)}, notes)
+            cells = {item.key.model: cells_of_run(item)}
+            yield from run_rows(columns, [item], cells, notes, with_paper=True)

@@ -151,7 +151,7 @@ def _outcomes(runs: Sequence[RunSummary]) -> Iterator[str]:
 
 def _runs(runs: Sequence[RunSummary]) -> Iterator[str]:
     yield "## Runs\n"
-    header = ["model", "suite", "answered", "excluded", "repaired", "data"]
+    header = ["model", "suite", "answered", "excluded", "repaired", "planner", "data"]
     rows = [
         [
             escaped(item.key.name),
@@ -159,6 +159,7 @@ def _runs(runs: Sequence[RunSummary]) -> Iterator[str]:
             str(item.coverage),
             str(sum(item.excluded.values())),
             str(item.repaired),
+            ", ".join(item.planners),
             " ".join(digest[:12] for digest in item.data_sha256),
         ]
         for item in runs

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from eai.abilities.declarations import DECLARATIONS
 from eai.metrics.breakdown import Breakdown, break_down
 from eai.metrics.certainty import Cases, Certainty, certainty_of_rate
-from eai.metrics.coverage import Coverage, coverage_of
+from eai.metrics.coverage import Coverage, coverage_of, planners_of
 from eai.metrics.rate import Rate, total
 from eai.metrics.summary import cases_of, contributions
 from eai.report.runs import Run, RunKey
@@ -23,6 +23,7 @@ class RunSummary:
         coverage: how much of the suite is answered.
         excluded: reason -> how many tasks are left out of all rates for it.
         repaired: how many answers were read only after a repair.
+        planners: what judged operators, by name; none where nothing did or older records do not say.
         data_sha256: digests of the data that it was scored against, usually one.
         rates: metric -> rate.
         certainties: metric -> how sure the rate is, None where it is not defined.
@@ -34,6 +35,7 @@ class RunSummary:
     coverage: Coverage
     excluded: Mapping[str, int]
     repaired: int
+    planners: tuple[str, ...]
     data_sha256: tuple[str, ...]
     rates: Mapping[str, Rate]
     certainties: Mapping[str, Certainty | None]
@@ -58,6 +60,7 @@ def summary_of(run: Run) -> RunSummary:
         coverage_of(run.records),
         dict(Counter(v.excluded for v in verdicts if v.excluded is not None)),
         sum(bool(record.repairs) for record in run.records),
+        planners_of(verdicts),
         tuple(sorted({record.data_sha256 for record in run.records})),
         rates,
         {metric: certainty_of_rate(found) for metric, found in cases.items()},

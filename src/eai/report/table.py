@@ -59,7 +59,7 @@ def make_table(
     if not columns:
         return None
     notes = Notes()
-    rows = list(run_rows(columns, runs, known, notes))
+    rows = list(run_rows(columns, runs, known, notes, with_paper=with_paper))
     places = [column.place(domain) for column in columns]
     papers = []
     if with_paper and protocol.value == paper_setting().protocol:
@@ -73,7 +73,12 @@ def make_table(
 
 
 def run_rows(
-    columns: Sequence[ColumnSpec], runs: Sequence[RunSummary], known: Mapping[str, Cells], notes: Notes
+    columns: Sequence[ColumnSpec],
+    runs: Sequence[RunSummary],
+    known: Mapping[str, Cells],
+    notes: Notes,
+    *,
+    with_paper: bool = False,
 ) -> Iterator[Row]:
     """A row for each model that has any of the columns' numbers, with footnotes on what it leaves open.
 
@@ -82,8 +87,10 @@ def run_rows(
         runs: the runs of one protocol and domain.
         known: all numbers of each of their models.
         notes: where the footnotes go.
+        with_paper: whether the paper's rows stand beside them, which another planner judged.
     """
     abilities = {column.ability for column in columns}
+    planners = {name for run in runs for name in run.planners}
     for model, cells in known.items():
         found = tuple(cell_of(cells, column) for column in columns)
         if any(cell.percent is not None for cell in found):
@@ -93,6 +100,9 @@ def run_rows(
                 for run in shown
                 if run.coverage.remark
             ]
+            if len(planners) > 1 or with_paper:
+                judged = [", ".join(run.planners) for run in shown if run.planners]
+                remarks += [f"Planner that judged operators: {names}." for names in judged]
             numbers = tuple(notes.number(remark) for remark in remarks)
             yield Row(model, RowSource.RUN, found, together(run.coverage for run in shown), numbers)
 

@@ -12,7 +12,25 @@ from eai.abilities.protocol import Ability
 from eai.abilities.verdict import Json
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.source import Source
+from eai.errors import InputError, did_you_mean
 from eai.prompts.prompt import Prompt
+
+PROVIDER = "eai"
+"""What stands before the slash in the names of built-in models."""
+
+MODELS = ("oracle", "planner", "noisy", "replay")
+"""The built-in models."""
+
+
+def check_model(name: str) -> None:
+    """Raise InputError for a built-in model that there is not, or a name that no provider can stand in."""
+    known = [f"{PROVIDER}/{model}" for model in MODELS]
+    provider, separator, _ = name.partition("/")
+    if provider == PROVIDER and name not in known:
+        raise InputError(f"{name}: expected one of {', '.join(known)}{did_you_mean(name, known)}")
+    if not separator:
+        hint = did_you_mean(f"{PROVIDER}/{name}", known)
+        raise InputError(f"--model {name}: expected PROVIDER/NAME, such as openai/gpt-4o or {known[0]}{hint}")
 
 
 @dataclass(frozen=True, slots=True)

@@ -26,12 +26,13 @@ from eai.benchmarks.answer_files import recorded_file
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.gold_answers import AnswerBook, noisy_answer, open_answer_book, open_planned_book
 from eai.benchmarks.registry import find_benchmark
-from eai.errors import InputError
+from eai.errors import InputError, did_you_mean
+from eai.run.job import PROVIDER, check_model
+from eai.run.refusal import refusing
 from eai.scoring.batch import NO_ROW
 
-PROVIDER = "eai"
-MODELS = ("oracle", "planner", "noisy", "replay")
 DEFAULT_NOISE = 0.1
+_ARGUMENTS = ("rate", "seed", "path")
 
 
 @modelapi(name=PROVIDER)
@@ -60,15 +61,17 @@ class BuiltInModel(ModelAPI):
         **model_args: Any,
     ) -> None:
         super().__init__(model_name, base_url, api_key, [], config)
-        if model_name not in MODELS:
-            raise InputError(f"eai/{model_name}: expected one of eai/{', eai/'.join(MODELS)}")
-        self._rate = float(model_args.pop("rate", DEFAULT_NOISE))
-        self._seed = int(model_args.pop("seed", 0))
-        self._path = model_args.pop("path", None)
-        if model_args:
-            raise InputError(f"eai/{model_name}: unknown argument {next(iter(model_args))}")
-        if model_name == "replay" and self._path is None:
-            raise InputError("eai/replay: expected -M path=FILE, a response file or a folder of them")
+        with refusing():
+            check_model(f"{PROVIDER}/{model_name}")
+            self._rate = _share(model_name, model_args.pop("rate", DEFAULT_NOISE))
+            self._seed = _whole(model_name, model_args.pop("seed", 0))
+            self._path = model_args.pop("path", None)
+            if model_args:
+                unknown = next(iter(model_args))
+                hint = did_you_mean(unknown, _ARGUMENTS)
+                raise InputError(f"eai/{model_name}: unknown argument {unknown}{hint}")
+            if model_name == "replay" and self._path is None:
+                raise InputError("eai/replay: expected -M path=FILE, a response file or a folder of them")
         self._book = cache(open_planned_book if model_name == "planner" else open_answer_book)
         self._recorded = cache(self._read_recorded)
 
@@ -114,3 +117,22 @@ class BuiltInModel(ModelAPI):
         file = recorded_file(Path(str(self._path)), benchmark.name, ability)
         recorded = read_responses(file, task_ids, benchmark.task_id_of)
         return {response.task_id: response.text for response in recorded.responses}
+
+
+def _share(model: str, value: object) -> float:
+    """A number from 0 to 1; raises InputError for anything else."""
+    try:
+        share = float(str(value))
+    except ValueError:
+        share = -1.0
+    if not 0 <= share <= 1:
+        raise InputError(f"eai/{model}: expected -M rate= with a number from 0 to 1, not {value!r}")
+    return share
+
+
+def _whole(model: str, value: object) -> int:
+    """A whole number; raises InputError for anything else."""
+    try:
+        return int(str(value))
+    except ValueError as error:
+        raise InputError(f"eai/{model}: expected -M seed= with a whole number, not {value!r}") from error

@@ -34,10 +34,10 @@ from eai.abilities.declaration import AnswerOutcome
 from eai.abilities.protocol import Ability, ability_of, protocol_of
 from eai.abilities.record import Record
 from eai.abilities.responses import Response, ResponseFile, file_name
+from eai.abilities.transition_modeling.planners import planner_of
 from eai.abilities.verdict import Verdict
 from eai.benchmarks.source import Source
 from eai.benchmarks.suite import Suite, open_suite
-from eai.errors import InputError
 from eai.metrics.breakdown import outcome
 from eai.metrics.summary import summarise
 from eai.pddl.planning import PlannerChoice
@@ -114,19 +114,6 @@ def score_of(record: Record, epoch: int, *, answered: bool) -> Score:
     if came_to is not AnswerOutcome.EXCLUDED:
         score.value = CORRECT if came_to is AnswerOutcome.SUCCESS else INCORRECT
     return score
-
-
-def planner_of(name: str) -> PlannerChoice:
-    """The choice of planner of this name.
-
-    Raises:
-        InputError: there is none.
-    """
-    try:
-        return PlannerChoice(name)
-    except ValueError as error:
-        known = ", ".join(choice.value for choice in PlannerChoice)
-        raise InputError(f"{name!r} is no planner: expected one of {known}") from error
 
 
 @cache

@@ -13,7 +13,8 @@ from inspect_ai.solver import Solver
 from inspect_ai.util import registry_info
 
 from eai.abilities.declarations import DECLARATIONS
-from eai.abilities.protocol import Ability, Protocol, protocol_of
+from eai.abilities.protocol import Ability, Protocol, member, protocol_of
+from eai.abilities.transition_modeling.planners import planner_of
 from eai.abilities.verdict import Json
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.gold_answers import open_answer_book
@@ -21,10 +22,11 @@ from eai.benchmarks.prompt_library import Library
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.source import Source
 from eai.benchmarks.suite import DEFAULT_PROTOCOL
-from eai.errors import InputError
+from eai.errors import InputError, did_you_mean
 from eai.pddl.planning import PlannerChoice
 from eai.prompts.prompt import Prompt, PromptSet
-from eai.run.scorer import SCORERS, planner_of
+from eai.run.refusal import refusing
+from eai.run.scorer import SCORERS
 from eai.run.solver import ask_as_published
 
 
@@ -74,16 +76,18 @@ def published_task(reference: str, ability: Ability) -> Callable[..., inspect_ai
         protocol: str = DEFAULT_PROTOCOL.value,
         prompts: str = PromptSet.OFFICIAL.value,
         prompt_folder: str | None = None,
-        planner: str = PlannerChoice.FULL.value,
+        planner: str = PlannerChoice.AUTO.value,
         tasks: str | int | Sequence[str] | None = None,
     ) -> inspect_ai.Task:
-        folder = None if prompt_folder is None else Path(prompt_folder)
-        benchmark = find_benchmark(reference)
-        source = Source(planner=planner_of(planner))
-        asked = Library(_prompt_set(prompts), folder, source).open(benchmark, ability)
-        if tasks is not None:
-            asked = _only(asked, tasks)
-        rules = protocol_of(protocol)
+        with refusing():
+            folder = None if prompt_folder is None else Path(prompt_folder)
+            benchmark = find_benchmark(reference)
+            source = Source(planner=planner_of(planner))
+            prompt_set = member(PromptSet, prompts, "set of prompts")
+            asked = Library(prompt_set, folder, source).open(benchmark, ability)
+            if tasks is not None:
+                asked = _only(asked, tasks)
+            rules = protocol_of(protocol)
         task = build_task(benchmark, ability, asked, ask_as_published(), rules, source=source)
         task.config = GenerateConfig(temperature=0.0)
         task.score_on_error = True
@@ -109,16 +113,9 @@ def _only(prompts: Mapping[str, Prompt], tasks: str | int | Sequence[str]) -> Ma
         tasks = meant
     named = {task_id.strip() for task_id in ([tasks] if isinstance(tasks, str) else tasks)} - {""}
     for task_id in named - prompts.keys():
-        raise InputError(f"tasks: {task_id!r} is not a task of this suite")
+        hint = did_you_mean(task_id, prompts)
+        raise InputError(f"tasks: {task_id!r} is not a task of this suite{hint}")
     return {task_id: prompt for task_id, prompt in prompts.items() if task_id in named}
-
-
-def _prompt_set(name: str) -> PromptSet:
-    try:
-        return PromptSet(name)
-    except ValueError as error:
-        known = ", ".join(each.value for each in PromptSet)
-        raise InputError(f"{name!r} is no set of prompts: expected one of {known}") from error
 
 
 def _sample(benchmark: Benchmark, ability: Ability, task_id: str, prompt: Prompt, gold: str) -> Sample:

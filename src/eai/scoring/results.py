@@ -10,7 +10,7 @@ from eai.abilities.codec import experiment_to_json
 from eai.abilities.record import Record
 from eai.abilities.verdict import Json
 from eai.errors import InputError
-from eai.metrics.coverage import coverage_of
+from eai.metrics.coverage import coverage_of, planners_of
 from eai.metrics.rate import Rate
 from eai.scoring.records import write_records
 
@@ -27,6 +27,7 @@ def write_results(
         InputError: the folder cannot be written.
     """
     first = records[0]
+    planners = planners_of(record.verdict for record in records)
     summary: dict[str, Json] = {
         "protocol": first.protocol.value,
         "domain": first.domain,
@@ -35,6 +36,7 @@ def write_results(
         **({} if first.experiment is None else {"experiment": experiment_to_json(first.experiment)}),
         "data_sha256": first.data_sha256,
         "coverage": coverage_of(records).to_json(),
+        **({"planner": ", ".join(planners)} if planners else {}),
         "unit": "percent",
         **({} if run is None else {"run": run}),
         **{name: rate.to_json() for name, rate in rates.items()},

@@ -1,17 +1,19 @@
 from __future__ import annotations
 
 import json
+from pathlib import Path
 
 import pytest
 
 from eai.abilities.protocol import Protocol
-from eai.abilities.transition_modeling.planners import make_planner
+from eai.abilities.transition_modeling.planners import available, make_planner
 from eai.abilities.transition_modeling.report import OperatorStatus
 from eai.abilities.transition_modeling.scorer import TransitionModeling
 from eai.abilities.transition_modeling.task import Category, OperatorLibrary, TransitionTask
 from eai.abilities.verdict import ALL, Confusion, OperatorVerdict, Verdict
+from eai.pddl.fast_downward import FastDownward, PlannerLimits
 from eai.pddl.operator_text import OperatorText
-from eai.pddl.planner import BuiltInPlanner
+from eai.pddl.planner import BuiltInPlanner, TieredPlanner
 from eai.pddl.planning import PlannerChoice, PlannerOutcome, PlannerResult, PlanningTask
 from eai.pddl.reader import read_domain
 from eai.world.fault import FaultKind
@@ -155,6 +157,7 @@ def test_without_a_planner_nothing_is_said_of_plans(protocol: Protocol, text: st
 @pytest.mark.parametrize("protocol", list(Protocol))
 def test_equal_operators_are_planned_with_once(protocol: Protocol) -> None:
     class Counting:
+        name = "counting"
         calls = 0
 
         def solve(self, task: PlanningTask) -> PlannerResult:
@@ -184,3 +187,21 @@ def test_an_explanation_names_what_is_wrong_and_shows_the_plan() -> None:
 def test_planners_by_choice() -> None:
     assert make_planner(PlannerChoice.NONE, 200) is None
     assert make_planner(PlannerChoice.BUILT_IN, 200) == BuiltInPlanner()
+
+
+def test_fast_downward_is_asked_where_it_is_installed(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(FastDownward, "is_installed", lambda: True)
+    assert available(PlannerChoice.AUTO) is PlannerChoice.FULL
+    monkeypatch.setattr(FastDownward, "is_installed", lambda: False)
+    assert available(PlannerChoice.AUTO) is PlannerChoice.BUILT_IN
+    assert make_planner(PlannerChoice.AUTO, 200) == BuiltInPlanner()
+    assert available(PlannerChoice.NONE) is PlannerChoice.NONE
+
+
+@pytest.mark.parametrize("protocol", list(Protocol))
+def test_a_verdict_names_the_planner(protocol: Protocol) -> None:
+    planner = TieredPlanner(BuiltInPlanner(), FastDownward(Path(), "1.0.0", PlannerLimits()))
+    assert planner.name == "built-in search, then Fast Downward 1.0.0"
+    for asked, name in ((BuiltInPlanner(), "built-in search"), (planner, planner.name), (None, None)):
+        scorer = TransitionModeling(TASK, rules_of(protocol, asked))
+        assert scorer.score(answer(OPEN, LIGHT)).planner_name == name

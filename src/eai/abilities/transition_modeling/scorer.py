@@ -49,7 +49,7 @@ class TransitionModeling(Scorer):
             return OperatorVerdict(
                 excluded=judgement.excluded, error=judgement.error, task_categories=categories
             )
-        outcome = judgement.planning.outcome
+        outcome, planner = judgement.planning.outcome, self._rules.plans.planner
         return OperatorVerdict(
             success=None if outcome is PlannerOutcome.NOT_RUN else outcome is PlannerOutcome.SOLVED,
             error=judgement.error,
@@ -61,6 +61,7 @@ class TransitionModeling(Scorer):
             operators=judgement.operators,
             plan=tuple(str(step) for step in judgement.planning.plan),
             planner_detail=judgement.planning.detail,
+            planner_name=None if planner is None else planner.name,
         )
 
     def _counts(self, reports: tuple[OperatorReport, ...]) -> Mapping[str, Mapping[str, Confusion]]:

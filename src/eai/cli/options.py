@@ -1,0 +1,86 @@
+"""Options that several commands have, each with one name, one help text and one panel."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from eai.abilities.protocol import Ability, Protocol, ability_of, protocol_of
+from eai.abilities.transition_modeling.planners import planner_of
+from eai.cli.console import DOMAIN_HELP, MISSING_HELP
+from eai.pddl.planning import PlannerChoice
+
+ANSWERS, SCORING, OUTPUT = "What is scored", "Scoring", "Output"
+"""The panels of the help of commands that score."""
+
+ABILITIES = ", ".join(each.value for each in Ability)
+"""What ``--ability`` takes."""
+
+DOMAIN = typer.Option("--domain", metavar="NAME", help=DOMAIN_HELP, rich_help_panel=ANSWERS)
+ABILITY = typer.Option(
+    "--ability",
+    parser=ability_of,
+    metavar="NAME",
+    help=f"{ABILITIES}.",
+    rich_help_panel=ANSWERS,
+)
+
+Domain = Annotated[str, DOMAIN]
+OneAbility = Annotated[Ability, ABILITY]
+
+Rules = Annotated[
+    Protocol,
+    typer.Option(
+        "--protocol",
+        parser=protocol_of,
+        metavar="NAME",
+        help="The rules: strict, the default (what the paper says), or eai-1.0.5 (the reference's verdicts).",
+        show_default=False,
+        rich_help_panel=SCORING,
+    ),
+]
+
+Planner = Annotated[
+    PlannerChoice,
+    typer.Option(
+        "--planner",
+        parser=planner_of,
+        metavar="NAME",
+        help="What judges operators: full (built-in search, then Fast Downward), built_in, fast_downward, "
+        "none, or auto, the default: full where Fast Downward is installed, else built_in.",
+        show_default=False,
+        rich_help_panel=SCORING,
+    ),
+]
+
+Workers = Annotated[
+    int, typer.Option("--workers", min=1, metavar="N", help="Processes.", rich_help_panel=SCORING)
+]
+
+Explanations = Annotated[
+    bool,
+    typer.Option(
+        "--explanations/--no-explanations",
+        help="Put a step-by-step explanation into every record.",
+        rich_help_panel=SCORING,
+    ),
+]
+
+AllowMissing = Annotated[
+    bool,
+    typer.Option(
+        "--allow-missing",
+        help=MISSING_HELP,
+        rich_help_panel=SCORING,
+    ),
+]
+
+AsJson = Annotated[
+    bool, typer.Option("--json", help="Print the results as JSON, and nothing else.", rich_help_panel=OUTPUT)
+]
+
+Wide = Annotated[
+    bool,
+    typer.Option("--wide", help="All columns in one table, however wide.", rich_help_panel=OUTPUT),
+]
