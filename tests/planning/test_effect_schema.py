@@ -1,7 +1,7 @@
 from __future__ import annotations
 
 from eai.logic.formula import FALSE, TRUE, Equals, Exists, Or, Variable
-from eai.planning.effect_schema import effect_schemas, taking
+from eai.planning.effect_schema import effect_schemas, taking, written
 from eai.world.effect import Add, Delete, Let, When
 from eai.world.operator import Operator, missing
 from eai.world.vocabulary import Predicate
@@ -47,3 +47,9 @@ def test_otherwise_means_that_the_condition_does_not_hold() -> None:
 
 def test_an_operator_can_be_taken_for_its_own_sake() -> None:
     assert taking(PLACE).checks == tuple(check.condition for check in PLACE.checks)
+
+
+def test_all_that_is_written_is_told_even_where_a_variable_hides_another() -> None:
+    hiding = Operator("O", (X,), (), (Let(X, held(X), (Add(open_(X)),)), Delete(held(X))))
+    assert [schema.atom for schema in effect_schemas(hiding)] == [held(X)]
+    assert list(written(hiding.effects)) == ["open", "held"]

@@ -68,6 +68,15 @@ def test_the_difference_from_the_base_tells_relations_apart(
     assert same == (left_plain == right_plain)
 
 
+def test_the_difference_from_the_base_is_that_of_the_last_change() -> None:
+    relation = Relation(Matrix.of_pairs(SIZE, [(0, 1)])).copy()
+    assert relation.difference_from_base() == frozenset()
+    relation.add(1, 2)
+    assert relation.difference_from_base() == {(1, 1 << 2)}
+    relation.set_column(2, 0)
+    assert relation.difference_from_base() == frozenset()
+
+
 @given(pairs, changes)
 def test_a_change_leaves_the_old_relation_alone(
     start: frozenset[tuple[int, int]], script: list[tuple[str, int, int]]

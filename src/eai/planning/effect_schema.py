@@ -47,6 +47,18 @@ def effect_schemas(operator: Operator) -> Iterator[EffectSchema]:
         yield from _schemas(each.effects, taken._replace(checks=(*taken.checks, *own)))
 
 
+def written(effects: Iterable[Effect]) -> Iterator[str]:
+    """The predicates that effects change, also those that `effect_schemas` leaves out."""
+    for effect in effects:
+        match effect:
+            case Add(atom) | Delete(atom):
+                yield atom.predicate
+            case When(_, inner, otherwise):
+                yield from written((*inner, *otherwise))
+            case ForEach(_, _, inner) | Let(_, _, inner):
+                yield from written(inner)
+
+
 def _schemas(effects: Iterable[Effect], around: EffectSchema) -> Iterator[EffectSchema]:
     """The additions and deletions that effects make where all that is ``around`` them holds."""
     for effect in effects:

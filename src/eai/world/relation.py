@@ -52,13 +52,24 @@ class Relation:
     ``sources`` and ``targets`` are masks: an object that is not in them is source, or target, of no pair.
     """
 
-    __slots__ = ("_base", "_column_keys", "_columns", "_row_keys", "_rows", "sources", "targets")
+    __slots__ = (
+        "_base",
+        "_column_keys",
+        "_columns",
+        "_difference",
+        "_row_keys",
+        "_rows",
+        "sources",
+        "targets",
+    )
 
     # Invariant: `_rows[x]` and `_columns[y]` are the true lines; where both exist they agree on (x, y).
-    # `_row_keys` and `_column_keys` are the masks of the overridden lines.
+    # `_row_keys` and `_column_keys` are the masks of the overridden lines. `_difference` is what
+    # `difference_from_base` has found, for the many states that share a relation; None after a change.
 
     def __init__(self, base: Matrix, changed: Relation | None = None) -> None:
         self._base = base
+        self._difference: frozenset[tuple[int, int]] | None = None
         if changed is None:
             self._rows: dict[int, int] = {}
             self._columns: dict[int, int] = {}
@@ -110,6 +121,7 @@ class Relation:
     def set_row(self, source: int, targets: int) -> None:
         """Change a copy so that ``source`` has exactly these targets (a mask)."""
         bit = 1 << source
+        self._difference = None
         self._rows[source] = targets
         self._row_keys |= bit
         self.sources = self.sources | bit if targets else self.sources & ~bit
@@ -120,6 +132,7 @@ class Relation:
     def set_column(self, target: int, sources: int) -> None:
         """Change a copy so that ``target`` has exactly these sources (a mask)."""
         bit = 1 << target
+        self._difference = None
         self._columns[target] = sources
         self._column_keys |= bit
         self.targets = self.targets | bit if sources else self.targets & ~bit
@@ -159,6 +172,11 @@ class Relation:
 
         Two relations on the same base are equal exactly if these are.
         """
+        if self._difference is None:
+            self._difference = self._compared()
+        return self._difference
+
+    def _compared(self) -> frozenset[tuple[int, int]]:
         base = self._base
         changed = {x: line ^ base.rows[x] for x, line in self._rows.items()}
         for y, line in self._columns.items():

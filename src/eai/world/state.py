@@ -85,13 +85,14 @@ class State:
     initial state) are equal if the same facts hold; states of different episodes never are.
     """
 
-    __slots__ = ("_key", "binary", "scene", "unary")
+    __slots__ = ("_hash", "_key", "binary", "scene", "unary")
 
     def __init__(self, scene: Scene, unary: tuple[int, ...], binary: tuple[Relation, ...]) -> None:
         self.scene = scene
         self.unary = unary
         self.binary = binary
         self._key: tuple[object, ...] | None = None
+        self._hash: int | None = None
 
     def has(self, predicate: str, *arguments: int) -> bool:
         """Whether a stored predicate holds of these objects."""
@@ -128,12 +129,14 @@ class State:
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, State):
             return NotImplemented
-        if not all(a.same_base(b) for a, b in zip(self.binary, other.binary, strict=False)):
+        if self.scene is not other.scene or self._identity() != other._identity():
             return False
-        return self.scene is other.scene and self._identity() == other._identity()
+        return all(a.same_base(b) for a, b in zip(self.binary, other.binary, strict=True))
 
     def __hash__(self) -> int:
-        return hash(self._identity())
+        if self._hash is None:
+            self._hash = hash(self._identity())
+        return self._hash
 
 
 class Change(NamedTuple):

@@ -5,16 +5,16 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from heapq import heappop, heappush
 from itertools import count, product
-from typing import NamedTuple, TypeAlias
+from typing import NamedTuple
 
 from eai.abilities.subgoal_decomposition.program import Plan
+from eai.abilities.subgoal_decomposition.repertoire import Holds, Known
 from eai.world.domain import CompiledOperator
 from eai.world.execution import Action
 from eai.world.fault import FaultKind
+from eai.world.frame import Binding
+from eai.world.operator import Role
 from eai.world.state import State
-
-Holds: TypeAlias = Callable[[State], bool]
-"""Whether something holds in a state."""
 
 MAX_PLANS = 4
 """The most sequences that are found for one subgoal."""
@@ -31,37 +31,40 @@ class Ground(NamedTuple):
 
     Attributes:
         action: the action.
-        operator: its operator.
-        is_deed: whether it counts as a deed.
-        mended: for each check of the operator, whether movement can make it hold; then False, for what it
-            tries.
+        known: its operator.
+        binding: the operator's variables for its objects; for one search alone.
         parts: the mask of the parts of the aim that it is for; 0 if it helps another one.
+        touched: the mask of the parts that it can change.
     """
 
     action: Action
-    operator: CompiledOperator
-    is_deed: bool
-    mended: tuple[bool, ...]
-    parts: int = 0
+    known: Known
+    binding: Binding
+    parts: int
+    touched: int
+
+    @property
+    def is_deed(self) -> bool:
+        """Whether it counts as a deed."""
+        return self.known.role is Role.DEED
 
     def is_possible(self, state: State) -> bool:
         """Whether no check forbids it."""
-        return self.operator.is_possible(state, self.operator.bind(state, self.action.arguments))
+        return self.known.operator.is_possible(state, self.binding)
 
     def after(self, state: State) -> State:
         """The state after it, whatever its checks say."""
-        return self.operator.apply(state, self.operator.bind(state, self.action.arguments))
+        return self.known.operator.apply(state, self.binding)
 
     def failing(self, state: State) -> list[int]:
         """The numbers of the checks that fail; after the last of them is that of what is tried in vain."""
-        binding = self.operator.bind(state, self.action.arguments)
-        checks = self.operator.checks
-        found = [i for i, check in enumerate(checks) if not check.holds(state, binding)]
-        return found if found or self.operator.is_possible(state, binding) else [len(checks)]
+        checks = self.known.operator.checks
+        found = [i for i, check in enumerate(checks) if not check.holds(state, self.binding)]
+        return found if found or self.is_possible(state) else [len(checks)]
 
     def is_hopeless(self, failing: Sequence[int]) -> bool:
         """Whether a check that fails asks for objects of another kind."""
-        checks = self.operator.checks
+        checks = self.known.operator.checks
         return any(checks[i].check.fault is FaultKind.AFFORDANCE for i in failing if i < len(checks))
 
 
@@ -79,6 +82,7 @@ class Means(NamedTuple):
         helping: what may make that possible.
         moving: movement that may bring the subgoal about.
         movement: the operators that move the agent, by name.
+        touched: the mask of the parts that movement can change.
         places: what the agent may move to.
     """
 
@@ -86,6 +90,7 @@ class Means(NamedTuple):
     helping: Sequence[Ground]
     moving: Sequence[Ground]
     movement: Mapping[str, CompiledOperator]
+    touched: int
     places: Sequence[int]
 
 
@@ -93,14 +98,17 @@ class Aim(NamedTuple):
     """What the search is for.
 
     Attributes:
-        met: the mask of its parts that hold in a state, after an action.
+        at_start: the mask of its parts that hold where the search begins.
+        met: the mask of those that hold in a state: of the parts in a mask they are looked at, of the others
+            it is those of another mask.
         everything: the mask of all parts.
         holds: whether what it asks for besides its parts holds in a state.
         deeds: how many deeds may be done for it.
         told_apart: the operators of which it matters that they are taken, whatever state they lead to.
     """
 
-    met: Callable[[State, Action | None], int]
+    at_start: int
+    met: Callable[[State, int, int], int]
     everything: int
     holds: Holds
     deeds: int
@@ -142,25 +150,26 @@ class Refining:
     Args:
         aim: what it is for.
         means: what may be done.
-        budget: how many actions may be applied to states for each deed.
+        budget: how many actions may be applied to states.
     """
 
     def __init__(self, aim: Aim, means: Means, budget: int) -> None:
         self._aim = aim
         self._means = means
-        self._budget = budget * aim.deeds
+        self._budget = budget
         self._nodes: list[_Node] = []
         self._ways: dict[State, _Ways] = {}
+        self._out_of_reach: set[tuple[State, Action]] = set()
 
     def shortest(self, start: State) -> list[Plan]:
-        """The shortest plans, as many as `MAX_PLANS`; no two to one state that the goal cannot tell apart.
+        """The shortest plans, at most `MAX_PLANS`; no two to one state that the goal cannot tell apart.
 
         What lacks fewer parts is looked at first (`_A_PART` actions stand for a part), so that a plan for
         many parts may be a little longer than the shortest.
         """
         found: dict[object, Plan] = {}
         best: int | None = None
-        queue = [(0, 0, _Node(start, self._aim.met(start, None), 0, ()))]
+        queue = [(0, 0, _Node(start, self._aim.at_start, 0, ()))]
         lengths = {(start, 0): 0}
         numbers = count(1)
         while queue and self._budget > 0:
@@ -175,8 +184,9 @@ class Refining:
                 if child.met == self._aim.everything and self._aim.holds(child.state):
                     found = found if length == best else {}
                     best = length
-                    if len(found) < MAX_PLANS:
-                        found.setdefault((child.state, self._told_apart(child.plan)), child.plan)
+                    found.setdefault((child.state, self._told_apart(child.plan)), child.plan)
+                    if len(found) == MAX_PLANS:
+                        return list(found.values())
                 elif length < lengths.get((child.state, child.deeds), length + 1):
                     lengths[child.state, child.deeds] = length
                     rank = length - _A_PART * child.met.bit_count()
@@ -191,47 +201,61 @@ class Refining:
         """
         most = max([node.met.bit_count() for node in self._nodes])
         nodes = [node for node in self._nodes if node.met.bit_count() == most]
-        attempts = [
-            self._attempt(node, ground)
-            for node in nodes
-            for ground in (*self._means.wanted, *self._means.moving)
-            if self._aim.met(ground.after(node.state), ground.action) & ~node.met & ground.parts
-        ]
-        if attempts and all(attempt.failing for attempt in attempts):
-            best = min(attempts, key=lambda attempt: len(attempt.failing))
+        best: _Attempt | None = None
+        for node in nodes:
+            for ground in (*self._means.wanted, *self._means.moving):
+                missing = ground.parts & ~node.met
+                if missing and self._met_after(node, ground) & missing:
+                    attempt = self._attempt(node, ground, best)
+                    if not attempt.failing:
+                        return Nearest(most, 0, nodes[0].plan)
+                    if best is None or len(attempt.failing) < len(best.failing):
+                        best = attempt
+        if best is not None:
             return Nearest(most, len(best.failing), (self._cause(best) or best).plan)
-        if not attempts:  # what would help needs something else first, or tries things in vain
-            for ground in self._means.wanted:
-                attempt = self._attempt(nodes[0], ground)
-                vain = attempt if attempt.failing == [len(ground.operator.checks)] else None
-                cause = self._cause(attempt) or vain
-                if cause is not None:
-                    return Nearest(most, len(cause.failing), cause.plan)
+        for ground in self._means.wanted:  # what would help needs something else first, or tries in vain
+            attempt = self._attempt(nodes[0], ground)
+            vain = attempt if attempt.failing == [len(ground.known.operator.checks)] else None
+            cause = self._cause(attempt) or vain
+            if cause is not None:
+                return Nearest(most, len(cause.failing), cause.plan)
         return Nearest(most, 0, nodes[0].plan)
 
     def _children(self, node: _Node) -> Iterator[_Node]:
         for ground in (*self._means.wanted, *self._means.helping):
-            deeds = node.deeds + ground.is_deed
-            way = None if deeds > self._aim.deeds else self._approach(node.state, ground)
+            is_deed = ground.is_deed
+            deeds = node.deeds + is_deed
+            if deeds > self._aim.deeds or (is_deed and not ground.parts & ~node.met):
+                continue
+            way = self._approach(node.state, ground)
             if way is not None:
                 self._budget -= 1
                 after = ground.after(way.state)
-                met = self._aim.met(after, ground.action)
-                if met & ~node.met & ground.parts or not ground.is_deed:
+                touched = ground.touched | (self._means.touched if way.plan else 0)
+                met = self._aim.met(after, touched, node.met)
+                if not is_deed or met & ~node.met & ground.parts:
                     yield _Node(after, met, deeds, (*node.plan, *way.plan, ground.action))
         if self._means.moving:
             for way in self._moved(node.state):
-                met = self._aim.met(way.state, None)
+                met = self._aim.met(way.state, self._means.touched, node.met)
                 if met & ~node.met:
                     yield _Node(way.state, met, node.deeds, (*node.plan, *way.plan))
+
+    def _met_after(self, node: _Node, ground: Ground) -> int:
+        """The mask of the parts that are met after an action, were it possible."""
+        return self._aim.met(ground.after(node.state), ground.touched, node.met)
 
     def _approach(self, state: State, ground: Ground) -> _Way | None:
         """The shortest movement that makes an action possible; None if there is none."""
         if ground.is_possible(state):
             return _Way((), state)
-        if not self._means.movement or not all(ground.mended[i] for i in ground.failing(state)):
+        if not self._means.movement or not all(ground.known.mended[i] for i in ground.failing(state)):
             return None
-        return next((way for way in self._moved(state) if ground.is_possible(way.state)), None)
+        for way in self._moved(state):
+            if ground.is_possible(way.state):
+                return way
+        self._out_of_reach.add((state, ground.action))
+        return None
 
     def _moved(self, state: State) -> Iterable[_Way]:
         """All that movement leads to, the shortest ways first; found as far as it is looked at."""
@@ -261,14 +285,26 @@ class Refining:
                                 yield farther[-1]
             ways = farther
 
-    def _attempt(self, node: _Node, ground: Ground) -> _Attempt:
-        """An action tried where, of all states that movement leads to, the fewest of its checks fail."""
-        best = _Attempt(node, ground, (*node.plan, ground.action), node.state, ground.failing(node.state))
-        for way in self._moved(node.state):
-            failing = ground.failing(way.state)
-            if len(failing) < len(best.failing):
-                plan = (*node.plan, *way.plan, ground.action)
-                best = _Attempt(node, ground, plan, way.state, failing)
+    def _attempt(self, node: _Node, ground: Ground, other: _Attempt | None = None) -> _Attempt:
+        """An action tried where, of all states that movement leads to, the fewest of its checks fail.
+
+        Movement is not looked at where it cannot make fewer fail than in the ``other`` attempt.
+        """
+        failing = ground.failing(node.state)
+        best = _Attempt(node, ground, (*node.plan, ground.action), node.state, failing)
+        least = sum([not ground.known.moved[i] for i in failing])
+        if not least and (node.state, ground.action) in self._out_of_reach:
+            least = 1
+        if other is not None and least >= len(other.failing):
+            return best
+        if len(failing) > least:
+            for way in self._moved(node.state):
+                failing = ground.failing(way.state)
+                if len(failing) < len(best.failing):
+                    plan = (*node.plan, *way.plan, ground.action)
+                    best = _Attempt(node, ground, plan, way.state, failing)
+                    if len(failing) == least:
+                        break
         return best
 
     def _cause(self, attempt: _Attempt) -> _Attempt | None:

@@ -1,0 +1,258 @@
+"""The repertoire of a domain: what each operator is for, what it asks for and what it changes.
+
+All of it follows from the declaration and is the same for every scene, so it is found once. What concerns a
+predicate is found when that is first asked for: there are no more such tables than the vocabulary has
+predicates, affirmed or denied, of objects that are the same or not. Threads that ask at once find the same.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from itertools import product
+from typing import NamedTuple, TypeAlias
+
+from eai.logic.formula import Atom, Formula, Not, Variable
+from eai.logic.traversal import walk
+from eai.planning.change import Change, changes_for
+from eai.planning.effect_schema import EffectSchema, effect_schemas, written
+from eai.planning.role import role_of
+from eai.planning.subgoal import GroundAtom
+from eai.world.condition import Conditions
+from eai.world.derived import stored_sources
+from eai.world.domain import CompiledOperator, Domain
+from eai.world.effect import ANYTHING
+from eai.world.execution import Action
+from eai.world.fault import FaultKind
+from eai.world.frame import AGENT, UNBOUND, Frame, Truth
+from eai.world.operator import Operator, Role
+from eai.world.state import Scene, State
+
+Holds: TypeAlias = Callable[[State], bool]
+"""Whether something holds in a state."""
+
+_AGENT = 0
+"""The number of the agent in a `_Way`; the objects of the literal are numbered from 1."""
+
+
+class Serving(NamedTuple):
+    """What can make some operators possible: what takes things and lets them go, and movement, by name."""
+
+    helping: Sequence[Operator]
+    movement: Mapping[str, CompiledOperator]
+
+
+class Known(NamedTuple):
+    """An operator as a search has to know it.
+
+    Attributes:
+        operator: the operator, compiled.
+        role: what it is for.
+        moved: for each of its checks, and then for what it tries, whether movement can change it.
+        mended: likewise, whether movement can make it hold so that the action becomes possible: not if it
+            fails because there is no need for the action, nor what is tried.
+    """
+
+    operator: CompiledOperator
+    role: Role
+    moved: tuple[bool, ...]
+    mended: tuple[bool, ...]
+
+
+class _Way(NamedTuple):
+    """How an operator may bring a literal about; None is an argument that the literal leaves open."""
+
+    operator: str
+    arguments: tuple[int | None, ...]
+
+
+class Repertoire:
+    """What the operators of one domain are for.
+
+    Args:
+        domain: the domain.
+
+    Attributes:
+        known: the operators by name.
+        movement: the operators that move the agent; of those that do the same the first.
+    """
+
+    def __init__(self, domain: Domain) -> None:
+        self._domain = domain
+        self._effects = {o.name: tuple(effect_schemas(o)) for o in domain.operators}
+        self._writes = {o.name: frozenset(_written(o)) for o in domain.operators}
+        self._checks = {o.name: self._sources(_asked(o)) for o in domain.operators}
+        self._asks = {
+            name: self._checks[name] | self._sources([f for effect in effects for f in effect.given])
+            for name, effects in self._effects.items()
+        }
+        self.movement = _without_doubles([o for o in domain.operators if role_of(o) is Role.MOVEMENT])
+        self._moved = frozenset[str]().union(*[self._writes[o.name] for o in self.movement])
+        self.known = {operator.name: self._known(operator) for operator in domain.operators}
+        self._served: dict[frozenset[str], Serving] = {}
+        self._writers: dict[str, tuple[Operator, ...]] = {}
+        self._ways: dict[GroundAtom, tuple[_Way, ...]] = {}
+        self._tests: dict[tuple[str, bool], tuple[Frame, Truth]] = {}
+
+    def writers(self, predicate: str) -> Sequence[Operator]:
+        """The operators that change what a predicate comes down to, in the order of their declaration."""
+        found = self._writers.get(predicate)
+        if found is None:
+            sources, operators = self._sources([Atom(predicate)]), self._domain.operators
+            found = tuple([o for o in operators if not self._writes[o.name].isdisjoint(sources)])
+            self._writers[predicate] = found
+        return found
+
+    def touched(self, literals: Sequence[GroundAtom]) -> dict[str, int]:
+        """For each operator that can change the truth of some literals, by name, the mask of these."""
+        touched: dict[str, int] = {}
+        for i, literal in enumerate(literals):
+            for operator in self.writers(literal.predicate):
+                touched[operator.name] = touched.get(operator.name, 0) | 1 << i
+        return touched
+
+    def test(self, literal: GroundAtom, scene: Scene) -> Holds:
+        """Whether a literal holds in a state; what its predicate means is compiled once."""
+        key = (literal.predicate, literal.truth)
+        if key not in self._tests:
+            variables = tuple([Variable(f"argument {i}") for i in range(len(literal.arguments))])
+            frame, atom = Frame(variables), Atom(literal.predicate, variables)
+            truth = Conditions(self._domain.vocabulary, frame).truth(atom if literal.truth else Not(atom))
+            self._tests[key] = frame, truth
+        frame, truth = self._tests[key]
+        binding = frame.bind(scene, literal.arguments)
+        return lambda state: truth(state, [*binding])  # quantifiers write into it, in any number of threads
+
+    def wanted(
+        self, literals: Sequence[GroundAtom], scene: Scene, others: Sequence[int] = ()
+    ) -> dict[Action, int]:
+        """The actions that may bring literals about, each with the mask of those that it is for.
+
+        They are about the objects of a literal, or about others where it leaves open about which. Where the
+        agent is, what it faces and its posture is a matter of movement only.
+        """
+        wanted: dict[Action, int] = {}
+        for i, literal in enumerate(literals):
+            for action in self._ways_about(literal, scene, others):
+                wanted[action] = wanted.get(action, 0) | 1 << i
+        return wanted
+
+    def _ways_about(self, literal: GroundAtom, scene: Scene, others: Sequence[int]) -> Iterable[Action]:
+        """The actions that may bring a literal about."""
+        named = named_in([literal.arguments], scene)
+        objects = named_in([named, others], scene)
+        agent = UNBOUND if scene.agent is None else scene.agent
+        values = (agent, *named)
+        shape = literal._replace(arguments=tuple([values.index(i) for i in literal.arguments]))
+        found: dict[Action, None] = {}
+        for operator, numbers in self._ways_of(shape):
+            choices = [objects if number is None else (values[number],) for number in numbers]
+            for arguments in product(*choices):
+                if len({*arguments, agent}) > len(arguments):
+                    found[Action(operator, arguments)] = None
+        moving = [action for action in found if self.known[action.operator].role is Role.MOVEMENT]
+        return moving if moving and agent in literal.arguments else found
+
+    def _ways_of(self, shape: GroundAtom) -> Sequence[_Way]:
+        """The ways to bring about a literal of numbered objects."""
+        ways = self._ways.get(shape)
+        if ways is None:
+            changes = changes_for(shape, self._domain.vocabulary, _AGENT)
+            found: dict[_Way, None] = {}
+            for operator in self.writers(shape.predicate):
+                for effect, change in product(self._effects[operator.name], changes):
+                    scope = _match(effect, change)
+                    if scope is not None:
+                        arguments = tuple([scope.get(p.name) for p in operator.parameters])
+                        found[_Way(operator.name, arguments)] = None
+            ways = self._ways[shape] = tuple(found)
+        return ways
+
+    def serving(self, names: frozenset[str]) -> Serving:
+        """The other operators that can make true what those of some names ask for, and so on."""
+        serving = self._served.get(names)
+        if serving is None:
+            operators = self._domain.operators
+            asking = [operator for operator in operators if operator.name in names]
+            hands = [o for o in operators if self.known[o.name].role in (Role.TAKES, Role.LETS_GO)]
+            helping = self._closure(asking, hands, self._asks)
+            movement = self._closure([*asking, *helping], self.movement, self._checks)
+            moving = [o.name for o in self.movement if o in movement or o.name in names]
+            serving = Serving(helping, {name: self.known[name].operator for name in moving})
+            self._served[names] = serving
+        return serving
+
+    def _known(self, operator: Operator) -> Known:
+        compiled = self._domain.compiled[operator.name]
+        asked = [*([check.condition] for check in operator.checks), list(_tried(operator))]
+        moved = [not self._moved.isdisjoint(self._sources(formulas)) for formulas in asked]
+        needed = [check.fault is not FaultKind.ADDITIONAL_STEP for check in operator.checks]
+        mended = [*(can and for_need for can, for_need in zip(moved, needed, strict=False)), False]
+        return Known(compiled, role_of(operator), tuple(moved), tuple(mended))
+
+    def _closure(
+        self,
+        operators: Iterable[Operator],
+        candidates: Sequence[Operator],
+        asks: Mapping[str, frozenset[str]],
+    ) -> list[Operator]:
+        """The candidates that change what operators ask for, or what such candidates do, in their order."""
+        found: list[Operator] = []
+        asking = list(operators)
+        while asking:
+            asked = frozenset[str]().union(*[asks[operator.name] for operator in asking])
+            asking = [o for o in candidates if o not in found and not self._writes[o.name].isdisjoint(asked)]
+            found += asking
+        return [operator for operator in candidates if operator in found]
+
+    def _sources(self, formulas: Iterable[Formula]) -> frozenset[str]:
+        """The stored predicates that formulas come down to."""
+        atoms = [part.predicate for formula in formulas for part in walk(formula) if isinstance(part, Atom)]
+        return frozenset(stored_sources(atoms, self._domain.vocabulary))
+
+
+def named_in(arguments: Iterable[Sequence[int]], scene: Scene) -> tuple[int, ...]:
+    """Objects, each once, without the agent."""
+    return tuple(dict.fromkeys([i for each in arguments for i in each if i != scene.agent]))
+
+
+def _match(effect: EffectSchema, change: Change) -> dict[str, int] | None:
+    """The parameters' objects where an effect makes a change; None if it does not."""
+    if effect.atom.predicate != change.predicate or effect.adds is not change.truth:
+        return None
+    scope: dict[str, int] = {}
+    for term, index in zip(effect.atom.arguments, change.arguments, strict=True):
+        if index is None or term == ANYTHING:
+            continue
+        if isinstance(term, Variable):
+            if scope.setdefault(term.name, index) != index:
+                return None
+        elif term == AGENT and index != _AGENT:
+            return None
+    return scope
+
+
+def _without_doubles(operators: Iterable[Operator]) -> list[Operator]:
+    """Of operators that check and do the same the first."""
+    kept: dict[object, Operator] = {}
+    for operator in operators:
+        kept.setdefault((operator.parameters, operator.checks, operator.effects, operator.tries), operator)
+    return list(kept.values())
+
+
+def _written(operator: Operator) -> Iterator[str]:
+    """The predicates that an operator changes."""
+    for effects in (operator.effects, *(each.effects for each in operator.tries)):
+        yield from written(effects)
+
+
+def _asked(operator: Operator) -> Iterator[Formula]:
+    """All that an operator's checks ask for."""
+    for checks in (operator.checks, *(each.checks for each in operator.tries)):
+        yield from (check.condition for check in checks)
+
+
+def _tried(operator: Operator) -> Iterator[Formula]:
+    """What decides whether something that an operator tries is made, and succeeds."""
+    for each in operator.tries:
+        yield each.condition
+        yield from (check.condition for check in each.checks)
