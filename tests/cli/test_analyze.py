@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from cli.conftest import Command
-from report.samples import action_run, goal_run, write_runs
+from report.samples import action_run, goal_run, operator_run, write_runs
 
 
 def test_tables_have_the_same_bytes_each_time(eai: Command, tmp_path: Path) -> None:
@@ -22,17 +22,19 @@ def test_tables_have_the_same_bytes_each_time(eai: Command, tmp_path: Path) -> N
     }
 
 
-def test_cofactors_have_the_same_bytes_each_time(eai: Command, tmp_path: Path) -> None:
+@pytest.mark.parametrize("name", ["cofactors", "errors", "goals"])
+def test_analyses_have_the_same_bytes_each_time(eai: Command, tmp_path: Path, name: str) -> None:
     pytest.importorskip("scipy")
-    runs = write_runs(tmp_path / "runs", [action_run("first"), action_run("second"), goal_run()])
+    records = [action_run("first"), action_run("second"), goal_run(), operator_run()]
+    runs = write_runs(tmp_path / "runs", records)
     for folder in ("one", "two"):
-        outcome = eai("analyze", "cofactors", runs, "--out", tmp_path / folder, "--bins", "5")
+        outcome = eai("analyze", name, runs, "--out", tmp_path / folder)
         assert (outcome.status, outcome.err) == (0, "")
     written = sorted((tmp_path / "one").iterdir())
     assert [file.read_bytes() for file in written] == [
         (tmp_path / "two" / file.name).read_bytes() for file in written
     ]
-    assert {"cofactors.md", "cofactors.json", "curves.csv", "by_action.csv"} < {file.name for file in written}
+    assert {f"{name}.md", f"{name}.json"} < {file.name for file in written}
 
 
 def test_a_missing_extra_is_one_line(eai: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

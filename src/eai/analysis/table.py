@@ -76,6 +76,7 @@ class Table:
         definition: what stands in it, in words: a sentence or several.
         columns: the names of the columns.
         rows: the cells of each row, one a column.
+        shown: how many rows of a suite stand in Markdown; None for all.
     """
 
     name: str
@@ -83,6 +84,7 @@ class Table:
     definition: str
     columns: tuple[str, ...]
     rows: tuple[tuple[Cell, ...], ...]
+    shown: int | None = None
 
     def flat_columns(self) -> list[str]:
         """The columns of CSV: an estimate has one for each of its parts."""
@@ -210,35 +212,37 @@ def _markdown(name: str, tables: Sequence[Table], remarks: Sequence[str]) -> str
     lines = [f"# {name.capitalize()}", "", *(line for remark in remarks for line in (remark, ""))]
     for table in tables:
         lines += [f"## {table.title}", "", table.definition, *_rest(table), ""]
-        for suite, rows in _shown(table).items():
-            if suite is not None:
-                lines += [f"### {suite}", ""]
-            columns = table.columns if suite is None else table.columns[len(SUITE) :]
+        for heading, rows in _shown(table).items():
+            lines += [f"### {heading}", ""] if heading else []
+            columns = [column for column in table.columns if not heading or column not in (*SUITE, MODEL)]
+            places = [table.columns.index(column) for column in columns]
             lines += [_row(columns), "|" + "---|" * len(columns)]
-            lines += [_row([_told(cell) for cell in row[-len(columns) :]]) for row in rows]
+            lines += [_row([_told(row[place]) for place in places]) for row in rows]
             lines.append("")
         if not table.rows:
             lines += ["Nothing.", ""]
     return "\n".join(lines)
 
 
-def _shown(table: Table) -> dict[SuiteKey | None, list[tuple[Cell, ...]]]:
-    """The rows that a reader is shown by suite: where models stand together, those, else all."""
-    place = table.columns.index(MODEL) if MODEL in table.columns else None
-    rows = list(table.rows)
-    if place is not None and any(row[place] == TOGETHER for row in rows):
-        rows = [row for row in rows if row[place] == TOGETHER]
-    shown: dict[SuiteKey | None, list[tuple[Cell, ...]]] = {}
+def _shown(table: Table) -> dict[str, list[tuple[Cell, ...]]]:
+    """The rows that a reader is shown by suite and model: where models stand together, those, else all."""
+    rows = [dict(zip(table.columns, row, strict=True)) for row in table.rows]
+    if any(row.get(MODEL) == TOGETHER for row in rows):
+        rows = [row for row in rows if row[MODEL] == TOGETHER]
+    shown: dict[str, list[tuple[Cell, ...]]] = {}
     for row in rows:
-        suite = SuiteKey(*map(str, row[: len(SUITE)])) if table.columns[: len(SUITE)] == SUITE else None
-        shown.setdefault(suite, []).append(row)
-    return shown
+        heading = str(SuiteKey(*(str(row[name]) for name in SUITE))) if SUITE[0] in row else ""
+        heading += f", {row[MODEL]}" if MODEL in row else ""
+        of_suite = shown.setdefault(heading, [])
+        if table.shown is None or len(of_suite) < table.shown:
+            of_suite.append(tuple(row.values()))
+    return {heading: rows for heading, rows in shown.items() if rows}
 
 
 def _rest(table: Table) -> Iterator[str]:
     shown = sum(map(len, _shown(table).values()))
     if shown < len(table.rows):
-        yield f"The figures of each model are in `{table.name}.csv`."
+        yield f"All of it, and of each model, is in `{table.name}.csv`."
 
 
 def _row(cells: Iterable[str]) -> str:

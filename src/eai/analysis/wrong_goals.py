@@ -12,6 +12,7 @@ from enum import Enum
 from itertools import product
 
 from eai.abilities.goal_interpretation.lexicon import GoalLexicon
+from eai.abilities.goal_interpretation.notation import Word
 from eai.abilities.goal_test import alternatives
 from eai.abilities.task import GoalKind, Task
 from eai.analysis.words import Call, read_call
@@ -96,19 +97,16 @@ class _History:
         self.lexicon = GoalLexicon(task, benchmark.domain, benchmark.goals)
         self._task = task
         self._states = _states(benchmark.domain, task)
-        self._predicates = {
-            word.spelling: name for word, name in benchmark.goals.words(benchmark.domain).items()
-        }
+        self._predicates = benchmark.goals.words(benchmark.domain)
         self._names = benchmark.goals.names(task)
 
     def holds(self, call: Call) -> list[bool]:
         """In which states it holds of some objects of these names; nowhere if the domain cannot say."""
-        scene, predicate = self._task.scene, self._predicates[call.name]
-        vocabulary = scene.vocabulary
-        arguments = call.arguments or ()
-        if vocabulary.arity(predicate) != len(arguments):
-            return [False]
+        scene, vocabulary, arguments = self._task.scene, self._task.scene.vocabulary, call.arguments or ()
+        predicate = self._predicates.get(Word(call.name, len(arguments)))
         held = [False] * len(self._states)
+        if predicate is None or vocabulary.arity(predicate) != len(arguments):
+            return held
         for objects in product(*map(self._called, arguments)):
             frame = Frame()
             truth = Conditions(vocabulary, frame).truth(Atom(predicate, objects), wanted=call.positive)
@@ -117,10 +115,11 @@ class _History:
         return held
 
     def _called(self, name: str) -> Iterator[Constant]:
-        """The objects of the task of this name."""
+        """The objects of the task that answers call so, or of which this is the full name."""
         for index in self._task.relevant:
-            if self._names[index] == name:
-                yield Constant(self._task.scene.objects[index].name)
+            full_name = self._task.scene.objects[index].name
+            if name in (self._names[index], full_name):
+                yield Constant(full_name)
 
 
 def _states(domain: Domain, task: Task) -> tuple[State, ...]:

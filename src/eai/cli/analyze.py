@@ -16,7 +16,13 @@ from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.source import Source
 from eai.benchmarks.suite import open_suite
-from eai.cli import analyze_annotations, analyze_cofactors, analyze_table
+from eai.cli import (
+    analyze_annotations,
+    analyze_cofactors,
+    analyze_errors,
+    analyze_goals,
+    analyze_table,
+)
 from eai.cli.console import data_progress, output
 from eai.cli.data import DataFolder, store
 from eai.cli.options import Planner
@@ -29,6 +35,8 @@ from eai.scoring.results import RECORDS
 app = typer.Typer(no_args_is_help=True, help="Analyses of records.")
 app.command(no_args_is_help=True)(analyze_table.table)
 app.command(no_args_is_help=True)(analyze_cofactors.cofactors)
+app.command(no_args_is_help=True)(analyze_errors.errors)
+app.command(no_args_is_help=True)(analyze_goals.goals)
 app.command("annotations", no_args_is_help=True)(analyze_annotations.rate_annotations)
 
 

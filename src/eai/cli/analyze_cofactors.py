@@ -12,7 +12,7 @@ from eai.analysis.suites import Measure
 from eai.analysis.table import Table, write_tables
 from eai.cli.analyzed import Figures, Plots, Records, draw_figures, say, tables_of, with_extra
 from eai.cli.data import DataFolder
-from eai.report import plot_cofactors
+from eai.report import plot_analyses, plot_cofactors
 
 
 def cofactors(
@@ -40,15 +40,15 @@ def cofactors(
 def _figures(found: list[Table], measure: Measure) -> Figures:
     adjusted, _, curves, by_action, by_predicate = found
     label = f"{measure.value}, percent"
-    for suite, rows in plot_cofactors.rows_of(curves).items():
+    for suite, rows in plot_analyses.rows_of(curves).items():
         yield f"curves-{suite.file_name}", plot_cofactors.draw_curves(rows, label)
-    for suite, rows in plot_cofactors.rows_of(adjusted).items():
+    for suite, rows in plot_analyses.rows_of(adjusted).items():
         yield f"adjusted-{suite.file_name}", plot_cofactors.draw_effects(rows)
-    for suite, rows in plot_cofactors.rows_of(by_action).items():
-        figure = plot_cofactors.draw_names(rows, "action", "executed", "executed of the steps tried")
+    for suite, rows in plot_analyses.rows_of(by_action).items():
+        figure = plot_analyses.draw_names(rows, "action", "executed", "executed of the steps tried")
         yield f"by_action-{suite.file_name}", figure
-    for suite, rows in plot_cofactors.rows_of(by_predicate).items():
-        figure = plot_cofactors.draw_names(
+    for suite, rows in plot_analyses.rows_of(by_predicate).items():
+        figure = plot_analyses.draw_names(
             rows, "predicate", "reached", "reached of the goals that mention it"
         )
         yield f"by_predicate-{suite.file_name}", figure

@@ -1,0 +1,47 @@
+"""``eai analyze errors``: what goes wrong, and which precondition is overlooked."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from eai.analysis.error_leaves import error_tables
+from eai.analysis.table import Table, write_tables
+from eai.cli.analyzed import Figures, Plots, Records, draw_figures, say, tables_of
+from eai.cli.data import DataFolder
+from eai.report import plot_analyses
+
+
+def errors(
+    records: Records,
+    out: Annotated[Path, typer.Option(help="The folder for the results.")],
+    examples: Annotated[int, typer.Option(min=0, help="How many answers to name of each kind.")] = 3,
+    plots: Plots = True,
+    data: DataFolder = None,
+) -> None:
+    """Sort errors by the paper's taxonomy, and say which check failed how often.
+
+    Example: eai analyze errors scores --out errors
+    """
+    tables = tables_of(records, data)
+    found = error_tables(tables.answers, tables.clauses, examples=examples)
+    write_tables(out, "errors", found)
+    drawn = draw_figures(_figures(found), out) if plots else 0
+    say(found, drawn, out)
+
+
+def _figures(found: list[Table]) -> Figures:
+    leaves, why = found[:2]
+    for suite, rows in plot_analyses.rows_of(leaves).items():
+        levels = ("stage", "kind", "detail")
+        yield (
+            f"leaves-{suite.file_name}",
+            plot_analyses.draw_matrix(rows, levels, "answers", "percent of answers"),
+        )
+    for suite, rows in plot_analyses.rows_of(why).items():
+        yield (
+            f"why-{suite.file_name}",
+            plot_analyses.draw_names(rows, "check", "share", "share of runtime errors"),
+        )

@@ -1,0 +1,139 @@
+"""What the plots of analyses share: estimates as dots with intervals, and shares as a matrix."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+from eai.analysis.suites import SuiteKey
+from eai.analysis.table import Cell, Estimate, Table
+from eai.report.palette import ACCENT, INK, MUTED, RULE
+from eai.report.plot_text import clipped
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+COLUMN = 3.4
+"""The width of a column of a page, in inches, so that letters have the size that they say."""
+
+FEW = 5
+"""Fewer cases than this say little: their marks are hollow."""
+
+_MOST_NAMES = 30
+_DARK = 55.0
+"""Percent above which a field is too dark for dark letters."""
+
+
+def rows_of(table: Table) -> dict[SuiteKey, list[dict[str, Cell]]]:
+    """The rows of a table by suite, as the values of their columns."""
+    found: dict[SuiteKey, list[dict[str, Cell]]] = {}
+    for row in table.rows:
+        values = dict(zip(table.columns, row, strict=True))
+        suite = SuiteKey(str(values["protocol"]), str(values["domain"]), str(values["ability"]))
+        found.setdefault(suite, []).append(values)
+    return found
+
+
+def value_of(cell: Cell) -> float:
+    """The number of an estimate; not a number where there is none."""
+    return cell.value if isinstance(cell, Estimate) and cell.value is not None else math.nan
+
+
+def draw_estimate(panel: Axes, place: float, cell: Cell, color: str, fill: str) -> None:
+    """A dot at a height, with its interval."""
+    if not isinstance(cell, Estimate) or cell.value is None:
+        return
+    if cell.low is not None and cell.high is not None:
+        panel.hlines(place, cell.low, cell.high, color=color, linewidth=1.0)
+    panel.plot(cell.value, place, "o", color=color, markerfacecolor=fill, markersize=4, zorder=3)
+
+
+def draw_names(rows: Sequence[Mapping[str, Cell]], column: str, rate: str, label: str) -> Figure | None:
+    """Rates by name with intervals, a line a name; None if there are none.
+
+    Beside each name stands its number of cases; where all names share in the same ones, how many it has.
+
+    Args:
+        rows: those of a suite.
+        column: the column of the names.
+        rate: that of the rates.
+        label: what the rates are.
+    """
+    from matplotlib.figure import Figure
+
+    first = rows[0]["model"] if rows else None
+    shown = [row for row in rows if row["model"] == first and isinstance(row[rate], Estimate)]
+    shown = sorted(shown, key=lambda row: -_cases(row[rate]))[:_MOST_NAMES]
+    if not shown:
+        return None
+    shown.sort(key=lambda row: (-value_of(row[rate]), str(row[column])))
+    one_whole = len({_cases(row[rate]) for row in shown}) == 1
+    made_of = _counted if one_whole else _cases
+    figure = Figure(figsize=(COLUMN, 0.7 + 0.17 * len(shown)), layout="constrained")
+    panel = figure.subplots()
+    for place, row in enumerate(shown):
+        few = _cases(row[rate]) < FEW
+        draw_estimate(panel, place, row[rate], MUTED if few else ACCENT, "white" if few else ACCENT)
+    labels = [f"{clipped(str(row[column]).replace('_', ' '))}  {made_of(row[rate]):g}" for row in shown]
+    panel.set_yticks(range(len(shown)), labels=labels, fontsize=6.5)
+    panel.set_ylim(len(shown) - 0.5, -0.5)
+    panel.set_xlim(-3, 103)
+    panel.grid(axis="x", color=RULE, linewidth=0.6)
+    panel.tick_params(axis="y", length=0)
+    panel.spines["left"].set_visible(False)
+    panel.set_xlabel(f"{label}, percent", fontsize=7, loc="right")
+    return figure
+
+
+def _cases(cell: Cell) -> float:
+    return (cell.denominator or 0) if isinstance(cell, Estimate) else 0
+
+
+def _counted(cell: Cell) -> float:
+    return (cell.numerator or 0) if isinstance(cell, Estimate) else 0
+
+
+def draw_matrix(
+    rows: Sequence[Mapping[str, Cell]], levels: Sequence[str], rate: str, label: str
+) -> Figure | None:
+    """Rates as a matrix, a row a name and a column a model, with the numbers in it; None if there are none.
+
+    Args:
+        rows: those of a suite.
+        levels: the columns whose values together are the names.
+        rate: that of the rates.
+        label: what they are.
+    """
+    from matplotlib.figure import Figure
+
+    models = list(dict.fromkeys(str(row["model"]) for row in rows))
+    names = list(dict.fromkeys(_name(row, levels) for row in rows))
+    if not names:
+        return None
+    values = {(_name(row, levels), str(row["model"])): value_of(row[rate]) for row in rows}
+    size = (1.7 + 0.42 * len(models), 1.3 + 0.19 * len(names))
+    figure = Figure(figsize=size, layout="constrained")
+    panel = figure.subplots()
+    grid = [[values.get((name, model), math.nan) for model in models] for name in names]
+    panel.imshow(grid, vmin=0, vmax=100, cmap="Greys", aspect="auto")
+    panel.set_xticks(
+        range(len(models)), labels=list(map(clipped, models)), rotation=55, ha="right", fontsize=6.5
+    )
+    panel.set_yticks(range(len(names)), labels=list(map(clipped, names)), fontsize=6.5)
+    panel.set_title(label, fontsize=7.5)
+    panel.tick_params(length=0)
+    panel.spines[:].set_visible(False)
+    for y, line in enumerate(grid):
+        for x, value in enumerate(line):
+            if value > 0:
+                color = "white" if value > _DARK else INK
+                text = f"{value:.0f}" if value >= 0.5 else "<1"
+                panel.text(x, y, text, ha="center", va="center", color=color, fontsize=6)
+    return figure
+
+
+def _name(row: Mapping[str, Cell], levels: Sequence[str]) -> str:
+    parts = [str(row[level]).replace("_", " ") for level in levels if row[level]]
+    return ", ".join(parts[1:] or parts) if len(levels) > 1 else parts[0]
