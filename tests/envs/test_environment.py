@@ -115,6 +115,7 @@ def test_what_would_not_arrive_through_shared_memory_is_refused(here: None) -> N
 
 
 def test_what_comes_without_gymnasium_is_said() -> None:
-    code = "import sys; sys.modules['gymnasium'] = None; import eai.envs"
+    without = "import sys; sys.modules['gymnasium'] = None; "
+    code = without + "import eai.envs.rewards; from eai.envs import make"
     result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert "pip install 'embodied-agent-interface[envs]'" in result.stderr.splitlines()[-1]

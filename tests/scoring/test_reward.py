@@ -457,7 +457,10 @@ def test_a_shaping_that_there_is_not_is_named() -> None:
         eai.reward("virtualhome/action_sequencing/27_2", "{}", "dense")
 
 
-@pytest.mark.parametrize("benchmark", ["virtualhome", "lamps:lamps", "pddl:/a/domain.pddl,/a/problems"])
+@pytest.mark.parametrize(
+    "benchmark",
+    ["virtualhome", "lamps:lamps", "pddl:/a/domain.pddl,/a/problems", "a/action_sequencing/tasks/"],
+)
 @pytest.mark.parametrize("task_id", ["27_2", "a/b"])
 def test_references_are_read_as_they_are_written(benchmark: str, task_id: str) -> None:
     reference = TaskReference(benchmark, Ability.GOAL_INTERPRETATION, task_id)

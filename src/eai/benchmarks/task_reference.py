@@ -25,13 +25,13 @@ class TaskReference(NamedTuple):
 
     @staticmethod
     def parse(text: str) -> TaskReference:
-        """The task that a text means; the first part that names an ability is the ability.
+        """The task that a text means; the last part, of those between others, that names an ability does.
 
         Raises:
             InputError: it is no such text.
         """
         parts = text.split("/")
-        for place in range(1, len(parts) - 1):
+        for place in range(len(parts) - 2, 0, -1):
             ability = _ABILITIES.get(parts[place])
             if ability is not None:
                 return TaskReference("/".join(parts[:place]), ability, "/".join(parts[place + 1 :]))

@@ -15,6 +15,7 @@ from eai.cli import (
     compare,
     data,
     explain,
+    export,
     human,
     leaderboard,
     prompts,
@@ -64,6 +65,7 @@ app.add_typer(data.app, name="data", rich_help_panel=MATERIAL)
 app.command(no_args_is_help=True, rich_help_panel=MATERIAL)(prompts.prompts)
 app.add_typer(tasks.app, name="tasks", rich_help_panel=MATERIAL)
 app.add_typer(human.app, name="human", rich_help_panel=MATERIAL)
+app.add_typer(export.app, name="export", rich_help_panel=MATERIAL)
 
 
 def _version(asked: bool) -> None:

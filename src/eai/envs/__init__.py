@@ -11,13 +11,11 @@ benchmarks that come with the package have names of their own, such as those of 
 
 from __future__ import annotations
 
-try:
-    import gymnasium
-except ImportError as error:
-    raise ImportError("environments need gymnasium: pip install 'embodied-agent-interface[envs]'") from error
+from typing import NoReturn
 
 from eai.benchmarks.registry import CAPITALISED
-from eai.envs.environment import AnyText, TextEnvironment, make
+
+__all__ = ["ANY", "IDS", "AnyText", "TextEnvironment", "make"]
 
 ANY = "eai/Benchmark-v1"
 """The environment of the benchmark that its option ``benchmark`` names."""
@@ -25,10 +23,22 @@ ANY = "eai/Benchmark-v1"
 IDS = {f"eai/{title}-v1": name for name, title in CAPITALISED.items()}
 """The environments of the benchmarks that come with the package."""
 
-_MAKER = "eai.envs.environment:make"
+try:
+    import gymnasium
 
-gymnasium.register(ANY, entry_point=_MAKER)
-for _id, _name in IDS.items():
-    gymnasium.register(_id, entry_point=_MAKER, kwargs={"benchmark": _name})
+    from eai.envs.environment import AnyText, TextEnvironment, make
+except ImportError as _error:
+    _MISSING = _error
 
-__all__ = ["ANY", "IDS", "AnyText", "TextEnvironment", "make"]
+    def __getattr__(name: str) -> NoReturn:
+        """What needs gymnasium is not there without it; the rewards of this package do not."""
+        if name not in __all__:
+            raise AttributeError(f"module 'eai.envs' has no attribute {name!r}")
+        hint = "pip install 'embodied-agent-interface[envs]'"
+        raise ImportError(f"environments need gymnasium: {hint}") from _MISSING
+
+else:
+    _MAKER = "eai.envs.environment:make"
+    gymnasium.register(ANY, entry_point=_MAKER)
+    for _id, _name in IDS.items():
+        gymnasium.register(_id, entry_point=_MAKER, kwargs={"benchmark": _name})

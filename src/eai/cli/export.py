@@ -1,0 +1,179 @@
+"""``eai export``: data sets for training."""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from collections.abc import Iterable, Iterator
+from enum import Enum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from eai.abilities.protocol import Ability
+from eai.abilities.record import Record
+from eai.benchmarks.prompt_library import Library
+from eai.benchmarks.registry import find_benchmark
+from eai.benchmarks.source import Source
+from eai.benchmarks.suite import open_suite
+from eai.cli.console import DOMAIN_HELP, counted, data_progress, output
+from eai.cli.data import DataFolder, store
+from eai.errors import InputError
+from eai.pddl.planning import PlannerChoice
+from eai.prompts.prompt import PromptSet
+from eai.report.runs import find_record_files
+from eai.scoring.records import read_records
+from eai.scoring.reward import Reward
+from eai.scoring.shaping import Shaping
+from eai.scoring.training_data import (
+    LeftOut,
+    Rewarded,
+    Row,
+    preference_rows,
+    prompt_rows,
+    rewarded,
+    verified_rows,
+)
+
+app = typer.Typer(
+    help="Data sets for training: prompts, verified answers, preferences.", no_args_is_help=True
+)
+
+
+class Format(str, Enum):
+    """How a data set is written: one file of JSON Lines, or a folder that Hugging Face's datasets open."""
+
+    JSONL = "jsonl"
+    HF = "hf"
+
+
+_Out = Annotated[Path, typer.Option(help="The file to write; of --format hf, the folder.")]
+_Format = Annotated[
+    Format, typer.Option("--format", help="One file of JSON Lines, or a folder for datasets.load_dataset.")
+]
+_Set = Annotated[PromptSet, typer.Option("--set", help="The data set's prompts, or ours.")]
+_Records = Annotated[
+    list[Path], typer.Argument(help="Files of records, or folders of them.", metavar="RECORDS...")
+]
+_Shaping = Annotated[Shaping, typer.Option(help="By which definition answers are worth something.")]
+
+_CARD = """\
+---
+configs:
+- config_name: default
+  data_files:
+  - split: train
+    path: {file}
+---
+Made by `eai export`. The prompts hold text of the benchmarks they are of, which have licences of their own.
+"""
+
+
+@app.command(no_args_is_help=True)
+def prompts(
+    domain: Annotated[list[str], typer.Option(help=DOMAIN_HELP)],
+    out: _Out,
+    ability: Annotated[list[Ability] | None, typer.Option(help="Abilities; all if not given.")] = None,
+    prompt_set: _Set = PromptSet.OFFICIAL,
+    form: _Format = Format.JSONL,
+    data: DataFolder = None,
+) -> None:
+    """Write the prompts of all tasks in which something is to be earned, for TRL, verl, SkyRL and OpenRLHF.
+
+    Example: eai export prompts --domain tasks/ --ability action_sequencing --out train.jsonl
+    """
+
+    def rows() -> Iterator[Row]:
+        with data_progress() as report:
+            source = Source(store(data), report, PlannerChoice.NONE)
+            for name in domain:
+                for each in ability or list(Ability):
+                    asked = Library(prompt_set, None, source).open(find_benchmark(name), each)
+                    yield from prompt_rows(Reward(open_suite(name, each, source=source)), asked)
+
+    _write(rows(), out, form)
+
+
+@app.command(no_args_is_help=True)
+def sft(
+    records: _Records,
+    out: _Out,
+    least: Annotated[float, typer.Option(min=0, max=1, help="The least that an answer must be worth.")] = 1.0,
+    shaping: _Shaping = Shaping.SUCCESS,
+    prompt_set: _Set = PromptSet.OFFICIAL,
+    form: _Format = Format.JSONL,
+    data: DataFolder = None,
+) -> None:
+    """Write verified answers, each with its prompt: those that are right when they are scored again.
+
+    Example: eai export sft runs --out sft.jsonl
+    """
+    left_out = Counter[LeftOut]()
+    answers = _answers(records, shaping, prompt_set, data, left_out)
+    _write(verified_rows(answers, least), out, form)
+    _tell(left_out)
+
+
+@app.command(no_args_is_help=True)
+def preference(
+    records: _Records,
+    out: _Out,
+    margin: Annotated[
+        float, typer.Option(min=0, help="By more than how much the chosen one must be worth more.")
+    ] = 0.0,
+    shaping: _Shaping = Shaping.PROGRESS,
+    prompt_set: _Set = PromptSet.OFFICIAL,
+    form: _Format = Format.JSONL,
+    data: DataFolder = None,
+) -> None:
+    """Write pairs of answers to one prompt: of each task the best one, and every one that is worth less.
+
+    Example: eai export preference runs --out preference.jsonl
+    """
+    left_out = Counter[LeftOut]()
+    answers = _answers(records, shaping, prompt_set, data, left_out)
+    _write(preference_rows(answers, margin), out, form)
+    _tell(left_out)
+
+
+def _answers(
+    paths: list[Path], shaping: Shaping, prompt_set: PromptSet, data: Path | None, left_out: Counter[LeftOut]
+) -> Iterator[Rewarded]:
+    """All answers in files of records with what they are worth, those to one suite together."""
+    by_suite: dict[tuple[str, Ability], list[Record]] = {}
+    for file in find_record_files(paths):
+        for record in read_records(file):
+            by_suite.setdefault((record.domain, record.ability), []).append(record)
+    with data_progress() as report:
+        source = Source(store(data), report, PlannerChoice.NONE)
+        for (domain, ability), of_suite in by_suite.items():
+            asked = Library(prompt_set, None, source).open(find_benchmark(domain), ability)
+            paid = Reward(open_suite(domain, ability, source=source), shaping)
+            yield from rewarded(of_suite, paid, asked, left_out)
+
+
+def _write(rows: Iterable[Row], out: Path, form: Format) -> None:
+    """Write a data set; nothing is there under its name before it is whole."""
+    file = out / "train.jsonl" if form is Format.HF else out
+    part, number = file.with_name(f"{file.name}.part"), 0
+    try:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        with part.open("w", encoding="utf-8") as opened:
+            for row in rows:
+                opened.write(json.dumps(row) + "\n")
+                number += 1
+        part.replace(file)
+        if form is Format.HF:
+            (out / "README.md").write_text(_CARD.format(file=file.name), encoding="utf-8")
+    except OSError as error:
+        raise InputError(f"{out}: cannot be written ({error.strerror})") from error
+    finally:
+        part.unlink(missing_ok=True)
+    written = f"{counted(number, 'row')} written to {out}"
+    output().print(written, soft_wrap=True, highlight=False, markup=False)
+
+
+def _tell(left_out: Counter[LeftOut]) -> None:
+    for reason, number in left_out.items():
+        output().print(f"left out: {counted(number, 'record')} {reason.value}", highlight=False)

@@ -1,0 +1,242 @@
+"""Rewards as training libraries ask for them, one answer a task or step by step; none of them is imported.
+
+Every row of a data set names its task as `Suite.reference` does (``eai export prompts`` writes such rows), so
+that one data set may mix benchmarks and abilities. What is paid is what `eai.Reward` pays;
+``docs/training.md`` says how each library is told.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+from eai.abilities.protocol import Ability, member
+from eai.abilities.verdict import PlanVerdict
+from eai.benchmarks.registry import find_benchmark
+from eai.benchmarks.source import Source
+from eai.benchmarks.task_reference import TaskReference
+from eai.envs.game import Game, Stage, manual
+from eai.envs.rules import Rules
+from eai.scoring.reward import METRICS, Grade, reward_of
+from eai.scoring.shaping import Shaping, merit
+
+Completion: TypeAlias = str | Sequence[Mapping[str, Any]]
+"""What a policy wrote: a text, or messages of which the last is its answer."""
+
+THOUGHT = ("<think>", "</think>")
+"""What begins and ends the part of an answer that is not meant to be read."""
+
+_SPECIAL = re.compile(r"(?:\s*(?:<\|[^<>|]*\|>|</s>|<eos>|<pad>|<end_of_turn>))+\s*\Z")
+"""Special tokens of tokenizers at the end of a text that was decoded with them."""
+
+
+def answer_of(completion: Completion) -> str:
+    """The answer in what a policy wrote: without the messages before it and its thoughts, ended or not."""
+    if not isinstance(completion, str):
+        content = completion[-1].get("content") if completion else ""
+        completion = content if isinstance(content, str) else ""
+    begins, ends = THOUGHT
+    return completion.rpartition(ends)[2].partition(begins)[0]
+
+
+def grade_of(task: str, text: str, shaping: Shaping | str = Shaping.SUCCESS) -> Grade:
+    """What an answer to a task is worth, and why.
+
+    Args:
+        task: the task, as `Suite.reference` writes it.
+        text: the answer.
+        shaping: what it is paid for.
+
+    Raises:
+        InputError: there is no such task or shaping.
+    """
+    reference = TaskReference.parse(task)
+    return reward_of(reference, shaping).grade(reference.task_id, text)
+
+
+@dataclass(frozen=True)
+class TrlReward:
+    """A reward function of TRL: ``GRPOTrainer(reward_funcs=TrlReward("progress"), ...)``.
+
+    The data set has a column ``task``. Where nothing can be earned the reward is None, which TRL leaves out.
+    Metrics are logged as ``eai/NAME``, the mean over a batch.
+    """
+
+    shaping: Shaping | str = Shaping.SUCCESS
+
+    @property
+    def __name__(self) -> str:
+        """What TRL logs the reward as."""
+        return f"eai_{member(Shaping, self.shaping, 'shaping').value}"
+
+    def __call__(
+        self,
+        *,
+        completions: Sequence[Completion],
+        task: Sequence[str],
+        log_metric: Callable[[str, float], None] | None = None,
+        **others: object,
+    ) -> list[float | None]:
+        """The rewards of a batch, in order; ``others`` is what TRL gives besides."""
+        pairs = zip(task, completions, strict=True)
+        grades = [grade_of(name, answer_of(completion), self.shaping) for name, completion in pairs]
+        if log_metric is not None and grades:
+            for metric in METRICS:
+                log_metric(f"eai/{metric}", sum(grade.metrics[metric] for grade in grades) / len(grades))
+        return [grade.value for grade in grades]
+
+
+class TrlHousehold:
+    """An environment of TRL, played action by action: ``GRPOTrainer(environment_factory=TrlHousehold, ...)``.
+
+    The data set has a column ``task``, of action sequencing. The tool is `act`; an episode ends when all
+    goals are reached or `MOST_TURNS` actions are tried.
+    """
+
+    MOST_TURNS = 50
+
+    def __init__(self, shaping: Shaping | str = Shaping.SUCCESS) -> None:
+        self._shaping = member(Shaping, shaping, "shaping")
+        self._game: Game | None = None
+        self._at_start: Sequence[bool] = ()
+        self._now: Sequence[bool] = ()
+        self._faults = 0
+
+    def reset(self, *, task: str, **others: object) -> str:
+        """Begin an episode: what an agent is told of the world and of the task."""
+        reference = TaskReference.parse(task)
+        benchmark = find_benchmark(reference.benchmark)
+        rules = Rules(max_steps=self.MOST_TURNS)
+        found = benchmark.tasks_for(Ability.ACTION_SEQUENCING, Source())[reference.task_id]
+        self._game = Game(Stage(found, benchmark, rules), rules, seed=0, epoch=0)
+        observation, info = self._game.opening()
+        self._at_start = self._now = info["goals"]
+        self._faults = 0
+        return f"{manual(benchmark)}\n\n{observation}"
+
+    def act(self, command: str) -> str:
+        """Carry out one action in the household.
+
+        Args:
+            command: The action with its objects on one line, such as OPEN(fridge.7).
+
+        Returns:
+            What became of it, and all that is seen now.
+        """
+        if self._game is None or self._game.over:
+            return "The episode is over."
+        turn = self._game.act(command)
+        self._now = turn.info["goals"]
+        self._faults += turn.info["fault"] is not None
+        return turn.observation
+
+    def get_reward(self) -> float:
+        """What the episode is worth: `eai.Reward`'s definition, with every failed action as a fault."""
+        verdict = PlanVerdict(
+            executable=True,
+            success=all(self._now),
+            additional_steps=self._faults,
+            goals_satisfied=tuple(self._now),
+        )
+        earned = merit(verdict, self._at_start)
+        return 0.0 if earned is None else earned.worth(self._shaping)
+
+
+def compute_score(
+    data_source: str,
+    solution_str: str,
+    ground_truth: str,
+    extra_info: Mapping[str, Any] | None = None,
+    *,
+    shaping: Shaping | str = Shaping.SUCCESS,
+    **others: object,
+) -> dict[str, float]:
+    """A reward function of verl.
+
+    ``custom_reward_function: {path: pkg://eai.envs.rewards, name: compute_score}``, and if need be
+    ``reward_kwargs: {shaping: progress}``.
+
+    Args:
+        data_source: not looked at; the task says what it is of.
+        solution_str: the answer.
+        ground_truth: the task.
+        extra_info: not looked at.
+        shaping: what an answer is paid for.
+        others: what verl gives besides.
+
+    Returns:
+        The reward as ``score``, 0 where nothing can be earned, and beside it all metrics.
+    """
+    grade = grade_of(ground_truth, answer_of(solution_str), shaping)
+    return {"score": grade.value or 0.0, **grade.metrics}
+
+
+def reward_func(
+    queries: Sequence[str],
+    prompts: Sequence[str],
+    labels: Sequence[str],
+    *,
+    shaping: Shaping | str = Shaping.SUCCESS,
+    **others: object,
+) -> dict[str, Any]:
+    """A reward function of OpenRLHF: ``--reward.remote_url FILE``, where FILE imports it.
+
+    For another shaping FILE says ``reward_func = functools.partial(reward_func, shaping="progress")``.
+
+    Args:
+        queries: prompts with answers, as they were decoded, special tokens included.
+        prompts: the prompts.
+        labels: the tasks.
+        shaping: what an answer is paid for.
+        others: what OpenRLHF gives besides.
+
+    Returns:
+        ``rewards``, ``scores`` (the same) and the metrics as ``extra_logs``: numbers for the one answer that
+        OpenRLHF asks about at a time, lists for several.
+    """
+    texts = [_after(prompt, query) for prompt, query in zip(prompts, queries, strict=True)]
+    grades = [grade_of(task, answer_of(text), shaping) for task, text in zip(labels, texts, strict=True)]
+
+    def of_each(values: list[float]) -> float | list[float]:
+        return values[0] if len(values) == 1 else values
+
+    paid = of_each([grade.value or 0.0 for grade in grades])
+    logs = {metric: of_each([grade.metrics[metric] for grade in grades]) for metric in METRICS}
+    return {"rewards": paid, "scores": paid, "extra_logs": logs}
+
+
+def _after(prompt: str, query: str) -> str:
+    """What follows a prompt in a query, without special tokens at its end."""
+    return _SPECIAL.sub("", query.rpartition(prompt)[2] if prompt in query else query)
+
+
+class SkyRlTask:
+    """A single-turn environment of SkyRL, to be mixed into its base class, which we do not import.
+
+    ``class Household(SkyRlTask, BaseTextEnv): pass``, registered by its place; rows have
+    ``reward_spec: {"ground_truth": TASK}`` and may have ``shaping``.
+    """
+
+    def __init__(self, env_config: object = None, extras: Mapping[str, Any] | None = None) -> None:
+        super().__init__()
+        extras = extras or {}
+        self._task: str = extras["reward_spec"]["ground_truth"]
+        self._shaping = member(Shaping, extras.get("shaping", Shaping.SUCCESS), "shaping")
+        self._metrics: Mapping[str, float] = {}
+
+    def step(self, action: str) -> dict[str, Any]:
+        """What the answer is worth; there is no second turn."""
+        grade = grade_of(self._task, answer_of(action), self._shaping)
+        self._metrics = grade.metrics
+        return {
+            "observations": [],
+            "reward": grade.value or 0.0,
+            "done": True,
+            "metadata": dict(grade.metrics),
+        }
+
+    def get_metrics(self) -> dict[str, float]:
+        """The metrics of the last answer."""
+        return dict(self._metrics)

@@ -1,0 +1,115 @@
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import eai as library
+from cli.conftest import Command
+from eai.abilities.record import Usage
+from eai.data.store import Store
+from eai.scoring.answer import Answer
+from eai.scoring.batch import Settings
+from eai.scoring.epochs import Obtained, settle
+from suites import answer_book, official_prompts
+
+SUITE = ("--domain", "behavior", "--ability", "action_sequencing")
+
+
+def read(path: Path) -> list[dict[str, Any]]:
+    return [json.loads(line) for line in path.read_text().splitlines()]
+
+
+@pytest.fixture
+def records(data_store: Store, tmp_path: Path) -> Path:
+    """Right answers to five tasks, the same from another model, and ones that stop half way."""
+    suite = library.open("behavior", "action_sequencing")
+    task_ids = suite.task_ids[:5]
+    book = answer_book("behavior", suite.ability)
+    asked = official_prompts("behavior", suite.ability)
+    prompts = {task_id: asked[task_id] for task_id in task_ids}
+    right = {task_id: book.gold(task_id).parts for task_id in task_ids}
+    half = {task_id: parts[: len(parts) // 2] for task_id, parts in right.items()}
+    for model, answers in (("right", right), ("again", right), ("half", half)):
+        given = {
+            (task_id, 1): Answer(
+                task_id,
+                1,
+                "0" * 64,
+                prompts[task_id].sha256,
+                suite.benchmark.plans.join(parts),
+                "",
+                "stop",
+                (),
+                Usage(),
+            )
+            for task_id, parts in answers.items()
+        }
+        obtained = Obtained(model, model, prompts, given, {}, epochs=1)
+        settle(obtained, tmp_path / "runs" / model, suite, Settings())
+    return tmp_path / "runs"
+
+
+def test_prompts_say_what_each_trainer_asks_for(eai: Command, data_store: Store, tmp_path: Path) -> None:
+    wanted = ("--domain", "virtualhome", *SUITE, "--out", tmp_path / "train.jsonl")
+    assert "438 rows written to" in eai("export", "prompts", *wanted).out
+    rows = read(tmp_path / "train.jsonl")
+    first, last = rows[0], rows[-1]
+    assert (first["data_source"], last["data_source"]) == (
+        "virtualhome/action_sequencing",
+        "behavior/action_sequencing",
+    )
+    for row in (first, last):
+        assert [message["role"] for message in row["prompt"]][-1] == "user"
+        assert row["task"] == row["reward_model"]["ground_truth"] == row["reward_spec"]["ground_truth"]
+        assert library.reward(row["task"], "") == 0
+
+
+def test_only_answers_that_are_right_are_exported_once(eai: Command, records: Path, tmp_path: Path) -> None:
+    assert "5 rows written" in eai("export", "sft", records, "--out", tmp_path / "sft.jsonl").out
+    for row in read(tmp_path / "sft.jsonl"):
+        (said,) = row["completion"]
+        assert (said["role"], row["reward"]) == ("assistant", 1)
+        assert library.reward(row["task"], said["content"]) == 1
+
+
+def test_preferences_are_for_the_better_answer(eai: Command, records: Path, tmp_path: Path) -> None:
+    done = eai("export", "preference", records, "--out", tmp_path / "data", "--format", "hf")
+    assert done.status == 0
+    assert "path: train.jsonl" in (tmp_path / "data" / "README.md").read_text()
+    rows = read(tmp_path / "data" / "train.jsonl")
+    assert rows
+    for row in rows:
+        better, worse = (
+            library.reward(row["task"], row[side][0]["content"], "progress")
+            for side in ("chosen", "rejected")
+        )
+        assert better is not None
+        assert worse is not None
+        assert better - worse == row["margin"] > 0
+    half = ("--margin", 0.5, "--out", tmp_path / "clear.jsonl")
+    assert eai("export", "preference", records, *half).status == 0
+    clear = [row["margin"] for row in read(tmp_path / "clear.jsonl")]
+    assert clear == [row["margin"] for row in rows if row["margin"] > 0.5]
+
+
+def test_what_is_left_out_is_said(eai: Command, records: Path, tmp_path: Path) -> None:
+    """Answers to other prompts than are exported, and tasks without an answer."""
+    out = ("--out", tmp_path / "sft.jsonl")
+    done = eai("export", "sft", records, "--set", "eai", *out)
+    assert "left out: 15 records answering another prompt than is exported" in done.out
+    file = records / "again" / "records.jsonl"
+    file.write_text("".join(json.dumps({**row, "unanswered": "late"}) + "\n" for row in read(file)))
+    done = eai("export", "sft", file, *out)
+    assert "0 rows written" in done.out
+    assert "left out: 5 records without an answer, or with nothing to earn" in done.out
+
+
+def test_nothing_is_left_behind_where_it_fails(eai: Command, data_store: Store, tmp_path: Path) -> None:
+    done = eai(
+        "export", "prompts", "--domain", "behavior", "--domain", "mars", "--out", tmp_path / "a" / "p.jsonl"
+    )
+    assert (done.status, "'mars' is no benchmark" in done.err) == (2, True)
+    assert list((tmp_path / "a").iterdir()) == []
