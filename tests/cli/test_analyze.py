@@ -1,12 +1,18 @@
 from __future__ import annotations
 
+import json
 import sys
 from pathlib import Path
 
 import pytest
 
 from cli.conftest import Command
+from eai.abilities.protocol import Ability
+from eai.benchmarks.source import Source
+from eai.benchmarks.suite import open_suite
+from eai.data.store import Store
 from report.samples import action_run, goal_run, operator_run, write_runs
+from suites import answer_book
 
 
 def test_tables_have_the_same_bytes_each_time(eai: Command, tmp_path: Path) -> None:
@@ -43,3 +49,52 @@ def test_a_missing_extra_is_one_line(eai: Command, tmp_path: Path, monkeypatch: 
     outcome = eai("analyze", "cofactors", runs, "--out", tmp_path / "out")
     assert outcome.status == 2
     assert outcome.err == "eai: this analysis needs numpy: pip install 'embodied-agent-interface[analysis]'\n"
+
+
+def test_a_pipeline_is_set_against_the_ability_alone(eai: Command, data_store: Store, tmp_path: Path) -> None:
+    """With right goals and with none; a perfect second stage reaches what it is told, and no more."""
+    suite = open_suite("behavior", Ability.ACTION_SEQUENCING, source=Source(data_store))
+    books, toys = (
+        next(task for task in suite.task_ids if task.startswith(name))
+        for name in ("boxing_books", "putting_away_toys")
+    )
+    plans, goals = (
+        answer_book("behavior", ability, data_store).gold
+        for ability in (Ability.ACTION_SEQUENCING, Ability.GOAL_INTERPRETATION)
+    )
+    answers = {
+        "modular": {books: plans(books).text, toys: plans(toys).text},
+        "piped": {books: plans(books).text, toys: "[]"},
+        "goals": {books: goals(books).text, toys: '{"node goals": []}'},
+    }
+    for name, given in answers.items():
+        rows = [{"identifier": task, "llm_output": text} for task, text in given.items()]
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "m_outputs.json").write_text(json.dumps(rows))
+    named = ("--domain", "behavior", "--ability", "action_sequencing", "--allow-missing", "--no-explanations")
+    first = tmp_path / "goals" / "m_outputs.json"
+    assert eai("score", tmp_path / "modular", *named, "--out", tmp_path / "a").status == 0
+    assert eai("score", tmp_path / "piped", *named, "--goals", first, "--out", tmp_path / "b").status == 0
+    done = eai(
+        *("analyze", "pipeline", tmp_path / "a", tmp_path / "b"),
+        *("--goals", first, "--out", tmp_path / "c"),
+    )
+    assert done.status == 0, done.err
+    found = json.loads((tmp_path / "c" / "pipeline.json").read_text())["tables"]
+    rows = {row["goals"]: row for row in found["goals"]["rows"]}
+    assert {
+        name: [row[part]["numerator"] for part in ("modular", "pipeline", "perfect stage 2")]
+        for name, row in rows.items()
+    } == {"exactly right": [1, 1, 1], "some missing": [1, 0, 0], "all": [2, 1, 1]}
+    assert found["missed"]["rows"][0]["tasks"] == 1
+    assert {file.name for file in (tmp_path / "c").iterdir()} == {
+        *(f"{name}.csv" for name in ("stages", "goals", "stage_1", "missed")),
+        *("pipeline.json", "pipeline.md"),
+    }
+    for wrong, why in (
+        (("analyze", "pipeline", tmp_path / "a", tmp_path / "a"), "expected records of a pipeline"),
+        (("score", tmp_path / "modular", *named, "--goals", tmp_path / "none"), "no such file or folder"),
+    ):
+        refused = eai(*wrong)
+        assert refused.status == 2
+        assert why in refused.err

@@ -5,20 +5,22 @@ from __future__ import annotations
 import hashlib
 import json
 import random
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import cache
 
 from typing_extensions import assert_never
 
 from eai.abilities.goal_interpretation.gold import write_goals
+from eai.abilities.goal_interpretation.stated import read_stated
 from eai.abilities.planning import find_plan
 from eai.abilities.protocol import Ability
 from eai.abilities.subgoal_decomposition.notation import SubgoalNotation
+from eai.abilities.task import Task
 from eai.benchmarks.benchmark import Benchmark
-from eai.benchmarks.source import Source
+from eai.benchmarks.source import Source, TaskSet
 from eai.errors import InputError
-from eai.planning.planner import Planner
+from eai.planning.planner import Planner, PlanningLimits
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,19 +64,35 @@ def open_answer_book(benchmark: Benchmark, ability: Ability, source: Source | No
             assert_never(ability)
 
 
-def open_planned_book(benchmark: Benchmark, ability: Ability, source: Source | None = None) -> AnswerBook:
+def open_planned_book(
+    benchmark: Benchmark,
+    ability: Ability,
+    source: Source | None = None,
+    stated: Mapping[str, str] | None = None,
+    limits: PlanningLimits | None = None,
+) -> AnswerBook:
     """Answers made of plans that the built-in search finds on the declared domain, instead of gold ones.
 
     An answer is empty where the search finds no plan.
+
+    Args:
+        benchmark: the benchmark.
+        ability: the ability.
+        source: where its data comes from; the user's default store if None.
+        stated: answers to goal interpretation, by task id, whose goals are to be reached instead of the
+            tasks'; goals that name what does not exist are passed over.
+        limits: how much the search for a plan of action sequencing may do.
 
     Raises:
         InputError: a plan is no answer to this ability.
         DataError: the data cannot be had.
     """
     source = source or Source()
+    if stated:
+        benchmark = _believing(benchmark, stated)
     match ability:
         case Ability.ACTION_SEQUENCING:
-            return _plans(benchmark, source, scripts=False)
+            return _plans(benchmark, source, scripts=False, limits=limits)
         case Ability.SUBGOAL_DECOMPOSITION:
             return _subgoals(benchmark, source, scripts=False)
         case _:
@@ -108,6 +126,24 @@ def noisy_answer(book: AnswerBook, task_id: str, *, rate: float, seed: str) -> W
     return replace(answer, parts=tuple(parts))
 
 
+def _believing(benchmark: Benchmark, stated: Mapping[str, str]) -> Benchmark:
+    """The benchmark whose tasks have the goals that answers state, as far as they mean something."""
+
+    def open_tasks(source: Source) -> TaskSet[Task]:
+        tasks = benchmark.tasks(source)
+
+        def believed(task_id: str) -> Task:
+            task, answer = tasks[task_id], stated.get(task_id)
+            if answer is None:
+                return task
+            goals = read_stated(answer, task, benchmark.domain, benchmark.goals)
+            return replace(task, goals=goals.meaningful)
+
+        return TaskSet(tasks, believed, tasks.sha256)
+
+    return replace(benchmark, open_tasks=open_tasks)
+
+
 def _goals(benchmark: Benchmark, source: Source) -> AnswerBook:
     notation = benchmark.goals
     tasks = benchmark.tasks_for(Ability.GOAL_INTERPRETATION, source)
@@ -117,7 +153,9 @@ def _goals(benchmark: Benchmark, source: Source) -> AnswerBook:
     )
 
 
-def _plans(benchmark: Benchmark, source: Source, *, scripts: bool) -> AnswerBook:
+def _plans(
+    benchmark: Benchmark, source: Source, *, scripts: bool, limits: PlanningLimits | None = None
+) -> AnswerBook:
     """Plans: the data set's own, where it has them and they are asked for, or else what the search finds."""
     tasks, notation = benchmark.tasks_for(Ability.ACTION_SEQUENCING, source), benchmark.plans
     planner = Planner(benchmark.domain)
@@ -125,7 +163,7 @@ def _plans(benchmark: Benchmark, source: Source, *, scripts: bool) -> AnswerBook
     @cache
     def answer(task_id: str) -> WrittenAnswer:
         task = tasks[task_id]
-        plan = (scripts and task.script) or find_plan(task, planner).plan
+        plan = (scripts and task.script) or find_plan(task, planner, limits).plan
         return WrittenAnswer(notation.write(plan, task.scene), notation.join)
 
     return AnswerBook(tuple(tasks), answer)

@@ -15,13 +15,34 @@ from eai.benchmarks.source import Source
 from eai.benchmarks.suite import DEFAULT_PROTOCOL, Suite, open_suite
 from eai.cli.console import Result, data_progress, note_planner, output, print_rates, without_inspect
 from eai.cli.data import DataFolder, store
-from eai.cli.options import OUTPUT, AllowMissing, Domain, Explanations, OneAbility, Planner, Rules, Workers
+from eai.cli.options import (
+    ANSWERS,
+    OUTPUT,
+    AllowMissing,
+    Domain,
+    Explanations,
+    OneAbility,
+    Planner,
+    Rules,
+    Workers,
+)
 from eai.errors import InputError
 from eai.metrics.coverage import coverage_of
 from eai.metrics.summary import summarise
 from eai.pddl.planning import PlannerChoice
 from eai.scoring.batch import NO_ROW, Settings, score_run
 from eai.scoring.results import write_results
+from eai.scoring.stage_one import read_believed, refuse_no_stage_two
+
+Goals = Annotated[
+    Path | None,
+    typer.Option(
+        "--goals",
+        metavar="PATH",
+        help="Of a pipeline: the answers to goal interpretation whose goals the questions stated.",
+        rich_help_panel=ANSWERS,
+    ),
+]
 
 LOG_SUFFIX = ".eval"
 """How the names of Inspect's logs end."""
@@ -39,6 +60,7 @@ def score(
     workers: Workers = 1,
     explanations: Explanations = True,
     allow_missing: AllowMissing = False,
+    goals: Goals = None,
     out: Annotated[
         Path | None,
         typer.Option(metavar="DIR", help="Where records and summary go.", rich_help_panel=OUTPUT),
@@ -55,6 +77,8 @@ def score(
         find_response_files(path)  # what is not there is said before the data set is fetched
     results: dict[str, Result] = {}
     settings = Settings(workers, explanations, allow_missing)
+    if goals is not None:
+        refuse_no_stage_two(ability)
     with data_progress() as report:
         source = Source(store(data), report, planner)
         suite = open_suite(domain, ability, protocol, source=source)
@@ -66,6 +90,9 @@ def score(
         answered = {response.task_id for response in answers.responses}
         missing = {task_id: NO_ROW for task_id in suite.task_ids if task_id not in answered}
         records = score_run(suite, answers, missing, settings)
+        if goals is not None:
+            believed = read_believed(goals, suite.benchmark, ability, source, answers.model)
+            records = [believed.marked(record) for record in records]
         rates = summarise([record.verdict for record in records], ability)
         results[answers.model] = Result(rates, coverage_of(records))
         if out is not None:

@@ -12,9 +12,10 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from eai.abilities.codec import sha256_of
+from eai.abilities.experiment import Experiment
 from eai.abilities.goal_interpretation.stated import read_stated
 from eai.abilities.protocol import Ability
-from eai.abilities.record import Stated
+from eai.abilities.record import Record, Stated
 from eai.abilities.responses import file_name, read_responses
 from eai.abilities.verdict import ALL, Confusion, GoalVerdict
 from eai.benchmarks.answer_files import files_of_suite
@@ -54,6 +55,11 @@ class BelievedGoals:
     model: str
     beliefs: Mapping[str, Belief]
     stated: Mapping[str, Stated]
+
+    def marked(self, record: Record) -> Record:
+        """The record of an answer to a question that stated these goals."""
+        experiment = replace(record.experiment or Experiment(), goals_from=self.model)
+        return replace(record, experiment=experiment, stated=self.stated.get(record.task_id))
 
 
 def read_believed(
@@ -159,5 +165,4 @@ def _in_responses(path: Path, benchmark: Benchmark, source: Source) -> Iterator[
     task_ids = tuple(benchmark.tasks_for(Ability.GOAL_INTERPRETATION, source))
     for file in files_of_suite(path, benchmark.name, Ability.GOAL_INTERPRETATION):
         read = read_responses(file, task_ids, benchmark.task_id_of)
-        model = read.model.removesuffix(f"{benchmark.name}_{Ability.GOAL_INTERPRETATION.value}").rstrip("_")
-        yield Interpretations(model or read.model, {each.task_id: each.text for each in read.responses})
+        yield Interpretations(read.model, {each.task_id: each.text for each in read.responses})

@@ -1,0 +1,139 @@
+"""The first stage of a pipeline: what comes of any answer, and that no verdict knows what was believed."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from eai.abilities.codec import record_from_json, record_to_json, sha256_of
+from eai.abilities.experiment import Experiment
+from eai.abilities.protocol import Ability
+from eai.abilities.record import Record
+from eai.abilities.responses import Response, ResponseFile
+from eai.abilities.verdict import Confusion
+from eai.benchmarks.registry import find_benchmark
+from eai.benchmarks.source import Source
+from eai.benchmarks.suite import Suite, open_suite
+from eai.data.store import Store
+from eai.errors import InputError
+from eai.scoring.batch import Settings, score_run
+from eai.scoring.records import write_records
+from eai.scoring.stage_one import (
+    BelievedGoals,
+    Interpretations,
+    believe,
+    read_believed,
+    read_interpretations,
+)
+from suites import answer_book
+
+BEHAVIOR = find_benchmark("behavior")
+JARS = "bottling_fruit_0_Wainscott_0_int_0_2021-05-24_19-46-46"
+GIFTS = "assembling_gift_baskets_0_Beechwood_0_int_0_2021-10-26_12-46-37"
+
+
+@pytest.fixture
+def source(data_store: Store) -> Source:
+    return Source(data_store)
+
+
+def believed(answer: str, source: Source) -> BelievedGoals:
+    return believe(Interpretations("m", {JARS: answer}), BEHAVIOR, source)
+
+
+def test_a_right_answer(source: Source, data_store: Store) -> None:
+    gold = answer_book("behavior", Ability.GOAL_INTERPRETATION, data_store).gold(JARS).text
+    read = believed(gold, source)
+    stated = read.stated[JARS]
+    assert stated.goals_sha256 == sha256_of(gold)
+    assert stated.goal_counts == Confusion(8, 0, 0)
+    assert (stated.stage_1_unreadable, stated.stage_1_unknown, stated.stage_1_left_out) == (False, (), 0)
+    assert read.beliefs[JARS].task.goals
+    assert read.beliefs.keys() == read.stated.keys() == {JARS}
+
+
+@pytest.mark.parametrize(
+    ("answer", "counts", "unreadable", "unknown", "left_out"),
+    [
+        ("I do not know.", (0, 0, 8), True, (), 0),
+        ('{"node goals": [], "edge goals": []}', (0, 0, 8), False, (), 0),
+        ('{"node goals": [["sliced", "peach.n.03_1"]]}', (1, 0, 7), False, (), 0),
+        ('{"node goals": [["sliced", "peach.n.03_7"]]}', (0, 1, 8), False, ("peach.n.03_7",), 0),
+        ('{"node goals": [["eaten", "peach.n.03_1"]]}', (0, 1, 8), False, ("eaten",), 0),
+        ('{"node goals": [["sliced"], 5]}', (0, 2, 8), False, (), 2),
+    ],
+)
+def test_any_answer(
+    answer: str,
+    counts: tuple[int, ...],
+    unreadable: bool,
+    unknown: tuple[str, ...],
+    left_out: int,
+    source: Source,
+) -> None:
+    stated = believed(answer, source).stated[JARS]
+    assert stated.goal_counts == counts
+    assert (stated.stage_1_unreadable, stated.stage_1_unknown, stated.stage_1_left_out) == (
+        *(unreadable, unknown),
+        left_out,
+    )
+
+
+def test_a_wrong_belief_changes_no_verdict(source: Source, data_store: Store) -> None:
+    """The scorer holds the true task: the gold plan stays right, whatever the question stated."""
+    suite = open_suite("behavior", Ability.ACTION_SEQUENCING, source=source)
+    gold = answer_book("behavior", Ability.ACTION_SEQUENCING, data_store).gold
+    answers = ResponseFile("m", tuple(Response(task, gold(task).text) for task in (GIFTS, JARS)))
+    plain = score_run(suite, answers, {}, Settings())
+    wrong = believed('{"node goals": [["open", "jar.n.01_1"], ["not", ["sliced", "peach.n.03_1"]]]}', source)
+    marked = [wrong.marked(record) for record in plain]
+    assert all(getattr(record.verdict, "success", False) for record in plain)
+    assert [replace(record, experiment=None, stated=None) for record in marked] == plain
+    assert {record.experiment for record in marked} == {Experiment(goals_from="m")}
+    assert [record.stated for record in marked] == [None, wrong.stated[JARS]]
+    assert suite.tasks[JARS].goals != wrong.beliefs[JARS].task.goals
+
+
+def test_records_carry_what_was_stated(source: Source) -> None:
+    suite = open_suite("behavior", Ability.ACTION_SEQUENCING, source=source)
+    (plain,) = score_run(suite, ResponseFile("m", (Response(JARS, "[]"),)), {}, Settings())
+    marked = believed('{"node goals": [["eaten", "peach.n.03_1"]]}', source).marked(plain)
+    written = json.loads(json.dumps(record_to_json(marked)))
+    assert written["experiment"]["name"] == "pipeline"
+    assert written["experiment"]["goal_counts"] == [0, 1, 8]
+    assert written["experiment"]["stage_1_unknown"] == ["eaten"]
+    assert record_from_json(written) == marked
+
+
+def goal_records(suite: Suite, model: str) -> list[Record]:
+    answers = ResponseFile(model, (Response(JARS, f'{{"node goals": [["{model}", "x"]]}}'),))
+    return score_run(suite, answers, {GIFTS: "the provider failed"}, Settings(explanations=False))
+
+
+def test_answers_are_found_in_responses_records_and_folders(source: Source, tmp_path: Path) -> None:
+    suite = open_suite("behavior", Ability.GOAL_INTERPRETATION, source=source)
+    responses = tmp_path / "files" / "alpha_outputs.json"
+    responses.parent.mkdir()
+    responses.write_text(json.dumps([{"identifier": JARS, "llm_output": "said"}]), encoding="utf-8")
+    for path in (responses, responses.parent):
+        assert read_interpretations(path, BEHAVIOR, source) == Interpretations("alpha", {JARS: "said"})
+    runs = tmp_path / "runs"
+    for model in ("alpha", "org_beta"):
+        (runs / model).mkdir(parents=True)
+        write_records(runs / model / "records.jsonl", goal_records(suite, model))
+    alone = read_interpretations(runs / "alpha" / "records.jsonl", BEHAVIOR, source)
+    assert alone == Interpretations("alpha", {JARS: '{"node goals": [["alpha", "x"]]}'})
+    assert read_interpretations(runs / "alpha", BEHAVIOR, source) == alone
+    assert read_interpretations(runs, BEHAVIOR, source, "org/beta").model == "org_beta"
+    with pytest.raises(InputError, match="of one model, found alpha, org_beta"):
+        read_interpretations(runs, BEHAVIOR, source, "gamma")
+    with pytest.raises(InputError, match="goal_interpretation of one model, found none"):
+        read_interpretations(runs / "alpha" / "records.jsonl", find_benchmark("virtualhome"), source)
+
+
+def test_only_plans_and_subgoals_have_a_first_stage(source: Source, tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="those of transition_modeling do not"):
+        read_believed(tmp_path, BEHAVIOR, Ability.TRANSITION_MODELING, source)
