@@ -9,26 +9,35 @@ class; an action is carried out.
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Sequence
+from functools import lru_cache
 from itertools import islice, product
 from typing import NamedTuple
 
 import eai.logic.formula as f
 from eai.abilities.subgoal_decomposition.lexicon import SubgoalLexicon
-from eai.abilities.subgoal_decomposition.program import Do, End, Instruction, Program, Require, Split
+from eai.abilities.subgoal_decomposition.program import Do, End, Instruction, Plans, Program, Require, Split
 from eai.abilities.subgoal_decomposition.progress import StateTest
 from eai.abilities.subgoal_decomposition.refinement import Refinement
+from eai.abilities.subgoal_decomposition.repertoire import Holds
 from eai.abilities.subgoal_decomposition.rewriting import negation_normal, substitute
 from eai.abilities.task import Task
 from eai.errors import InputError
 from eai.logic.ltl_printer import print_ltl
 from eai.logic.traversal import is_state_formula, walk
 from eai.planning.subgoal import GroundAtom
+from eai.world.execution import Action
 from eai.world.fault import FaultKind
 from eai.world.operator import Check
 from eai.world.relation import bits
 
 MAX_INSTRUCTIONS = 20_000
 """The longest program; alternatives multiply where names or variables stand for several objects."""
+
+_REMEMBERED = 32
+"""How many subgoals of a task are remembered."""
+
+_STATES = 4
+"""For how many states it is remembered what was done for one of them."""
 
 _TOO_MANY = "there are too many alternatives"
 
@@ -44,39 +53,76 @@ _BY_NOTHING = _Why("no_action_brings_it_about", "no action brings it about")
 _NOT_DONE = _Why("not_brought_about", "nothing that is done for it brings it about")
 
 
-def program_of(
-    task: Task,
-    lexicon: SubgoalLexicon,
-    refinement: Refinement,
-    told_apart: Collection[str],
-    subgoals: Sequence[f.Formula],
-) -> Program:
-    """The program that carries out subgoals one after the other.
+class Programs:
+    """Makes the programs of answers to one task.
 
-    ``told_apart`` are the operators of which it matters to the goal that they are taken.
+    What the last `_REMEMBERED` subgoals ask for, and what was done for each in the last few states, is
+    remembered: answers to one task begin alike, and neither depends on the rest of the answer.
 
-    Raises:
-        InputError: a subgoal is not a combination of states and actions that can be carried out one after
-            the other, or there are too many alternatives.
+    Args:
+        task: the task.
+        lexicon: what subgoals may say.
+        refinement: finds what carries them out.
+        told_apart: the operators of which it matters to the goal that they are taken.
     """
-    builder = _Builder(task, lexicon, refinement, told_apart)
-    start = 0
-    for number in reversed(range(len(subgoals))):
-        start = builder.subgoal(negation_normal(builder.with_classes(subgoals[number])), number, start)
-    return builder.program[: start + 1]
+
+    def __init__(
+        self, task: Task, lexicon: SubgoalLexicon, refinement: Refinement, told_apart: Collection[str]
+    ) -> None:
+        self.task = task
+        self.lexicon = lexicon
+        self._refinement = refinement
+        self._told_apart = told_apart
+        self.brings_about = refinement.brings_about
+        self.required = lru_cache(_REMEMBERED)(self._required)
+        self.plans = lru_cache(_REMEMBERED)(self._plans)
+        self.plans_to_take = lru_cache(_REMEMBERED)(self._plans_to_take)
+
+    def program(self, subgoals: Sequence[f.Formula]) -> Program:
+        """The program that carries out subgoals one after the other.
+
+        Raises:
+            InputError: a subgoal is not a combination of states and actions that can be carried out one after
+                the other, or there are too many alternatives.
+        """
+        builder = _Builder(self)
+        start = 0
+        for number in reversed(range(len(subgoals))):
+            start = builder.subgoal(negation_normal(builder.with_classes(subgoals[number])), number, start)
+        return builder.program[: start + 1]
+
+    def _plans_to_take(self, action: Action) -> Plans:
+        """What takes an action."""
+        plans = self._refinement.plans_to_take(action, self.task.scene, self.task.relevant)
+        return lru_cache(_STATES)(plans)
+
+    def _required(self, formula: f.Formula, why: _Why) -> tuple[Holds, Check]:
+        """What must hold, as a test, and the check that says what is wrong if it does not."""
+        if self.lexicon.is_unobserved(formula):
+            raise _impossible(formula)
+        meaning = self.lexicon.meaning(formula)
+        reason = f"{print_ltl(formula)} does not hold, and {why.words}"
+        check = Check(meaning, FaultKind.MISSING_STEP, reason, id=why.id)
+        return StateTest(meaning, self.task.scene), check
+
+    def _plans(self, literals: tuple[GroundAtom, ...], formula: f.Formula, why: _Why, is_all: bool) -> Plans:
+        """What brings literals about, so that a formula holds."""
+        holds, _ = self.required(formula, why)
+        scene, objects = self.task.scene, self.task.relevant
+        plans = self._refinement.plans(
+            literals, holds, scene, objects, self._told_apart, may_be_needless=is_all
+        )
+        return lru_cache(_STATES)(plans)
 
 
 class _Builder:
     """Makes instructions from the end of a plan to its beginning."""
 
-    def __init__(
-        self, task: Task, lexicon: SubgoalLexicon, refinement: Refinement, told_apart: Collection[str]
-    ) -> None:
+    def __init__(self, programs: Programs) -> None:
         self.program: list[Instruction] = [End()]
-        self._task = task
-        self._lexicon = lexicon
-        self._refinement = refinement
-        self._told_apart = told_apart
+        self._programs = programs
+        self._task = programs.task
+        self._lexicon = programs.lexicon
 
     def with_classes(self, subgoal: f.Formula) -> f.Formula:
         """A subgoal where the name of a class has become a variable for an object of it."""
@@ -104,8 +150,7 @@ class _Builder:
         match formula:
             case f.Occurs():
                 action = self._lexicon.action(formula)
-                plans = self._refinement.plans_to_take(action, self._task.scene, self._task.relevant)
-                return self._add(Do(plans, number, then))
+                return self._add(Do(self._programs.plans_to_take(action), number, then))
             case f.Then(parts):
                 for part in reversed(parts):
                     then = self.subgoal(part, number, then)
@@ -140,22 +185,18 @@ class _Builder:
         observed = self._observed(formula)
         alternatives = list(islice(self._alternatives(observed), MAX_INSTRUCTIONS + 1))
         literals = {literal for alternative in alternatives for literal in alternative}
-        done = any(map(self._refinement.brings_about, literals))
-        requirement = self._requirement(observed, number, then, _NOT_DONE if done else _BY_NOTHING)
+        why = _NOT_DONE if any(map(self._programs.brings_about, literals)) else _BY_NOTHING
+        requirement = self._requirement(observed, number, then, why)
         if len(self.program) + len(alternatives) > MAX_INSTRUCTIONS:
             raise InputError(_TOO_MANY)
         tested = self._add(requirement)
-        entries = [self._do(each, requirement, tested, is_all) for each in dict.fromkeys(alternatives)]
+        entries = [
+            self._add(Do(self._programs.plans(each, observed, why, is_all), number, tested))
+            if each
+            else tested
+            for each in dict.fromkeys(alternatives)
+        ]
         return self._split(entries)
-
-    def _do(self, literals: Sequence[GroundAtom], requirement: Require, then: int, is_all: bool) -> int:
-        if not literals:
-            return then
-        task = self._task
-        plans = self._refinement.plans(
-            literals, requirement.holds, task.scene, task.relevant, self._told_apart, may_be_needless=is_all
-        )
-        return self._add(Do(plans, requirement.subgoal, then))
 
     def _alternatives(self, formula: f.Formula) -> Iterator[tuple[GroundAtom, ...]]:
         """The literals to bring about, all of one alternative; nothing for what is only tested."""
@@ -201,12 +242,8 @@ class _Builder:
         return [i for i in self._task.relevant if mask >> i & 1] or tuple(bits(mask))
 
     def _requirement(self, formula: f.Formula, number: int, then: int, why: _Why) -> Require:
-        if self._lexicon.is_unobserved(formula):
-            raise _impossible(formula)
-        meaning = self._lexicon.meaning(formula)
-        reason = f"{print_ltl(formula)} does not hold, and {why.words}"
-        check = Check(meaning, FaultKind.MISSING_STEP, reason, id=why.id)
-        return Require(StateTest(meaning, self._task.scene), check, number, then)
+        holds, check = self._programs.required(formula, why)
+        return Require(holds, check, number, then)
 
     def _split(self, entries: Sequence[int]) -> int:
         return entries[0] if len(entries) == 1 else self._add(Split(tuple(entries)))

@@ -9,7 +9,7 @@ from eai.abilities.explanation import Explanation, goal_reports, part_reports, r
 from eai.abilities.goal_test import GoalTest
 from eai.abilities.scorer import Assessment, Scorer
 from eai.abilities.subgoal_decomposition.branch import Branch
-from eai.abilities.subgoal_decomposition.builder import program_of
+from eai.abilities.subgoal_decomposition.builder import Programs
 from eai.abilities.subgoal_decomposition.compiled import Compiled, Rejected, compile_each, unparseable
 from eai.abilities.subgoal_decomposition.notation import SubgoalNotation
 from eai.abilities.subgoal_decomposition.progress import GoalProgress
@@ -64,7 +64,7 @@ class SubgoalDecomposition(Scorer):
         self.lexicon = self.notation.lexicon(task.scene)
         self.temporal_goal = self._temporal_goal()
         self._goal = self._goal_to_reach()
-        self._told_apart = frozenset(self._goal.actions)
+        self._programs: Programs | None = None
         self._limits = limits or SearchLimits()
 
     def assess(self, text: str) -> Assessment:
@@ -76,9 +76,10 @@ class SubgoalDecomposition(Scorer):
 
     def compile(self, text: str) -> Compiled | Rejected:
         """The answer as a program for the search, or what is wrong with it."""
-        refinement = self._refinement = self._refinement or Refinement(self.domain)
-        program = partial(program_of, self.task, self.lexicon, refinement, self._told_apart)
-        return compile_each(self.notation.read(text), self.lexicon.signature, program)
+        if self._programs is None:
+            refinement = self._refinement or Refinement(self.domain)
+            self._programs = Programs(self.task, self.lexicon, refinement, self._goal.actions)
+        return compile_each(self.notation.read(text), self.lexicon.signature, self._programs.program)
 
     def _assess(self, text: str) -> Assessment:
         """The assessment as if the task were not excluded."""
