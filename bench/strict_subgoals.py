@@ -1,0 +1,75 @@
+"""What `strict` costs beside `eai-1.0.5` in subgoal decomposition, on the answers of models in the oracle.
+
+Under `strict` a subgoal is carried out by a small search, under `eai-1.0.5` by the reference's tables; the
+ratio of processor time an answer is what the search costs. Scorers are made beforehand; each answer is scored
+once, all models' answers to a task by one scorer.
+
+    python bench/strict_subgoals.py [--every 4]
+"""
+
+from __future__ import annotations
+
+import argparse
+import gzip
+import json
+import sys
+import time
+from collections.abc import Iterator
+from typing import NamedTuple
+
+from digests import ORACLE
+from eai.abilities.protocol import Ability, Protocol
+from eai.benchmarks.suite import open_suite
+
+
+class Answer(NamedTuple):
+    """One answer of a model."""
+
+    task_id: str
+    text: str
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    parser.add_argument("--every", type=int, default=1, help="score one answer of so many")
+    arguments = parser.parse_args()
+    if not ORACLE.is_dir():
+        sys.exit("the oracle is not beside the repository")
+    for domain in ("virtualhome", "behavior"):
+        answers = list(_answers(domain))[:: arguments.every]
+        costs = {protocol: _costs(domain, protocol, answers) for protocol in Protocol}
+        means = {protocol: sum(each) / len(each) for protocol, each in costs.items()}
+        print(f"{domain}, {len(answers)} answers, ms of processor time each")
+        for protocol, each in costs.items():
+            median, late = each[len(each) // 2], each[len(each) * 99 // 100]
+            print(
+                f"  {protocol.value:10} mean {means[protocol]:6.2f}   median {median:6.2f}   "
+                f"99th percentile {late:7.2f}   most {each[-1]:7.2f}"
+            )
+        print(f"  ratio of the means {means[Protocol.STRICT] / means[Protocol.EAI_1_0_5]:.1f}")
+
+
+def _answers(domain: str) -> Iterator[Answer]:
+    for path in sorted((ORACLE / domain / Ability.SUBGOAL_DECOMPOSITION.value).glob("*.json.gz")):
+        content = json.loads(gzip.decompress(path.read_bytes()))
+        if not path.name.startswith(("gold", "gt.", "perturb")):
+            for row in content.get("tasks") or content.get("records"):
+                identifier = row.get("id", row.get("identifier")).split("@")[0]
+                yield Answer(identifier, row.get("llm_output", row.get("response")) or "")
+
+
+def _costs(domain: str, protocol: Protocol, answers: list[Answer]) -> list[float]:
+    """The processor time of each answer in ms, ascending."""
+    suite = open_suite(domain, Ability.SUBGOAL_DECOMPOSITION, protocol)
+    suite = suite.over([answer.text for answer in answers])
+    costs = []
+    for task_id, text in answers:
+        scorer = suite.scorer(task_id)
+        start = time.process_time()
+        scorer.score(text)
+        costs.append((time.process_time() - start) * 1000)
+    return sorted(costs)
+
+
+if __name__ == "__main__":
+    main()
