@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 
 
@@ -13,7 +14,8 @@ def main() -> None:
         run()
     except KeyboardInterrupt:
         sys.stderr.write("eai: interrupted\n")
-        sys.exit(130)
+        sys.stderr.flush()
+        os._exit(130)  # a half imported library might end otherwise; there is nothing to clean up yet
 
 
 if __name__ == "__main__":

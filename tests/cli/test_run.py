@@ -124,7 +124,7 @@ def test_replayed_answers_are_scored_as_the_file_they_are_from(data_store: Store
     assert "one file cannot answer 4 suites" in several.err
     run = eai(*replay, *NAMED)
     assert run.status == 1
-    assert re.search(r"answered tasks\D+3/342", run.out)
+    assert "3/342 answered" in run.out
     assert "339 tasks not answered" in run.err
     assert "the response file has no row of the task" in run.err
     assert eai("score", file, *NAMED, "--out", tmp_path / "score").status == 0

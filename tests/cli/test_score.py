@@ -4,7 +4,8 @@ import json
 import re
 import subprocess
 import sys
-from collections.abc import Mapping, Sequence
+import zipfile
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -95,7 +96,7 @@ def test_a_task_without_an_answer_counts_as_failed_and_is_told(
     answers = [{"identifier": task_id, "llm_output": gold(task_id).text} for task_id in tasks[:50]]
     outcome = eai("score", write(answers), *HERE, "--protocol", protocol, "--out", "out")
     assert outcome.status == 0
-    assert re.search(r"answered tasks\D+50/342", outcome.out)
+    assert "50/342 answered" in outcome.out
     assert outcome.err.startswith("m: 292 of 342 tasks without an answer, counted as failed where they are")
     assert [record["task_id"] for record in records()] == tasks
     assert {record["suite_size"] for record in records()} == {342}
@@ -124,7 +125,7 @@ def test_a_task_without_an_answer_counts_as_failed_and_is_told(
 def test_answers_to_all_tasks_are_no_cause_for_remarks(eai: Command, oracle: Oracle) -> None:
     outcome = eai("score", write(responses_of(oracle, "gpt-4o-2024-05-13")), *HERE, "--out", "out")
     assert (outcome.status, outcome.err) == (0, "")
-    assert re.search(r"answered tasks\D+342/342", outcome.out)
+    assert "342/342 answered" in outcome.out
     assert summary()["coverage"] == {
         "tasks": 342,
         "answered": 342,
@@ -219,15 +220,77 @@ def test_results_that_cannot_be_written_end_with_one_line(eai: Command, out: str
     assert re.fullmatch(rf"eai: {out}: cannot be written \([\w ]+\)\n", outcome.err)
 
 
-@pytest.mark.parametrize(
-    "arguments",
-    [(), ("--workers", "0")],
-)
-def test_wrong_options_end_with_usage(eai: Command, arguments: Sequence[str]) -> None:
-    given = [*HERE, *arguments] if arguments else []
-    outcome = eai("score", write([WALK]), *given)
+def test_wrong_options_end_with_usage(eai: Command) -> None:
+    outcome = eai("score", write([WALK]), *HERE, "--workers", "0")
     assert outcome.status == 2
     assert "Usage" in outcome.err
+
+
+@pytest.fixture
+def tree() -> Path:
+    """Answers of two models to two suites, as a run has them and as the challenge has them."""
+    for place in (
+        "answers/virtualhome/action_sequencing/a_outputs.json",
+        "answers/virtualhome/action_sequencing/b_outputs.json",
+        "answers/virtualhome/goal_interpretation/a_outputs.json",
+        "answers/c/behavior_goal_interpretation_outputs.json",
+    ):
+        Path(place).parent.mkdir(parents=True, exist_ok=True)
+        task = "assembling_gift_baskets_0_Beechwood_0_int_0_2021-10-26_12-46-37"
+        write([{**WALK, "identifier": task}] if "behavior" in place else [WALK], place)
+    return Path("answers")
+
+
+SUITES = {
+    ("virtualhome", "goal_interpretation", "a"),
+    ("virtualhome", "action_sequencing", "a"),
+    ("virtualhome", "action_sequencing", "b"),
+    ("behavior", "goal_interpretation", "c"),
+}
+
+
+def test_a_folder_is_scored_suite_by_suite(eai: Command, tree: Path) -> None:
+    outcome = eai("score", tree, "--out", "out")
+    assert outcome.status == 0
+    assert {
+        (r["domain"], r["ability"], r["model"]) for s in SUITES for r in records("/".join(("out", *s)))
+    } == SUITES
+    plans = eai("score", tree, "--ability", "action_sequencing", "--out", "plans")
+    assert plans.status == 0
+    assert {path.name for path in Path("plans").rglob("*") if path.is_dir()} == {
+        *("virtualhome", "action_sequencing", "a", "b")
+    }
+
+
+def test_a_zip_is_scored_like_its_folder(eai: Command, tree: Path) -> None:
+    with zipfile.ZipFile("mine.zip", "w") as archive:
+        archive.write(
+            tree / "c" / "behavior_goal_interpretation_outputs.json",
+            "behavior_goal_interpretation_outputs.json",
+        )
+    printed = eai("score", "mine.zip", "--json")
+    assert (printed.status, printed.err) == (0, "")
+    (found,) = json.loads(printed.out)
+    assert (found["domain"], found["ability"], found["model"]) == ("behavior", "goal_interpretation", "mine")
+    assert found["coverage"]["answered"] == 1
+    Path("bad.zip").write_text("no zip")
+    assert eai("score", "bad.zip").err.startswith("eai: bad.zip: expected a zip that can be read")
+
+
+def test_a_file_that_names_no_suite_has_to_be_told_its_own(eai: Command) -> None:
+    outcome = eai("score", write([WALK]), "--ability", "action_sequencing")
+    assert outcome.status == 2
+    assert outcome.err.startswith("eai: m_outputs.json: give --domain and --ability; its place does not say")
+
+
+def test_answers_may_stand_on_lines(eai: Command) -> None:
+    Path("m_outputs.jsonl").write_text(json.dumps(WALK) + "\n\n" + json.dumps({**WALK, "identifier": "27_2"}))
+    assert eai("score", "m_outputs.jsonl", *HERE, "--out", "out").status == 0
+    assert summary()["coverage"]["answered"] == 2
+    Path("m_outputs.jsonl").write_text(json.dumps(WALK) + "\n{]\n")
+    assert eai("score", "m_outputs.jsonl", *HERE).err.startswith(
+        "eai: m_outputs.jsonl, line 2, column 2: expected"
+    )
 
 
 @pytest.mark.parametrize(

@@ -1,6 +1,7 @@
 """Response files: the answers of a model as the reference and the challenge exchange them.
 
-A file is a JSON list of ``{"identifier": ..., "llm_output": ...}``, named ``<model>_outputs.json``.
+A file is a JSON list of ``{"identifier": ..., "llm_output": ...}``, named ``<model>_outputs.json``, or has
+one such object a line and is named ``<model>_outputs.jsonl``.
 """
 
 from __future__ import annotations
@@ -14,6 +15,8 @@ from pathlib import Path
 from eai.errors import InputError, did_you_mean
 
 SUFFIX = "_outputs.json"
+LINES = "_outputs.jsonl"
+"""How the names of files end that hold an object a line."""
 
 _SHOWN = 100
 """How many characters of an unknown identifier a message shows."""
@@ -36,13 +39,13 @@ class ResponseFile:
 
 
 def find_response_files(path: Path) -> list[Path]:
-    """A response file itself, or all ``*_outputs.json`` below a folder, by name.
+    """A response file itself, or all ``*_outputs.json`` and ``*_outputs.jsonl`` below a folder, by name.
 
     Raises:
         InputError: there is none.
     """
     if path.is_dir():
-        found = sorted(path.rglob(f"*{SUFFIX}"))
+        found = sorted([*path.rglob(f"*{SUFFIX}"), *path.rglob(f"*{LINES}")])
         if not found:
             raise InputError(f"{path}: expected a folder with <model>{SUFFIX} files, found none")
         return found
@@ -87,7 +90,8 @@ def model_name(path: Path) -> str:
     Raises:
         InputError: there is no name before the suffix, or none that a folder of results could have.
     """
-    name = path.name.removesuffix(SUFFIX) if path.name.endswith(SUFFIX) else path.stem
+    ending = next((ending for ending in (SUFFIX, LINES) if path.name.endswith(ending)), path.suffix)
+    name = path.name.removesuffix(ending)
     if not name.strip("."):
         raise InputError(f"{path}: expected a file named after a model, <model>{SUFFIX}")
     return name
@@ -107,7 +111,8 @@ def file_name(name: str) -> str:
 
 def _read_list(path: Path) -> list[object]:
     try:
-        rows = json.loads(path.read_bytes())
+        content = path.read_bytes()
+        rows = _lines(content) if path.suffix == Path(LINES).suffix else json.loads(content)
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror})") from error
     except json.JSONDecodeError as error:
@@ -117,6 +122,20 @@ def _read_list(path: Path) -> list[object]:
         raise InputError(f"{path}: expected JSON in UTF-8 ({error})") from error
     if not isinstance(rows, list):
         raise InputError(f'{path}: expected a list of {{"identifier", "llm_output"}}, not {_kind(rows)}')
+    return rows
+
+
+def _lines(content: bytes) -> list[object]:
+    """The values of a file with one a line; of a bad line the place is that in the file."""
+    text = content.decode()
+    rows, start = [], 0
+    for line in text.splitlines(keepends=True):
+        if line.strip():
+            try:
+                rows.append(json.loads(line))
+            except json.JSONDecodeError as error:
+                raise json.JSONDecodeError(error.msg, text, start + error.pos) from error
+        start += len(line)
     return rows
 
 

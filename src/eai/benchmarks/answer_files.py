@@ -6,6 +6,11 @@ A file names its suite by folders, ``<domain>/<ability>/..._outputs.json``, or, 
 
 from __future__ import annotations
 
+import tempfile
+import zipfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 
 from eai.abilities.protocol import Ability
@@ -13,7 +18,74 @@ from eai.abilities.responses import SUFFIX, find_response_files, model_name
 from eai.benchmarks.registry import registered
 from eai.errors import InputError
 
+MAX_SIZE = 2_000_000_000
+"""The most bytes that a zip of answers may hold."""
+
+ZIP = ".zip"
+"""How the names of zips end."""
+
 _ABILITIES = frozenset(ability.value for ability in Ability)
+
+
+@dataclass(frozen=True, slots=True)
+class SuiteFile:
+    """A response file that names its suite.
+
+    Attributes:
+        model: the file's name, or that of its folder where the file is named after the suite.
+    """
+
+    path: Path
+    domain: str
+    ability: Ability
+    model: str
+
+    @property
+    def order(self) -> tuple[int, int, str]:
+        """What files are sorted by."""
+        return registered().index(self.domain), list(Ability).index(self.ability), self.model
+
+
+def suite_files(path: Path) -> list[SuiteFile]:
+    """The response file at a path, or all below a folder, in order; each names its suite.
+
+    Raises:
+        InputError: there is none, or one does not say what it answers.
+    """
+    found = []
+    for file in find_response_files(path):
+        suite = _suite_of(file)
+        if suite is None or suite[0] not in registered():
+            named = f"<domain>/<ability>/<model>{SUFFIX} or <domain>_<ability>{SUFFIX}"
+            raise InputError(f"{file}: give --domain and --ability; its place does not say them ({named})")
+        domain, ability = suite
+        model = model_name(file)
+        if model == f"{domain}_{ability}":
+            model = file.absolute().parent.name
+        found.append(SuiteFile(file, domain, Ability(ability), model))
+    return sorted(found, key=lambda each: each.order)
+
+
+@contextmanager
+def unpacked(path: Path) -> Iterator[Path]:
+    """The path, or, of a zip, a folder of its name with what it holds, for as long as the block lasts.
+
+    Raises:
+        InputError: the zip cannot be read, or holds too much.
+    """
+    if path.suffix.lower() != ZIP or not path.is_file():
+        yield path
+        return
+    with tempfile.TemporaryDirectory(prefix="eai-answers-") as place:
+        folder = Path(place) / path.stem
+        try:
+            with zipfile.ZipFile(path) as archive:
+                if sum(info.file_size for info in archive.infolist()) > MAX_SIZE:
+                    raise InputError(f"{path}: holds more than {MAX_SIZE:,} bytes")
+                archive.extractall(folder)
+        except (OSError, zipfile.BadZipFile, RuntimeError, NotImplementedError) as error:
+            raise InputError(f"{path}: expected a zip that can be read ({error})") from error
+        yield folder
 
 
 def files_of_suite(path: Path, domain: str, ability: Ability) -> list[Path]:

@@ -11,7 +11,9 @@ from rich.table import Table
 from rich.text import Text
 
 from eai.abilities.protocol import Ability
-from eai.cli.console import errors, output, print_remark
+from eai.abilities.verdict import Json
+from eai.cli.console import errors, output, print_json, print_remark
+from eai.cli.options import AsJson
 from eai.errors import InputError
 from eai.metrics.certainty import Certainty, Interval
 from eai.metrics.comparison import Comparison, Difference
@@ -29,7 +31,10 @@ _UNNAMED = (
 def compare(
     first: Annotated[Path, typer.Argument(help="Records, or a folder of them.", metavar="A")],
     second: Annotated[Path, typer.Argument(help="Records, or a folder of them.", metavar="B")],
-    tasks: Annotated[int, typer.Option(min=0, help="How many of the differing tasks to list.")] = 10,
+    tasks: Annotated[
+        int, typer.Option(min=0, metavar="N", help="How many of the differing tasks to list.")
+    ] = 10,
+    as_json: AsJson = False,
 ) -> None:
     """Compare two runs task by task: exact McNemar for success, random exchanges for F1.
 
@@ -45,13 +50,49 @@ def compare(
         raise InputError(f"{first} and {second}: no domain, ability and protocol that both have records of")
     for place in before.keys() ^ after.keys():
         errors().print(f"only one side has {_named(place)}", markup=False, highlight=False)
+    printed: list[Json] = []
     for place in shared:
         one, other = before[place], after[place]
         comparison = compare_runs(one.records, other.records)
+        if as_json:
+            printed.append(_json(one, other, comparison))
+            continue
         _print(place, one, other, comparison, tasks)
         _note_planners(one, other)
         if not all(record.task for record in (*one.records, *other.records)):
             errors().print(_UNNAMED, markup=False, highlight=False)
+    if as_json:
+        print_json(printed)
+
+
+def _json(one: Run, other: Run, found: Comparison) -> dict[str, Json]:
+    """What ``--json`` prints of two runs: percentages unrounded, all differing tasks."""
+    key = one.key
+    return {
+        "domain": key.domain,
+        "ability": key.ability.value,
+        "protocol": key.protocol.value,
+        "a": one.key.name,
+        "b": other.key.name,
+        "tasks": found.tasks,
+        "names": found.names,
+        "differences": [
+            {
+                "metric": each.metric,
+                "a": each.first.to_json(),
+                "b": each.second.to_json(),
+                "points": each.points,
+                "interval": None if each.certainty is None else list(each.certainty.interval),
+                "p": each.p_value,
+                "p_by_task": each.p_by_task,
+                "only_a": list(each.only_first),
+                "only_b": list(each.only_second),
+            }
+            for each in found.differences
+        ],
+        "left_out_of_a": list(found.only_in_first),
+        "left_out_of_b": list(found.only_in_second),
+    }
 
 
 def _note_planners(one: Run, other: Run) -> None:

@@ -1,24 +1,24 @@
-"""What the commands share: consoles, progress bars, tables of rates."""
+"""What the commands share: consoles, the progress of fetching, what is said in many places."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+import json
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
 
+import typer
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeRemainingColumn
-from rich.table import Table
-from rich.text import Text
 
 from eai.abilities.protocol import Ability
 from eai.abilities.transition_modeling.planners import available
+from eai.abilities.verdict import Json
+from eai.benchmarks.finding import Finding
 from eai.benchmarks.suite import Suite
 from eai.data.progress import Progress as Step
 from eai.data.progress import Report, Stage
 from eai.errors import EaiError
 from eai.metrics.coverage import Coverage
-from eai.metrics.rate import Rate
 from eai.pddl.planning import PlannerChoice
 
 DOMAIN_HELP = (
@@ -35,9 +35,6 @@ BUILT_IN_ALONE = (
     "counts as not solved. For both: pip install 'embodied-agent-interface[planner]'"
 )
 """What there is to say where the authority on operators is missing."""
-
-_COLUMN_WIDTH = 18
-"""What a model's column is granted before its name is folded, frame included."""
 
 _STAGES = {Stage.WAIT: "waiting for", Stage.DOWNLOAD: "fetching", Stage.CONVERT: "converting"}
 
@@ -74,36 +71,36 @@ def data_progress() -> Iterator[Report]:
             bar.stop()
 
 
-@dataclass(frozen=True, slots=True)
-class Result:
-    """What a table shows of one model: its rates, and how much of the suite they are of."""
-
-    rates: Mapping[str, Rate]
-    coverage: Coverage
+def print_json(value: Json) -> None:
+    """Print what a command found as JSON on standard output."""
+    print(json.dumps(value, indent=2))
 
 
-def print_rates(title: str, metrics: Sequence[str], results: Mapping[str, Result]) -> None:
-    """Print rates in percent with one decimal: a row a metric, a column a model; as many as fit a table.
+_SHOWN = 5
+"""How many findings of one file are told before the rest is counted."""
 
-    The first row says how many tasks are answered; what is remarkable about that follows on standard error.
+
+def tell_findings(findings: Sequence[Finding], fine: str, *, as_json: bool = False) -> None:
+    """Print what a check found, the first few of each place and how many more, and end with status 2.
+
+    Args:
+        findings: what it found.
+        fine: what there is to say if that is nothing.
+        as_json: print all of it as JSON.
     """
-    console = output()
-    models, labels = list(results), [metric.replace("_", " ").replace(".", ", ") for metric in metrics]
-    room = console.width - max(map(len, labels), default=0)
-    per_table = max(1, room // _COLUMN_WIDTH)
-    for start in range(0, len(models), per_table):
-        shown = models[start : start + per_table]
-        console.print(Text(title, style="italic"), soft_wrap=True)
-        table = Table()
-        table.add_column("percent", no_wrap=True)
-        for model in shown:
-            table.add_column(model, justify="right", overflow="fold")
-        table.add_row("answered tasks", *(str(results[model].coverage) for model in shown), end_section=True)
-        for label, metric in zip(labels, metrics, strict=True):
-            table.add_row(label, *(_percent(results[model].rates[metric]) for model in shown))
-        console.print(table)
-    for model, result in results.items():
-        print_remark(model, result.coverage)
+    if as_json:
+        print_json([{"place": each.place, "problem": each.problem} for each in findings])
+    else:
+        for place in dict.fromkeys(finding.place for finding in findings):
+            problems = [finding.problem for finding in findings if finding.place == place]
+            more = len(problems) - _SHOWN
+            lines = problems if more <= 1 else [*problems[:_SHOWN], f"and {more:,} more (--json lists all)"]
+            for line in lines:
+                output().print(f"{place}: {line}", soft_wrap=True, highlight=False, markup=False)
+        if not findings:
+            output().print(fine, highlight=False)
+    if findings:
+        raise typer.Exit(2)
 
 
 def print_remark(name: str, coverage: Coverage) -> None:
@@ -134,7 +131,3 @@ def counted(number: int, noun: str) -> str:
 def dollars(amount: float) -> str:
     """An amount of money, to the cent from a dollar on and finer below."""
     return f"${amount:.2f}" if amount >= 1 else f"${amount:.4f}"
-
-
-def _percent(rate: Rate) -> str:
-    return "-" if rate.percent is None else f"{rate.percent:.1f}"

@@ -2,21 +2,23 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Annotated
 
 import typer
 from rich.table import Table
 
+from eai.abilities.verdict import Json
 from eai.benchmarks.packs import fetch_published, published_packs
 from eai.benchmarks.registry import find_benchmark, registered
 from eai.benchmarks.source import Source
 from eai.benchmarks.statistics import table_of
 from eai.benchmarks.validation import validate as check
-from eai.cli.console import DOMAIN_HELP, data_progress, output
+from eai.cli.console import DOMAIN_HELP, data_progress, output, print_json, tell_findings
 from eai.cli.data_stats import print_statistics, write_distributions, write_tasks
+from eai.cli.options import AsJson
 from eai.data import dataset
+from eai.data.dataset import PackStatus
 from eai.data.store import Store
 
 app = typer.Typer(help="The data set: fetch it, say where it is, count it, check it.", no_args_is_help=True)
@@ -56,13 +58,17 @@ def fetch(
 
 
 @app.command()
-def info(data: DataFolder = None) -> None:
+def info(as_json: AsJson = False, data: DataFolder = None) -> None:
     """Say where the data set is and what it was made from.
 
     Example: eai data info
     """
+    packs = dataset.info(store(data), packs=published_packs())
+    if as_json:
+        print_json({"folder": str(store(data).folder), "packs": [_pack_json(status) for status in packs]})
+        return
     table = Table("pack", "size", "made from", "sha256", "state")
-    for status in dataset.info(store(data), packs=published_packs()):
+    for status in packs:
         table.add_row(
             status.pack,
             f"{status.size / 1e3:,.0f} kB",
@@ -72,6 +78,16 @@ def info(data: DataFolder = None) -> None:
         )
     output().print(table)
     output().print(f"folder: {store(data).folder}", soft_wrap=True, highlight=False)
+
+
+def _pack_json(status: PackStatus) -> dict[str, Json]:
+    return {
+        "pack": status.pack,
+        "bytes": status.size,
+        "made_from": list(status.archives),
+        "sha256": status.sha256,
+        "problem": status.problem,
+    }
 
 
 @app.command()
@@ -86,7 +102,7 @@ def stats(
         bool, typer.Option("--distributions", help="Write and draw distributions (needs the extra 'plots').")
     ] = False,
     out: Annotated[Path, typer.Option(help="Where files go.")] = Path("statistics"),
-    as_json: Annotated[bool, typer.Option("--json", help="Print JSON instead of tables.")] = False,
+    as_json: AsJson = False,
     data: DataFolder = None,
 ) -> None:
     """Print the paper's Table 2, counted from the data, beside what the paper prints.
@@ -102,7 +118,7 @@ def stats(
         written += [write_tasks(benchmark, source, out)] if by_task else []
         written += write_distributions(benchmark, source, out) if shapes else []
     if as_json:
-        print(json.dumps([table.to_json() for table in tables], indent=2))
+        print_json([table.to_json() for table in tables])
         return
     for table in tables:
         print_statistics(table)
@@ -111,14 +127,10 @@ def stats(
 
 
 @app.command()
-def validate(data: DataFolder = None) -> None:
+def validate(as_json: AsJson = False, data: DataFolder = None) -> None:
     """Check every file of the store against its digest, and the tasks against the published counts.
 
     Example: eai data validate
     """
     findings = check(store(data))
-    for finding in findings:
-        output().print(f"{finding.place}: {finding.problem}", soft_wrap=True, highlight=False)
-    if findings:
-        raise typer.Exit(2)
-    output().print("the data set is as published")
+    tell_findings(findings, "the data set is as published", as_json=as_json)

@@ -6,12 +6,14 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.table import Table as Grid
 from rich.text import Text
 
 from eai.abilities.declarations import DECLARATIONS
 from eai.cli.console import counted, errors, output
+from eai.cli.options import AsJson, Wide
+from eai.cli.table import Column, print_table
 from eai.report.certainty import unnamed_remark
+from eai.report.data_files import tables_json
 from eai.report.markdown import superscript
 from eai.report.row import Cell, Row, RowSource
 from eai.report.run_summary import plain_runs, summary_of
@@ -28,6 +30,8 @@ def leaderboard(
         list[Path], typer.Argument(help="Records, or folders with records.jsonl below.", metavar="RUNS...")
     ],
     paper: Annotated[bool, typer.Option("--paper", help="Show the paper's models among the runs.")] = False,
+    as_json: AsJson = False,
+    wide: Wide = False,
 ) -> None:
     """Print the main results of runs, one table a domain and protocol, the best model first.
 
@@ -36,12 +40,15 @@ def leaderboard(
     summaries = [summary_of(as_asked_in_paper(run) if paper else run) for run in read_runs(runs)]
     summaries.sort(key=lambda item: item.key.order)
     ranked = plain_runs(summaries)
-    for table in make_tables(ranked, with_paper=paper):
-        if table.name == _OVERVIEW:
-            output().print(_grid(table))
-            for number in sorted({number for row in table.rows for number in row.notes}):
-                note = f"{superscript((number,))} {table.notes[number - 1]}"
-                output().print(note, markup=False, highlight=False)
+    tables = [table for table in make_tables(ranked, with_paper=paper) if table.name == _OVERVIEW]
+    if as_json:
+        print(tables_json(tables), end="")
+        return
+    for table in tables:
+        _print(table, wide=wide)
+        for number in sorted({number for row in table.rows for number in row.notes}):
+            note = f"{superscript((number,))} {table.notes[number - 1]}"
+            output().print(note, markup=False, highlight=False)
     if len(ranked) < len(summaries):
         left_out = counted(len(summaries) - len(ranked), "experiment")
         errors().print(f"left out: {left_out}, which eai report shows apart", markup=False, highlight=False)
@@ -50,18 +57,16 @@ def leaderboard(
         errors().print(remark, markup=False, highlight=False)
 
 
-def _grid(table: Table) -> Grid:
+def _print(table: Table, *, wide: bool) -> None:
     title = f"{domain_title(table.domain)}, protocol {table.protocol.value} (percent)"
-    grid = Grid(title=title, title_justify="left")
-    grid.add_column("#", justify="right")
-    grid.add_column("model", overflow="fold")
-    grid.add_column("answered", justify="right", overflow="fold")
-    for column in table.columns:
-        grid.add_column(_heading(column), justify="right")
-    for row in table.rows:
-        rank = "" if row.rank is None else str(row.rank)
-        grid.add_row(rank, _model(row), row.answered or "-", *map(_number, row.cells))
-    return grid
+    ranks = Column("#", ["" if row.rank is None else str(row.rank) for row in table.rows])
+    names = Column("model", [_name(row) for row in table.rows])
+    answered = Column("answered", [row.answered or "-" for row in table.rows])
+    columns = [
+        Column(_heading(column), [_number(row.cells[place]) for row in table.rows])
+        for place, column in enumerate(table.columns)
+    ]
+    print_table(output(), title, [ranks, names], [answered, *columns], wide=wide)
 
 
 def _heading(column: ColumnSpec) -> str:
@@ -69,9 +74,9 @@ def _heading(column: ColumnSpec) -> str:
     return label if column.ability is None else f"{DECLARATIONS[column.ability].short}\n{label}"
 
 
-def _model(row: Row) -> Text:
-    marks = superscript(row.notes)
-    return Text(row.label + marks, style="" if row.source is RowSource.RUN else "dim")
+def _name(row: Row) -> Text:
+    """The name with footnotes."""
+    return Text(row.label + superscript(row.notes), style="" if row.source is RowSource.RUN else "dim")
 
 
 def _number(cell: Cell) -> Text:

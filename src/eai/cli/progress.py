@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 from eai.cli.console import errors
 from eai.run.state import Count, Watch, unwatched
+from eai.scoring.batch import Told, untold
+
+PATIENCE = 5
+"""For how many seconds scoring is silent at a time where there is no terminal."""
 
 LINES = 10
 """How many lines a run takes where there is no terminal."""
@@ -26,6 +31,23 @@ def run_progress(title: str, *, quiet: bool, console: Console | None = None) -> 
             yield watch
     else:
         yield _lines(title, console)
+
+
+@contextmanager
+def scoring_progress(
+    title: str, total: int, *, quiet: bool, console: Console | None = None
+) -> Iterator[Told]:
+    """Shows how far scoring is, as `run_progress` does; without a terminal a line every few seconds."""
+    console = console or errors()
+    if quiet:
+        yield untold
+        return
+    with (
+        _bar(title, console)
+        if console.is_terminal
+        else nullcontext(_lines(title, console, PATIENCE)) as watch
+    ):
+        yield lambda scored: watch(Count(scored, 0, total))
 
 
 @contextmanager
@@ -54,15 +76,16 @@ def _bar(title: str, console: Console) -> Iterator[Watch]:
         yield watch
 
 
-def _lines(title: str, console: Console) -> Watch:
-    told = -1
+def _lines(title: str, console: Console, patience: float = 0) -> Watch:
+    """A line for every tenth, and none sooner than some seconds after the one before or the beginning."""
+    told, due = -1, time.monotonic() + patience
 
     def watch(count: Count) -> None:
-        nonlocal told
+        nonlocal told, due
         done = count.answered + count.failed
         tenth = done * LINES // count.total if count.total else LINES
-        if tenth != told:
-            told = tenth
+        if tenth != told and time.monotonic() >= due:
+            told, due = tenth, time.monotonic() + patience
             failed = f", {count.failed} failed" if count.failed else ""
             console.print(
                 f"{title}: {done}/{count.total}{failed}", markup=False, highlight=False, soft_wrap=True

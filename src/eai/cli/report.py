@@ -14,8 +14,9 @@ from eai.benchmarks.packs import published_packs
 from eai.benchmarks.prompt_library import Library
 from eai.benchmarks.registry import find_benchmark, registered
 from eai.benchmarks.source import Source
-from eai.cli.console import errors, output
+from eai.cli.console import errors, output, print_json
 from eai.cli.data import DataFolder, store
+from eai.cli.options import AsJson
 from eai.data import dataset
 from eai.data.store import Store
 from eai.errors import EaiError, InputError
@@ -42,6 +43,7 @@ def report(
     prompts: Annotated[
         bool, typer.Option(help="Put prompts and the data set's operators into the explorer.")
     ] = True,
+    as_json: AsJson = False,
     data: DataFolder = None,
 ) -> None:
     """Write tables (Markdown, LaTeX, CSV, JSON), plots and the HTML explorer.
@@ -65,6 +67,10 @@ def report(
         (out / EXPLORER).write_text(explorer_html(explorer.to_json()), encoding="utf-8")
     except OSError as error:
         raise InputError(f"{out}: cannot be written ({error.strerror})") from error
+    if as_json:
+        counts = {"runs": len(summaries), "tables": written, "plots": len(drawn)}
+        print_json({**counts, "folder": str(out), "explorer": str(out / EXPLORER)})
+        return
     message = f"{len(summaries)} runs, {written} tables, {len(drawn)} plots; open {out / EXPLORER}"
     output().print(message, soft_wrap=True, highlight=False)
 

@@ -23,14 +23,14 @@ from eai.benchmarks.source import Source
 from eai.benchmarks.suite import DEFAULT_PROTOCOL, Suite, open_suite
 from eai.cli.console import (
     DOMAIN_HELP,
-    Result,
     counted,
     data_progress,
     dollars,
     errors,
     note_planner,
     output,
-    print_rates,
+    print_json,
+    print_remark,
     without_inspect,
 )
 from eai.cli.data import DataFolder, store
@@ -45,7 +45,8 @@ from eai.cli.options import (
     Wide,
     Workers,
 )
-from eai.cli.progress import run_progress
+from eai.cli.progress import run_progress, scoring_progress
+from eai.cli.table import Result, print_rates
 from eai.errors import InputError, InterruptError, did_you_mean
 from eai.pddl.planning import PlannerChoice
 from eai.prompts.prompt import Prompt, PromptSet
@@ -217,7 +218,9 @@ def run(
         if not order.quiet:
             title = f"{suite.domain}, {suite.ability.value}, protocol {protocol.value}"
             results = {outcome.model: Result(outcome.rates, outcome.coverage) for outcome in of_suite}
-            print_rates(title, DECLARATIONS[suite.ability].terminal, results)
+            print_rates(output(), title, DECLARATIONS[suite.ability].terminal, results, wide=wide)
+            for name, result in results.items():
+                print_remark(name, result.coverage)
         outcomes += of_suite
     _report(outcomes, order, as_json=as_json)
 
@@ -274,7 +277,8 @@ def _run_model(order: _Order, endpoint: Endpoint, prompts: Mapping[str, Prompt],
         answers = obtain_answers(job, folder / JOURNAL, order.out / LOGS, watch=watch)
     obtained = Obtained(endpoint.model, name, prompts, answers.given, answers.failures, order.epochs)
     with undisturbed():
-        outcome = settle(obtained, folder, suite, order.settings)
+        with scoring_progress(f"scoring {title}", len(answers.given), quiet=order.quiet) as told:
+            outcome = settle(obtained, folder, suite, order.settings, told)
         write_scores(answers.log, outcome.by_place(), suite.source.planner)
     return outcome
 
@@ -282,7 +286,7 @@ def _run_model(order: _Order, endpoint: Endpoint, prompts: Mapping[str, Prompt],
 def _report(outcomes: Sequence[SuiteResult], order: _Order, *, as_json: bool) -> None:
     """Say what went wrong, what it took and where results are; end with status 1 if answers are missing."""
     if as_json:
-        print(json.dumps([outcome.to_json() for outcome in outcomes], indent=2))
+        print_json([outcome.to_json() for outcome in outcomes])
     for outcome in outcomes:
         for why, task_ids in outcome.failures.items():
             shown = ", ".join(task_ids[:SHOWN_TASKS]) + (", ..." if len(task_ids) > SHOWN_TASKS else "")

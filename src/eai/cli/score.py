@@ -1,38 +1,55 @@
-"""``eai score``: from response files to records and a summary."""
+"""``eai score``: from response files to records and summaries."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass
+from itertools import groupby
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from eai.abilities.declarations import DECLARATIONS
+from eai.abilities.protocol import Ability
+from eai.abilities.record import Record
 from eai.abilities.responses import Response, ResponseFile, find_response_files, read_responses
-from eai.benchmarks.answer_files import files_of_suite
+from eai.abilities.verdict import Json
+from eai.benchmarks.answer_files import SuiteFile, files_of_suite, suite_files, unpacked
 from eai.benchmarks.source import Source
 from eai.benchmarks.suite import DEFAULT_PROTOCOL, Suite, open_suite
-from eai.cli.console import Result, data_progress, note_planner, output, print_rates, without_inspect
+from eai.cli.console import (
+    data_progress,
+    note_planner,
+    output,
+    print_json,
+    print_remark,
+    without_inspect,
+)
 from eai.cli.data import DataFolder, store
 from eai.cli.options import (
+    ABILITY,
     ANSWERS,
+    DOMAIN,
     OUTPUT,
     AllowMissing,
-    Domain,
+    AsJson,
     Explanations,
-    OneAbility,
     Planner,
     Rules,
+    Wide,
     Workers,
 )
+from eai.cli.progress import scoring_progress
+from eai.cli.table import Result, print_rates
 from eai.errors import InputError
-from eai.metrics.coverage import coverage_of
+from eai.metrics.coverage import coverage_of, planners_of
 from eai.metrics.summary import summarise
 from eai.pddl.planning import PlannerChoice
 from eai.scoring.batch import NO_ROW, Settings, score_run
 from eai.scoring.results import write_results
-from eai.scoring.stage_one import read_believed, refuse_no_stage_two
+from eai.scoring.stage_one import BelievedGoals, read_believed, refuse_no_stage_two
 
 Goals = Annotated[
     Path | None,
@@ -48,13 +65,25 @@ LOG_SUFFIX = ".eval"
 """How the names of Inspect's logs end."""
 
 
+@dataclass(frozen=True, slots=True)
+class _Share:
+    """The answers of one model to one suite, and where its results go."""
+
+    suite: Suite
+    answers: ResponseFile
+    out: Path | None
+
+
 def score(
     paths: Annotated[
         list[Path],
-        typer.Argument(help="Response files, folders of them, or logs of Inspect's.", metavar="PATH..."),
+        typer.Argument(
+            help="Response files (JSON, JSONL), folders or zips of them, or logs of Inspect's.",
+            metavar="PATH...",
+        ),
     ],
-    domain: Domain,
-    ability: OneAbility,
+    domain: Annotated[str | None, DOMAIN] = None,
+    ability: Annotated[Ability | None, ABILITY] = None,
     protocol: Rules = DEFAULT_PROTOCOL,
     planner: Planner = PlannerChoice.AUTO,
     workers: Workers = 1,
@@ -63,44 +92,130 @@ def score(
     goals: Goals = None,
     out: Annotated[
         Path | None,
-        typer.Option(metavar="DIR", help="Where records and summary go.", rich_help_panel=OUTPUT),
+        typer.Option(metavar="DIR", help="Where records and summaries go.", rich_help_panel=OUTPUT),
     ] = None,
+    as_json: AsJson = False,
+    wide: Wide = False,
     data: DataFolder = None,
 ) -> None:
     """Score answers: verdicts to OUT/records.jsonl, rates to OUT/summary.json, the main table to the screen.
 
     A task without an answer counts as failed. With several files each model gets a folder of its own in OUT.
 
+    Without --domain and --ability all suites are scored that files name by their places, as in
+    <domain>/<ability>/<model>_outputs.json or <domain>_<ability>_outputs.json; each gets a folder of OUT.
+
     Example: eai score gpt-4o_outputs.json --domain virtualhome --ability action_sequencing --out scores
+
+    Example: eai score submission.zip --out scores
     """
     for path in paths:
         find_response_files(path)  # what is not there is said before the data set is fetched
-    results: dict[str, Result] = {}
     settings = Settings(workers, explanations, allow_missing)
-    if goals is not None:
+    if goals is not None and ability is not None:
         refuse_no_stage_two(ability)
-    with data_progress() as report:
-        source = Source(store(data), report, planner)
-        suite = open_suite(domain, ability, protocol, source=source)
-    note_planner([suite])
-    files = [file for path in paths for file in files_of_suite(path, suite.domain, ability)]
+    with ExitStack() as stack:
+        places = [stack.enter_context(unpacked(path)) for path in paths]
+        with data_progress() as report:
+            source = Source(store(data), report, planner)
+            if domain is not None and ability is not None:
+                suite = open_suite(domain, ability, protocol, source=source)
+                shares = _shares_of_suite(places, suite, out)
+            else:
+                found = _named(places, domain, ability)
+                opened = {
+                    place: open_suite(*place, protocol, source=source)
+                    for place in dict.fromkeys((file.domain, file.ability) for file in found)
+                }
+                shares = [_share(file, opened[file.domain, file.ability], out) for file in found]
+    note_planner([share.suite for share in shares])
+    printed: list[Json] = []
+    for suite, group in groupby(shares, key=lambda share: share.suite):
+        results: dict[str, Result] = {}
+        for share in group:
+            records = _records(share, settings, quiet=as_json)
+            if goals is not None:
+                believed = _believed(goals, share)
+                records = [believed.marked(record) for record in records]
+            rates = summarise([record.verdict for record in records], suite.ability)
+            results[share.answers.model] = Result(rates, coverage_of(records))
+            printed.append(_json(share, records, results[share.answers.model]))
+            if share.out is not None:
+                write_results(share.out, records, rates)
+        if not as_json:
+            _print(suite, results, wide=wide)
+    if as_json:
+        print_json(printed)
+    elif out is not None:
+        output().print(f"written to {out}", soft_wrap=True, highlight=False)
+
+
+def _print(suite: Suite, results: dict[str, Result], *, wide: bool) -> None:
+    title = f"{suite.domain}, {suite.ability.value}, protocol {suite.protocol.value}"
+    print_rates(output(), title, DECLARATIONS[suite.ability].terminal, results, wide=wide)
+    for model, result in results.items():
+        print_remark(model, result.coverage)
+
+
+def _records(share: _Share, settings: Settings, *, quiet: bool) -> list[Record]:
+    suite, answers = share.suite, share.answers
+    answered = {response.task_id for response in answers.responses}
+    missing = {task_id: NO_ROW for task_id in suite.task_ids if task_id not in answered}
+    title = f"scoring {suite.domain} {suite.ability.value} {answers.model}"
+    with scoring_progress(title, len(answered), quiet=quiet) as told:
+        return score_run(suite, answers, missing, settings, told)
+
+
+def _believed(goals: Path, share: _Share) -> BelievedGoals:
+    """The goals that the questions stated whose answers these are."""
+    suite = share.suite
+    return read_believed(goals, suite.benchmark, suite.ability, suite.source, share.answers.model)
+
+
+def _json(share: _Share, records: Sequence[Record], result: Result) -> dict[str, Json]:
+    """What ``--json`` prints of one model in one suite."""
+    suite, planners = share.suite, planners_of(record.verdict for record in records)
+    return {
+        "model": share.answers.model,
+        "domain": suite.domain,
+        "ability": suite.ability.value,
+        "protocol": suite.protocol.value,
+        "folder": None if share.out is None else str(share.out),
+        "coverage": result.coverage.to_json(),
+        **({"planner": ", ".join(planners)} if planners else {}),
+        "metrics": {name: rate.to_json() for name, rate in result.rates.items()},
+    }
+
+
+def _shares_of_suite(places: Sequence[Path], suite: Suite, out: Path | None) -> list[_Share]:
+    """What there is of one suite; with several files each model has a folder of its own."""
+    files = [file for place in places for file in files_of_suite(place, suite.domain, suite.ability)]
     given = [_in_order(_read(file, suite), suite.task_ids) for file in files]
     _refuse_twins([answers.model for answers in given])
-    for answers in given:
-        answered = {response.task_id for response in answers.responses}
-        missing = {task_id: NO_ROW for task_id in suite.task_ids if task_id not in answered}
-        records = score_run(suite, answers, missing, settings)
-        if goals is not None:
-            believed = read_believed(goals, suite.benchmark, ability, source, answers.model)
-            records = [believed.marked(record) for record in records]
-        rates = summarise([record.verdict for record in records], ability)
-        results[answers.model] = Result(rates, coverage_of(records))
-        if out is not None:
-            write_results(out / answers.model if len(files) > 1 else out, records, rates)
-    title = f"{suite.domain}, {ability.value}, protocol {protocol.value}"
-    print_rates(title, DECLARATIONS[ability].terminal, results)
-    if out is not None:
-        output().print(f"written to {out}", soft_wrap=True, highlight=False)
+    several = len(files) > 1
+    return [_Share(suite, each, out / each.model if out and several else out) for each in given]
+
+
+def _named(places: Sequence[Path], domain: str | None, ability: Ability | None) -> list[SuiteFile]:
+    """The files at the places by suite, of one benchmark or ability where one is given.
+
+    Raises:
+        InputError: there is none, or two are of one model and one suite.
+    """
+    every = sorted((f for place in places for f in suite_files(place)), key=lambda file: file.order)
+    found = [f for f in every if domain in (None, f.domain) and ability in (None, f.ability)]
+    if not found:
+        asked = " ".join([domain or "", ability.value if ability else ""]).strip()
+        raise InputError(f"{places[0]}: no file with answers to {asked}")
+    for suite, group in groupby(found, key=lambda file: (file.domain, file.ability)):
+        _refuse_twins([f"{suite[0]} {suite[1].value} {file.model}" for file in group])
+    return found
+
+
+def _share(file: SuiteFile, suite: Suite, out: Path | None) -> _Share:
+    answers = _in_order(_read(file.path, suite), suite.task_ids)
+    folder = None if out is None else out / file.domain / file.ability.value / file.model
+    return _Share(suite, ResponseFile(file.model, answers.responses), folder)
 
 
 def _read(file: Path, suite: Suite) -> ResponseFile:

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from eai.benchmarks.finding import Finding
 from eai.benchmarks.submission import build_submission, check_submission
-from eai.cli.console import output
+from eai.cli.console import output, tell_findings
 from eai.cli.data import DataFolder, store
+from eai.cli.options import AsJson
+
+COMPLETE = "the submission is complete"
+"""What there is to say of one in which nothing is wrong."""
 
 app = typer.Typer(help="The challenge's files: build them from a run, check them.", no_args_is_help=True)
 
@@ -32,23 +34,17 @@ def build(
     """
     build_submission(run, out, store(data), model=model, folder=folder)
     output().print(f"written to {out}", soft_wrap=True, highlight=False, markup=False)
-    _tell(check_submission(out, store(data)))
+    tell_findings(check_submission(out, store(data)), COMPLETE)
 
 
 @app.command()
 def check(
-    path: Annotated[Path, typer.Argument(help="The zip.", metavar="ZIP")], data: DataFolder = None
+    path: Annotated[Path, typer.Argument(help="The zip.", metavar="ZIP")],
+    as_json: AsJson = False,
+    data: DataFolder = None,
 ) -> None:
     """Name every missing, repeated, unknown or empty row of a submission; exit status 2 if there is one.
 
     Example: eai submission check submission.zip
     """
-    _tell(check_submission(path, store(data)))
-
-
-def _tell(findings: Sequence[Finding]) -> None:
-    for finding in findings:
-        output().print(f"{finding.place}: {finding.problem}", soft_wrap=True, highlight=False, markup=False)
-    if findings:
-        raise typer.Exit(2)
-    output().print("the submission is complete", highlight=False)
+    tell_findings(check_submission(path, store(data)), COMPLETE, as_json=as_json)

@@ -13,8 +13,9 @@ from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.source import Source
 from eai.benchmarks.task_files import ENDINGS, check_task_files
 from eai.benchmarks.task_lines import json_schema, written
-from eai.cli.console import DOMAIN_HELP, counted, data_progress, output
+from eai.cli.console import DOMAIN_HELP, counted, data_progress, output, tell_findings
 from eai.cli.data import DataFolder, store
+from eai.cli.options import AsJson
 from eai.errors import InputError
 
 app = typer.Typer(help="Task files: check and write them, print their schema.", no_args_is_help=True)
@@ -23,17 +24,14 @@ app = typer.Typer(help="Task files: check and write them, print their schema.", 
 @app.command()
 def check(
     path: Annotated[Path, typer.Argument(help="A task file, or a folder of them.", metavar="PATH")],
+    as_json: AsJson = False,
 ) -> None:
     """Name every line that is no task and every plan that does not solve its; exit status 2 if there is one.
 
     Example: eai tasks check tasks/
     """
     findings = list(check_task_files(path, lambda base: find_benchmark(base).domain))
-    for finding in findings:
-        output().print(f"{finding.place}: {finding.problem}", soft_wrap=True, highlight=False, markup=False)
-    if findings:
-        raise typer.Exit(2)
-    output().print("all tasks are as they say", highlight=False)
+    tell_findings(findings, "all tasks are as they say", as_json=as_json)
 
 
 @app.command()

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import signal
+import threading
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
+from contextvars import ContextVar
 from dataclasses import dataclass
 from functools import partial
 from multiprocessing import active_children
+from typing import TypeAlias
 
 from eai.abilities.declarations import DECLARATIONS
 from eai.abilities.record import NOT_ANSWERED, Record
@@ -17,6 +20,12 @@ from eai.benchmarks.suite import Suite
 
 CLEANING_SECONDS = 1
 """How long an interrupted worker may take to end its planner and to remove its files."""
+
+_CHUNKS = 10
+"""How many portions a worker gets: often enough word of how far it is, and little overhead."""
+
+_suite: ContextVar[Suite] = ContextVar("suite")
+"""What a worker scores with, from its first moment on."""
 
 NO_ROW = "the response file has no row of the task"
 """Why a task without an answer has none, where answers come from a file."""
@@ -37,8 +46,20 @@ class Settings:
     allow_missing: bool = False
 
 
+Told: TypeAlias = Callable[[int], None]
+"""Is told how many answers are scored so far."""
+
+
+def untold(scored: int) -> None:
+    """Tells nobody."""
+
+
 def score_run(
-    suite: Suite, answers: ResponseFile, unanswered: Mapping[str, str], settings: Settings
+    suite: Suite,
+    answers: ResponseFile,
+    unanswered: Mapping[str, str],
+    settings: Settings,
+    told: Told = untold,
 ) -> list[Record]:
     """The records of all tasks that a model was asked, in the order of the data set.
 
@@ -47,9 +68,12 @@ def score_run(
         answers: the answers, whose form together may decide how each is read.
         unanswered: why a task that was asked has no answer, by its id.
         settings: how to score.
+        told: is told how far it is.
     """
     opened = suite.over([response.text for response in answers.responses])
-    scored = score_batch(opened, answers, workers=settings.workers, explanations=settings.explanations)
+    scored = score_batch(
+        opened, answers, workers=settings.workers, explanations=settings.explanations, told=told
+    )
     records = {record.task_id: record for record in scored}
     for task_id, why in unanswered.items():
         records[task_id] = _lacking(opened, answers.model, task_id, why, left_out=settings.allow_missing)
@@ -57,7 +81,12 @@ def score_run(
 
 
 def score_batch(
-    suite: Suite, answers: ResponseFile, *, workers: int = 1, explanations: bool = False
+    suite: Suite,
+    answers: ResponseFile,
+    *,
+    workers: int = 1,
+    explanations: bool = False,
+    told: Told = untold,
 ) -> list[Record]:
     """The records of a model's answers, in the order of the answers.
 
@@ -66,22 +95,32 @@ def score_batch(
         answers: what to score.
         workers: how many processes to use; each opens the suite for itself.
         explanations: put the step-by-step explanation into each record.
+        told: is told how far it is.
     """
     count = len(answers.responses)
     workers = min(workers, count)
     if suite.reopen is None or workers < 2:
-        return _score(suite, answers.model, answers.responses, explanations=explanations)
-    score = partial(_score_in_worker, suite.reopen, answers.model, explanations=explanations)
-    records: dict[int, Record] = {}
-    with worker_pool(workers) as pool:
-        shares = pool.map(score, [answers.responses[worker::workers] for worker in range(workers)])
-        for worker, share in enumerate(shares):
-            records.update(zip(range(worker, count, workers), share, strict=True))
-    return [records[i] for i in range(count)]
+        score = partial(_record, suite, answers.model, explanations=explanations)
+        return _counted(map(score, answers.responses), told)
+    score_there = partial(_score_in_worker, answers.model, explanations=explanations)
+    chunk = max(1, count // (workers * _CHUNKS))
+    with worker_pool(workers, partial(_open_in_worker, suite.reopen)) as pool:
+        with _interrupts_held():  # until all workers are there, who inherit that
+            scored = pool.map(score_there, answers.responses, chunksize=chunk)
+        return _counted(scored, told)
+
+
+def _counted(records: Iterable[Record], told: Told) -> list[Record]:
+    """All records, of whose number word is given as they come."""
+    found: list[Record] = []
+    for record in records:
+        found.append(record)
+        told(len(found))
+    return found
 
 
 @contextmanager
-def worker_pool(workers: int) -> Iterator[ProcessPoolExecutor]:
+def worker_pool(workers: int, open_worker: Callable[[], None] | None = None) -> Iterator[ProcessPoolExecutor]:
     """A pool of processes that an interrupt ends, whatever they do.
 
     A terminal interrupts all processes at once. A worker that ended by itself might hold a lock for which
@@ -89,7 +128,7 @@ def worker_pool(workers: int) -> Iterator[ProcessPoolExecutor]:
     what stays.
     """
     others = active_children()
-    with ProcessPoolExecutor(workers, initializer=_ignore_interrupts) as pool:
+    with ProcessPoolExecutor(workers, initializer=partial(_begin, open_worker)) as pool:
         try:
             yield pool
         except KeyboardInterrupt:
@@ -102,18 +141,31 @@ def worker_pool(workers: int) -> Iterator[ProcessPoolExecutor]:
             raise
 
 
-def _ignore_interrupts() -> None:
+@contextmanager
+def _interrupts_held() -> Iterator[None]:
+    """Interrupts wait until the end of the block, and so they do for ever in processes that it starts."""
+    if threading.current_thread() is not threading.main_thread() or not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def _begin(open_worker: Callable[[], None] | None) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    if open_worker is not None:
+        open_worker()
 
 
-def _score_in_worker(
-    reopen: Callable[[], Suite], model: str, responses: Iterable[Response], *, explanations: bool
-) -> list[Record]:
-    return _score(reopen(), model, responses, explanations=explanations)
+def _open_in_worker(reopen: Callable[[], Suite]) -> None:
+    _suite.set(reopen())
 
 
-def _score(suite: Suite, model: str, responses: Iterable[Response], *, explanations: bool) -> list[Record]:
-    return [_record(suite, model, response, explanations=explanations) for response in responses]
+def _score_in_worker(model: str, response: Response, *, explanations: bool) -> Record:
+    return _record(_suite.get(), model, response, explanations=explanations)
 
 
 def _record(suite: Suite, model: str, response: Response, *, explanations: bool) -> Record:

@@ -20,7 +20,7 @@ from eai.metrics.rate import Rate
 from eai.metrics.summary import summarise
 from eai.prompts.prompt import Prompt
 from eai.scoring.answer import Answer, Place
-from eai.scoring.batch import Settings, score_run
+from eai.scoring.batch import Settings, Told, score_run, untold
 from eai.scoring.majority import majority
 from eai.scoring.results import write_results
 
@@ -112,19 +112,22 @@ def undisturbed() -> Iterator[None]:
         gc.unfreeze()
 
 
-def settle(obtained: Obtained, folder: Path, suite: Suite, settings: Settings) -> SuiteResult:
+def settle(
+    obtained: Obtained, folder: Path, suite: Suite, settings: Settings, told: Told = untold
+) -> SuiteResult:
     """Score answers and write the results: of each epoch, where there are several, and of their majority.
 
     Raises:
         InputError: the folder cannot be written.
     """
-    of_epochs = []
+    of_epochs: list[SuiteResult] = []
     if obtained.epochs > 1:
         for epoch in range(1, obtained.epochs + 1):
             part = f"epoch_{epoch}"
             named = replace(obtained, name=f"{obtained.name}.{part}")
-            of_epochs.append(_write(named, _of_epoch(obtained, epoch), folder / part, suite, settings))
-    whole = _write(obtained, _chosen(obtained, suite.ability), folder, suite, settings)
+            answers = _of_epoch(obtained, epoch)
+            of_epochs.append(_write(named, answers, folder / part, suite, settings, told))
+    whole = _write(obtained, _chosen(obtained, suite.ability), folder, suite, settings, told)
     return replace(whole, of_epochs=of_epochs)
 
 
@@ -144,7 +147,12 @@ def _chosen(obtained: Obtained, ability: Ability) -> dict[str, Answer]:
 
 
 def _write(
-    obtained: Obtained, answers: Mapping[str, Answer], folder: Path, suite: Suite, settings: Settings
+    obtained: Obtained,
+    answers: Mapping[str, Answer],
+    folder: Path,
+    suite: Suite,
+    settings: Settings,
+    told: Told,
 ) -> SuiteResult:
     """Score one answer a task, and write answers, records and summary."""
     failed = {task_id: reason for (task_id, _), reason in obtained.failures.items()}
@@ -154,7 +162,7 @@ def _write(
         obtained.name, tuple(Response(i, answers[i].text) for i in obtained.prompts if i in answers)
     )
     _write_answers(folder, file)
-    scored = score_run(suite, file, why, settings)
+    scored = score_run(suite, file, why, settings, told)
     records = [_with_origin(r, obtained.prompts[r.task_id], answers.get(r.task_id)) for r in scored]
     outcome = SuiteResult(
         model=obtained.model,
