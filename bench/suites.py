@@ -22,7 +22,8 @@ from typing import TypeVar
 from eai.abilities.goal_interpretation.gold import write_goals
 from eai.abilities.protocol import Ability
 from eai.abilities.task import Task
-from eai.benchmarks.gold_answers import AnswerBook, WrittenAnswer, noisy_answer
+from eai.benchmarks.gold_answers import AnswerBook, WrittenAnswer
+from eai.benchmarks.noisy_answers import Noise, noisy_answer
 from eai.benchmarks.packs import fetch_published
 from eai.benchmarks.virtualhome.domain import as_meant
 from eai.benchmarks.virtualhome.goal_notation import VirtualHomeGoals
@@ -104,7 +105,7 @@ def made_answers(ability: Ability, size: int) -> list[list[Response]]:
     book = open_book(ability)
     tasks = spread(book.task_ids, size)
     return [
-        [Response(task, noisy_answer(book, task, rate=RATE, seed=str(seed)).text) for task in tasks]
+        [Response(task, noisy_answer(book, task, Noise(RATE, str(seed))).text) for task in tasks]
         for seed in range(SETS)
     ]
 

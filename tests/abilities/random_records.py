@@ -7,10 +7,10 @@ from typing import Any, TypeVar, get_type_hints
 from hypothesis import strategies as st
 
 from eai.abilities.declarations import DECLARATIONS
-from eai.abilities.experiment import Experiment
+from eai.abilities.experiment import Experiment, Feedback
 from eai.abilities.explanation import Explanation, GoalReport, PartReport, StepReport
 from eai.abilities.protocol import Ability
-from eai.abilities.record import Origin, Record, Stated, Usage
+from eai.abilities.record import Attempt, Origin, Record, Stated, Usage
 from eai.abilities.transition_modeling.report import OperatorReport
 from eai.abilities.verdict import Counted, ErrorReport, Tally
 from eai.pddl.matching import SideMatch
@@ -36,9 +36,12 @@ def records() -> st.SearchStrategy[Record]:
 
 def _of(ability: Ability) -> st.SearchStrategy[Record]:
     verdicts = with_every_field(DECLARATIONS[ability].verdict)
-    plain = with_every_field(Record, ability=st.just(ability), verdict=verdicts, stated=st.none())
-    pipelines = with_every_field(Record, ability=st.just(ability), verdict=verdicts, experiment=EXPERIMENTS)
-    return plain | pipelines
+    attempts: st.SearchStrategy[list[Attempt]] = st.just([])
+    if ability is Ability.ACTION_SEQUENCING:
+        attempts = st.lists(with_every_field(Attempt, verdict=verdicts), max_size=2)
+    own = {"ability": st.just(ability), "verdict": verdicts, "attempts": attempts.map(tuple)}
+    plain = with_every_field(Record, stated=st.none(), **own)
+    return plain | with_every_field(Record, experiment=EXPERIMENTS, **own)
 
 
 st.register_type_strategy(str, TEXTS)
@@ -52,7 +55,13 @@ st.register_type_strategy(
         Counted, errors=st.dictionaries(st.sampled_from(FaultKind), COUNTS).map(lambda d: tuple(d.items()))
     ),
 )
-EXPERIMENTS = with_every_field(Experiment, replans=COUNTS, slip=st.floats(0, 1), goals_from=st.just("a/b"))
+EXPERIMENTS = with_every_field(
+    Experiment,
+    replans=COUNTS,
+    slip=st.floats(0, 1),
+    goals_from=st.just("a/b"),
+    feedback=st.sampled_from([each for each in Feedback if each is not Feedback.STATE]),
+)
 st.register_type_strategy(Experiment, EXPERIMENTS)
 for kind in (Explanation, Origin, Stated):
     st.register_type_strategy(kind, with_every_field(kind))

@@ -6,11 +6,8 @@ import pytest
 
 from eai.abilities.declarations import DECLARATIONS
 from eai.abilities.protocol import Ability, Protocol
-from eai.benchmarks.gold_answers import (
-    AnswerBook,
-    WrittenAnswer,
-    noisy_answer,
-)
+from eai.benchmarks.gold_answers import AnswerBook, WrittenAnswer
+from eai.benchmarks.noisy_answers import Noise, noisy_answer
 from eai.benchmarks.source import Source
 from eai.benchmarks.suite import open_suite
 from eai.data.store import Store
@@ -25,14 +22,14 @@ PLANS = ("virtualhome", Ability.ACTION_SEQUENCING)
 
 
 def test_noise_is_decided_by_its_arguments() -> None:
-    assert noisy_answer(BOOK, "1", rate=0.0, seed="0").text == "1a 1b 1c 1d 1e 1f 1g 1h"
-    texts = {noisy_answer(BOOK, "1", rate=0.5, seed=str(seed)).text for seed in range(20)}
+    assert noisy_answer(BOOK, "1", Noise(0.0, "0")).text == "1a 1b 1c 1d 1e 1f 1g 1h"
+    texts = {noisy_answer(BOOK, "1", Noise(0.5, str(seed))).text for seed in range(20)}
     assert len(texts) > 15
-    assert noisy_answer(BOOK, "1", rate=0.5, seed="3") == noisy_answer(BOOK, "1", rate=0.5, seed="3")
+    assert noisy_answer(BOOK, "1", Noise(0.5, "3")) == noisy_answer(BOOK, "1", Noise(0.5, "3"))
 
 
 def test_noise_drops_repeats_swaps_and_replaces() -> None:
-    answers = [noisy_answer(BOOK, "1", rate=0.3, seed=str(seed)).parts for seed in range(50)]
+    answers = [noisy_answer(BOOK, "1", Noise(0.3, str(seed))).parts for seed in range(50)]
     gold = BOOK.gold("1").parts
     assert any(len(parts) < len(gold) for parts in answers)
     assert any(part == after for parts in answers for part, after in pairwise(parts))

@@ -63,7 +63,8 @@ def test_files_that_replace_nothing_are_refused(data_store: Store, tmp_path: Pat
 
 
 def test_every_file_that_could_replace_something_is_accepted(data_store: Store, tmp_path: Path) -> None:
-    (tmp_path / "formats").mkdir()
+    for folder in {Path(name).parent for name in template_names()}:
+        (tmp_path / folder).mkdir(exist_ok=True)
     (tmp_path / "formats/virtualhome_action_sequencing.txt").write_text("mine")
     for name in template_names():
         (tmp_path / name).write_text("mine")

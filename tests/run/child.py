@@ -86,6 +86,11 @@ def evaluate_in_child(asked: Asked, whom: Whom, folder: Path) -> Path:
     return _evaluate(asked, get_model(whom.model, **whom.arguments), folder, whom.epochs)
 
 
+def evaluate_experiment_in_child(asked: Asked, whom: Whom, folder: Path, choices: Mapping[str, Json]) -> Path:
+    """What ``inspect eval`` does in an experiment, whose options are arguments of the task."""
+    return _evaluate(asked, get_model(whom.model, **whom.arguments), folder, whom.epochs, choices)
+
+
 def evaluate_answers_in_child(asked: Asked, answers: Sequence[str | None], folder: Path) -> Path:
     """What ``inspect eval`` does with a model whose request fails where there is no answer."""
 
@@ -107,9 +112,11 @@ def score_in_child(path: Path, asked: Asked) -> Path:
     return _write(log, path.with_name("scored.eval"))
 
 
-def _evaluate(asked: Asked, model: Model, folder: Path, epochs: int) -> Path:
+def _evaluate(
+    asked: Asked, model: Model, folder: Path, epochs: int, choices: Mapping[str, Json] | None = None
+) -> Path:
     task = TASKS[f"{asked.domain}_{asked.ability.value}"](
-        protocol=asked.protocol.value, planner=PLANNER.value, tasks=asked.task_ids
+        protocol=asked.protocol.value, planner=PLANNER.value, tasks=asked.task_ids, **(choices or {})
     )
     (log,) = inspect_ai.eval(
         task,

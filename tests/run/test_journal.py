@@ -22,8 +22,8 @@ def test_what_is_written_is_found_again(tmp_path: Path) -> None:
         for answer in (ANSWER, strange):
             journal.add(answer)
             again = Journal(file)  # written when `add` returns, not only when the journal is closed
-            assert again.find(answer.task_id, 1, "request") == answer
-    assert journal.find("27_2", 1, "request") == ANSWER
+            assert again.find((answer.task_id, 1), "request") == answer
+    assert journal.find(("27_2", 1), "request") == ANSWER
 
 
 def test_a_line_has_every_field(tmp_path: Path) -> None:
@@ -47,9 +47,9 @@ def test_a_full_disk_is_an_error_that_names_the_file(tmp_path: Path) -> None:
 def test_another_request_or_epoch_is_another_question(tmp_path: Path) -> None:
     with Journal(tmp_path / "answers.jsonl") as journal:
         journal.add(ANSWER)
-    assert journal.find("27_2", 2, "request") is None
-    assert journal.find("27_2", 1, "other") is None
-    assert journal.find("27_3", 1, "request") is None
+    assert journal.find(("27_2", 2), "request") is None
+    assert journal.find(("27_2", 1), "other") is None
+    assert journal.find(("27_3", 1), "request") is None
 
 
 @given(cut=st.integers(min_value=1, max_value=200))
@@ -62,11 +62,11 @@ def test_a_torn_last_line_is_cut_off_and_the_next_answer_is_whole(
         journal.add(replace(ANSWER, epoch=2))
     file.write_bytes(file.read_bytes()[:-cut])
     torn = Journal(file)
-    assert torn.find("27_2", 1, "request") == ANSWER
-    assert torn.find("27_2", 2, "request") is None
+    assert torn.find(("27_2", 1), "request") == ANSWER
+    assert torn.find(("27_2", 2), "request") is None
     with torn:
         torn.add(replace(ANSWER, epoch=2))
-    assert Journal(file).find("27_2", 2, "request") == replace(ANSWER, epoch=2)
+    assert Journal(file).find(("27_2", 2), "request") == replace(ANSWER, epoch=2)
 
 
 def test_a_file_of_something_else_is_refused_by_line(tmp_path: Path) -> None:

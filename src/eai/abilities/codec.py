@@ -19,7 +19,7 @@ from eai.abilities.declarations import DECLARATIONS
 from eai.abilities.experiment import Experiment
 from eai.abilities.explanation import Explanation
 from eai.abilities.protocol import Ability
-from eai.abilities.record import Origin, Record, Stated
+from eai.abilities.record import Attempt, Origin, Record, Stated
 from eai.abilities.verdict import Counted, GoalTallies, Json, Verdict
 from eai.errors import InputError
 
@@ -57,6 +57,8 @@ def record_to_json(record: Record) -> dict[str, Json]:
     if record.experiment is not None:
         stated = {} if record.stated is None else dataclass_to_json(record.stated)
         written["experiment"] = {**experiment_to_json(record.experiment), **stated}
+    if record.attempts:
+        written["attempts"] = [_attempt_to_json(attempt) for attempt in record.attempts]
     if record.origin is not None:
         written |= dataclass_to_json(record.origin)
     if record.explanation is not None:
@@ -67,6 +69,32 @@ def record_to_json(record: Record) -> dict[str, Json]:
 def experiment_to_json(experiment: Experiment) -> dict[str, Json]:
     """An experiment as records and summaries have it: what kind it is, and its fields."""
     return {"name": experiment.name, **dataclass_to_json(experiment)}
+
+
+def experiment_from_json(values: Mapping[str, Any]) -> Experiment:
+    """The experiment that a JSON object is.
+
+    Raises:
+        InputError: it is none; the message names the field.
+    """
+    return _read(Experiment, values, "experiment")
+
+
+def _attempt_to_json(attempt: Attempt) -> dict[str, Json]:
+    """An attempt as a record has it: with the fields that a record of its own would have."""
+    explanation = attempt.explanation
+    return {
+        "prompt_sha256": attempt.prompt_sha256,
+        "response_sha256": sha256_of(attempt.response),
+        **fields_of(attempt.verdict),
+        "repairs": [*attempt.answer_repairs, *attempt.verdict.repairs],
+        "slipped_at": attempt.slipped_at,
+        "goal_held_at": attempt.goal_held_at,
+        "usage": _plain(attempt.usage),
+        "answer_repairs": list(attempt.answer_repairs),
+        **({} if explanation is None else {"explanation": dataclass_to_json(explanation)}),
+        "response": attempt.response,
+    }
 
 
 def fields_of(verdict: Verdict) -> dict[str, Json]:
@@ -103,6 +131,7 @@ def record_from_json(values: Mapping[str, Any]) -> Record:
             "origin": origin,
             "experiment": _optional(Experiment, values, "experiment"),
             "stated": _stated(values),
+            "attempts": _attempts(values, ability),
         },
     )
     sha256 = _read(str, _present(values, "response_sha256"), "response_sha256")
@@ -145,6 +174,21 @@ def _verdict(values: Mapping[str, Any], ability: Ability, made_before: int) -> V
     if isinstance(counted, dict) and isinstance(counted.get("errors"), dict):
         own["counted"] = {**counted, "errors": tuple(counted["errors"].items())}
     return _read(declared, {**own, "excluded": reason, "repairs": repairs[made_before:]})
+
+
+def _attempts(values: Mapping[str, Any], ability: Ability) -> tuple[Attempt, ...]:
+    """The attempts of a record."""
+    if "attempts" in _names(DECLARATIONS[ability].verdict):  # in subgoals they are those of the search
+        return ()
+    found = []
+    for number, own in enumerate(_read(list[dict[str, Any]], values.get("attempts") or [], "attempts")):
+        made_before = _read(
+            tuple[str, ...], own.get("answer_repairs", ()), f"attempts.{number}.answer_repairs"
+        )
+        known = {name: own[name] for name in _names(Attempt) if name in own}
+        verdict = _verdict(own, ability, len(made_before))
+        found.append(_read(Attempt, {**known, "verdict": verdict}, f"attempts.{number}"))
+    return tuple(found)
 
 
 def _origin(values: Mapping[str, Any]) -> Origin | None:

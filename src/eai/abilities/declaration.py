@@ -33,6 +33,7 @@ class AnswerOutcome(str, Enum):
     WRONG_ORDER = FaultKind.WRONG_ORDER.value
     ADDITIONAL_STEP = FaultKind.ADDITIONAL_STEP.value
     UNCATEGORISED = FaultKind.UNCATEGORISED.value
+    SLIP = FaultKind.SLIP.value
 
 
 @dataclass(frozen=True, slots=True)

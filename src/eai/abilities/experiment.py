@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import Enum
 
+from eai.abilities.protocol import member
 from eai.abilities.responses import file_name
 from eai.errors import InputError
 from eai.world.episode import Notice, Slips, Until
@@ -58,6 +59,8 @@ class Experiment:
         notice: whether a slip is noticed.
         until: when an attempt ends.
         goals_from: the model whose goals the questions state instead of the task's; None for the task's.
+        read_as: how all answers are read where their form together would decide it, which cannot be waited
+            for: as the questions show them; None where each is read by itself.
 
     Raises:
         InputError: a number is out of its range.
@@ -72,11 +75,14 @@ class Experiment:
     notice: Notice = Notice.DETECTED
     until: Until = Until.DONE
     goals_from: str | None = None
+    read_as: bool | None = None
 
     def __post_init__(self) -> None:
         Slips(self.slip)
         if self.replans < 0:
             raise InputError(f"replans: expected 0 or more, not {self.replans}")
+        if self.feedback is Feedback.STATE and self.world is World.RESTART:
+            raise InputError("feedback of the state says nothing in a world that begins anew")
 
     @property
     def acts(self) -> bool:
@@ -107,3 +113,45 @@ class Experiment:
         if self.until is Until.GOAL:
             parts.append(f"until-{self.until.value}")
         return SEPARATOR.join(parts)
+
+
+def chosen_experiment(
+    replans: int,
+    world: World | str,
+    feedback: Feedback | str | None,
+    form: FeedbackForm | str,
+    slip: float,
+    slip_seed: int,
+    notice: Notice | str,
+    until: Until | str | None,
+) -> Experiment | None:
+    """The experiment of some choices, of which those that do not matter are as in a plain run.
+
+    Feedback explains, and an attempt in a world that goes on ends with the goal, where nothing is chosen.
+
+    Returns:
+        the experiment, or None if these are the choices of a plain run.
+
+    Raises:
+        InputError: choices contradict each other, or one is unknown.
+    """
+    told = Feedback.EXPLAINED if replans else Feedback.NONE
+    if feedback is not None:
+        told = member(Feedback, feedback, "feedback")
+    if told is not Feedback.NONE and not replans:
+        raise InputError(f"feedback {told.value}: there is none without replans")
+    goes_on = member(World, world, "world") is World.CONTINUE and bool(replans)
+    written = member(FeedbackForm, form, "form of feedback")
+    noticed = member(Notice, notice, "notice of slips")
+    ending = Until.GOAL if goes_on else Until.DONE
+    experiment = Experiment(
+        replans,
+        World.CONTINUE if goes_on else World.RESTART,
+        told,
+        FeedbackForm.PROMPT if told is Feedback.NONE else written,
+        slip,
+        slip_seed if slip else None,
+        noticed if slip else Notice.DETECTED,
+        ending if until is None else member(Until, until, "end of an attempt"),
+    )
+    return experiment if experiment.acts else None

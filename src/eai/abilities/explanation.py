@@ -17,7 +17,7 @@ from eai.world.fault import FaultKind
 from eai.world.state import Fact, Scene, State, change
 from eai.world.timeline import timeline
 
-SLIP = "slip"
+SLIP = FaultKind.SLIP.value
 """The outcome of a step that was possible and did not work."""
 
 SLIPPED = "it was possible, but it did not work"
@@ -180,6 +180,8 @@ def _earlier(fault: Fault, trajectory: Trajectory, carried_out: Sequence[int], s
     """When what an action lacks held; ``carried_out`` are the numbers of the steps that were executed."""
     if fault.kind is not FaultKind.WRONG_ORDER or fault.earlier is None:
         return ""
+    if fault.earlier < 0:
+        return "what it lacks held in an earlier attempt"
     if fault.earlier == 0:
         return "what it lacks held at the start"
     number = carried_out[fault.earlier - 1]

@@ -96,6 +96,15 @@ def alternatives(goal: Goal) -> tuple[str, ...]:
     return tuple([operand.action for operand in operands if isinstance(operand, Occurs)])
 
 
+def remaining_goals(task: Task, actions: Sequence[str]) -> tuple[Goal, ...]:
+    """The goals of a task without those action goals that some actions meet, as they meet all before them."""
+    wanted = list(task.goals_of(GoalKind.ACTION))
+    for name in actions:
+        if wanted and name in alternatives(wanted[0]):
+            del wanted[0]
+    return tuple([goal for goal in task.goals if goal.kind is not GoalKind.ACTION or goal in wanted])
+
+
 class _Run(NamedTuple):
     """Action goals that are met in order, and the number of actions after which they are."""
 

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TypeVar
 
 from eai.abilities.experiment import Experiment
 from eai.abilities.explanation import Explanation
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.task import Task
-from eai.abilities.verdict import Confusion, Json, Verdict
+from eai.abilities.verdict import Confusion, Json, PlanVerdict, Verdict
 
 Number = TypeVar("Number", int, float)
 
@@ -66,6 +66,32 @@ class Origin:
     truncated: bool | None = None
     usage: Usage | None = None
     answer_repairs: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Attempt:
+    """One of several answers to a task, in an experiment that carries them out one after the other.
+
+    Attributes:
+        response: the answer as it was scored.
+        verdict: what it came to; where the world goes on, its goals are those of all attempts so far.
+        slipped_at: the first of its steps that slipped, from 0; None if none did.
+        goal_held_at: after how many of its steps all goals held for the first time, 0 for at its start; None
+            if they never did. It says of a plan that passes through the goal what its end does not.
+        prompt_sha256: digest of what was asked, where that is known.
+        usage: what the answer took, where that is known.
+        answer_repairs: names of what was done to the model's text before it was scored.
+        explanation: what became of it in words, where that was asked for.
+    """
+
+    response: str
+    verdict: PlanVerdict
+    slipped_at: int | None = None
+    goal_held_at: int | None = None
+    prompt_sha256: str | None = None
+    usage: Usage | None = None
+    answer_repairs: tuple[str, ...] = ()
+    explanation: Explanation | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,6 +153,8 @@ class Record:
             not known.
         experiment: how its run differs from asking each question once; None if it does not.
         stated: in a pipeline, the goals that the question stated; None where it was not asked.
+        attempts: every answer to the task, in order, where answers were carried out in an experiment. The
+            verdict is that of the last.
     """
 
     protocol: Protocol
@@ -144,12 +172,18 @@ class Record:
     suite_size: int | None = None
     experiment: Experiment | None = None
     stated: Stated | None = None
+    attempts: tuple[Attempt, ...] = ()
 
     @property
     def repairs(self) -> tuple[str, ...]:
         """All repairs, those made before scoring first."""
         before = () if self.origin is None else self.origin.answer_repairs
         return (*before, *self.verdict.repairs)
+
+    def without_explanations(self) -> Record:
+        """The same record without words, also on its attempts."""
+        attempts = tuple([replace(attempt, explanation=None) for attempt in self.attempts])
+        return replace(self, explanation=None, attempts=attempts)
 
 
 def _sum(one: Number | None, other: Number | None) -> Number | None:

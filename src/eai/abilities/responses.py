@@ -17,6 +17,7 @@ from eai.errors import InputError, did_you_mean
 SUFFIX = "_outputs.json"
 LINES = "_outputs.jsonl"
 """How the names of files end that hold an object a line."""
+_ATTEMPT = re.compile(rf"_attempt_\d+{SUFFIX}$")
 
 _SHOWN = 100
 """How many characters of an unknown identifier a message shows."""
@@ -41,11 +42,14 @@ class ResponseFile:
 def find_response_files(path: Path) -> list[Path]:
     """A response file itself, or all ``*_outputs.json`` and ``*_outputs.jsonl`` below a folder, by name.
 
+    The answers of single attempts of an experiment are no run by themselves: they are found by name alone.
+
     Raises:
         InputError: there is none.
     """
     if path.is_dir():
-        found = sorted([*path.rglob(f"*{SUFFIX}"), *path.rglob(f"*{LINES}")])
+        files = [*path.rglob(f"*{SUFFIX}"), *path.rglob(f"*{LINES}")]
+        found = sorted([file for file in files if not _ATTEMPT.search(file.name)])
         if not found:
             raise InputError(f"{path}: expected a folder with <model>{SUFFIX} files, found none")
         return found
@@ -95,6 +99,11 @@ def model_name(path: Path) -> str:
     if not name.strip("."):
         raise InputError(f"{path}: expected a file named after a model, <model>{SUFFIX}")
     return name
+
+
+def attempt_name(name: str, attempt: int) -> str:
+    """What the answers of one attempt, counted from 1, are named after."""
+    return f"{name}_attempt_{attempt}"
 
 
 def file_name(name: str) -> str:

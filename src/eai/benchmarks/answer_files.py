@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from eai.abilities.protocol import Ability
-from eai.abilities.responses import SUFFIX, find_response_files, model_name
+from eai.abilities.responses import SUFFIX, attempt_name, find_response_files, model_name
 from eai.benchmarks.registry import registered
 from eai.errors import InputError
 
@@ -102,19 +102,41 @@ def files_of_suite(path: Path, domain: str, ability: Ability) -> list[Path]:
     return [file for file in found if file not in others]
 
 
-def recorded_file(path: Path, domain: str, ability: Ability) -> Path:
+def recorded_file(path: Path, domain: str, ability: Ability, attempt: int = 1) -> Path:
     """The one file with the answers to a suite; in a folder, which may hold many, it has to name the suite.
+
+    Those of one attempt in an experiment are in a file of their own, beside that of the first. A file that is
+    not of an attempt has the first answers.
 
     Raises:
         InputError: there is no such file, or more than one.
     """
     if not path.is_dir():
-        return files_of_suite(path, domain, ability)[0]
-    found = [file for file in find_response_files(path) if _suite_of(file) == (domain, ability.value)]
+        return _of_attempt(files_of_suite(path, domain, ability)[0], attempt)
+    plain = [] if attempt > 1 else _plain_files(path)
+    files = plain or sorted(path.rglob(f"*{attempt_name('', attempt)}{SUFFIX}"))
+    found = [file for file in files if _suite_of(file) == (domain, ability.value)]
     if len(found) != 1:
-        place = path / domain / ability.value / f"<model>{SUFFIX}"
+        name = "<model>" if attempt == 1 else attempt_name("<model>", attempt)
+        place = path / domain / ability.value / f"{name}{SUFFIX}"
         raise InputError(f"{path}: expected one file {place}, found {len(found) or 'none'}")
     return found[0]
+
+
+def _plain_files(folder: Path) -> list[Path]:
+    """The files in a folder that are not of single attempts; there may be none."""
+    try:
+        return find_response_files(folder)
+    except InputError:
+        return []
+
+
+def _of_attempt(first: Path, attempt: int) -> Path:
+    """The file with the answers of an attempt, from that with the first ones."""
+    if attempt == 1:
+        return first
+    name = model_name(first).removesuffix(attempt_name("", 1))
+    return first.with_name(f"{attempt_name(name, attempt)}{SUFFIX}")
 
 
 def _suite_of(file: Path) -> tuple[str, str] | None:

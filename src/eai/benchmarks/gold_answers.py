@@ -1,11 +1,9 @@
-"""What the built-in models answer: gold answers, and gold answers spoilt at random."""
+"""What the built-in models answer: gold answers, and plans found by search."""
 
 from __future__ import annotations
 
-import hashlib
 import json
-import random
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 
@@ -13,6 +11,7 @@ from typing_extensions import assert_never
 
 from eai.abilities.goal_interpretation.gold import write_goals
 from eai.abilities.goal_interpretation.stated import read_stated
+from eai.abilities.goal_test import remaining_goals
 from eai.abilities.planning import find_plan
 from eai.abilities.protocol import Ability
 from eai.abilities.subgoal_decomposition.notation import SubgoalNotation
@@ -21,6 +20,7 @@ from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.source import Source, TaskSet
 from eai.errors import InputError
 from eai.planning.planner import Planner, PlanningLimits
+from eai.world.execution import Action, execute
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,31 +99,15 @@ def open_planned_book(
             raise InputError(f"eai/planner has no answer to {benchmark.name} {ability.value}")
 
 
-def noisy_answer(book: AnswerBook, task_id: str, *, rate: float, seed: str) -> WrittenAnswer:
-    """A gold answer in which each part is spoilt with probability ``rate``: a pure function of the arguments.
-
-    A spoilt part is dropped, repeated, swapped with the next, or replaced by a part of another task's answer.
-    """
-    answer = book.gold(task_id)
-    rng = random.Random(hashlib.sha256(f"{seed} {task_id}".encode()).digest())  # noqa: S311 - noise, not secrets
-    parts: list[str] = []
-    pending = list(answer.parts)
-    while pending:
-        part = pending.pop(0)
-        if rng.random() >= rate:
-            parts.append(part)
-            continue
-        match rng.choice(("drop", "repeat", "swap", "replace")):
-            case "repeat":
-                parts += [part, part]
-            case "swap" if pending:
-                parts += [pending.pop(0), part]
-            case "swap" | "replace":
-                foreign = book.gold(rng.choice(book.task_ids)).parts
-                parts.append(rng.choice(foreign) if foreign else part)
-            case _:
-                pass
-    return replace(answer, parts=tuple(parts))
+def planned_answer(
+    benchmark: Benchmark, task_id: str, done: Sequence[Action], source: Source | None = None
+) -> WrittenAnswer:
+    """A plan that the search finds for what is left of a task after some actions; empty if it finds none."""
+    task = benchmark.tasks_for(Ability.ACTION_SEQUENCING, source or Source())[task_id]
+    now = execute(benchmark.domain, task.initial, done)
+    goals = remaining_goals(task, [action.operator for action in now.executed])
+    plan = find_plan(replace(task, initial=now.final, goals=goals), Planner(benchmark.domain)).plan
+    return WrittenAnswer(benchmark.plans.write(plan, task.scene), benchmark.plans.join)
 
 
 def _believing(benchmark: Benchmark, stated: Mapping[str, str]) -> Benchmark:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 
 from eai.abilities.protocol import Ability
@@ -13,8 +14,9 @@ from eai.benchmarks.registry import registered
 from eai.benchmarks.source import Source
 from eai.errors import InputError
 from eai.prompts.believed import Belief
+from eai.prompts.feedback import Asker
 from eai.prompts.operators import operator_prompts
-from eai.prompts.own import Questions, render
+from eai.prompts.own import Questions, render, render_task
 from eai.prompts.prompt import Prompt, PromptSet, read_prompt_file, read_system_file
 from eai.prompts.template import Templates, template_names
 
@@ -68,6 +70,20 @@ class Library:
                 )
         return own
 
+    def asker(self, benchmark: Benchmark, ability: Ability, prompts: Mapping[str, Prompt]) -> Asker:
+        """What asks in several attempts, beginning with these prompts.
+
+        Ours are rendered anew where the world has changed; published ones and files of the user's are not.
+        """
+        rendered = self.prompts is PromptSet.EAI or benchmark.published_prompts is None
+        own_file = (
+            self.folder is not None and (self.folder / f"{benchmark.name}_{ability.value}.json").exists()
+        )
+        templates, restate = Templates(self.folder), None
+        if rendered and not own_file:
+            restate = partial(render_task, self._questions(benchmark, ability, {}), templates=templates)
+        return Asker(prompts.__getitem__, benchmark.wording(ability), restate, templates)
+
     def _rendered(
         self, benchmark: Benchmark, ability: Ability, beliefs: Mapping[str, Belief]
     ) -> Mapping[str, Prompt]:
@@ -75,9 +91,14 @@ class Library:
         templates = Templates(self.folder)
         if ability is Ability.TRANSITION_MODELING:
             return operator_prompts(benchmark.operators(self.source), templates)
+        return render(self._questions(benchmark, ability, beliefs), templates)
+
+    def _questions(self, benchmark: Benchmark, ability: Ability, beliefs: Mapping[str, Belief]) -> Questions:
+        """What our prompts are rendered from."""
+        templates = Templates(self.folder)
         name = f"formats/{benchmark.name}_{ability.value}.txt"
         book = open_answer_book(benchmark, ability, self.source)
-        questions = Questions(
+        return Questions(
             ability,
             benchmark.wording(ability),
             benchmark.tasks_for(ability, self.source),
@@ -87,7 +108,6 @@ class Library:
             lambda task_id: book.gold(task_id).text,
             {task_id: belief.task for task_id, belief in beliefs.items()},
         )
-        return render(questions, templates)
 
     def _with_own_files(
         self, prompts: Mapping[str, Prompt], benchmark: Benchmark, ability: Ability

@@ -35,6 +35,7 @@ class Suite:
         reopen: opens the same suite once more, say in another process; None if it was not opened by
             `open_suite`.
         source: where its data comes from, and the planner.
+        form: how all answers are taken to be written, where that decides how each is read; else None.
     """
 
     benchmark: Benchmark
@@ -48,6 +49,7 @@ class Suite:
     _made: dict[str, Scorer] = field(default_factory=dict, repr=False)
     reopen: Callable[..., Suite] | None = field(default=None, repr=False)
     source: Source = field(default_factory=Source)
+    form: Form = None
 
     def __reduce__(self) -> tuple[Callable[..., Suite], tuple[()]]:
         """A suite is pickled as how it is opened, by name: a declaration holds functions, which are not."""
@@ -132,7 +134,7 @@ def open_suite(
     tasks = found.tasks(source)
     source = replace(source, report=silent)
     again = partial(open_suite, found.reference or found, ability, protocol, source=source, form=form)
-    return Suite(found, ability, protocol, *opened, tasks=tasks, reopen=again, source=source)
+    return Suite(found, ability, protocol, *opened, tasks=tasks, reopen=again, source=source, form=form)
 
 
 def available_suites() -> tuple[tuple[str, Ability], ...]:

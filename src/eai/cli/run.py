@@ -13,6 +13,7 @@ import typer
 from typing_extensions import ParamSpec
 
 from eai.abilities.declarations import DECLARATIONS
+from eai.abilities.experiment import Experiment, FeedbackForm, World, chosen_experiment
 from eai.abilities.protocol import Ability, ability_of
 from eai.abilities.responses import file_name
 from eai.abilities.verdict import Json
@@ -34,6 +35,16 @@ from eai.cli.console import (
     without_inspect,
 )
 from eai.cli.data import DataFolder, store
+from eai.cli.experiment import (
+    Ending,
+    InForm,
+    InWorld,
+    OfFeedback,
+    OfNotice,
+    Replans,
+    Slip,
+    SlipSeed,
+)
 from eai.cli.options import (
     ABILITIES,
     OUTPUT,
@@ -54,6 +65,8 @@ from eai.run.job import Decoding, Endpoint, Job, Pace, check_model
 from eai.run.journal import JOURNAL
 from eai.scoring.batch import Settings
 from eai.scoring.epochs import Obtained, SuiteResult, settle, undisturbed
+from eai.scoring.trials import Trials, open_trials
+from eai.world.episode import Notice
 
 LOGS = "logs"
 REPLAY = "eai/replay"
@@ -159,6 +172,14 @@ def run(
         Path | None,
         typer.Option(metavar="FILE", help="Prices of models, as Inspect reads them.", rich_help_panel=_PACE),
     ] = None,
+    replans: Replans = 0,
+    world: InWorld = World.RESTART,
+    feedback: OfFeedback = None,
+    feedback_form: InForm = FeedbackForm.PROMPT,
+    slip: Slip = 0.0,
+    slip_seed: SlipSeed = 0,
+    slip_notice: OfNotice = Notice.DETECTED,
+    until: Ending = None,
     protocol: Rules = DEFAULT_PROTOCOL,
     planner: Planner = PlannerChoice.AUTO,
     workers: Workers = 1,
@@ -189,6 +210,9 @@ def run(
     _refuse_twins(model)
     for name in model:
         check_model(name)
+    how = (replans, world, feedback, feedback_form, slip, slip_seed, slip_notice, until)
+    experiment = chosen_experiment(*how)
+    wanted = _wanted(ability, experiment)
     arguments = dict(_pair(text) for text in model_arg or ())
     order = _Order(
         endpoints=[Endpoint(name, arguments, model_base_url, prices) for name in model],
@@ -204,8 +228,7 @@ def run(
         suites = [
             open_suite(name, each, protocol, source=source)
             for name in domain or registered()
-            for each in Ability
-            if not ability or each in ability
+            for each in wanted
         ]
         library = Library(prompt_set, prompts, source)
         named = _named(tasks, suites)
@@ -214,9 +237,12 @@ def run(
     note_planner([suite for suite, _ in chosen])
     outcomes = []
     for suite, asked in chosen:
-        of_suite = [_run_model(order, endpoint, asked, suite) for endpoint in order.endpoints]
+        trials = _trials(experiment, library, suite, asked)
+        of_suite = [_run_model(order, endpoint, asked, suite, trials) for endpoint in order.endpoints]
         if not order.quiet:
             title = f"{suite.domain}, {suite.ability.value}, protocol {protocol.value}"
+            if experiment is not None:
+                title += f"\n{experiment.label}"
             results = {outcome.model: Result(outcome.rates, outcome.coverage) for outcome in of_suite}
             print_rates(output(), title, DECLARATIONS[suite.ability].terminal, results, wide=wide)
             for name, result in results.items():
@@ -236,6 +262,29 @@ class _Order:
     settings: Settings
     out: Path
     quiet: bool
+
+
+def _wanted(abilities: Sequence[Ability] | None, experiment: Experiment | None) -> list[Ability]:
+    """The abilities that are asked for, in order: in an experiment that carries answers out, of plans alone.
+
+    Raises:
+        InputError: the answers to one that is named cannot be carried out.
+    """
+    if experiment is None:
+        return [each for each in Ability if not abilities or each in abilities]
+    for each in abilities or ():
+        if each is not Ability.ACTION_SEQUENCING:
+            raise InputError(f"--ability {each.value}: only plans are carried out, attempt by attempt")
+    return [Ability.ACTION_SEQUENCING]
+
+
+def _trials(
+    experiment: Experiment | None, library: Library, suite: Suite, prompts: Mapping[str, Prompt]
+) -> Trials | None:
+    """How answers are carried out, in an experiment."""
+    if experiment is None:
+        return None
+    return open_trials(suite, experiment, library.asker(suite.benchmark, suite.ability, prompts), prompts)
 
 
 def _refuse_twins(models: Sequence[str]) -> None:
@@ -261,21 +310,34 @@ def _check_replay(endpoints: Sequence[Endpoint], suites: Sequence[Suite]) -> Non
             raise InputError(f"-M path={path}: one file cannot answer {len(files)} suites; {hint}")
 
 
-def _run_model(order: _Order, endpoint: Endpoint, prompts: Mapping[str, Prompt], suite: Suite) -> SuiteResult:
+def _run_model(
+    order: _Order, endpoint: Endpoint, prompts: Mapping[str, Prompt], suite: Suite, trials: Trials | None
+) -> SuiteResult:
     """Obtain one model's answers to one suite, through Inspect, which is imported only here; score them."""
     try:
         from eai.run.evaluation import obtain_answers
         from eai.run.logs import write_scores
     except ImportError as error:
         raise without_inspect(error) from error
-    how = (order.epochs, order.decoding, order.pace, suite.source)
+    how = (order.epochs, order.decoding, order.pace, suite.source, trials)
     job = Job(endpoint, suite.benchmark, suite.ability, prompts, *how)
     name = file_name(endpoint.model)
     folder = order.out / suite.domain / suite.ability.value / name
+    if trials is not None:
+        folder /= trials.experiment.label
     title = f"{suite.domain} {suite.ability.value} {endpoint.model}"
     with run_progress(title, quiet=order.quiet) as watch:
         answers = obtain_answers(job, folder / JOURNAL, order.out / LOGS, watch=watch)
-    obtained = Obtained(endpoint.model, name, prompts, answers.given, answers.failures, order.epochs)
+    obtained = Obtained(
+        endpoint.model,
+        name,
+        prompts,
+        answers.given,
+        answers.failures,
+        order.epochs,
+        trials,
+        answers.tried,
+    )
     with undisturbed():
         with scoring_progress(f"scoring {title}", len(answers.given), quiet=order.quiet) as told:
             outcome = settle(obtained, folder, suite, order.settings, told)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TypeAlias
 
 from eai.abilities.protocol import Ability
@@ -62,6 +62,13 @@ def render(questions: Questions, templates: Templates) -> dict[str, Prompt]:
         values = {**shared, "example": example, "task": asked}
         prompts[task_id] = Prompt(templates.fill(f"{name}.txt", values))
     return prompts
+
+
+def render_task(questions: Questions, task: Task, templates: Templates) -> Prompt:
+    """The prompt about a task as it is believed to be, which need not be as it stands in the questions."""
+    other = _example_for(task.title, questions)
+    kept = {} if other is None else {other: questions.tasks[other]}
+    return render(replace(questions, tasks={**kept, task.id: task}), templates)[task.id]
 
 
 def _example_for(title: str, questions: Questions) -> str | None:

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
-from typing import TypeVar
+from typing import NamedTuple, TypeVar
 
 from pydantic import TypeAdapter, ValidationError
 from typing_extensions import TypedDict
@@ -25,6 +25,13 @@ class PromptSet(str, Enum):
     EAI = "eai"
 
 
+class Turn(NamedTuple):
+    """A turn of a conversation: what the model answered, and what it was told then."""
+
+    answer: str
+    reply: str
+
+
 @dataclass(frozen=True, slots=True)
 class Prompt:
     """What a model is asked.
@@ -33,17 +40,20 @@ class Prompt:
         user: the question.
         system: the system message, or None.
         stop: the sequences at which the paper's runs cut the answer; what ends with one lacks it.
+        turns: what was said after the question, if this is a conversation; the last reply is to be answered.
     """
 
     user: str
     system: str | None = None
     stop: tuple[str, ...] = ()
+    turns: tuple[Turn, ...] = ()
 
     @property
     def sha256(self) -> str:
-        """Digest of all text that the model is shown: the user message alone, or both with a zero between."""
-        text = self.user if self.system is None else f"{self.system}\0{self.user}"
-        return hashlib.sha256(text.encode()).hexdigest()
+        """Digest of all text that the model is shown, with a zero between messages."""
+        said = [text for turn in self.turns for text in turn]
+        messages = [self.user, *said] if self.system is None else [self.system, self.user, *said]
+        return hashlib.sha256("\0".join(messages).encode("utf-8", "surrogatepass")).hexdigest()
 
 
 def prompt_file(prompts: Mapping[str, Prompt]) -> bytes:

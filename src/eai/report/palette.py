@@ -16,6 +16,7 @@ OUTCOME_COLORS = {
     AnswerOutcome.WRONG_ORDER: "#6f94bd",
     AnswerOutcome.ADDITIONAL_STEP: "#a9a9a2",
     AnswerOutcome.UNCATEGORISED: "#c9c6bd",
+    AnswerOutcome.SLIP: "#7fb5b5",
     AnswerOutcome.NOT_ANSWERED: "#b8a98c",
     AnswerOutcome.EXCLUDED: "#e6e3db",
 }

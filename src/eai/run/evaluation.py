@@ -22,6 +22,7 @@ from eai.run.solver import ask
 from eai.run.state import Desk, Watch, unwatched
 from eai.run.tasks import build_task
 from eai.scoring.answer import Answer, Place
+from eai.scoring.trials import Tried
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,12 +30,14 @@ class Answers:
     """What came of a job.
 
     Attributes:
-        given: the answers by task and epoch.
+        given: the answers by task and epoch; in an experiment the last ones.
+        tried: in an experiment all answers and what became of them, by task and epoch.
         failures: for every task and epoch without an answer, why the model or its provider failed.
         log: Inspect's log of all of it, those answers included that were in the journal before.
     """
 
     given: Mapping[Place, Answer]
+    tried: Mapping[Place, Tried]
     failures: Mapping[Place, str]
     log: Path
 
@@ -60,7 +63,7 @@ def obtain_answers(job: Job, journal: Path, log_dir: Path, *, watch: Watch = unw
         if log is None:
             _make_folder(log_dir)
             log = _log_of(job, _evaluate(job, _task(job, desk), log_dir))
-    return Answers(desk.answers, desk.failures, log)
+    return Answers(desk.answers, desk.tried, desk.failures, log)
 
 
 def _task(job: Job, desk: Desk) -> inspect_ai.Task:
@@ -70,9 +73,10 @@ def _task(job: Job, desk: Desk) -> inspect_ai.Task:
         job.ability,
         job.prompts,
         ask(desk),
-        DEFAULT_PROTOCOL,
+        DEFAULT_PROTOCOL if job.trials is None else job.trials.suite.protocol,
         source=job.source,
         metadata={JOB: job.sha256},
+        experiment=None if job.trials is None else job.trials.experiment,
     )
 
 

@@ -14,6 +14,7 @@ from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.source import Source
 from eai.errors import InputError, did_you_mean
 from eai.prompts.prompt import Prompt
+from eai.scoring.trials import Inquiry, Single, Trials
 
 PROVIDER = "eai"
 """What stands before the slash in the names of built-in models."""
@@ -92,6 +93,7 @@ class Job:
         prompts: the prompt of each task, by id, in the order of the data set.
         epochs: how many answers to each task.
         source: where the data comes from.
+        trials: how answers are carried out in an experiment; None where each question is asked once.
     """
 
     endpoint: Endpoint
@@ -102,19 +104,32 @@ class Job:
     decoding: Decoding = field(default_factory=Decoding)
     pace: Pace = field(default_factory=Pace)
     source: Source = field(default_factory=Source)
+    trials: Trials | None = None
 
     @property
     def sha256(self) -> str:
         """Digest of all requests: two jobs with the same one come to the same answers."""
         requests = [(task_id, self.request_sha256(prompt)) for task_id, prompt in self.prompts.items()]
-        return hashlib.sha256(json.dumps((self.epochs, requests)).encode()).hexdigest()
+        decisive: list[Json] = [self.epochs, requests]
+        if self.trials is not None:
+            decisive.append([self.trials.experiment.label, self.trials.suite.protocol.value])
+        return hashlib.sha256(json.dumps(decisive).encode()).hexdigest()
 
-    def request_sha256(self, prompt: Prompt) -> str:
-        """Digest of all that decides the answer to a prompt."""
+    def inquiry(self, task_id: str, epoch: int) -> Inquiry:
+        """A task as it is put to the model."""
+        return Single(self.prompts[task_id]) if self.trials is None else self.trials.inquiry(task_id, epoch)
+
+    def request_sha256(self, prompt: Prompt, attempt: int = 1) -> str:
+        """Digest of all that decides the answer to a prompt.
+
+        The same question asked again is another request, or a run that goes on would take the first answer
+        for all.
+        """
         endpoint, decoding = self.endpoint, self.decoding
         decisive = (
             (endpoint.model, sorted(endpoint.arguments.items()), endpoint.base_url),
             (decoding.temperature, decoding.max_tokens, decoding.stop, decoding.structured),
             (prompt.sha256, prompt.stop),
+            *((attempt,) if attempt > 1 else ()),
         )
         return hashlib.sha256(json.dumps(decisive).encode()).hexdigest()

@@ -34,13 +34,13 @@ class Journal:
     def __init__(self, path: Path) -> None:
         self._path = path
         self._file: BufferedWriter | None = None
-        self._answers: dict[str, dict[Place, Answer]] = {}
+        self._answers: dict[str, dict[tuple[str, int, int], Answer]] = {}
         for answer in _read(path):
             self._keep(answer)
 
-    def find(self, task_id: str, epoch: int, request_sha256: str) -> Answer | None:
+    def find(self, place: Place, request_sha256: str, attempt: int = 1) -> Answer | None:
         """The answer to this very request, or None."""
-        return self._answers.get(request_sha256, {}).get((task_id, epoch))
+        return self._answers.get(request_sha256, {}).get((*place, attempt))
 
     def add(self, answer: Answer) -> None:
         """Write an answer down; when this returns, the end of the process cannot lose it.
@@ -81,7 +81,8 @@ class Journal:
         return InputError(f"{self._path}: cannot be written ({error.strerror})")
 
     def _keep(self, answer: Answer) -> None:
-        self._answers.setdefault(answer.request_sha256, {})[answer.task_id, answer.epoch] = answer
+        place = (answer.task_id, answer.epoch, answer.attempt)
+        self._answers.setdefault(answer.request_sha256, {})[place] = answer
 
 
 def _read(path: Path) -> Iterator[Answer]:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from inspect_ai.model import (
     ChatMessage,
@@ -24,15 +24,41 @@ from eai.abilities.protocol import Ability
 from eai.abilities.responses import read_responses
 from eai.benchmarks.answer_files import recorded_file
 from eai.benchmarks.benchmark import Benchmark
-from eai.benchmarks.gold_answers import AnswerBook, noisy_answer, open_answer_book, open_planned_book
+from eai.benchmarks.gold_answers import (
+    AnswerBook,
+    WrittenAnswer,
+    open_answer_book,
+    open_planned_book,
+    planned_answer,
+)
+from eai.benchmarks.noisy_answers import Noise, heeding_answer, noisy_answer
 from eai.benchmarks.registry import find_benchmark
 from eai.errors import InputError, did_you_mean
 from eai.run.job import PROVIDER, check_model
 from eai.run.refusal import refusing
 from eai.scoring.batch import NO_ROW
+from eai.world.execution import Action
 
 DEFAULT_NOISE = 0.1
-_ARGUMENTS = ("rate", "seed", "path")
+_ARGUMENTS = ("rate", "seed", "heed", "path")
+
+
+class _Question(NamedTuple):
+    """A question, as far as built-in models know it.
+
+    Attributes:
+        attempt: which attempt at the task it is for, from 1 on.
+        done: what has been executed in the world as the question tells it.
+        text: all that was said.
+    """
+
+    benchmark: Benchmark
+    ability: Ability
+    task_id: str
+    epoch: int
+    attempt: int
+    done: tuple[Action, ...]
+    text: str
 
 
 @modelapi(name=PROVIDER)
@@ -41,8 +67,11 @@ class BuiltInModel(ModelAPI):
 
     Args:
         model_name: ``oracle`` (the data set's own answers), ``planner`` (plans found by search, for action
-            sequencing and subgoal decomposition), ``noisy`` (the data set's answers, spoilt; arguments
-            ``rate`` and ``seed``) or ``replay`` (answers from response files; argument ``path``).
+            sequencing and subgoal decomposition; in a world that goes on, from its present state), ``noisy``
+            (the data set's answers, spoilt anew in each attempt; arguments ``rate`` and ``seed``, and
+            ``heed``, with which it mends what it is told of with this probability, and else says the same
+            again) or ``replay`` (answers from response files, of further attempts from
+            ``<model>_attempt_<k>_outputs.json``; argument ``path``).
         base_url: not used.
         api_key: not used.
         config: not used.
@@ -63,8 +92,10 @@ class BuiltInModel(ModelAPI):
         super().__init__(model_name, base_url, api_key, [], config)
         with refusing():
             check_model(f"{PROVIDER}/{model_name}")
-            self._rate = _share(model_name, model_args.pop("rate", DEFAULT_NOISE))
+            self._rate = _share(model_name, "rate", model_args.pop("rate", DEFAULT_NOISE))
             self._seed = _whole(model_name, model_args.pop("seed", 0))
+            heed = model_args.pop("heed", None)
+            self._heed = None if heed is None else _share(model_name, "heed", heed)
             self._path = model_args.pop("path", None)
             if model_args:
                 unknown = next(iter(model_args))
@@ -83,15 +114,19 @@ class BuiltInModel(ModelAPI):
         config: GenerateConfig,
     ) -> ModelOutput:
         """Answer the last message."""
-        question = input[-1].metadata or {}
-        if not {"domain", "ability", "task_id"} <= question.keys():
+        about = input[-1].metadata or {}
+        if not {"domain", "ability", "task_id"} <= about.keys():
             raise InputError(f"eai/{self.model_name} can only answer the questions of eai's own tasks")
-        answer = self._answer(
-            find_benchmark(str(question["domain"])),
-            Ability(question["ability"]),
-            str(question["task_id"]),
-            int(question.get("epoch", 1)),
+        question = _Question(
+            find_benchmark(str(about["domain"])),
+            Ability(about["ability"]),
+            str(about["task_id"]),
+            int(about.get("epoch", 1)),
+            int(about.get("attempt", 1)),
+            tuple([Action(name, tuple(arguments)) for name, *arguments in about.get("done", ())]),
+            "\n\n".join([message.text for message in input]),
         )
+        answer = self._answer(question)
         output = ModelOutput.from_content(f"{PROVIDER}/{self.model_name}", answer)
         # Without a usage Inspect would count tokens itself, for which it downloads a tokenizer.
         prompt_words = sum(len(message.text.split()) for message in input)
@@ -101,32 +136,43 @@ class BuiltInModel(ModelAPI):
         )
         return output
 
-    def _answer(self, benchmark: Benchmark, ability: Ability, task_id: str, epoch: int) -> str:
+    def _answer(self, asked: _Question) -> str:
         if self.model_name == "replay":
-            recorded = self._recorded(benchmark, ability)
-            if task_id not in recorded:
+            recorded = self._recorded(asked.benchmark, asked.ability, asked.attempt)
+            if asked.task_id not in recorded:
                 raise InputError(NO_ROW)
-            return recorded[task_id]
-        book: AnswerBook = self._book(benchmark, ability)
+            return recorded[asked.task_id]
+        if self.model_name == "planner" and asked.done:
+            return planned_answer(asked.benchmark, asked.task_id, asked.done).text
+        book: AnswerBook = self._book(asked.benchmark, asked.ability)
         if self.model_name in ("oracle", "planner"):
-            return book.gold(task_id).text
-        return noisy_answer(book, task_id, rate=self._rate, seed=f"{self._seed} {epoch}").text
+            return book.gold(asked.task_id).text
+        return self._noisy(book, asked).text
 
-    def _read_recorded(self, benchmark: Benchmark, ability: Ability) -> dict[str, str]:
+    def _noisy(self, book: AnswerBook, asked: _Question) -> WrittenAnswer:
+        """A spoilt answer: a new one in each attempt, or the same, mended where feedback is heeded."""
+        seed = f"{self._seed} {asked.epoch}"
+        if self._heed is not None:
+            noise = Noise(self._rate, seed)
+            return heeding_answer(book, asked.task_id, asked.text, asked.attempt, noise, self._heed)
+        seed += f" {asked.attempt}" if asked.attempt > 1 else ""
+        return noisy_answer(book, asked.task_id, Noise(self._rate, seed))
+
+    def _read_recorded(self, benchmark: Benchmark, ability: Ability, attempt: int) -> dict[str, str]:
         task_ids = self._book(benchmark, ability).task_ids
-        file = recorded_file(Path(str(self._path)), benchmark.name, ability)
+        file = recorded_file(Path(str(self._path)), benchmark.name, ability, attempt)
         recorded = read_responses(file, task_ids, benchmark.task_id_of)
         return {response.task_id: response.text for response in recorded.responses}
 
 
-def _share(model: str, value: object) -> float:
+def _share(model: str, name: str, value: object) -> float:
     """A number from 0 to 1; raises InputError for anything else."""
     try:
         share = float(str(value))
     except ValueError:
         share = -1.0
     if not 0 <= share <= 1:
-        raise InputError(f"eai/{model}: expected -M rate= with a number from 0 to 1, not {value!r}")
+        raise InputError(f"eai/{model}: expected -M {name}= with a number from 0 to 1, not {value!r}")
     return share
 
 

@@ -7,7 +7,6 @@ reducers work on that. Its metadata is the record, from which the metric pools w
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import replace
 from functools import cache
 from itertools import groupby
 from math import nan
@@ -29,7 +28,7 @@ from inspect_ai.scorer import (
 )
 from inspect_ai.solver import TaskState
 
-from eai.abilities.codec import record_from_json, record_to_json
+from eai.abilities.codec import experiment_from_json, record_from_json, record_to_json
 from eai.abilities.declaration import AnswerOutcome
 from eai.abilities.protocol import Ability, ability_of, protocol_of
 from eai.abilities.record import Record
@@ -42,9 +41,11 @@ from eai.metrics.breakdown import outcome
 from eai.metrics.summary import summarise
 from eai.pddl.planning import PlannerChoice
 from eai.run.score_text import explained
+from eai.run.solver import ANSWERS
 from eai.scoring.answer import Place
 from eai.scoring.batch import Settings, score_batch, score_run
 from eai.scoring.majority import majority
+from eai.scoring.trials import record_of_trial, replay
 
 
 @metric(name="paper", scores="unreduced")
@@ -88,6 +89,9 @@ def _register(ability: Ability) -> Callable[[str, str, str], Scorer]:
     return verdict_scorer
 
 
+EXPERIMENT = "experiment"
+"""The field of a sample's metadata, and of a record, that has the experiment it is of."""
+
 SCORERS = {ability: _register(ability) for ability in Ability}
 """The scorers by ability; the score of a sample has the ability's name."""
 
@@ -97,6 +101,11 @@ def _record_of(state: TaskState, suite: Suite) -> Record:
     if not state.output.choices:  # the request failed, and Inspect was told to score all the same
         (record,) = score_run(suite, ResponseFile(model, ()), {task_id: "the request failed"}, Settings())
         return record
+    told = state.metadata.get(EXPERIMENT)
+    if told is not None:
+        experiment = experiment_from_json(told)
+        attempts = replay(suite, experiment, task_id, state.metadata[ANSWERS], state.epoch)
+        return record_of_trial(suite, experiment, model, task_id, attempts)
     answers = ResponseFile(model, (Response(task_id, state.output.completion),))
     (record,) = score_batch(suite, answers, explanations=True)
     return record
@@ -105,7 +114,7 @@ def _record_of(state: TaskState, suite: Suite) -> Record:
 def score_of(record: Record, epoch: int, *, answered: bool) -> Score:
     """A record as the score of a sample; what is excluded is unscored."""
     came_to = outcome(record)
-    about = record_to_json(replace(record, explanation=None))
+    about = record_to_json(record.without_explanations())
     score = Score.unscored(
         answer=str(about.pop("response")),
         explanation=explained(record),
@@ -145,10 +154,13 @@ def _chosen(scores: Sequence[SampleScore], ability: Ability) -> SampleScore:
 
 
 def _verdicts(scores: Sequence[SampleScore]) -> list[Verdict]:
-    """The verdicts on the answers that count, each read as the form of all of them says."""
+    """The verdicts on the answers that count, each read as the form of all of them says.
+
+    Those of an experiment stand as they are: each was read before the next was asked for.
+    """
     texts = {_task_of(score): score.score.answer or "" for score in _answered(scores)}
     verdicts = {_task_of(score): record_from_json(_metadata(score)).verdict for score in scores}
-    if texts:
+    if texts and not any(EXPERIMENT in _metadata(score) for score in scores):
         suite = _suite_of(scores[0])
         together = suite.over(list(texts.values()))
         if together is not suite:

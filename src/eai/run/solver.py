@@ -25,13 +25,19 @@ from tenacity import RetryError
 from eai.abilities.record import Usage
 from eai.prompts.prompt import Prompt
 from eai.run.job import Job
+from eai.run.messages import messages_of
 from eai.run.reasoning import Parts, complete, part
 from eai.run.response_schema import response_schema
 from eai.run.state import Desk
 from eai.scoring.answer import Answer
+from eai.scoring.trials import Inquiry, Trials
 
 _REFUSED_PARAMETERS = (400, 422)
 """The HTTP statuses with which servers answer to parameters that they do not take."""
+
+
+ANSWERS = "answers"
+"""The field of a sample's metadata that has the answers to it, in order, without reasoning."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,49 +52,110 @@ class _Reply:
 @solver(name="eai_ask")
 def ask(desk: Desk) -> Solver:
     """Asks what is not answered yet; answers go to the desk, and their text without reasoning to the log."""
-    job = desk.job
-    restrictions = cache(partial(_restrictions, job))
+    restrictions = cache(partial(_restrictions, desk.job))
 
     async def solve(state: TaskState, generate: Generate) -> TaskState:
-        task_id = str(state.sample_id)
-        known = desk.answers.get((task_id, state.epoch))
-        if known is not None:
-            return _remembered(state, known)
-        prompt = job.prompts[task_id]
-        try:
-            reply = await _obtain(_question(state), restrictions(prompt.stop))
-        except Exception as error:
-            desk.give_up(task_id, state.epoch, reason(error))
-            raise
-        desk.take(_answer(state, desk.requests[task_id], prompt, reply))
-        return _replied(state, reply)
+        place = (str(state.sample_id), state.epoch)
+        transcript, inquiry = _Transcript(state), desk.inquiries[place]
+        for question, answer in zip(desk.asked.get(place, ()), desk.given.get(place, ()), strict=True):
+            transcript.ask(question, inquiry)
+            transcript.remember(answer)
+        while not inquiry.over:
+            question, request = inquiry.question, desk.request(place)
+            messages = transcript.ask(question, inquiry)
+            try:
+                reply = await _obtain(messages, restrictions(question.stop))
+            except Exception as error:
+                desk.give_up(*place, reason(error))
+                raise
+            transcript.hear(reply)
+            desk.take(_answer(state, request, question, reply, attempt=transcript.attempt))
+        return state
 
     return solve
 
 
 @solver(name="eai_ask_as_published")
-def ask_as_published() -> Solver:
-    """Asks with the stop sequences of the sample's metadata; for runs without a desk."""
+def ask_as_published(trials: Trials | None = None) -> Solver:
+    """Asks with the stop sequences of the sample's metadata; for runs without a desk.
+
+    Args:
+        trials: how answers are carried out in an experiment; None where each question is asked once.
+    """
 
     async def solve(state: TaskState, generate: Generate) -> TaskState:
         stop = state.metadata.get("stop")
         restrictions = GenerateConfig(stop_seqs=stop) if stop else None
-        return _replied(state, await _obtain(_question(state), restrictions))
+        transcript = _Transcript(state)
+        if trials is None:
+            transcript.hear(await _obtain(transcript.ask_as_it_stands(), restrictions))
+            return state
+        inquiry = trials.inquiry(str(state.sample_id), state.epoch)
+        while not inquiry.over:
+            messages = transcript.ask(inquiry.question, inquiry)
+            reply = await _obtain(messages, restrictions)
+            transcript.hear(reply)
+            inquiry.take(reply.parts.answer)
+        return state
 
     return solve
 
 
-def _question(state: TaskState) -> list[ChatMessage]:
-    """The messages of a question; the last says the epoch, since built-in models answer each differently.
+class _Transcript:
+    """What was asked and answered, in the state of a sample, whose metadata has the bare answers.
 
-    From other models the metadata stays at home.
+    Attributes:
+        attempt: which attempt at the task the last question is for.
     """
-    state.messages[-1].metadata = {**(state.messages[-1].metadata or {}), "epoch": state.epoch}
-    return state.messages
+
+    def __init__(self, state: TaskState) -> None:
+        self.attempt = 0
+        self._state = state
+        self._about = {**(state.messages[-1].metadata or {}), "epoch": state.epoch}
+        self._answers: list[str] = []
+
+    def ask_as_it_stands(self) -> list[ChatMessage]:
+        """The messages of the sample's own question; the last says the epoch, for the built-in models."""
+        self._state.messages[-1].metadata = self._about
+        return self._state.messages
+
+    def ask(self, question: Prompt, inquiry: Inquiry) -> list[ChatMessage]:
+        """Write a question down: all of the first, then what is new.
+
+        Returns:
+            the messages to send. The last says the attempt, and what has been done in a world that goes on.
+        """
+        self.attempt += 1
+        done = [[action.operator, *action.arguments] for action in inquiry.done]
+        messages = messages_of(question, {**self._about, "attempt": self.attempt, "done": done})
+        if self.attempt == 1:
+            self._state.messages = list(messages)
+        else:
+            self._state.messages.append(messages[-1])
+            self._state.output = ModelOutput(
+                model=str(self._state.model)
+            )  # unless it is answered, there is none
+        return messages
+
+    def remember(self, answer: Answer) -> None:
+        """Write down an answer that was given before."""
+        _remember(self._state, answer)
+        self._keep(answer.text)
+
+    def hear(self, reply: _Reply) -> None:
+        """Write a reply down: the message as it came, the answer without reasoning."""
+        self._state.messages.append(reply.output.message)
+        self._state.output = reply.output
+        self._state.output.completion = reply.parts.answer
+        self._keep(reply.parts.answer)
+
+    def _keep(self, text: str) -> None:
+        self._answers.append(text)
+        self._state.metadata[ANSWERS] = list(self._answers)
 
 
-def _remembered(state: TaskState, answer: Answer) -> TaskState:
-    """The state after a reply that was written down before."""
+def _remember(state: TaskState, answer: Answer) -> None:
+    """Bring a state to what it was after a reply that was written down before."""
     content: list[Content] = [ContentReasoning(reasoning=answer.reasoning)] if answer.reasoning else []
     message = ChatMessageAssistant(
         content=[*content, ContentText(text=answer.text)], model=str(state.model), source="generate"
@@ -97,15 +164,6 @@ def _remembered(state: TaskState, answer: Answer) -> TaskState:
     reason = TypeAdapter[StopReason](StopReason).validate_python(answer.stop_reason)
     choice = ChatCompletionChoice(message=message, stop_reason=reason)
     state.output = ModelOutput(model=str(state.model), choices=[choice])
-    return state
-
-
-def _replied(state: TaskState, reply: _Reply) -> TaskState:
-    """The state after a reply: the message as it came, the answer without reasoning."""
-    state.messages.append(reply.output.message)
-    state.output = reply.output
-    state.output.completion = reply.parts.answer
-    return state
 
 
 def reason(error: BaseException) -> str:
@@ -116,7 +174,7 @@ def reason(error: BaseException) -> str:
     return f"{type(error).__name__}: {lines[0].strip()}" if lines else type(error).__name__
 
 
-def _answer(state: TaskState, request_sha256: str, prompt: Prompt, reply: _Reply) -> Answer:
+def _answer(state: TaskState, request_sha256: str, prompt: Prompt, reply: _Reply, *, attempt: int) -> Answer:
     return Answer(
         task_id=str(state.sample_id),
         epoch=state.epoch,
@@ -127,6 +185,7 @@ def _answer(state: TaskState, request_sha256: str, prompt: Prompt, reply: _Reply
         stop_reason=reply.output.stop_reason,
         repairs=reply.parts.repairs,
         usage=reply.usage,
+        attempt=attempt,
     )
 
 

@@ -6,9 +6,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TypeAlias
 
+from eai.prompts.prompt import Prompt
 from eai.run.job import Job
 from eai.run.journal import Journal
 from eai.scoring.answer import Answer, Place
+from eai.scoring.trials import Inquiry, Tried
 
 
 @dataclass(frozen=True, slots=True)
@@ -16,9 +18,9 @@ class Count:
     """How far a run is.
 
     Attributes:
-        answered: answers there are, found ones included.
-        failed: requests that were given up.
-        total: answers that are wanted.
+        answered: tasks that are answered, in every epoch, found answers included.
+        failed: tasks that were given up because a request failed.
+        total: tasks that are to be answered.
     """
 
     answered: int
@@ -44,32 +46,49 @@ class Desk:
 
     Attributes:
         job: what is asked.
-        answers: the answers there are, by task and epoch.
+        given: the answers there are, by task and epoch; in an experiment of every attempt, in order.
+        asked: the questions to which these are the answers.
+        inquiries: each task as it is put to the model, by task and epoch; what is over is answered.
         failures: why there is no answer, by task and epoch.
-        requests: digest of all that decides the answer to a task's prompt, by task.
     """
 
     def __init__(self, job: Job, journal: Journal, watch: Watch = unwatched) -> None:
         self.job = job
-        self.answers: dict[Place, Answer] = {}
+        self.given: dict[Place, list[Answer]] = {}
+        self.asked: dict[Place, list[Prompt]] = {}
+        self.inquiries: dict[Place, Inquiry] = {}
         self.failures: dict[Place, str] = {}
         self._journal = journal
         self._watch = watch
-        self.requests = {task_id: job.request_sha256(prompt) for task_id, prompt in job.prompts.items()}
-        for task_id, request in self.requests.items():
+        self._over = 0
+        for task_id in job.prompts:
             for epoch in range(1, job.epochs + 1):
-                answer = journal.find(task_id, epoch, request)
-                if answer is not None:
-                    self.answers[task_id, epoch] = answer
+                self.inquiries[task_id, epoch] = job.inquiry(task_id, epoch)
+                self._recall((task_id, epoch))
 
     @property
     def complete(self) -> bool:
         """Whether there are all answers."""
-        return len(self.answers) == self._wanted
+        return self._over == len(self.inquiries)
 
     @property
-    def _wanted(self) -> int:
-        return len(self.job.prompts) * self.job.epochs
+    def answers(self) -> dict[Place, Answer]:
+        """The last answer to each task that is answered, by task and epoch."""
+        return {place: given[-1] for place, given in self.given.items() if self.inquiries[place].over}
+
+    @property
+    def tried(self) -> dict[Place, Tried]:
+        """All answers to each task that is carried out and over, and what became of them."""
+        return {
+            place: Tried(tuple(given), attempts)
+            for place, given in self.given.items()
+            if self.inquiries[place].over and (attempts := self.inquiries[place].attempts)
+        }
+
+    def request(self, place: Place) -> str:
+        """Digest of all that decides the next answer."""
+        attempt = len(self.given.get(place, ())) + 1
+        return self.job.request_sha256(self.inquiries[place].question, attempt)
 
     def take(self, answer: Answer) -> None:
         """Write an answer down.
@@ -78,7 +97,7 @@ class Desk:
             InputError: the journal cannot be written.
         """
         self._journal.add(answer)
-        self.answers[answer.task_id, answer.epoch] = answer
+        self._accept(answer)
         self.tell()
 
     def give_up(self, task_id: str, epoch: int, why: str) -> None:
@@ -88,4 +107,21 @@ class Desk:
 
     def tell(self) -> None:
         """Say how far the run is."""
-        self._watch(Count(len(self.answers), len(self.failures), self._wanted))
+        self._watch(Count(self._over, len(self.failures), len(self.inquiries)))
+
+    def _recall(self, place: Place) -> None:
+        """Take what the journal holds of the answers to a task."""
+        while not self.inquiries[place].over:
+            attempt = len(self.given.get(place, ())) + 1
+            answer = self._journal.find(place, self.request(place), attempt)
+            if answer is None:
+                return
+            self._accept(answer)
+
+    def _accept(self, answer: Answer) -> None:
+        place = (answer.task_id, answer.epoch)
+        inquiry = self.inquiries[place]
+        self.asked.setdefault(place, []).append(inquiry.question)
+        self.given.setdefault(place, []).append(answer)
+        inquiry.take(answer.text)
+        self._over += inquiry.over

@@ -8,11 +8,13 @@ from pathlib import Path
 import inspect_ai
 from inspect_ai.dataset import MemoryDataset, Sample
 from inspect_ai.log import HeadlineMetric
-from inspect_ai.model import ChatMessage, ChatMessageSystem, ChatMessageUser, GenerateConfig
+from inspect_ai.model import GenerateConfig
 from inspect_ai.solver import Solver
 from inspect_ai.util import registry_info
 
+from eai.abilities.codec import experiment_to_json
 from eai.abilities.declarations import DECLARATIONS
+from eai.abilities.experiment import Experiment, FeedbackForm, World, chosen_experiment
 from eai.abilities.protocol import Ability, Protocol, member, protocol_of
 from eai.abilities.transition_modeling.planners import planner_of
 from eai.abilities.verdict import Json
@@ -21,13 +23,16 @@ from eai.benchmarks.gold_answers import open_answer_book
 from eai.benchmarks.prompt_library import Library
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.source import Source
-from eai.benchmarks.suite import DEFAULT_PROTOCOL
+from eai.benchmarks.suite import DEFAULT_PROTOCOL, open_suite
 from eai.errors import InputError, did_you_mean
 from eai.pddl.planning import PlannerChoice
 from eai.prompts.prompt import Prompt, PromptSet
+from eai.run.messages import messages_of
 from eai.run.refusal import refusing
-from eai.run.scorer import SCORERS
+from eai.run.scorer import EXPERIMENT, SCORERS
 from eai.run.solver import ask_as_published
+from eai.scoring.trials import open_trials
+from eai.world.episode import Notice
 
 
 def build_task(
@@ -39,6 +44,7 @@ def build_task(
     *,
     source: Source | None = None,
     metadata: Mapping[str, Json] | None = None,
+    experiment: Experiment | None = None,
 ) -> inspect_ai.Task:
     """The Inspect task that puts prompts to a model, each with its task's id and gold answer.
 
@@ -50,13 +56,14 @@ def build_task(
         protocol: the rules for scoring.
         source: where the gold answers come from, and the planner; the user's default store if None.
         metadata: what the log says of the task besides its domain and ability.
+        experiment: what it is an experiment of, if answers are carried out in one.
     """
     name = f"{benchmark.name}_{ability.value}"
     source = source or Source()
     book = open_answer_book(benchmark, ability, source)
     gold = {task_id: book.gold(task_id).text for task_id in book.task_ids if task_id in prompts}
     samples = [
-        _sample(benchmark, ability, task_id, prompt, gold.get(task_id, ""))
+        _sample(benchmark, ability, task_id, prompt, gold.get(task_id, ""), experiment)
         for task_id, prompt in prompts.items()
     ]
     return inspect_ai.Task(
@@ -78,17 +85,32 @@ def published_task(reference: str, ability: Ability) -> Callable[..., inspect_ai
         prompt_folder: str | None = None,
         planner: str = PlannerChoice.AUTO.value,
         tasks: str | int | Sequence[str] | None = None,
+        replans: int = 0,
+        world: str = World.RESTART.value,
+        feedback: str | None = None,
+        feedback_form: str = FeedbackForm.PROMPT.value,
+        slip: float = 0.0,
+        slip_seed: int = 0,
+        slip_notice: str = Notice.DETECTED.value,
+        until: str | None = None,
     ) -> inspect_ai.Task:
         with refusing():
             folder = None if prompt_folder is None else Path(prompt_folder)
             benchmark = find_benchmark(reference)
             source = Source(planner=planner_of(planner))
-            prompt_set = member(PromptSet, prompts, "set of prompts")
-            asked = Library(prompt_set, folder, source).open(benchmark, ability)
+            library = Library(member(PromptSet, prompts, "set of prompts"), folder, source)
+            asked = library.open(benchmark, ability)
             if tasks is not None:
                 asked = _only(asked, tasks)
-            rules = protocol_of(protocol)
-        task = build_task(benchmark, ability, asked, ask_as_published(), rules, source=source)
+            rules, trials = protocol_of(protocol), None
+            how = (replans, world, feedback, feedback_form, slip, slip_seed, slip_notice, until)
+            experiment = chosen_experiment(*how)
+            if experiment is not None:
+                suite = open_suite(benchmark, ability, rules, source=source)
+                trials = open_trials(suite, experiment, library.asker(benchmark, ability, asked), asked)
+                experiment = trials.experiment
+        solver = ask_as_published(trials)
+        task = build_task(benchmark, ability, asked, solver, rules, source=source, experiment=experiment)
         task.config = GenerateConfig(temperature=0.0)
         task.score_on_error = True
         return task
@@ -118,9 +140,16 @@ def _only(prompts: Mapping[str, Prompt], tasks: str | int | Sequence[str]) -> Ma
     return {task_id: prompt for task_id, prompt in prompts.items() if task_id in named}
 
 
-def _sample(benchmark: Benchmark, ability: Ability, task_id: str, prompt: Prompt, gold: str) -> Sample:
+def _sample(
+    benchmark: Benchmark,
+    ability: Ability,
+    task_id: str,
+    prompt: Prompt,
+    gold: str,
+    experiment: Experiment | None,
+) -> Sample:
     about = {"domain": benchmark.reference, "ability": ability.value, "task_id": task_id}
-    messages: list[ChatMessage] = [ChatMessageUser(content=prompt.user, metadata=about)]
-    if prompt.system is not None:
-        messages.insert(0, ChatMessageSystem(content=prompt.system))
-    return Sample(id=task_id, input=messages, target=gold, metadata={**about, "stop": list(prompt.stop)})
+    metadata: dict[str, Json] = {**about, "stop": list(prompt.stop)}
+    if experiment is not None:
+        metadata[EXPERIMENT] = experiment_to_json(experiment)
+    return Sample(id=task_id, input=messages_of(prompt, about), target=gold, metadata=metadata)

@@ -23,6 +23,7 @@ class Answer:
         stop_reason: why it ended, as Inspect says it: ``stop``, ``max_tokens``, ...
         repairs: names of what was done to the text to separate or complete the answer.
         usage: what it took.
+        attempt: in which attempt at the task it was given, from 1 on.
     """
 
     task_id: str
@@ -34,6 +35,7 @@ class Answer:
     stop_reason: str
     repairs: tuple[str, ...]
     usage: Usage
+    attempt: int = 1
 
     @property
     def truncated(self) -> bool:

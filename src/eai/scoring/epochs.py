@@ -6,12 +6,12 @@ import gc
 import json
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from eai.abilities.protocol import Ability
 from eai.abilities.record import Origin, Record, Usage
-from eai.abilities.responses import SUFFIX, Response, ResponseFile
+from eai.abilities.responses import SUFFIX, Response, ResponseFile, attempt_name
 from eai.abilities.verdict import Json
 from eai.benchmarks.suite import Suite
 from eai.errors import InputError
@@ -23,6 +23,7 @@ from eai.scoring.answer import Answer, Place
 from eai.scoring.batch import Settings, Told, score_run, untold
 from eai.scoring.majority import majority
 from eai.scoring.results import write_results
+from eai.scoring.trials import Trials, Tried, record_of_trial
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,6 +37,8 @@ class Obtained:
         given: the answers by task and epoch.
         failures: for every task and epoch without an answer, why.
         epochs: how many answers to each task were asked for.
+        trials: how answers were carried out in an experiment; None where each question was asked once.
+        tried: in an experiment all answers and what became of them, by task and epoch.
     """
 
     model: str
@@ -44,6 +47,8 @@ class Obtained:
     given: Mapping[Place, Answer]
     failures: Mapping[Place, str]
     epochs: int
+    trials: Trials | None = None
+    tried: Mapping[Place, Tried] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)
@@ -158,12 +163,18 @@ def _write(
     failed = {task_id: reason for (task_id, _), reason in obtained.failures.items()}
     lacking = [task_id for task_id in obtained.prompts if task_id not in answers]
     why = {task_id: failed.get(task_id, "the run ended before") for task_id in lacking}
-    file = ResponseFile(
-        obtained.name, tuple(Response(i, answers[i].text) for i in obtained.prompts if i in answers)
-    )
-    _write_answers(folder, file)
-    scored = score_run(suite, file, why, settings, told)
-    records = [_with_origin(r, obtained.prompts[r.task_id], answers.get(r.task_id)) for r in scored]
+    if obtained.trials is None:
+        file = ResponseFile(
+            obtained.name, tuple(Response(i, answers[i].text) for i in obtained.prompts if i in answers)
+        )
+        _write_answers(folder, file)
+        scored = score_run(suite, file, why, settings, told)
+        records = [
+            _with_origin(r, obtained.prompts[r.task_id].sha256, answers.get(r.task_id)) for r in scored
+        ]
+    else:
+        records = _tried(obtained, obtained.trials, answers, why, settings)
+        _write_attempts(folder, obtained.name, records)
     outcome = SuiteResult(
         model=obtained.model,
         folder=folder,
@@ -172,19 +183,19 @@ def _write(
         coverage=coverage_of(records),
         failures=_grouped(why),
         truncated=sum(answer.truncated for answer in answers.values()),
-        usage=sum((answer.usage for answer in obtained.given.values()), Usage()),
+        usage=_usage(obtained),
         records=records,
     )
     write_results(folder, records, outcome.rates, outcome.effort())
     return outcome
 
 
-def _with_origin(record: Record, prompt: Prompt, answer: Answer | None) -> Record:
+def _with_origin(record: Record, prompt_sha256: str, answer: Answer | None) -> Record:
     """The record with where its answer comes from."""
-    origin = Origin(prompt.sha256)
+    origin = Origin(prompt_sha256)
     if answer is not None:
         origin = Origin(
-            prompt.sha256,
+            prompt_sha256,
             stop_reason=answer.stop_reason,
             truncated=answer.truncated,
             usage=answer.usage,
@@ -193,12 +204,51 @@ def _with_origin(record: Record, prompt: Prompt, answer: Answer | None) -> Recor
     return replace(record, origin=origin)
 
 
+def _tried(
+    obtained: Obtained,
+    trials: Trials,
+    answers: Mapping[str, Answer],
+    why: Mapping[str, str],
+    settings: Settings,
+) -> list[Record]:
+    """The records of an experiment; ``answers`` are the last ones of the trials that count."""
+    suite = trials.suite
+    lacking = score_run(suite, ResponseFile(obtained.name, ()), why, settings)
+    records = {
+        record.task_id: _with_origin(
+            replace(record, experiment=trials.experiment), obtained.prompts[record.task_id].sha256, None
+        )
+        for record in lacking
+    }
+    for task_id, answer in answers.items():
+        tried = obtained.tried[task_id, answer.epoch]
+        record = record_of_trial(suite, trials.experiment, obtained.name, task_id, tried.told)
+        if not settings.explanations:
+            record = record.without_explanations()
+        records[task_id] = _with_origin(record, answer.prompt_sha256, replace(answer, usage=tried.usage))
+    return [records[task_id] for task_id in suite.task_ids if task_id in records]
+
+
+def _usage(obtained: Obtained) -> Usage:
+    """What all answers took."""
+    taken = [tried.usage for tried in obtained.tried.values()]
+    return sum(taken or [answer.usage for answer in obtained.given.values()], Usage())
+
+
 def _grouped(why: Mapping[str, str]) -> dict[str, list[str]]:
     """Tasks by the reason why they have no answer."""
     tasks: dict[str, list[str]] = {}
     for task_id, reason in why.items():
         tasks.setdefault(reason, []).append(task_id)
     return tasks
+
+
+def _write_attempts(folder: Path, name: str, records: Sequence[Record]) -> None:
+    """Write the answers of each attempt as a response file, so that the experiment can be replayed."""
+    for number in range(max((len(record.attempts) for record in records), default=0)):
+        made = [(r.task_id, r.attempts[number].response) for r in records if number < len(r.attempts)]
+        responses = tuple([Response(task_id, text) for task_id, text in made])
+        _write_answers(folder, ResponseFile(attempt_name(name, number + 1), responses))
 
 
 def _write_answers(folder: Path, file: ResponseFile) -> None:

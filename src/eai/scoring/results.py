@@ -10,6 +10,7 @@ from eai.abilities.codec import experiment_to_json
 from eai.abilities.record import Record
 from eai.abilities.verdict import Json
 from eai.errors import InputError
+from eai.metrics.attempts import by_attempt
 from eai.metrics.coverage import coverage_of, planners_of
 from eai.metrics.rate import Rate
 from eai.scoring.records import write_records
@@ -41,6 +42,9 @@ def write_results(
         **({} if run is None else {"run": run}),
         **{name: rate.to_json() for name, rate in rates.items()},
     }
+    stages = by_attempt(records)
+    if stages:
+        summary["by_attempt"] = [{name: rate.to_json() for name, rate in each.items()} for each in stages]
     try:
         folder.mkdir(parents=True, exist_ok=True)
         write_records(folder / RECORDS, records)

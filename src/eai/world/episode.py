@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import random
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 from typing import TypeAlias
 
@@ -115,6 +115,16 @@ class Episode:
         """All that has happened so far."""
         return Trajectory(tuple(self._states), tuple(self._steps))
 
+    def since(self, start: int) -> Trajectory:
+        """What has happened from a step on, as a trajectory of its own; what it lacks may be before that.
+
+        Args:
+            start: how many steps had been tried before.
+        """
+        offset = sum([step.executed for step in self._steps[:start]])
+        steps = [_later(step, offset) for step in self._steps[start:]]
+        return Trajectory(tuple(self._states[offset:]), tuple(steps))
+
     def act(self, action: Action) -> Outcome:
         """Try one action; it must name an operator of the domain and have as many arguments."""
         tried = attempt(self.domain, self._states, action)
@@ -151,3 +161,11 @@ class Episode:
                 case Slip() if self._luck is not None and self._luck.slips.notice is Notice.DETECTED:
                     return outcome
         return None
+
+
+def _later(step: Step, offset: int) -> Step:
+    """A step of a trajectory that begins so many states later."""
+    fault = step.fault
+    if fault is None or fault.earlier is None or not offset:
+        return step
+    return step._replace(fault=replace(fault, earlier=fault.earlier - offset))

@@ -27,8 +27,8 @@ class Fault:
     Attributes:
         kind: the kind that counts.
         check: the check whose failure it is.
-        earlier: the index of the last state of the trajectory at which what the check seeks was there; given
-            exactly for a wrong order.
+        earlier: the index of the last state of the trajectory at which what the check seeks was there,
+            negative for one before the trajectory; given exactly for a wrong order.
         also: the kinds that the step has besides, in the order found.
     """
 

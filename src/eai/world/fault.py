@@ -8,7 +8,8 @@ from enum import Enum
 class FaultKind(str, Enum):
     """The kinds of error of the paper (section "Error types"), by their wire strings.
 
-    `ADDITIONAL_STEP` is a remark: the step is skipped and the plan goes on. All others end the plan.
+    `ADDITIONAL_STEP` is a remark: the step is skipped and the plan goes on. All others end the plan. `SLIP`,
+    which only experiments have, is no error of whoever acts: the step was possible and did not work.
     """
 
     PARSING = "parsing"
@@ -19,3 +20,4 @@ class FaultKind(str, Enum):
     MISSING_STEP = "missing_step"
     WRONG_ORDER = "wrong_order"
     UNCATEGORISED = "uncategorised"
+    SLIP = "slip"

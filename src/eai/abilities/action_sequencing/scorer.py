@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from functools import partial
 
+from eai.abilities.action_sequencing.course import CarryOut, Course
 from eai.abilities.action_sequencing.notation import PlanNotation
 from eai.abilities.action_sequencing.plan import WrittenPlan
 from eai.abilities.action_sequencing.resolution import resolve
 from eai.abilities.error_report import error_report
-from eai.abilities.explanation import Explanation, goal_reports, repairs_told, step_reports
+from eai.abilities.explanation import SLIPPED, Explanation, goal_reports, repairs_told, step_reports
 from eai.abilities.goal_test import GoalTest
 from eai.abilities.scorer import Assessment, Scorer
 from eai.abilities.task import NO_GOALS, Task
@@ -44,39 +45,49 @@ class ActionSequencing(Scorer):
         self._object = notation.objects(task)
 
     def assess(self, text: str) -> Assessment:
-        """The verdict on a plan; its explanation executes also what an excluded task leaves out."""
-        if self.excluded is None:
-            return self._assess(text)
-        return Assessment(PlanVerdict(excluded=self.excluded), lambda: self._assess(text).explain())
+        """The verdict on a plan that is carried out from the initial state, where every action works."""
+        return self.assess_course(text, self._execute)
 
-    def _assess(self, text: str) -> Assessment:
+    def assess_course(self, text: str, carry_out: CarryOut) -> Assessment:
+        """The verdict on a plan; its explanation executes also what an excluded task leaves out.
+
+        Args:
+            text: the answer.
+            carry_out: how the plan is carried out; asked at most once for the verdict.
+        """
+        if self.excluded is None:
+            return self._assess(text, carry_out)
+        left_out = PlanVerdict(excluded=self.excluded)
+        return Assessment(left_out, lambda: self._assess(text, carry_out).explain())
+
+    def _assess(self, text: str, carry_out: CarryOut) -> Assessment:
         """The assessment as if the task were not excluded."""
         plan = self.notation.read(text)
         if isinstance(plan, Unreadable):
-            return self._refuse(ErrorReport(FaultKind.PARSING, plan.step, plan.reason))
+            return self._refuse(ErrorReport(FaultKind.PARSING, plan.step, plan.reason), (), carry_out)
         actions = self.resolve(plan)
         if isinstance(actions, ErrorReport):
-            return self._refuse(actions, plan.repairs)
-        return self._run(plan, actions)
+            return self._refuse(actions, plan.repairs, carry_out)
+        return self._run(plan, actions, carry_out)
 
     def resolve(self, plan: WrittenPlan) -> tuple[Action, ...] | ErrorReport:
         """The plan as ground actions, or its first grammar error: of all names before of any arity."""
         return resolve(plan, self.domain, self.notation, self._object)
 
-    def _refuse(self, error: ErrorReport, repairs: tuple[str, ...] = ()) -> Assessment:
+    def _refuse(self, error: ErrorReport, repairs: tuple[str, ...], carry_out: CarryOut) -> Assessment:
         """The assessment of an answer that cannot be run."""
         step = f"step {error.step + 1}: " if error.step is not None else ""
         reason = f"{error.kind.value}: {step}{error.detail}"
-        verdict = self._rejection(error, repairs)
+        verdict = self._rejection(error, repairs, carry_out)
         return Assessment(verdict, partial(self._explain_refusal, verdict, reason))
 
     def _explain_refusal(self, verdict: PlanVerdict, reason: str) -> Explanation:
         goals = goal_reports(self.task.goals, verdict.goals_satisfied)
         return Explanation((*self._notes(verdict.repairs), reason), goals=goals)
 
-    def _rejection(self, error: ErrorReport, repairs: tuple[str, ...]) -> PlanVerdict:
+    def _rejection(self, error: ErrorReport, repairs: tuple[str, ...], carry_out: CarryOut) -> PlanVerdict:
         """The verdict on an answer that cannot be run."""
-        reached = self._reached_without_running()
+        reached = self._reached_without_running(carry_out)
         return PlanVerdict(
             executable=False,
             success=False,
@@ -87,19 +98,26 @@ class ActionSequencing(Scorer):
             goals_satisfied=reached,
         )
 
-    def _run(self, plan: WrittenPlan, actions: tuple[Action, ...]) -> Assessment:
-        """The assessment of a plan that can be run, as written and as ground actions."""
-        trajectory = execute(self.domain, self.task.initial, actions)
-        verdict = self._judge(trajectory, plan.repairs)
-        return Assessment(verdict, partial(self._explain, verdict, trajectory))
+    def _execute(self, actions: tuple[Action, ...]) -> Course:
+        """The course of a plan from the initial state, where every action works."""
+        return Course(execute(self.domain, self.task.initial, actions))
 
-    def _judge(self, trajectory: Trajectory, repairs: tuple[str, ...]) -> PlanVerdict:
-        reached = self._reached(trajectory)
-        failure = trajectory.failure
+    def _run(self, plan: WrittenPlan, actions: tuple[Action, ...], carry_out: CarryOut) -> Assessment:
+        """The assessment of a plan that can be run, as written and as ground actions."""
+        course = carry_out(actions)
+        verdict = self._judge(course, plan.repairs)
+        return Assessment(verdict, partial(self._explain, verdict, course.trajectory))
+
+    def _judge(self, course: Course, repairs: tuple[str, ...]) -> PlanVerdict:
+        reached = self._reached(course)
+        trajectory, failure = course.trajectory, course.trajectory.failure
         error = None
+        number = len(trajectory.steps) - 1
         if failure is not None:
-            number, action = len(trajectory.steps) - 1, trajectory.steps[-1].action
+            action = trajectory.steps[-1].action
             error = error_report(failure, number, self.domain, action, self.task.scene)
+        elif course.slipped:
+            error = ErrorReport(FaultKind.SLIP, number, SLIPPED)
         return PlanVerdict(
             executable=error is None,
             success=self._succeeds(error, reached),
@@ -122,11 +140,11 @@ class ActionSequencing(Scorer):
         excluded = () if self.excluded is None else (f"excluded: {self.excluded}",)
         return (*repairs_told(repairs), *excluded)
 
-    def _reached(self, trajectory: Trajectory) -> tuple[bool, ...]:
+    def _reached(self, course: Course) -> tuple[bool, ...]:
         """For each goal, in order, whether a plan that ran reaches it."""
-        return self.goals.reached(trajectory.final, [action.operator for action in trajectory.executed])
+        return self.goals.reached(course.trajectory.final, course.taken)
 
-    def _reached_without_running(self) -> tuple[bool, ...]:
+    def _reached_without_running(self, carry_out: CarryOut) -> tuple[bool, ...]:
         """For each goal, in order, whether an answer that cannot be run reaches it."""
         return self.goals.none_reached
 

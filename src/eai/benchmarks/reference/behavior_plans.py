@@ -13,6 +13,7 @@ import re
 import warnings
 from collections.abc import Sequence
 
+from eai.abilities.action_sequencing.course import CarryOut, Course
 from eai.abilities.action_sequencing.notation import JsonPlans, named
 from eai.abilities.action_sequencing.plan import WrittenPlan, WrittenStep
 from eai.abilities.action_sequencing.scorer import ActionSequencing
@@ -23,7 +24,6 @@ from eai.benchmarks.behavior.tasks import BehaviorTask
 from eai.benchmarks.reference import behavior_domain
 from eai.benchmarks.reference.behavior_goal_test import behavior_goal_test
 from eai.benchmarks.reference.plans import ReferencePlans
-from eai.world.execution import Trajectory
 from eai.world.fault import FaultKind
 
 _NO_ACTIONS = Unreadable("no actions were found")
@@ -42,7 +42,7 @@ class BehaviorPlansInReference(JsonPlans):
 class BehaviorActionSequencing(ReferencePlans):
     """The scorer of a task's plans.
 
-    An answer that cannot be run leaves the initial state, and reaches the goals that hold there. A plan that
+    An answer that cannot be run leaves the world as it is, and reaches the goals that hold there. A plan that
     fails after it has reached all goals succeeds.
     """
 
@@ -54,15 +54,16 @@ class BehaviorActionSequencing(ReferencePlans):
         """The scorer of the same task under `strict`."""
         return ActionSequencing(self.task, as_meant(), JsonPlans())
 
-    def _reached(self, trajectory: Trajectory) -> tuple[bool, ...]:
+    def _reached(self, course: Course) -> tuple[bool, ...]:
         """What holds in the state in which a plan leaves the world, which an action may leave half done."""
+        trajectory = course.trajectory
         final, failure = trajectory.final, trajectory.failure
         if failure is not None and failure.kind is FaultKind.UNCATEGORISED:
             final = behavior_domain.half_done(final, trajectory.steps[-1].action)
         return self.goals.reached(final, ())
 
-    def _reached_without_running(self) -> tuple[bool, ...]:
-        return self.goals.reached(self.task.initial, ())
+    def _reached_without_running(self, carry_out: CarryOut) -> tuple[bool, ...]:
+        return self.goals.reached(carry_out(()).trajectory.final, ())
 
     def _succeeds(self, error: ErrorReport | None, reached: tuple[bool, ...]) -> bool:
         return all(reached)

@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from functools import cache
 
+from eai.abilities.action_sequencing.course import CarryOut, Course
 from eai.abilities.action_sequencing.plan import TOO_LONG, WrittenPlan, WrittenStep
 from eai.abilities.action_sequencing.scorer import ActionSequencing
 from eai.abilities.explanation import Explanation
@@ -24,7 +25,7 @@ from eai.benchmarks.virtualhome.domain import as_meant
 from eai.benchmarks.virtualhome.plan_notation import Identified, VirtualHomePlans, has_ids, identified
 from eai.benchmarks.virtualhome.tasks import VirtualHomeTask
 from eai.world.domain import Domain
-from eai.world.execution import Action, Trajectory
+from eai.world.execution import Action
 from eai.world.fault import FaultKind
 from eai.world.state import Scene
 
@@ -104,18 +105,18 @@ class VirtualHomeActionSequencing(ReferencePlans):
         """The scorer of the same task under `strict`."""
         return ActionSequencing(self.task, as_meant(), VirtualHomePlans())
 
-    def _rejection(self, error: ErrorReport, repairs: tuple[str, ...]) -> PlanVerdict:
-        verdict = super()._rejection(error, repairs)
+    def _rejection(self, error: ErrorReport, repairs: tuple[str, ...], carry_out: CarryOut) -> PlanVerdict:
+        verdict = super()._rejection(error, repairs, carry_out)
         if error.detail != LIST_IS_NOT_JSON.reason:
             return verdict
         goals = self.goals.tallies(verdict.goals_satisfied)
         twice = Counted(success=False, goals=goals, errors=((FaultKind.PARSING, 2),))
         return replace(verdict, counted=twice)
 
-    def _run(self, plan: WrittenPlan, actions: tuple[Action, ...]) -> Assessment:
-        assessment = super()._run(plan, actions)
+    def _run(self, plan: WrittenPlan, actions: tuple[Action, ...], carry_out: CarryOut) -> Assessment:
         if actions != self.task.script or not _names_classes(plan, actions, self.task.scene):
-            return assessment
+            return super()._run(plan, actions, carry_out)
+        if_it_were = super()._run(plan, actions, self._execute)
         none = self.goals.none_reached
         not_run = PlanVerdict(
             executable=True,
@@ -125,20 +126,19 @@ class VirtualHomeActionSequencing(ReferencePlans):
             repairs=plan.repairs,
             goals_satisfied=none,
         )
-        return Assessment(not_run, lambda: _with_note(assessment.explain(), EQUALS_SCRIPT))
+        return Assessment(not_run, lambda: _with_note(if_it_were.explain(), EQUALS_SCRIPT))
 
-    def _judge(self, trajectory: Trajectory, repairs: tuple[str, ...]) -> PlanVerdict:
+    def _judge(self, course: Course, repairs: tuple[str, ...]) -> PlanVerdict:
         """The verdict on a plan that ran, and what it counts as in a summary.
 
         There every additional step counts, and action goals in the order of the data set, which the reference
         has by chance only.
         """
-        verdict = super()._judge(trajectory, repairs)
+        verdict = super()._judge(course, repairs)
         reached = verdict.goals_satisfied
         if self._summed is not self.goals:
-            executed = [action.operator for action in trajectory.executed]
-            reached = self._summed.reached(trajectory.final, executed)
-        additional = trajectory.additional_steps
+            reached = self._summed.reached(course.trajectory.final, course.taken)
+        additional = course.trajectory.additional_steps
         if reached == verdict.goals_satisfied and additional < 2:
             return verdict
         ended = () if verdict.error is None else ((verdict.error.kind, 1),)

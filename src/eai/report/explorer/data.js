@@ -4,7 +4,7 @@ const packed = JSON.parse(document.getElementById('data').textContent);
 const text = (number) => packed.texts[number];
 
 const OUTCOMES = ['success', 'partly_right', 'goal_missed', 'parsing', 'hallucination', 'argument_number',
-  'affordance', 'missing_step', 'wrong_order', 'additional_step', 'uncategorised', 'not_answered', 'excluded'];
+  'affordance', 'missing_step', 'wrong_order', 'additional_step', 'uncategorised', 'slip', 'not_answered', 'excluded'];
 
 const words = (name) => name.replace(/_/g, ' ');
 const title = (name) => packed.titles[name] || words(name).replace(/^./, (first) => first.toUpperCase());

@@ -1,0 +1,127 @@
+"""Trials: a task that is tried in one attempt after the other, in a world where actions may slip."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from eai.abilities.action_sequencing.course import Course
+from eai.abilities.action_sequencing.scorer import ActionSequencing
+from eai.abilities.experiment import Experiment, World
+from eai.abilities.goal_test import remaining_goals
+from eai.abilities.record import Attempt
+from eai.abilities.task import Task
+from eai.abilities.verdict import PlanVerdict
+from eai.world.episode import Episode, Luck, Slip, Slips, Until
+from eai.world.execution import Action
+
+
+class Trial:
+    """A task that is tried until an answer succeeds, or until no attempts are left.
+
+    All attempts share one stream of luck, so that what becomes of answers is a function of them and of the
+    arguments. The scorer holds the task as it is, whatever an agent is told of it.
+
+    Args:
+        scorer: the scorer of the task.
+        experiment: how many attempts there are, and in what world.
+        epoch: which of several repetitions of the trial this is.
+
+    Attributes:
+        attempts: those made so far.
+    """
+
+    def __init__(self, scorer: ActionSequencing, experiment: Experiment, epoch: int = 1) -> None:
+        self.experiment = experiment
+        self.attempts: list[Attempt] = []
+        self._scorer = scorer
+        slips = Slips(experiment.slip, experiment.slip_seed or 0, experiment.notice)
+        self._luck = Luck(slips, scorer.task.id, epoch) if experiment.slip else None
+        self._episode = Episode(scorer.domain, scorer.task.initial, self._luck)
+
+    @property
+    def task(self) -> Task:
+        """The task as it is."""
+        return self._scorer.task
+
+    @property
+    def over(self) -> bool:
+        """Whether nothing more is to be tried.
+
+        A task that is in no statistics is tried once.
+        """
+        if not self.attempts:
+            return False
+        verdict = self.attempts[-1].verdict
+        used_up = len(self.attempts) > self.experiment.replans
+        return used_up or bool(verdict.success) or verdict.excluded is not None
+
+    @property
+    def done(self) -> tuple[Action, ...]:
+        """What has been executed in the world in which the next attempt begins."""
+        return self._episode.trajectory.executed if self.experiment.world is World.CONTINUE else ()
+
+    @property
+    def remaining(self) -> Task:
+        """The task as the next attempt finds it: from the present state, what is still to be done."""
+        if self.experiment.world is World.RESTART:
+            return self.task
+        return replace(
+            self.task, initial=self._episode.state, goals=remaining_goals(self.task, _names(self.done))
+        )
+
+    def take(self, text: str) -> Attempt:
+        """Try an answer.
+
+        Raises:
+            ValueError: the trial is over.
+        """
+        if self.over:
+            raise ValueError(f"the trial of {self.task.id} is over")
+        if self.attempts and self.experiment.world is World.RESTART:
+            self._episode = Episode(self._scorer.domain, self.task.initial, self._luck)
+        start = len(self._episode.trajectory.steps)
+        assessment = self._scorer.assess_course(text, self._carry_out)
+        explanation, verdict = assessment.explain(), assessment.verdict
+        if not isinstance(verdict, PlanVerdict):
+            raise TypeError(f"{self.task.id}: only plans can be carried out")
+        slipped = [i for i, step in enumerate(self._episode.since(start).steps) if step.slipped]
+        attempt = Attempt(
+            text,
+            verdict,
+            slipped_at=slipped[0] if slipped else None,
+            goal_held_at=None if verdict.excluded else self._goal_held_at(start),
+            explanation=explanation,
+        )
+        self.attempts.append(attempt)
+        return attempt
+
+    def _carry_out(self, actions: tuple[Action, ...]) -> Course:
+        """The course of a plan in the world as it is now."""
+        start, before = len(self._episode.trajectory.steps), self._episode.trajectory.executed
+        until = self._reached if self.experiment.until is Until.GOAL else None
+        ended = self._episode.run(actions, until)
+        return Course(self._episode.since(start), _names(before), slipped=isinstance(ended, Slip))
+
+    def _reached(self, episode: Episode) -> bool:
+        """Whether all goals hold in an episode now."""
+        return all(self._scorer.goals.reached(episode.state, _names(episode.trajectory.executed)))
+
+    def _goal_held_at(self, start: int) -> int | None:
+        """After how many of the steps since a step all goals held for the first time."""
+        trajectory, goals = self._episode.since(start), self._scorer.goals
+        done = self._episode.trajectory.executed
+        taken = list(_names(done[: len(done) - len(trajectory.executed)]))
+        if all(goals.reached(trajectory.states[0], taken)):
+            return 0
+        states = iter(trajectory.states[1:])
+        for number, step in enumerate(trajectory.steps, 1):
+            if step.executed:
+                taken.append(step.action.operator)
+                if all(goals.reached(next(states), taken)):
+                    return number
+        return None
+
+
+def _names(actions: Sequence[Action]) -> tuple[str, ...]:
+    return tuple([action.operator for action in actions])

@@ -1,0 +1,52 @@
+"""The options of ``eai run`` that make a run an experiment."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from eai.abilities.experiment import Feedback, FeedbackForm, World
+from eai.world.episode import Notice, Until
+
+PANEL = "Experiments (action sequencing)"
+
+Replans = Annotated[
+    int,
+    typer.Option(min=0, metavar="N", help="Further attempts at a task that fails.", rich_help_panel=PANEL),
+]
+InWorld = Annotated[
+    World, typer.Option("--world", help="Where further attempts begin.", rich_help_panel=PANEL)
+]
+OfFeedback = Annotated[
+    Feedback | None,
+    typer.Option(
+        "--feedback",
+        metavar="HOW",
+        help="What is told of failures: explained (if not given), kind, state, or none: the same question.",
+        rich_help_panel=PANEL,
+    ),
+]
+InForm = Annotated[
+    FeedbackForm, typer.Option("--feedback-form", help="Where it is told.", rich_help_panel=PANEL)
+]
+Slip = Annotated[
+    float,
+    typer.Option(
+        min=0, max=1, metavar="P", help="How likely an action does not work.", rich_help_panel=PANEL
+    ),
+]
+SlipSeed = Annotated[int, typer.Option(metavar="N", help="The seed of the slips.", rich_help_panel=PANEL)]
+OfNotice = Annotated[
+    Notice, typer.Option("--slip-notice", help="Whether a slip is noticed.", rich_help_panel=PANEL)
+]
+Ending = Annotated[
+    Until | None,
+    typer.Option(
+        "--until",
+        metavar="WHEN",
+        help="An attempt ends with its plan (done), or in the first state with all goals (goal; if not "
+        "given, where the world goes on).",
+        rich_help_panel=PANEL,
+    ),
+]

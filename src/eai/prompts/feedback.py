@@ -1,0 +1,150 @@
+"""Feedback: what a model is asked after it has failed, as text from templates.
+
+How much it is told is the experiment's choice (`eai.abilities.experiment.Feedback`); the words are those of
+the files in ``templates/feedback``, of which each kind of error has one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
+
+from eai.abilities.action_sequencing.trial import Trial
+from eai.abilities.experiment import Experiment, Feedback, FeedbackForm, World
+from eai.abilities.explanation import Explanation, StepReport, formula_text
+from eai.abilities.record import Attempt
+from eai.abilities.task import GoalKind, Task
+from eai.abilities.verdict import ErrorReport
+from eai.prompts.prompt import Prompt, Turn
+from eai.prompts.template import Templates
+from eai.prompts.wording import Wording
+from eai.world.episode import Notice
+from eai.world.fault import FaultKind
+
+REASONS = "What went wrong in attempt"
+"""How the reasons of an attempt begin, in our own words; the built-in model that heeds them looks for it."""
+
+_FOLDER = "feedback"
+_NOT_RUN = (FaultKind.PARSING, FaultKind.HALLUCINATION, FaultKind.ARGUMENT_NUMBER)
+"""The errors for which nothing of a plan is carried out, so that to list the goals would say nothing."""
+
+Restate = Callable[[Task], Prompt]
+"""The question about a task as it is believed to be."""
+
+
+@dataclass(frozen=True)
+class Asker:
+    """What a model is asked in each attempt of a trial.
+
+    Attributes:
+        prompt_of: the question of the first attempt, by task.
+        wording: what facts are called.
+        restate: the question about a task that has changed; None where questions cannot be rendered anew, so
+            that what holds now is added to them.
+        templates: the words of feedback.
+    """
+
+    prompt_of: Callable[[str], Prompt]
+    wording: Wording
+    restate: Restate | None = None
+    templates: Templates = field(default_factory=Templates)
+
+    def question(self, trial: Trial) -> Prompt:
+        """What is asked next."""
+        prompt, chosen = self.prompt_of(trial.task.id), trial.experiment
+        if not trial.attempts or chosen.feedback is Feedback.NONE:
+            return prompt
+        if chosen.form is FeedbackForm.CHAT:
+            return self._conversation(prompt, trial)
+        told = self._told(trial.attempts, chosen) if chosen.feedback is not Feedback.STATE else ""
+        if chosen.world is World.CONTINUE and self.restate is not None:
+            prompt = self.restate(trial.remaining)
+        elif chosen.world is World.CONTINUE:
+            told = "\n\n".join([self._now(trial), told or self._text("again_continue")])
+        return replace(prompt, user="\n\n".join([prompt.user.rstrip(), *filter(None, [told])]))
+
+    def _conversation(self, prompt: Prompt, trial: Trial) -> Prompt:
+        """The first question with all answers and what was said to each; of the state only what it is now."""
+        said = [self._reply(number, each, trial.experiment) for number, each in enumerate(trial.attempts, 1)]
+        if trial.experiment.world is World.CONTINUE:
+            said[-1] = "\n\n".join([part for part in (said[-1], self._now(trial)) if part])
+        turns = [Turn(each.response, text) for each, text in zip(trial.attempts, said, strict=True)]
+        return replace(prompt, turns=tuple(turns))
+
+    def _reply(self, number: int, attempt: Attempt, chosen: Experiment) -> str:
+        """What is said to one answer in a conversation."""
+        values = {"world": self._text(chosen.world.value), "again": self._text(f"again_{chosen.world.value}")}
+        if chosen.feedback is Feedback.STATE:
+            return " ".join(values.values())
+        return self._fill("chat", reasons=self._reasons(number, attempt, chosen), **values)
+
+    def _told(self, attempts: Sequence[Attempt], chosen: Experiment) -> str:
+        """What is said of all attempts at the end of a question."""
+        told = [
+            self._fill(
+                "attempt",
+                number=str(number),
+                answer=each.response.strip() or self._text("nothing_written"),
+                reasons=self._reasons(number, each, chosen),
+            )
+            for number, each in enumerate(attempts, 1)
+        ]
+        return self._fill(
+            "prompt",
+            world=self._text(chosen.world.value),
+            attempts="\n\n".join(told),
+            again=self._text(f"again_{chosen.world.value}"),
+        )
+
+    def _reasons(self, number: int, attempt: Attempt, chosen: Experiment) -> str:
+        lines = "\n".join([f"- {reason}" for reason in self._each_reason(attempt, chosen)])
+        return self._fill("reasons", number=str(number), reasons=lines)
+
+    def _each_reason(self, attempt: Attempt, chosen: Experiment) -> Iterator[str]:
+        """Why an attempt failed: the steps that were not executed, and the goals that were missed."""
+        error, explanation = attempt.verdict.error, attempt.explanation or Explanation()
+        explains = chosen.feedback is Feedback.EXPLAINED
+        for number, step in enumerate(explanation.steps):
+            if step.outcome == FaultKind.ADDITIONAL_STEP.value:
+                yield self._of_step(FaultKind.ADDITIONAL_STEP, number, step, explains=explains)
+            elif step.outcome == FaultKind.SLIP.value and chosen.notice is Notice.DETECTED:
+                yield self._of_step(FaultKind.SLIP, number, step, explains=False)
+        if error is not None and error.kind is not FaultKind.SLIP:
+            yield self._of_error(error, explanation.steps, explains=explains)
+        missed = [f"  {goal.kind}: {goal.goal}" for goal in explanation.goals if not goal.satisfied]
+        if missed and (error is None or error.kind not in _NOT_RUN):
+            yield self._fill("goals", goals="\n".join(missed))
+
+    def _of_error(self, error: ErrorReport, steps: Sequence[StepReport], *, explains: bool) -> str:
+        """The error that ended an attempt."""
+        if error.step is not None and error.kind not in _NOT_RUN:
+            return self._of_step(error.kind, error.step, steps[error.step], explains=explains)
+        number = "" if error.step is None else str(error.step + 1)
+        meaning = self._fill(error.kind.value, step=number)
+        if not explains and error.kind is not FaultKind.ARGUMENT_NUMBER:
+            return meaning
+        return self._fill("explained", meaning=meaning, reason=error.detail)
+
+    def _of_step(self, kind: FaultKind, number: int, step: StepReport, *, explains: bool) -> str:
+        """A step that was not executed."""
+        meaning = self._fill(kind.value, step=str(number + 1), action=step.action)
+        if not explains or not step.reason:
+            return meaning
+        if not step.earlier:
+            return self._fill("explained", meaning=meaning, reason=step.reason)
+        return self._fill("earlier", meaning=meaning, reason=step.reason, earlier=step.earlier)
+
+    def _now(self, trial: Trial) -> str:
+        """The state of the world, and what is left of the actions that a plan has to take."""
+        task = trial.remaining
+        actions = [formula_text(goal.formula) for goal in task.goals_of(GoalKind.ACTION)]
+        state = self.wording.initial(task)
+        if not actions:
+            return self._fill("now", state=state)
+        return self._fill("now_actions", state=state, actions="\n".join(actions))
+
+    def _text(self, name: str) -> str:
+        return self.templates.text(f"{_FOLDER}/{name}.txt")
+
+    def _fill(self, name: str, **values: str) -> str:
+        return self.templates.fill(f"{_FOLDER}/{name}.txt", values)

@@ -1,0 +1,209 @@
+"""The tasks of a suite as they are put to a model: once each, or tried again and again in an experiment."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from typing import Protocol as Shape
+
+from eai.abilities.action_sequencing.scorer import ActionSequencing
+from eai.abilities.action_sequencing.trial import Trial
+from eai.abilities.experiment import Experiment, Feedback
+from eai.abilities.protocol import Ability
+from eai.abilities.record import Attempt, Record, Usage
+from eai.benchmarks.suite import Suite
+from eai.errors import InputError
+from eai.prompts.feedback import Asker
+from eai.prompts.prompt import Prompt
+from eai.scoring.answer import Answer
+from eai.world.execution import Action
+
+
+class Inquiry(Shape):
+    """A task as it is put to a model: there is a question until it is over."""
+
+    @property
+    def over(self) -> bool:
+        """Whether there is nothing more to ask."""
+        ...
+
+    @property
+    def question(self) -> Prompt:
+        """What is asked next."""
+        ...
+
+    @property
+    def done(self) -> tuple[Action, ...]:
+        """What has been executed in the world that the question is about, if it says how that is now."""
+        ...
+
+    @property
+    def attempts(self) -> tuple[Attempt, ...]:
+        """What became of the answers, where they are carried out."""
+        ...
+
+    def take(self, text: str) -> None:
+        """Take the answer to the question."""
+        ...
+
+
+class Single:
+    """A question that is asked once; what becomes of its answer is found out afterwards."""
+
+    done: tuple[Action, ...] = ()
+    attempts: tuple[Attempt, ...] = ()
+
+    def __init__(self, question: Prompt) -> None:
+        self.question = question
+        self.over = False
+
+    def take(self, text: str) -> None:
+        """Take the answer."""
+        self.over = True
+
+
+class Repeated:
+    """A trial and what asks for its attempts."""
+
+    def __init__(self, trial: Trial, asker: Asker) -> None:
+        self._trial = trial
+        self._asker = asker
+
+    @property
+    def over(self) -> bool:
+        """Whether there is nothing more to ask."""
+        return self._trial.over
+
+    @property
+    def question(self) -> Prompt:
+        """What is asked in the next attempt."""
+        return self._asker.question(self._trial)
+
+    @property
+    def done(self) -> tuple[Action, ...]:
+        """What has been executed in the world that the question is about, if it says how that is now."""
+        return () if self._trial.experiment.feedback is Feedback.NONE else self._trial.done
+
+    @property
+    def attempts(self) -> tuple[Attempt, ...]:
+        """What became of the answers."""
+        return tuple(self._trial.attempts)
+
+    def take(self, text: str) -> None:
+        """Try an answer."""
+        self._trial.take(text)
+
+
+@dataclass(frozen=True, slots=True)
+class Tried:
+    """The answers to one task in an experiment, and what became of each."""
+
+    answers: tuple[Answer, ...]
+    attempts: tuple[Attempt, ...]
+
+    @property
+    def told(self) -> tuple[Attempt, ...]:
+        """The attempts with what is known of their answers."""
+        return tuple(
+            [
+                replace(
+                    attempt,
+                    prompt_sha256=answer.prompt_sha256,
+                    usage=answer.usage,
+                    answer_repairs=answer.repairs,
+                )
+                for answer, attempt in zip(self.answers, self.attempts, strict=True)
+            ]
+        )
+
+    @property
+    def usage(self) -> Usage:
+        """What all answers took."""
+        return sum((answer.usage for answer in self.answers), Usage())
+
+
+@dataclass(frozen=True)
+class Trials:
+    """How the tasks of a suite are tried in an experiment; `open_trials` makes it.
+
+    Attributes:
+        suite: the suite, as it reads answers.
+        experiment: the experiment, as records have it.
+        asker: what asks.
+    """
+
+    suite: Suite
+    experiment: Experiment
+    asker: Asker
+
+    def trial(self, task_id: str, epoch: int = 1) -> Trial:
+        """A new trial of a task."""
+        return Trial(_plans(self.suite, task_id), self.experiment, epoch)
+
+    def inquiry(self, task_id: str, epoch: int = 1) -> Inquiry:
+        """A task as it is put to a model."""
+        return Repeated(self.trial(task_id, epoch), self.asker)
+
+
+def replay(
+    suite: Suite, experiment: Experiment, task_id: str, answers: Iterable[str], epoch: int = 1
+) -> tuple[Attempt, ...]:
+    """What becomes of answers that were given before."""
+    read_as_then = suite
+    if experiment.read_as is not suite.form and suite.reopen is not None:
+        read_as_then = suite.reopen(form=experiment.read_as)
+    trial = Trial(_plans(read_as_then, task_id), experiment, epoch)
+    for text in answers:
+        trial.take(text)
+    return tuple(trial.attempts)
+
+
+def record_of_trial(
+    suite: Suite, experiment: Experiment, model: str, task_id: str, attempts: tuple[Attempt, ...]
+) -> Record:
+    """The record of a task that was tried: its verdict is that of the last attempt."""
+    last = attempts[-1]
+    return Record(
+        suite.protocol,
+        suite.domain,
+        suite.ability,
+        model,
+        task_id,
+        last.response,
+        suite.data_sha256,
+        last.verdict,
+        last.explanation,
+        task=suite.features(task_id),
+        suite_size=len(suite.task_ids),
+        experiment=experiment,
+        attempts=attempts,
+    )
+
+
+def _plans(suite: Suite, task_id: str) -> ActionSequencing:
+    """The scorer of a task whose answers are plans.
+
+    Raises:
+        InputError: they are not.
+    """
+    scorer = suite.scorer(task_id)
+    if not isinstance(scorer, ActionSequencing):
+        raise InputError(f"{suite.domain} {suite.ability.value} has no plans to carry out")
+    return scorer
+
+
+def open_trials(suite: Suite, experiment: Experiment, asker: Asker, task_ids: Iterable[str]) -> Trials:
+    """The trials of some tasks of a suite.
+
+    Where the form of all answers decides how each is read, it cannot be waited for: answers are read in that
+    of the examples in the questions, and the experiment says so.
+
+    Raises:
+        InputError: the answers of the suite are no plans.
+    """
+    if suite.ability is not Ability.ACTION_SEQUENCING:
+        raise InputError(
+            f"{suite.domain} {suite.ability.value}: only plans are carried out, attempt by attempt"
+        )
+    read_as_asked = suite.over([asker.prompt_of(task_id).user for task_id in task_ids])
+    return Trials(read_as_asked, replace(experiment, read_as=read_as_asked.form), asker)

@@ -1,0 +1,169 @@
+"""What a model is told after it has failed: by level, form and world, never more than the level allows."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from itertools import pairwise, product
+from pathlib import Path
+
+import pytest
+
+from eai.abilities.action_sequencing.scorer import ActionSequencing
+from eai.abilities.action_sequencing.trial import Trial
+from eai.abilities.experiment import Experiment, Feedback, FeedbackForm, World
+from eai.abilities.protocol import Ability
+from eai.benchmarks.prompt_library import Library
+from eai.benchmarks.suite import open_suite
+from eai.prompts.feedback import REASONS, Asker
+from eai.prompts.prompt import Prompt, PromptSet
+from eai.prompts.wording import Wording
+from envs.switches import DOMAIN, SWITCHES
+
+ACTIONS = Ability.ACTION_SEQUENCING
+SUITE = open_suite(SWITCHES, ACTIONS)
+PLAIN = Prompt("Switch both on.\n", "Be brief.")
+GOLDEN = Path(__file__).parent / "golden" / "feedback.txt"
+LAMP, SHED, BOX, TORCH = "PRESS lamp", "GO shed", "OPEN box", "PRESS torch"
+
+
+def plan(*steps: str) -> str:
+    words = [step.split() for step in steps]
+    return json.dumps([{"action": name, "object": ", ".join(objects)} for name, *objects in words])
+
+
+FAILURES = {
+    "parsing": "I would press the lamp.",
+    "empty": "",
+    "hallucination": plan(LAMP, "PRESS moon"),
+    "argument_number": plan(LAMP, "GO shed shed"),
+    "affordance": plan("GO lamp"),
+    "missing_step": plan(LAMP, TORCH),
+    "wrong_order": plan(LAMP, SHED, BOX, "GO hall", TORCH),
+    "additional_step": plan(LAMP, "GO hall"),
+    "goals": plan(SHED, BOX),
+}
+"""A plan for each way to fail."""
+
+
+def questions(
+    chosen: Experiment, answers: Sequence[str], asker: Asker | None = None, task_id: str = "both"
+) -> list[Prompt]:
+    """The questions of a trial, the one after the last answer included."""
+    scorer = SUITE.scorer(task_id)
+    assert isinstance(scorer, ActionSequencing)
+    trial = Trial(scorer, chosen)
+    asks = asker or Asker({task_id: PLAIN}.__getitem__, Wording.of(DOMAIN))
+    found = [asks.question(trial)]
+    for text in answers:
+        trial.take(text)
+        found.append(asks.question(trial))
+    return found
+
+
+def told(feedback: Feedback, answer: str) -> str:
+    """What a second question says besides the first."""
+    _, second = questions(Experiment(1, feedback=feedback), [answer])
+    assert second.user.startswith(PLAIN.user.rstrip())
+    return second.user.removeprefix(PLAIN.user.rstrip())
+
+
+def test_the_words_of_every_failure() -> None:
+    parts = [
+        f"=== {failure}, {feedback.value}{told(feedback, answer)}\n"
+        for failure, answer in FAILURES.items()
+        for feedback in (Feedback.KIND, Feedback.EXPLAINED)
+    ]
+    assert "\n".join(parts) == GOLDEN.read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize(
+    ("failure", "explained"),
+    [
+        ("hallucination", "there is no moon"),
+        ("affordance", "lamp is no room"),
+        ("missing_step", "the robot is not beside torch"),
+        ("wrong_order", "what it lacks held after step"),
+        ("additional_step", "the robot is in hall already"),
+    ],
+)
+def test_only_explanations_say_why(failure: str, explained: str) -> None:
+    assert explained in told(Feedback.EXPLAINED, FAILURES[failure])
+    assert explained not in told(Feedback.KIND, FAILURES[failure])
+
+
+def test_the_number_of_objects_is_said_at_every_level() -> None:
+    for feedback in (Feedback.KIND, Feedback.EXPLAINED):
+        assert "GO takes 1 objects, not 2" in told(feedback, FAILURES["argument_number"])
+
+
+FORMS = [
+    (feedback, form, world)
+    for feedback, form, world in product(Feedback, FeedbackForm, World)
+    if feedback is not Feedback.STATE or world is World.CONTINUE
+]
+
+
+@pytest.mark.parametrize(("feedback", "form", "world"), FORMS)
+def test_the_text_of_each_attempt_reaches_the_next_question(
+    feedback: Feedback, form: FeedbackForm, world: World
+) -> None:
+    """But for levels that tell of no plan; and every question is another, but where nothing is told."""
+    answers = [plan(LAMP, TORCH), plan(LAMP, "WAVE"), plan("WAVE", TORCH)]
+    asked = questions(Experiment(3, world, feedback, form), answers)
+    for number, (before, after) in enumerate(pairwise(asked)):
+        shown = after.user + "".join(text for turn in after.turns for text in turn)
+        tells = feedback in (Feedback.KIND, Feedback.EXPLAINED)
+        in_turns = form is FeedbackForm.CHAT and feedback is not Feedback.NONE
+        for answer in answers[: number + 1]:
+            assert (answer in shown) == (tells or in_turns)
+        assert (REASONS in shown) == tells
+        assert after.system == PLAIN.system
+        if feedback is Feedback.NONE:
+            assert after == PLAIN
+        elif feedback is not Feedback.STATE or in_turns:
+            assert after.sha256 != before.sha256
+
+
+def test_a_conversation_asks_the_first_question_once() -> None:
+    answers = [plan(TORCH), plan(LAMP, TORCH)]
+    *_, last = questions(Experiment(2, feedback=Feedback.EXPLAINED, form=FeedbackForm.CHAT), answers)
+    assert (last.user, [turn.answer for turn in last.turns]) == (PLAIN.user, answers)
+    assert "attempt 1" in last.turns[0].reply
+    assert "attempt 2" in last.turns[1].reply
+
+
+def test_in_a_world_that_goes_on_the_question_says_what_holds_now() -> None:
+    """Rendered questions are of the present state, to which no word is added; others have it at the end."""
+    chosen = Experiment(1, World.CONTINUE, Feedback.STATE)
+    library = Library(PromptSet.EAI)
+    prompts = library.open(SWITCHES, ACTIONS)
+    first, second = questions(chosen, [plan(SHED)], library.asker(SWITCHES, ACTIONS, prompts))
+    assert first == prompts["both"]
+    added = set(second.user.splitlines()) - set(first.user.splitlines())
+    assert added == {"at(robot, shed)"}
+    _, given = questions(chosen, [plan(SHED)])
+    assert "What holds now, in place of" in given.user
+    assert "at(robot, shed)" in given.user
+    assert "attempt" not in given.user
+
+
+def test_actions_that_have_been_taken_are_wanted_no_more() -> None:
+    chosen = Experiment(1, World.CONTINUE, Feedback.STATE)
+    asks = Asker({"greet": PLAIN}.__getitem__, Wording.of(DOMAIN))
+    _, second = questions(chosen, [plan("WAVE")], asks, "greet")
+    assert second.user.partition("in this order:\n")[2].splitlines()[0] == "PRESS"
+    library = Library(PromptSet.EAI)
+    rendered = library.asker(SWITCHES, ACTIONS, library.open(SWITCHES, ACTIONS))
+    before, after = questions(chosen, [plan("WAVE")], rendered, "greet")
+    assert "WAVE or GO" in before.user
+    assert "WAVE or GO" not in after.user
+
+
+def test_files_of_the_user_replace_the_words(tmp_path: Path) -> None:
+    (tmp_path / "feedback").mkdir()
+    (tmp_path / "feedback" / "missing_step.txt").write_text("Too early: $action.\n")
+    library = Library(PromptSet.EAI, tmp_path)
+    asks = library.asker(SWITCHES, ACTIONS, library.open(SWITCHES, ACTIONS))
+    _, second = questions(Experiment(1, feedback=Feedback.KIND), [plan(LAMP, TORCH)], asks)
+    assert "- Too early: PRESS(torch).\n" in second.user

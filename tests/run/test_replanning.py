@@ -1,0 +1,166 @@
+"""Replanning with a model: one loop for ``eai run``, ``inspect eval`` and a loop of one's own."""
+
+from __future__ import annotations
+
+import json
+from collections import defaultdict
+from collections.abc import Iterator
+from concurrent.futures import Executor, ProcessPoolExecutor
+from multiprocessing import get_context
+from pathlib import Path
+
+import pytest
+from inspect_ai.log import read_eval_log
+
+from eai.abilities.codec import record_to_json
+from eai.abilities.experiment import Experiment, Feedback
+from eai.abilities.protocol import Ability, Protocol
+from eai.abilities.record import Record
+from eai.benchmarks.noisy_answers import Noise, heeding_answer, noisy_answer
+from eai.benchmarks.prompt_library import Library
+from eai.benchmarks.source import Source
+from eai.benchmarks.suite import open_suite
+from eai.data.store import Store
+from eai.prompts.feedback import REASONS
+from eai.prompts.prompt import PromptSet
+from eai.scoring.records import read_records
+from eai.scoring.trials import open_trials
+from processes import eai
+from run.child import Asked, Whom, evaluate_experiment_in_child, score_in_child
+from run.server import Reply, serve
+from suites import answer_book, official_prompts
+
+ACTIONS = Ability.ACTION_SEQUENCING
+TASKS = 8
+RATE = 0.3
+RUN = f"run --domain behavior --ability action_sequencing --limit {TASKS} --json"
+NOISY = f"{RUN} --model eai/noisy -M rate={RATE}"
+FOLDER = Path("behavior", "action_sequencing", "eai_noisy")
+
+
+@pytest.fixture(scope="module")
+def process() -> Iterator[Executor]:
+    """A process of its own for Inspect."""
+    with ProcessPoolExecutor(1, get_context("spawn")) as pool:
+        yield pool
+
+
+def records_of(folder: Path) -> list[Record]:
+    return list(read_records(folder / "records.jsonl"))
+
+
+def offline(experiment: Experiment, store: Store, heed: float | None) -> dict[str, list[tuple[str, object]]]:
+    """The answers and verdicts of the same loop without Inspect, by task."""
+    suite, library = open_suite("behavior", ACTIONS, source=Source(store)), Library(PromptSet.OFFICIAL)
+    prompts = library.open(suite.benchmark, ACTIONS)
+    trials = open_trials(suite, experiment, library.asker(suite.benchmark, ACTIONS, prompts), prompts)
+    book = answer_book("behavior", ACTIONS, store)
+    found = {}
+    for task_id in suite.task_ids[:TASKS]:
+        inquiry = trials.inquiry(task_id)
+        while not inquiry.over:
+            attempt = len(inquiry.attempts) + 1
+            if heed is None:
+                seed = "0 1" + (f" {attempt}" if attempt > 1 else "")
+                text = noisy_answer(book, task_id, Noise(RATE, seed)).text
+            else:
+                shown = inquiry.question.user
+                text = heeding_answer(book, task_id, shown, attempt, Noise(RATE, "0 1"), heed).text
+            inquiry.take(text)
+        found[task_id] = [(attempt.response, attempt.verdict) for attempt in inquiry.attempts]
+    return found
+
+
+@pytest.mark.parametrize(("feedback", "heed"), [(Feedback.NONE, None), (Feedback.EXPLAINED, 1.0)])
+def test_the_loop_of_a_run_is_the_loop_without_inspect(
+    feedback: Feedback, heed: float | None, data_store: Store, tmp_path: Path
+) -> None:
+    """And what it leaves behind can be replayed, to the same records."""
+    arguments = f"--replans 2 --feedback {feedback.value}"
+    heeding = "" if heed is None else f"-M heed={heed}"
+    done = eai(*f"{NOISY} {heeding} {arguments} --out {tmp_path}".split())
+    assert done.status == 0, done.err
+    label = f"replans-2-restart-{feedback.value}"
+    folder = tmp_path / FOLDER / label
+    records = records_of(folder)
+    attempts = {
+        record.task_id: [(attempt.response, attempt.verdict) for attempt in record.attempts]
+        for record in records
+    }
+    assert attempts == offline(Experiment(2, feedback=feedback), data_store, heed)
+    assert {record.experiment.label for record in records if record.experiment} == {label}
+    assert [record.verdict for record in records] == [record.attempts[-1].verdict for record in records]
+    assert not list((tmp_path / FOLDER).glob("*.json*"))
+    summary = json.loads((folder / "summary.json").read_text())
+    by_attempt = [each["task_success"]["numerator"] for each in summary["by_attempt"]]
+    assert by_attempt == sorted(by_attempt)
+    assert by_attempt[-1] == summary["task_success"]["numerator"]
+    assert summary["experiment"]["name"] == "replanning"
+    replayed = tmp_path / "replayed"
+    again = eai(*f"{RUN} --model eai/replay -M path={folder} {arguments} --out {replayed}".split())
+    assert again.status == 0, again.err
+    copied = records_of(replayed / "behavior" / "action_sequencing" / "eai_replay" / label)
+    assert [record.attempts for record in copied] == [record.attempts for record in records]
+
+
+def test_what_went_wrong_reaches_a_model(data_store: Store, tmp_path: Path) -> None:
+    """A server sees the first question, then the same with its own answer and why that failed."""
+    (task_id, prompt), *_ = official_prompts("behavior", ACTIONS, data_store).items()
+    gold = answer_book("behavior", ACTIONS, data_store).gold(task_id).text
+    wrong = '[{"action": "OPEN", "object": "moon_1"}]'
+    script = defaultdict(lambda: [Reply(gold)], {prompt.user: [Reply(wrong)]})
+    with serve(script) as served:
+        arguments = f"run --model openai-api/local/scripted -M api_key=none --model-base-url {served.url}"
+        arguments += f" --domain behavior --tasks {task_id} --replans 3 --json --out {tmp_path}"
+        done = eai(*arguments.split())
+        assert done.status == 0, done.err
+        said = [[message["content"] for message in each["messages"]] for each in served.log.requests]
+    assert [len(messages) for messages in said] == [1, 1]
+    (first,), (second,) = said
+    assert first == prompt.user
+    assert second.startswith(prompt.user.rstrip())
+    feedback = second.removeprefix(prompt.user.rstrip())
+    assert wrong in feedback
+    assert REASONS in feedback
+    assert "there is no moon_1" in feedback
+
+
+@pytest.mark.parametrize("slip", [0.0, 0.2])
+def test_inspect_takes_the_same_options(
+    slip: float, data_store: Store, process: Executor, tmp_path: Path
+) -> None:
+    """Its log has the records of ``eai run``, and scoring it again changes nothing."""
+    world = {"world": "continue", "feedback": "state"} if slip else {"feedback": "explained"}
+    choices = {"replans": 2, **world, "slip": slip}
+    options = " ".join(f"--{name} {value}" for name, value in choices.items())
+    done = eai(*f"{NOISY} {options} --out {tmp_path}".split())
+    assert done.status == 0, done.err
+    (folder,) = (tmp_path / FOLDER).iterdir()
+    records = {record.task_id: record for record in records_of(folder)}
+    asked = Asked("behavior", ACTIONS, Protocol.STRICT, list(records))
+    whom = Whom("eai/noisy", {"rate": RATE})
+    path = process.submit(evaluate_experiment_in_child, asked, whom, tmp_path, choices).result()
+    scored = process.submit(score_in_child, path, asked).result()
+    for log in (read_eval_log(path), read_eval_log(scored)):
+        assert log.samples
+        for sample in log.samples:
+            told = (sample.scores or {})[ACTIONS.value].metadata or {}
+            record = record_to_json(records[str(sample.id)].without_explanations())
+            same = ("experiment", "success", "executable", "error", "goals", "additional_steps")
+            assert {name: told[name] for name in same} == {name: record[name] for name in same}
+            assert len(told["attempts"]) == len(records[str(sample.id)].attempts)
+            assert len(sample.messages) == 2 * len(told["attempts"])
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ("--feedback kind", "feedback kind: there is none without replans"),
+        ("--replans 1 --feedback state", "feedback of the state says nothing in a world that begins anew"),
+        ("--replans 1 --ability goal_interpretation", "only plans are carried out"),
+    ],
+)
+def test_options_that_contradict_each_other(options: str, message: str, tmp_path: Path) -> None:
+    done = eai(*f"run --model eai/oracle --out {tmp_path} {options}".split())
+    assert done.status == 2
+    assert message in done.err
