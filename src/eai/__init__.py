@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from eai.benchmarks.source import Source, given
     from eai.benchmarks.suite import Suite
     from eai.errors import DataError, DomainError, EaiError, InputError, ParseError
+    from eai.scoring.batch import Scoring
     from eai.scoring.reward import Grade, Reward, reward
     from eai.scoring.shaping import Shaping
 
@@ -39,6 +40,7 @@ _PLACES = {
     "ParseError": "eai.errors",
     "Protocol": "eai.abilities.protocol",
     "Reward": "eai.scoring.reward",
+    "Scoring": "eai.scoring.batch",
     "Shaping": "eai.scoring.shaping",
     "Source": "eai.benchmarks.source",
     "Suite": "eai.benchmarks.suite",
@@ -65,6 +67,7 @@ __all__ = [
     "ParseError",
     "Protocol",
     "Reward",
+    "Scoring",
     "Shaping",
     "Source",
     "Suite",

@@ -5,6 +5,7 @@ EaiError
 │   └── ParseError a text that does not parse: line, column, what was expected
 ├── DataError      the data set is missing, damaged or cannot be obtained: says what to do
 ├── DomainError    a domain's declaration contradicts itself: names the declaration
+├── WorkerError    processes that score die again and again: says at what
 └── InterruptError the user ended it: says how to go on
 """
 
@@ -52,6 +53,10 @@ class DataError(EaiError):
 
 class DomainError(EaiError):
     """A domain's declaration contradicts itself; the message names the declaration."""
+
+
+class WorkerError(EaiError):
+    """Processes that score die again and again at the same answers; the message says at which."""
 
 
 class InterruptError(EaiError):

@@ -1,40 +1,18 @@
 from __future__ import annotations
 
-import time
-from dataclasses import dataclass, replace
-from multiprocessing import active_children
+from dataclasses import replace
 
 import pytest
 
 from eai.abilities.explanation import Explanation
-from eai.abilities.protocol import Ability, Protocol
+from eai.abilities.protocol import Protocol
 from eai.abilities.record import NOT_ANSWERED
 from eai.abilities.responses import Response, ResponseFile
-from eai.abilities.scorer import Assessment, Scorer
 from eai.abilities.verdict import PlanVerdict
-from eai.benchmarks.registry import find_benchmark
-from eai.benchmarks.suite import Suite
-from eai.scoring.batch import Settings, score_batch, score_run, worker_pool
+from eai.scoring.batch import Settings, score_batch, score_run
+from scoring.work import TASK_IDS, echo_suite
 
-BENCHMARK = find_benchmark("virtualhome")
-TASK_IDS = tuple(f"{number}_1" for number in range(7))
 ANSWERS = ResponseFile("m", tuple(Response(i, f"answer to {i}") for i in TASK_IDS))
-
-
-@dataclass(frozen=True, slots=True)
-class Echo(Scorer):
-    """A scorer that says what it was asked."""
-
-    task_id: str
-
-    def assess(self, text: str) -> Assessment:
-        verdict = PlanVerdict(success=text.endswith(self.task_id))
-        return Assessment(verdict, lambda: Explanation(notes=(f"on {text}",)))
-
-
-def echo_suite() -> Suite:
-    suite = Suite(BENCHMARK, Ability.ACTION_SEQUENCING, Protocol.STRICT, TASK_IDS, "0" * 64, Echo)
-    return replace(suite, reopen=echo_suite)
 
 
 @pytest.mark.parametrize("workers", [1, 2, 3, 7, 100])
@@ -81,15 +59,3 @@ def test_explanations_stand_in_the_records_where_they_are_asked_for(workers: int
     first = score_batch(echo_suite(), ANSWERS, workers=workers, explanations=True)[0]
     assert first.explanation == Explanation(notes=("on answer to 0_1",))
     assert score_batch(echo_suite(), ANSWERS, workers=workers)[0].explanation is None
-
-
-def test_an_interrupt_ends_workers_whatever_they_do() -> None:
-    def interrupted() -> None:
-        with worker_pool(2) as pool:
-            pool.submit(time.sleep, 3600)
-            raise KeyboardInterrupt
-
-    before = active_children()
-    with pytest.raises(KeyboardInterrupt):
-        interrupted()
-    assert set(active_children()) <= set(before)

@@ -53,9 +53,14 @@ class Suite:
 
     def __reduce__(self) -> tuple[Callable[..., Suite], tuple[()]]:
         """A suite is pickled as how it is opened, by name: a declaration holds functions, which are not."""
-        if self.reopen is None or not self.benchmark.reference:
+        if self.reopen is None or not self.portable:
             raise InputError(f"{self.domain}: only what is opened by name or module:object can be pickled")
         return self.reopen, ()
+
+    @property
+    def portable(self) -> bool:
+        """Whether it can be opened again elsewhere, such as in another process."""
+        return self.reopen is not None and bool(self.benchmark.reference)
 
     @property
     def domain(self) -> str:

@@ -2,30 +2,16 @@
 
 from __future__ import annotations
 
-import signal
-import threading
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from concurrent.futures import ProcessPoolExecutor
-from contextlib import contextmanager
-from contextvars import ContextVar
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
-from multiprocessing import active_children
 from typing import TypeAlias
 
 from eai.abilities.declarations import DECLARATIONS
 from eai.abilities.record import NOT_ANSWERED, Record
 from eai.abilities.responses import Response, ResponseFile
 from eai.benchmarks.suite import Suite
-
-CLEANING_SECONDS = 1
-"""How long an interrupted worker may take to end its planner and to remove its files."""
-
-_CHUNKS = 10
-"""How many portions a worker gets: often enough word of how far it is, and little overhead."""
-
-_suite: ContextVar[Suite] = ContextVar("suite")
-"""What a worker scores with, from its first moment on."""
+from eai.scoring.reward import Reward
+from eai.scoring.workers import Workers
 
 NO_ROW = "the response file has no row of the task"
 """Why a task without an answer has none, where answers come from a file."""
@@ -54,12 +40,103 @@ def untold(scored: int) -> None:
     """Tells nobody."""
 
 
+@dataclass(frozen=True, slots=True)
+class Missing:
+    """A task that was asked and has no answer, and why."""
+
+    task_id: str
+    why: str
+
+
+class Scoring(Workers):
+    """Scores streams of answers, in this process or with workers that stay as long as it is open.
+
+        with Scoring(workers=8) as scoring:
+            for record in scoring.records(suite, "my-model", responses):
+                ...
+
+    Results come in the order of the answers and are the same for any number of workers. No more than a few
+    batches are read ahead, so that memory does not grow with the stream. What a worker that dies was at is
+    done again: nothing is lost, nothing comes twice. Workers import the program that uses them, which
+    therefore has to begin below ``if __name__ == "__main__":``.
+
+    Args:
+        workers: how many processes to use; this one alone if fewer than two.
+    """
+
+    def records(
+        self,
+        suite: Suite,
+        model: str,
+        responses: Iterable[Response | Missing],
+        *,
+        explanations: bool = False,
+        allow_missing: bool = False,
+    ) -> Iterator[Record]:
+        """The records of a model's answers, in their order.
+
+        Args:
+            suite: the tasks, opened for these answers (`Suite.over`).
+            model: who answered.
+            responses: the answers; a task may be answered any number of times.
+            explanations: put the step-by-step explanation into each record.
+            allow_missing: leave tasks without an answer out of all rates instead of counting them as failed.
+        """
+        workers = self if suite.portable else Workers()  # what has no name cannot be opened elsewhere
+        return workers.each(_Records(suite, explanations, allow_missing), responses, model)
+
+    def rewards(self, reward: Reward, answers: Iterable[tuple[str, str]]) -> Iterator[float | None]:
+        """What answers are worth, in their order.
+
+        Args:
+            reward: of which suite, and what is paid for.
+            answers: ids of tasks with answers.
+        """
+        workers = self if reward.suite.portable else Workers()
+        return workers.each(_Rewards(reward), answers)
+
+
+@dataclass(frozen=True, slots=True)
+class _Records:
+    """From answers to records."""
+
+    suite: Suite
+    explanations: bool
+    allow_missing: bool
+
+    def __call__(self, items: Sequence[Response | Missing], model: str) -> list[Record]:
+        return [
+            _lacking(self.suite, model, item, left_out=self.allow_missing)
+            if isinstance(item, Missing)
+            else _record(self.suite, model, item, explanations=self.explanations)
+            for item in items
+        ]
+
+
+@dataclass(frozen=True, slots=True)
+class _Rewards:
+    """From answers to what they are worth."""
+
+    reward: Reward
+
+    def __call__(self, items: Sequence[tuple[str, str]]) -> list[float | None]:
+        return [self.reward(task_id, text) for task_id, text in items]
+
+
+def asked(suite: Suite, answers: ResponseFile, unanswered: Mapping[str, str]) -> list[Response | Missing]:
+    """All tasks that a model was asked, in the order of the data set: its answers, or why there are none."""
+    by_id: dict[str, Response | Missing] = {response.task_id: response for response in answers.responses}
+    by_id |= {task_id: Missing(task_id, why) for task_id, why in unanswered.items()}
+    return [by_id[task_id] for task_id in suite.task_ids if task_id in by_id]
+
+
 def score_run(
     suite: Suite,
     answers: ResponseFile,
     unanswered: Mapping[str, str],
     settings: Settings,
     told: Told = untold,
+    scoring: Scoring | None = None,
 ) -> list[Record]:
     """The records of all tasks that a model was asked, in the order of the data set.
 
@@ -69,15 +146,20 @@ def score_run(
         unanswered: why a task that was asked has no answer, by its id.
         settings: how to score.
         told: is told how far it is.
+        scoring: what scores; opened for this alone if None.
     """
-    opened = suite.over([response.text for response in answers.responses])
-    scored = score_batch(
-        opened, answers, workers=settings.workers, explanations=settings.explanations, told=told
+    if scoring is None:
+        with Scoring(settings.workers) as opened:
+            return score_run(suite, answers, unanswered, settings, told, opened)
+    together = suite.over([response.text for response in answers.responses])
+    records = scoring.records(
+        together,
+        answers.model,
+        asked(suite, answers, unanswered),
+        explanations=settings.explanations,
+        allow_missing=settings.allow_missing,
     )
-    records = {record.task_id: record for record in scored}
-    for task_id, why in unanswered.items():
-        records[task_id] = _lacking(opened, answers.model, task_id, why, left_out=settings.allow_missing)
-    return [records[task_id] for task_id in suite.task_ids if task_id in records]
+    return _counted(records, told)
 
 
 def score_batch(
@@ -93,21 +175,13 @@ def score_batch(
     Args:
         suite: the tasks, opened for these answers.
         answers: what to score.
-        workers: how many processes to use; each opens the suite for itself.
+        workers: how many processes to use for this alone; see `Scoring`.
         explanations: put the step-by-step explanation into each record.
         told: is told how far it is.
     """
-    count = len(answers.responses)
-    workers = min(workers, count)
-    if suite.reopen is None or workers < 2:
-        score = partial(_record, suite, answers.model, explanations=explanations)
-        return _counted(map(score, answers.responses), told)
-    score_there = partial(_score_in_worker, answers.model, explanations=explanations)
-    chunk = max(1, count // (workers * _CHUNKS))
-    with worker_pool(workers, partial(_open_in_worker, suite.reopen)) as pool:
-        with _interrupts_held():  # until all workers are there, who inherit that
-            scored = pool.map(score_there, answers.responses, chunksize=chunk)
-        return _counted(scored, told)
+    with Scoring(workers) as scoring:
+        records = scoring.records(suite, answers.model, answers.responses, explanations=explanations)
+        return _counted(records, told)
 
 
 def _counted(records: Iterable[Record], told: Told) -> list[Record]:
@@ -117,55 +191,6 @@ def _counted(records: Iterable[Record], told: Told) -> list[Record]:
         found.append(record)
         told(len(found))
     return found
-
-
-@contextmanager
-def worker_pool(workers: int, open_worker: Callable[[], None] | None = None) -> Iterator[ProcessPoolExecutor]:
-    """A pool of processes that an interrupt ends, whatever they do.
-
-    A terminal interrupts all processes at once. A worker that ended by itself might hold a lock for which
-    another would wait for ever, so that workers leave it to their caller, who has them clean up and kills
-    what stays.
-    """
-    others = active_children()
-    with ProcessPoolExecutor(workers, initializer=partial(_begin, open_worker)) as pool:
-        try:
-            yield pool
-        except KeyboardInterrupt:
-            own = [child for child in active_children() if child not in others]
-            for child in own:
-                child.terminate()
-            for child in own:
-                child.join(CLEANING_SECONDS)
-                child.kill()
-            raise
-
-
-@contextmanager
-def _interrupts_held() -> Iterator[None]:
-    """Interrupts wait until the end of the block, and so they do for ever in processes that it starts."""
-    if threading.current_thread() is not threading.main_thread() or not hasattr(signal, "pthread_sigmask"):
-        yield
-        return
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
-
-
-def _begin(open_worker: Callable[[], None] | None) -> None:
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    if open_worker is not None:
-        open_worker()
-
-
-def _open_in_worker(reopen: Callable[[], Suite]) -> None:
-    _suite.set(reopen())
-
-
-def _score_in_worker(model: str, response: Response, *, explanations: bool) -> Record:
-    return _record(_suite.get(), model, response, explanations=explanations)
 
 
 def _record(suite: Suite, model: str, response: Response, *, explanations: bool) -> Record:
@@ -185,8 +210,9 @@ def _record(suite: Suite, model: str, response: Response, *, explanations: bool)
     )
 
 
-def _lacking(suite: Suite, model: str, task_id: str, why: str, *, left_out: bool) -> Record:
+def _lacking(suite: Suite, model: str, missing: Missing, *, left_out: bool) -> Record:
     """The record of a task without an answer."""
+    task_id = missing.task_id
     verdict = suite.unanswered(task_id)
     if left_out and verdict.excluded is None:
         verdict = DECLARATIONS[suite.ability].verdict(excluded=NOT_ANSWERED)
@@ -200,6 +226,6 @@ def _lacking(suite: Suite, model: str, task_id: str, why: str, *, left_out: bool
         suite.data_sha256,
         verdict,
         task=suite.features(task_id),
-        unanswered=why,
+        unanswered=missing.why,
         suite_size=len(suite.task_ids),
     )

@@ -1,0 +1,96 @@
+"""Streams of work in several processes: order, bounded reading, and what becomes of a worker that dies."""
+
+from __future__ import annotations
+
+import os
+import pickle
+import signal
+from collections.abc import Iterator
+from itertools import islice
+from multiprocessing import active_children
+from pathlib import Path
+
+import pytest
+
+import eai
+from eai.benchmarks.gold_answers import open_answer_book
+from eai.data.store import Store
+from eai.errors import WorkerError
+from eai.scoring.batch import Scoring
+from eai.scoring.reward import Reward
+from eai.scoring.workers import AHEAD, DEATHS, LARGEST, Workers
+from scoring.work import Dying, asleep, deadly, failing, shifted, squares
+
+
+@pytest.mark.parametrize("workers", [1, 2, 3])
+@pytest.mark.parametrize("number", [0, 1, 15, 1_000])
+def test_results_come_in_order(workers: int, number: int) -> None:
+    with Workers(workers) as pool:
+        for by in (1, 2):  # the same processes, other work
+            assert list(pool.each(squares, range(number))) == squares(range(number))
+            assert list(pool.each(shifted, range(number), by)) == shifted(range(number), by)
+
+
+def test_no_more_is_read_than_is_worked_on() -> None:
+    taken = 0
+
+    def endless() -> Iterator[int]:
+        nonlocal taken
+        while True:
+            taken += 1
+            yield taken
+
+    with Workers(2) as pool:
+        results = pool.each(squares, endless())
+        for count in (1, 5_000, 20_000):
+            before = taken
+            assert len(list(islice(results, count))) == count
+            assert taken - before <= count + (2 * AHEAD + 1) * LARGEST
+
+
+@pytest.mark.parametrize("at", [0, 40, 999])
+def test_a_worker_that_is_killed_loses_and_doubles_nothing(tmp_path: Path, at: int) -> None:
+    with Workers(2) as pool:
+        assert list(pool.each(Dying(at, tmp_path / "died"), range(1_000))) == squares(range(1_000))
+        assert (tmp_path / "died").exists()
+        assert list(pool.each(squares, range(100))) == squares(range(100))
+
+
+def test_workers_killed_between_two_streams_are_replaced() -> None:
+    with Workers(2) as pool:
+        assert list(pool.each(squares, range(100))) == squares(range(100))
+        assert pool._pool is not None
+        for pid in list(pool._pool._processes):
+            os.kill(pid, signal.SIGKILL)
+        assert list(pool.each(squares, range(100))) == squares(range(100))
+
+
+def test_what_kills_every_worker_is_named() -> None:
+    with Workers(2) as pool, pytest.raises(WorkerError, match=f"died {DEATHS} times at the same 16 items"):
+        list(pool.each(deadly, range(20)))
+
+
+def test_an_error_of_the_work_is_raised_here() -> None:
+    with Workers(2) as pool, pytest.raises(ValueError, match="no"):
+        list(pool.each(failing, range(5)))
+
+
+def test_an_interrupt_ends_workers_whatever_they_do() -> None:
+    def interrupted() -> None:
+        with Workers(2) as pool:
+            pool._submit(pickle.dumps(asleep), [1], ())
+            raise KeyboardInterrupt
+
+    before = active_children()
+    with pytest.raises(KeyboardInterrupt):
+        interrupted()
+    assert set(active_children()) <= set(before)
+
+
+def test_rewards_from_workers_are_the_same(data_store: Store) -> None:
+    suite = eai.open("behavior", "action_sequencing", source=eai.Source(data_store))
+    book = open_answer_book(suite.benchmark, suite.ability)
+    answers = [(task_id, book.gold(task_id).text) for task_id in suite.task_ids] * 3
+    reward = Reward(suite, "diagnosis")
+    with Scoring(workers=2) as scoring:
+        assert list(scoring.rewards(reward, answers)) == [reward(*answer) for answer in answers]

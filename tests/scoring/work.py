@@ -1,0 +1,72 @@
+"""Work that processes can be given, in a module that they can import."""
+
+from __future__ import annotations
+
+import os
+import signal
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from eai.abilities.explanation import Explanation
+from eai.abilities.protocol import Ability, Protocol
+from eai.abilities.scorer import Assessment, Scorer
+from eai.abilities.verdict import PlanVerdict
+from eai.benchmarks.registry import find_benchmark
+from eai.benchmarks.suite import Suite
+
+TASK_IDS = tuple(f"{number}_1" for number in range(7))
+
+
+@dataclass(frozen=True, slots=True)
+class Echo(Scorer):
+    """A scorer that says what it was asked."""
+
+    task_id: str
+
+    def assess(self, text: str) -> Assessment:
+        verdict = PlanVerdict(success=text.endswith(self.task_id))
+        return Assessment(verdict, lambda: Explanation(notes=(f"on {text}",)))
+
+
+def echo_suite() -> Suite:
+    benchmark = find_benchmark("virtualhome")
+    suite = Suite(benchmark, Ability.ACTION_SEQUENCING, Protocol.STRICT, TASK_IDS, "0" * 64, Echo)
+    return replace(suite, reopen=echo_suite)
+
+
+def squares(items: Sequence[int]) -> list[int]:
+    return [item * item for item in items]
+
+
+def shifted(items: Sequence[int], by: int) -> list[int]:
+    return [item + by for item in items]
+
+
+def failing(items: Sequence[int]) -> list[int]:
+    raise ValueError("no")
+
+
+def asleep(items: Sequence[int]) -> list[int]:
+    time.sleep(3600)
+    return []
+
+
+@dataclass(frozen=True)
+class Dying:
+    """Ends its process without a word where a file does not stop it, when it comes to a number."""
+
+    at: int
+    once: Path
+
+    def __call__(self, items: Sequence[int]) -> list[int]:
+        if self.at in items and not self.once.exists():
+            self.once.touch()
+            os.kill(os.getpid(), signal.SIGKILL)
+        return squares(items)
+
+
+def deadly(items: Sequence[int]) -> list[int]:
+    os.kill(os.getpid(), signal.SIGKILL)
+    return []
