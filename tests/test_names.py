@@ -13,7 +13,9 @@ SOURCE = Path(eai.__file__).parent
 HOUSEHOLD = re.compile(r"virtualhome|\bbehavior\b", re.IGNORECASE)
 PROTOCOL = re.compile(r"\bProtocol\.[A-Z]")
 
-EXAMPLES = frozenset({"__init__.py", "cli/score.py", "cli/prompts.py", "cli/run.py", "cli/console.py"})
+EXAMPLES = frozenset(
+    {"__init__.py", "cli/generate.py", "cli/score.py", "cli/prompts.py", "cli/run.py", "cli/console.py"}
+)
 """Where households are named as examples in help."""
 
 DEFAULTS = frozenset({"cli/score.py", "cli/run.py"})

@@ -73,6 +73,8 @@ class Benchmark:
         goal_sections: where these state the goals of a task, by ability, so that they can state others.
         task_id_of: from an identifier, as files of answers have it, to the id of its task.
         own_figures: counts the figures of the data set that are not counted from its tasks; None if all are.
+        phrases: how to say in English that a predicate holds, as in ``{x} is on top of {y}``, by its name; by
+            default made of the name (`eai.benchmarks.generated.words`).
         planner_seconds: how long a planner may take for one task of transition modeling, in CPU seconds.
         reference: what `eai.benchmarks.registry.find_benchmark` finds it by; empty if by nothing.
     """
@@ -96,6 +98,7 @@ class Benchmark:
     goal_sections: Mapping[Ability, GoalSection] = field(default_factory=dict)
     task_id_of: Callable[[str], str] = str
     own_figures: Callable[[Source], Sequence[Figure]] | None = None
+    phrases: Mapping[str, str] = field(default_factory=dict)
     planner_seconds: int = 100
     reference: str = ""
 

@@ -96,6 +96,27 @@ def open_task_files(path: Path) -> TaskFiles:
     return TaskFiles(path.resolve().name.partition(".")[0], base, lines, digest)
 
 
+def task_file_content(lines: Iterable[str]) -> bytes:
+    """The content of a task file, not compressed."""
+    return "".join(f"{line}\n" for line in lines).encode()
+
+
+def write_task_file(file: Path, lines: Iterable[str]) -> None:
+    """Write a task file, compressed if its name says so.
+
+    Raises:
+        InputError: the name does not end as those of task files do, or the file cannot be written.
+    """
+    if not file.name.endswith(ENDINGS):
+        raise InputError(f"{file}: expected a name that ends in {' or '.join(ENDINGS)}")
+    content = task_file_content(lines)
+    try:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_bytes(gzip.compress(content, mtime=0) if file.suffix == ".gz" else content)
+    except OSError as error:
+        raise InputError(f"{file}: cannot be written ({error.strerror})") from error
+
+
 def check_task_files(path: Path, domain_of: Callable[[str], Domain]) -> Iterator[Finding]:
     """All that is wrong with task files: lines that are no task, and tasks that cannot be as they say.
 
@@ -108,7 +129,7 @@ def check_task_files(path: Path, domain_of: Callable[[str], Domain]) -> Iterator
     """
     domain_of = cache(domain_of)
     seen: dict[str, Place] = {}
-    places = [place for file in _files(path) for place in _places(file, _content(file))]
+    places = list(lines_in(path))
     if not places:
         yield Finding(str(path), "expected at least one task")
     for place in places:
@@ -142,6 +163,15 @@ def _problems(task: Task, domain: Domain) -> Iterator[str]:
         yield from (
             f"plan: expected to reach goals.{number}" for number, is_met in enumerate(reached) if not is_met
         )
+
+
+def lines_in(path: Path) -> Iterator[Place]:
+    """The lines of a task file, or of all in a folder, by name.
+
+    Raises:
+        InputError: a file cannot be read.
+    """
+    return (place for file in _files(path) for place in _places(file, _content(file)))
 
 
 def _files(path: Path) -> list[Path]:

@@ -17,6 +17,7 @@ import eai.logic.formula as f
 from eai.abilities.subgoal_decomposition.lexicon import SubgoalLexicon
 from eai.abilities.subgoal_decomposition.notation import SubgoalNotation
 from eai.abilities.task import Task, goal
+from eai.abilities.verdict import Json
 from eai.errors import InputError, ParseError
 from eai.logic.ltl import parse
 from eai.logic.ltl_printer import print_ltl
@@ -187,7 +188,7 @@ def _lexicon(domain: Domain, scene: Scene) -> SubgoalLexicon:
     return replace(lexicon, signature=signature)
 
 
-def written(task: Task, base: str, domain: Domain, about: Mapping[str, JsonValue] | None = None) -> str:
+def written(task: Task, base: str, domain: Domain, about: Mapping[str, Json] | None = None) -> str:
     """A task as a line, without the line's end; equal tasks give equal text.
 
     A plan with a step that is none of the domain's, which a file cannot hold, is left out.

@@ -16,6 +16,7 @@ from eai.cli import (
     data,
     explain,
     export,
+    generate,
     human,
     leaderboard,
     prompts,
@@ -64,6 +65,7 @@ app.add_typer(analyze.app, name="analyze", rich_help_panel=UNDERSTAND)
 app.add_typer(data.app, name="data", rich_help_panel=MATERIAL)
 app.command(no_args_is_help=True, rich_help_panel=MATERIAL)(prompts.prompts)
 app.add_typer(tasks.app, name="tasks", rich_help_panel=MATERIAL)
+app.command("generate", no_args_is_help=True, rich_help_panel=MATERIAL)(generate.generate_tasks)
 app.add_typer(human.app, name="human", rich_help_panel=MATERIAL)
 app.add_typer(export.app, name="export", rich_help_panel=MATERIAL)
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import gzip
 import json
 from pathlib import Path
 from typing import Annotated
@@ -11,12 +10,11 @@ import typer
 
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.source import Source
-from eai.benchmarks.task_files import ENDINGS, check_task_files
+from eai.benchmarks.task_files import check_task_files, write_task_file
 from eai.benchmarks.task_lines import json_schema, written
 from eai.cli.console import DOMAIN_HELP, counted, data_progress, output, tell_findings
 from eai.cli.data import DataFolder, store
 from eai.cli.options import AsJson
-from eai.errors import InputError
 
 app = typer.Typer(help="Task files: check and write them, print their schema.", no_args_is_help=True)
 
@@ -50,7 +48,7 @@ def write(
         benchmark = find_benchmark(domain)
         tasks = benchmark.tasks(Source(store(data), report))
     lines = [written(task, domain, benchmark.domain) for task in tasks.values()]
-    write_lines(out, lines)
+    write_task_file(out, lines)
     output().print(f"{counted(len(lines), 'task')} written to {out}", soft_wrap=True, highlight=False)
 
 
@@ -61,19 +59,3 @@ def schema() -> None:
     Example: eai tasks schema > task.schema.json
     """
     print(json.dumps(json_schema(), indent=2))
-
-
-def write_lines(file: Path, lines: list[str]) -> None:
-    """Write a task file, compressed if its name says so; equal lines give equal bytes.
-
-    Raises:
-        InputError: the name does not end as those of task files do, or the file cannot be written.
-    """
-    if not file.name.endswith(ENDINGS):
-        raise InputError(f"{file}: expected a name that ends in {' or '.join(ENDINGS)}")
-    content = "".join(f"{line}\n" for line in lines).encode()
-    try:
-        file.parent.mkdir(parents=True, exist_ok=True)
-        file.write_bytes(gzip.compress(content, mtime=0) if file.suffix == ".gz" else content)
-    except OSError as error:
-        raise InputError(f"{file}: cannot be written ({error.strerror})") from error

@@ -11,8 +11,31 @@ from collections.abc import Iterable, Iterator
 
 _STRANGE = re.compile(r"[^a-z0-9_-]")
 _RESERVED = frozenset(
-    {"and", "or", "not", "imply", "forall", "exists", "when", "either", "object", "define", "total-cost"}
+    {
+        "and",
+        "or",
+        "not",
+        "imply",
+        "forall",
+        "exists",
+        "when",
+        "either",
+        "object",
+        "define",
+        "total-cost",
+        "always",
+        "sometime",
+        "within",
+        "at-most-once",
+        "sometime-after",
+        "sometime-before",
+        "always-within",
+        "hold-during",
+        "hold-after",
+        "preference",
+    }
 )
+"""Words of PDDL, those of preferences (PDDL 3) too, which VAL takes for what they are there."""
 
 
 class PddlNames:

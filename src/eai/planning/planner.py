@@ -103,6 +103,14 @@ class Planner:
         self._carry_out = carry_out
         self._heuristic = AdditiveHeuristic(domain)
 
+    def looks_reachable(self, state: State, condition: Formula, objects: Sequence[int]) -> bool:
+        """Whether a closed condition may be brought about by actions on some objects, as is told at once.
+
+        That it looks out of reach is no proof that it is; but no search is spent on it.
+        """
+        estimates = Estimates(self._heuristic, state, objects)
+        return estimates.to(Subgoal(condition, {}, True)) < INFINITE
+
     def plan(
         self,
         initial: State,

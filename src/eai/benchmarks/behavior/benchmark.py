@@ -22,6 +22,14 @@ from eai.benchmarks.source import Source, TaskSet, once_per_store
 
 NAME = "behavior"
 
+PHRASES = {
+    "toggled_on": "{x} is switched on",
+    "ontop": "{x} is on top of {y}",
+    "onfloor": "{x} is on {y}",
+    "nextto": "{x} is next to {y}",
+}
+"""What states and relations are called in sentences, where it is not by their name."""
+
 
 @once_per_store
 def open_tasks(source: Source) -> TaskSet[BehaviorTask]:
@@ -52,5 +60,6 @@ def behavior() -> Benchmark:
         published_prompts=OfficialPrompts(NAME, corrected={Ability.TRANSITION_MODELING: corrected_questions}),
         goal_sections=GOAL_SECTIONS,
         task_id_of=task_id_of,
+        phrases=PHRASES,
         planner_seconds=200,
     )

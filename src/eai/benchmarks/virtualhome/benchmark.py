@@ -34,6 +34,17 @@ _PLAN: dict[str, Json] = {
     "additionalProperties": {"type": "array", "items": {"type": "string"}},
 }
 
+PHRASES = {
+    "ON": "{x} is switched on",
+    "OFF": "{x} is switched off",
+    "PLUGGED_OUT": "{x} is unplugged",
+    "ONTOP": "{x} is on top of {y}",
+    "FACING": "{x} faces {y}",
+    "HOLDS_RH": "{x} holds {y} in the right hand",
+    "HOLDS_LH": "{x} holds {y} in the left hand",
+}
+"""What states and relations are called in sentences, where it is not by their name."""
+
 
 @once_per_store
 def open_tasks(source: Source) -> TaskSet[VirtualHomeTask]:
@@ -72,5 +83,6 @@ def virtualhome() -> Benchmark:
         goal_sections=GOAL_SECTIONS,
         task_id_of=task_id_of,
         own_figures=annotated_figures,
+        phrases=PHRASES,
         planner_seconds=100,
     )

@@ -1,0 +1,255 @@
+"""Tasks without end: each is a pure function of a specification and a seed, or a reason why there is none."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from enum import Enum
+from typing import TypeAlias
+
+import eai.logic.formula as f
+from eai.abilities.goal_test import GoalTest
+from eai.abilities.task import Task
+from eai.abilities.verdict import Json
+from eai.benchmarks.benchmark import Benchmark
+from eai.benchmarks.generated import fingerprint
+from eai.benchmarks.generated.goals import Proposals, clash, number_of_subjects
+from eai.benchmarks.generated.prior import Prior, prior_of
+from eai.benchmarks.generated.reader import Reader
+from eai.benchmarks.generated.scene import closed_scene
+from eai.benchmarks.generated.spec import CANARY, LENGTHS, Spec, Tier, tier_of
+from eai.benchmarks.generated.usage import Usage
+from eai.benchmarks.generated.walk import Walk, certificate, one_action_solves, posed
+from eai.benchmarks.generated.words import Words
+from eai.benchmarks.source import Source
+from eai.errors import InputError
+from eai.planning.planner import Planner
+from eai.world.execution import execute
+from eai.world.relation import bits
+from eai.world.state import State
+
+_TRIES = 12
+"""How many goals are proposed for one that is wanted."""
+
+_GIVEN_UP = 5
+"""After so many goals in a row that are not reached, a scene has no more to offer."""
+
+_LEAST_STEPS = 3
+"""How short a certificate may be where nothing else is asked for."""
+
+_USUAL_STEPS = 5
+"""How long a plan is taken to be where the data set has none."""
+
+_IN_VAIN = 300
+"""After so many seeds in a row that give no task there are no more."""
+
+_RENEWED = 200
+"""After so many tasks the planner begins anew: it keeps every formula that it has read."""
+
+
+class Reason(str, Enum):
+    """Why a seed gives no task."""
+
+    NO_GOALS = "no goal was reached"
+    TOO_SHORT = "the certificate is too short"
+    TOO_LONG = "the certificate is too long"
+    HOLDS_ALREADY = "a goal holds at the start"
+    ONE_ACTION = "one action solves it"
+    NO_CERTIFICATE = "the certificate does not solve it"
+    AMBIGUOUS = "the instruction does not say exactly the goals"
+    PUBLIC = "a public task has the same goals"
+    COPY = "another generated task is the same"
+
+
+@dataclass(frozen=True, slots=True)
+class Rejected:
+    """No task, and why."""
+
+    seed: str
+    reason: Reason
+
+
+@dataclass(frozen=True, slots=True)
+class Generated:
+    """A task with its certificate, which is its script, and what is known of it."""
+
+    task: Task
+    about: Mapping[str, Json]
+
+
+Outcome: TypeAlias = "Generated | Rejected"
+
+
+@dataclass
+class Generator:
+    """Makes tasks.
+
+    Args:
+        benchmark: whose world they are in.
+        spec: what is wanted.
+        source: where the data set comes from.
+    """
+
+    benchmark: Benchmark
+    spec: Spec
+    source: Source
+    _made: int = field(default=0, init=False)
+
+    def __post_init__(self) -> None:
+        self._tasks = list(self.benchmark.tasks(self.source).values())
+        self.prior: Prior = prior_of(self.benchmark, self._tasks)
+        self._public = {fingerprint.of_goals(_formulas(task), task.scene) for task in self._tasks}
+        self._usage = Usage(self.benchmark.domain, self.prior)
+        self._planner = Planner(self._usage.domain)
+
+    def task(self, seed: str) -> Outcome:
+        """The task of a seed: the same on every machine."""
+        self._made += 1
+        if self._made % _RENEWED == 0:
+            self._planner = Planner(self._usage.domain)
+        rng = self.spec.rng(seed)
+        base = rng.choice(self._tasks)
+        initial = self._scene(base, rng)
+        least, most = self._window(base)
+        walk = self._walk(initial, rng, least, most)
+        if not walk.goals:
+            return Rejected(seed, Reason.NO_GOALS)
+        goals = list(walk.goals)
+        words = Words.of(self.benchmark, initial.scene)
+        task = posed(
+            f"{self.benchmark.name}-{self.spec.sha256[:6]}-{seed}",
+            words.instruction(goals, rng),
+            self._usage.original(initial),
+            goals,
+            certificate(walk, initial),
+        )
+        reason = self._objection(task, least, most)
+        if reason is not None:
+            return Rejected(seed, reason)
+        of_goals, of_scene = fingerprint.of_task(task)
+        about: dict[str, Json] = {
+            "tier": tier_of(len(task.script)).value,
+            "goals_fingerprint": of_goals,
+            "scene_fingerprint": of_scene,
+            "spec": self.spec.sha256[:16],
+            "seed": seed,
+            "canary": CANARY,
+        }
+        return Generated(task, about)
+
+    def _scene(self, base: Task, rng: random.Random) -> State:
+        """A closed scene in which some things were done before, none of which leaves anything in a hand."""
+        closed = self._usage.state(*closed_scene(base, self.prior, rng, self.spec.most_objects))
+        proposals = self._proposals(closed)
+        walk = Walk(self._usage.domain, self._planner, closed)
+        for _ in range(rng.randint(0, self.spec.disturbances)):
+            wanted, before = proposals.literal(rng), walk.state
+            if wanted is not None:
+                walk.reach(wanted)
+                walk.conditions.clear()
+            if self._held(walk.state) - self._held(before):
+                walk.state = before
+        return self._usage.state(walk.state.scene, walk.state.facts())
+
+    def _held(self, state: State) -> set[int]:
+        """The objects in hands."""
+        held: set[int] = set()
+        for name in self.prior.holding:
+            relation = name in state.scene.vocabulary.binary_slots
+            mask = state.relation(name).targets if relation else state.those(name)
+            held.update(bits(mask))
+        return held
+
+    def _window(self, base: Task) -> tuple[int, int]:
+        """The least and the greatest length of the certificate."""
+        if self.spec.tier is not Tier.DATA:
+            return LENGTHS[self.spec.tier]
+        length = len(base.script) or _USUAL_STEPS
+        return max(_LEAST_STEPS, round(0.5 * length)), max(2 * _LEAST_STEPS, round(1.4 * length))
+
+    def _proposals(self, state: State) -> Proposals:
+        return Proposals.for_scene(state.scene, self.prior, self.spec.forms, actions=self.spec.actions)
+
+    def _walk(self, initial: State, rng: random.Random, least: int, most: int) -> Walk:
+        """A walk about as long as is wanted."""
+        scene, proposals = initial.scene, self._proposals(initial)
+        walk = Walk(self._usage.domain, self._planner, initial)
+        wanted = rng.randint((least + most) // 2, most)
+        tried: set[f.Formula] = set()
+        ending = proposals.ending(rng)
+        failures = 0  # one after the other
+        for _ in range(_TRIES * max(2, wanted // 3)):
+            if len(walk.trail) >= wanted or failures == _GIVEN_UP:
+                break
+            goal = proposals.goal(rng)
+            if goal is None or goal in tried or walk.holds(goal, initial):
+                continue
+            tried.add(goal)
+            if not any(clash(goal, other, scene) for other in (*walk.goals, *ending)):
+                failures = 0 if walk.reach(goal, number_of_subjects(goal, scene)) else failures + 1
+        for goal in ending:  # last, as the agent would go on from there otherwise
+            if not walk.holds(goal, initial):
+                walk.reach(goal)
+        return walk
+
+    def _objection(self, task: Task, least: int, most: int) -> Reason | None:
+        """Why a task is not to be asked."""
+        domain, test = self.benchmark.domain, GoalTest(task)
+        if len(task.script) < least:
+            return Reason.TOO_SHORT
+        if len(task.script) > most:
+            return Reason.TOO_LONG
+        if any(test.reached(task.initial, ())):
+            return Reason.HOLDS_ALREADY
+        trajectory = execute(domain, task.initial, task.script)
+        operators = [action.operator for action in trajectory.executed]
+        is_clean = trajectory.failure is None and not trajectory.additional_steps
+        if not is_clean or not all(test.reached(trajectory.final, operators)):
+            return Reason.NO_CERTIFICATE
+        if not self._says_its_goals(task):
+            return Reason.AMBIGUOUS
+        if fingerprint.of_task(task)[0] in self._public:
+            return Reason.PUBLIC
+        return Reason.ONE_ACTION if one_action_solves(task, domain) else None
+
+    def _says_its_goals(self, task: Task) -> bool:
+        """Whether the instruction, read again, gives the goals back."""
+        try:
+            return Reader(Words.of(self.benchmark, task.scene)).goals(task.instruction) == _formulas(task)
+        except InputError:
+            return False
+
+
+def _formulas(task: Task) -> tuple[f.Formula, ...]:
+    return tuple([goal.formula for goal in task.goals])
+
+
+def generate(
+    generator: Generator, seeds: Iterator[str], number: int, known: set[tuple[str, str]]
+) -> Iterator[Outcome]:
+    """So many tasks by seeds in order, and what was rejected on the way.
+
+    Raises:
+        InputError: there are no more tasks to be had: very many seeds in a row gave none.
+
+    Args:
+        generator: makes them.
+        seeds: as many as it takes.
+        number: how many tasks.
+        known: the fingerprints of tasks that there are already; those of the new ones are added.
+    """
+    found = in_vain = 0
+    while found < number:
+        if in_vain == _IN_VAIN:
+            raise InputError(f"only {found} of {number} tasks found: the last {in_vain} seeds gave none")
+        outcome = generator.task(next(seeds))
+        if isinstance(outcome, Generated):
+            prints = fingerprint.of_task(outcome.task)
+            if prints in known:
+                outcome = Rejected(str(outcome.about["seed"]), Reason.COPY)
+            else:
+                known.add(prints)
+                found += 1
+        in_vain = 0 if isinstance(outcome, Generated) else in_vain + 1
+        yield outcome

@@ -1,0 +1,245 @@
+"""Goals proposed for a scene, of the shapes that goals have, about what is usually wanted of its objects."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TypeAlias, TypeVar
+
+import eai.logic.formula as f
+from eai.benchmarks.generated.prior import Pattern, Prior
+from eai.benchmarks.generated.spec import Forms
+from eai.logic.traversal import walk
+from eai.world.relation import bits
+from eai.world.state import Scene
+
+K = TypeVar("K")
+
+X, Y = "x", "y"
+"""The variables of goals."""
+
+_SHAPES = ("Atom", "Not", "Or", "ForAll", "Exists", "Exactly", "ForPairs")
+_MOST_COUNTED = 4
+
+
+@dataclass(frozen=True)
+class Proposals:
+    """Proposes goals for one scene.
+
+    Attributes:
+        prior: what is usual.
+        forms: how often to propose each shape, by the name of the formula's class; ``Occurs`` is actions.
+        patterns: the literals that can be said of this scene's objects, with their weight.
+    """
+
+    prior: Prior
+    scene: Scene
+    forms: Mapping[str, int]
+    patterns: Mapping[tuple[str, bool], Mapping[Pattern, float]]
+
+    @staticmethod
+    def for_scene(scene: Scene, prior: Prior, forms: Forms, *, actions: bool) -> Proposals:
+        """The proposals for a scene."""
+        sizes = {thing.category: scene.category(thing.category).bit_count() for thing in scene.objects}
+        patterns = {
+            key: fitting
+            for key, known in prior.patterns.items()
+            if (fitting := {p: w for p, w in known.items() if _fits(p, sizes) and _can_say(p, scene, prior)})
+        }
+        shapes = dict.fromkeys(_SHAPES, 1) if forms is Forms.ALL else prior.forms
+        shapes = {
+            shape: n for shape, n in shapes.items() if shape in _SHAPES or (actions and shape == "Occurs")
+        }
+        return Proposals(prior, scene, shapes, patterns)
+
+    def literal(self, rng: random.Random) -> f.Formula | None:
+        """A positive literal, such as the state of something or its place."""
+        pattern = self._pattern(rng, truth=True)
+        return None if pattern is None else self._ground(pattern, rng)
+
+    def ending(self, rng: random.Random) -> list[f.Formula]:
+        """What is wanted of the agent in the end: all that some task of the data set wants, or nothing."""
+        sizes = {thing.category: self.scene.category(thing.category) for thing in self.scene.objects}
+        fitting = {e: n for e, n in self.prior.endings.items() if all(_fits(p, sizes) for p in e)}
+        if not fitting:
+            return []
+        chosen = {category: rng.choice(self._members(category)) for category in sizes}
+        return [
+            self._said(p, [f.Constant(self.scene.objects[chosen[c]].name) for c in p.categories])
+            for p in _chosen(fitting, rng)
+        ]
+
+    def goal(self, rng: random.Random) -> f.Formula | None:
+        """A goal, or None if the scene has not what the chosen shape is about."""
+        shape = _chosen(self.forms, rng)
+        if shape == "Occurs":
+            alternatives: tuple[str, ...] = _chosen(self.prior.actions, rng)
+            return f.Or(tuple(map(f.Occurs, alternatives)))
+        pattern = self._pattern(rng, truth=shape != "Not")
+        return None if pattern is None else _MAKERS[shape](self, pattern, rng)
+
+    def _pattern(self, rng: random.Random, *, truth: bool | None = None) -> Pattern | None:
+        """A pattern: a predicate as often as goals have it, and of its patterns the usual ones more often."""
+        wanted = {key: self.prior.wanted[key] for key in self.patterns if truth in (None, key[1])}
+        if not wanted:
+            return None
+        patterns = self.patterns[_chosen(wanted, rng)]
+        return _chosen({pattern: weight**0.5 for pattern, weight in patterns.items()}, rng)
+
+    def _members(self, category: str) -> list[int]:
+        return list(bits(self.scene.category(category)))
+
+    def _ground(self, pattern: Pattern, rng: random.Random) -> f.Formula | None:
+        """A literal of a pattern about objects, or None if there are too few."""
+        chosen = [rng.choice(self._members(category)) for category in pattern.categories]
+        if len(set(chosen)) < len(chosen):
+            return None
+        return self._said(pattern, [f.Constant(self.scene.objects[i].name) for i in chosen])
+
+    @staticmethod
+    def _said(pattern: Pattern, terms: Sequence[f.Term]) -> f.Formula:
+        atom = f.Atom(pattern.predicate, tuple(terms))
+        return atom if pattern.truth else f.Not(atom)
+
+    def _either(self, pattern: Pattern, rng: random.Random) -> f.Formula | None:
+        """One of two relations of the same thing, with different others."""
+        others = {
+            other: weight
+            for (_, truth), patterns in self.patterns.items()
+            for other, weight in patterns.items()
+            if truth and len(other.categories) == 2 and other.categories[0] == pattern.categories[0]
+        }
+        first = self._ground(pattern, rng) if pattern.truth and len(pattern.categories) == 2 else None
+        if not isinstance(first, f.Atom) or not others:
+            return None
+        second = self._ground(_chosen(others, rng), rng)
+        if not isinstance(second, f.Atom) or first.arguments[0] in second.arguments[1:]:
+            return None
+        same = f.Atom(second.predicate, (first.arguments[0], *second.arguments[1:]))
+        return None if same == first else f.Or((first, same))
+
+    def _body(
+        self, pattern: Pattern, rng: random.Random, *, several: bool = False
+    ) -> tuple[f.Variable, f.Formula, int] | None:
+        """A literal about a variable, with its range and the size of that; what it relates to is one object.
+
+        With ``several``, it may be any object of a category that has more than one.
+        """
+        if not pattern.categories:
+            return None
+        category, *others = pattern.categories
+        members = self._members(category)
+        if len(members) < 2 or category in others:
+            return None
+        terms: list[f.Term] = [f.Variable(X)]
+        inner: f.Variable | None = None
+        for other in others:
+            targets = self._members(other)
+            if several and len(targets) > 1 and rng.random() < 0.5:
+                inner = f.Variable(Y, other)
+                terms.append(f.Variable(Y))
+            else:
+                terms.append(f.Constant(self.scene.objects[rng.choice(targets)].name))
+        body = self._said(pattern, terms)
+        return f.Variable(X, category), body if inner is None else f.Exists(inner, body), len(members)
+
+    def _for_all(self, pattern: Pattern, rng: random.Random) -> f.Formula | None:
+        if not pattern.truth or rng.random() < self._negated():
+            pattern = self._pattern(rng, truth=False) or pattern
+        made = self._body(pattern, rng, several=pattern.truth)
+        return None if made is None else f.ForAll(made[0], made[1])
+
+    def _negated(self) -> float:
+        """How often goals are negated."""
+        counts = self.prior.wanted
+        negated = sum(n for (_, truth), n in counts.items() if not truth)
+        return negated / max(1, sum(counts.values()))
+
+    def _exists(self, pattern: Pattern, rng: random.Random) -> f.Formula | None:
+        made = self._body(pattern, rng)
+        return None if made is None else f.Exists(made[0], made[1])
+
+    def _exactly(self, pattern: Pattern, rng: random.Random) -> f.Formula | None:
+        made = self._body(pattern, rng)
+        if made is None:
+            return None
+        variable, body, size = made
+        return f.Exactly(rng.randint(1, min(size - 1, _MOST_COUNTED)), variable, body)
+
+    def _for_pairs(self, pattern: Pattern, rng: random.Random) -> f.Formula | None:
+        """Each of one category gets one of its own of another."""
+        if len(pattern.categories) != 2 or pattern.categories[0] == pattern.categories[1]:
+            return None
+        sizes = [len(self._members(category)) for category in pattern.categories]
+        if not 2 <= sizes[0] <= sizes[1]:
+            return None
+        first, second = (f.Variable(n, c) for n, c in zip((X, Y), pattern.categories, strict=True))
+        return f.ForPairs(first, second, self._said(pattern, (f.Variable(X), f.Variable(Y))))
+
+
+_Maker: TypeAlias = Callable[[Proposals, Pattern, random.Random], "f.Formula | None"]
+_MAKERS: Mapping[str, _Maker] = {
+    "Atom": Proposals._ground,
+    "Not": Proposals._ground,
+    "Or": Proposals._either,
+    "ForAll": Proposals._for_all,
+    "Exists": Proposals._exists,
+    "Exactly": Proposals._exactly,
+    "ForPairs": Proposals._for_pairs,
+}
+
+
+def clash(goal: f.Formula, other: f.Formula, scene: Scene) -> bool:
+    """Whether two goals are too near each other to be wanted together.
+
+    They are if both may say where the same thing is to be, or the same of it, or if one action meets both.
+    """
+    return not _subjects(goal, scene).isdisjoint(_subjects(other, scene))
+
+
+def _subjects(goal: f.Formula, scene: Scene) -> set[tuple[str, int]]:
+    """Each state that a goal speaks of with each object that it may be said of; relations of a thing are one.
+
+    Actions have no object.
+    """
+    ranges: dict[str, int] = {}
+    found: set[tuple[str, int]] = set()
+    for part in walk(goal):
+        match part:
+            case f.ForAll(variable) | f.Exists(variable) | f.Exactly(variable=variable):
+                ranges[variable.name] = scene.category(variable.category)
+            case f.ForPairs(first, second):
+                ranges |= {v.name: scene.category(v.category) for v in (first, second)}
+            case f.Occurs(action):
+                found.add((action, -1))
+            case f.Atom(predicate, (f.Variable(name), *others)):
+                found.update(("" if others else predicate, i) for i in bits(ranges[name]))
+            case f.Atom(predicate, (term, *others)):
+                found.add(("" if others else predicate, scene.index[term.name]))
+    return found
+
+
+def number_of_subjects(goal: f.Formula, scene: Scene) -> int:
+    """Of how many objects a goal may say something."""
+    return len({index for _, index in _subjects(goal, scene)})
+
+
+def _fits(pattern: Pattern, sizes: Mapping[str, int]) -> bool:
+    """Whether a scene has objects of the categories of a pattern."""
+    return all(category in sizes for category in pattern.categories)
+
+
+def _can_say(pattern: Pattern, scene: Scene, prior: Prior) -> bool:
+    """Whether a pattern may be asked for by itself: not of the agent; a relation of a thing with a place."""
+    if scene.agent is not None and scene.objects[scene.agent].category in pattern.categories:
+        return False
+    if len(pattern.categories) < 2 or not prior.kinds:
+        return True
+    moved, place = pattern.categories
+    return moved in prior.taken and place in prior.used
+
+
+def _chosen(weights: Mapping[K, float], rng: random.Random) -> K:
+    """One of several things, each as often as its weight says."""
+    return rng.choices(list(weights), list(weights.values()))[0]

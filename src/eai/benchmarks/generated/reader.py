@@ -1,0 +1,129 @@
+"""Instructions read: the goals that a sentence of `eai.benchmarks.generated.words` says."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+
+import eai.logic.formula as f
+from eai.benchmarks.generated.words import (
+    AT_LEAST_ONE,
+    EVERY,
+    EXACTLY,
+    NO,
+    NUMBERS,
+    OF_ITS_OWN,
+    OPENINGS,
+    SOME,
+    Words,
+    plural,
+)
+from eai.errors import InputError
+
+_X, _Y = f.Variable("x"), f.Variable("y")
+_QUANTIFIED = re.compile(rf"({EVERY}|{NO}|{AT_LEAST_ONE}|{EXACTLY} (\w+)) (.+)")
+_INNER = re.compile(rf"{SOME} (.+)|an? (.+) {OF_ITS_OWN}")
+_ACTIONS = re.compile(r"the action (\w+(?: or \w+)*) has been taken")
+
+
+class Reader:
+    """Reads the instructions about one scene."""
+
+    def __init__(self, words: Words) -> None:
+        self._words = words
+        self._objects = {words.name(thing.name): thing.name for thing in words.scene.objects}
+        self._categories = {noun: category for category, noun in words.nouns.items()}
+        self._plurals = {plural(noun): category for category, noun in words.nouns.items()}
+        self._counts = {word: number for number, word in NUMBERS.items()}
+
+    def goals(self, instruction: str) -> tuple[f.Formula, ...]:
+        """The goals that an instruction says.
+
+        Raises:
+            InputError: it is none, or has several meanings.
+        """
+        opening = next((o for o in OPENINGS if instruction.startswith(f"{o} ")), None)
+        if opening is None or not instruction.endswith("."):
+            raise InputError("expected one of the openings, and a full stop")
+        text = instruction[len(opening) + 1 : -1]
+        *clauses, last = text.split(", ") if ", and " in text else text.split(" and ")
+        return tuple(map(self._clause, (*clauses, last.removeprefix("and "))))
+
+    def _clause(self, text: str) -> f.Formula:
+        actions = _ACTIONS.fullmatch(text)
+        if actions is not None:
+            return f.Or(tuple(map(f.Occurs, actions[1].split(" or "))))
+        meanings = list(
+            self._either(text.removeprefix("either ")) if text.startswith("either ") else self._said(text)
+        )
+        if len(meanings) != 1:
+            raise InputError(f"expected a sentence with one meaning, found {len(meanings)} of {text!r}")
+        return meanings[0]
+
+    def _either(self, text: str) -> Iterator[f.Formula]:
+        for place in re.finditer(" or ", text):
+            for first in self._said(text[: place.start()]):
+                yield from (f.Or((first, second)) for second in self._said(text[place.end() :]))
+
+    def _said(self, text: str) -> Iterator[f.Formula]:
+        """All that a sentence may mean."""
+        for predicate, arity in self._words.arities.items():
+            for negated, several in ((False, False), (True, False), (False, True)):
+                form = re.escape(self._words.phrase(predicate, negated=negated, several=several))
+                pattern = form.replace(r"\{x\}", "(?P<x>.+)").replace(r"\{y\}", "(?P<y>.+)")
+                found = re.fullmatch(pattern, text)
+                if found is not None:
+                    said = [found[name] for name in "xy"[:arity]]
+                    yield from self._meaning(predicate, said, negated=negated, several=several)
+
+    def _meaning(
+        self, predicate: str, said: Sequence[str], *, negated: bool, several: bool
+    ) -> Iterator[f.Formula]:
+        """What a sentence means that says a predicate of these."""
+        named = [self._objects.get(word) for word in said]
+        rest = tuple([f.Constant(name) for name in named[1:] if name is not None])
+        is_ground = len(rest) == len(said) - 1
+
+        def atom(*terms: f.Term) -> f.Formula:
+            return f.Not(f.Atom(predicate, terms)) if negated else f.Atom(predicate, terms)
+
+        if named[0] is not None:
+            if is_ground and not several:
+                yield atom(f.Constant(named[0]), *rest)
+            return
+        found = _QUANTIFIED.fullmatch(said[0])
+        if found is None:
+            return
+        quantifier, number, noun = found.groups()
+        count = (
+            None
+            if number is None
+            else self._counts.get(number) or (int(number) if number.isdigit() else None)
+        )
+        category = (self._plurals if several else self._categories).get(noun)
+        if category is None or several != (count not in (None, 1)):
+            return
+        x = f.Variable("x", category)
+        if is_ground:
+            yield from _quantified(quantifier, count, x, atom(_X, *rest), negated=negated)
+        elif quantifier == EVERY and not negated:
+            inner = _INNER.fullmatch(said[1])
+            target = None if inner is None else self._categories.get(inner[1] or inner[2])
+            if inner is not None and target is not None:
+                y = f.Variable("y", target)
+                yield f.ForAll(x, f.Exists(y, atom(_X, _Y))) if inner[1] else f.ForPairs(x, y, atom(_X, _Y))
+
+
+def _quantified(
+    quantifier: str, count: int | None, x: f.Variable, body: f.Formula, *, negated: bool
+) -> Iterator[f.Formula]:
+    if quantifier == AT_LEAST_ONE:
+        yield f.Exists(x, body)
+    elif negated:
+        return
+    elif count is not None:
+        yield f.Exactly(count, x, body)
+    elif quantifier == EVERY:
+        yield f.ForAll(x, body)
+    elif quantifier == NO:
+        yield f.ForAll(x, f.Not(body))

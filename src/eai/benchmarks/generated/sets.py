@@ -1,0 +1,140 @@
+"""Sets of generated tasks: their seeds, their files, and what is known of a set as a whole."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import statistics
+from collections import Counter
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import asdict, dataclass
+from itertools import count
+from pathlib import Path
+
+from eai.abilities.task import Task
+from eai.abilities.verdict import Json
+from eai.benchmarks.generated.generator import Generated, Reason, Rejected
+from eai.benchmarks.generated.spec import CANARY, Spec
+from eai.benchmarks.task_files import ENDINGS, lines_in
+from eai.benchmarks.task_lines import read_line
+from eai.errors import InputError
+
+MANIFEST = "generated.json"
+"""What a folder of generated tasks says of its files."""
+
+
+@dataclass(frozen=True, slots=True)
+class Seeds:
+    """From what the tasks of a set are made, one by one.
+
+    Attributes:
+        split: the name of the set; sets of different names have nothing in common.
+        seed: the user's number.
+        secret: what nobody else knows, so that nobody else can make the set; None if anybody may.
+    """
+
+    split: str
+    seed: int
+    secret: str | None = None
+
+    def __iter__(self) -> Iterator[str]:
+        """The seeds, without end; a secret cannot be told from them."""
+        for number in count():
+            if self.secret is None:
+                yield f"{self.split}-{self.seed}-{number}"
+            else:
+                told = f"{self.secret} {self.split} {self.seed} {number}"
+                yield f"{self.split}-{hashlib.sha256(told.encode()).hexdigest()[:16]}"
+
+
+@dataclass(frozen=True, slots=True)
+class Shape:
+    """What tasks are like, as the least, the quartiles and the greatest of each number.
+
+    Attributes:
+        steps: of the plans of those that have one.
+        goals: per task.
+        objects: per task.
+        forms: how many goals have each form, the most frequent first.
+    """
+
+    steps: tuple[int, ...]
+    goals: tuple[int, ...]
+    objects: tuple[int, ...]
+    forms: tuple[tuple[str, int], ...]
+
+    @staticmethod
+    def of(tasks: Sequence[Task]) -> Shape:
+        """The shape of some tasks."""
+        forms = Counter(type(goal.formula).__name__ for task in tasks for goal in task.goals)
+        return Shape(
+            _spread([len(task.script) for task in tasks if task.script]),
+            _spread([len(task.goals) for task in tasks]),
+            _spread([len(task.scene.objects) for task in tasks]),
+            tuple(forms.most_common()),
+        )
+
+
+def _spread(numbers: Sequence[int]) -> tuple[int, ...]:
+    if len(numbers) < 2:
+        return tuple(numbers)
+    return (min(numbers), *map(round, statistics.quantiles(numbers, n=4, method="inclusive")), max(numbers))
+
+
+def fingerprints_in(folder: Path, *, without: Path) -> set[tuple[str, str]]:
+    """The fingerprints of the generated tasks that a folder holds in other files than one.
+
+    Raises:
+        InputError: a line of them is no task.
+    """
+    known: set[tuple[str, str]] = set()
+    files = sorted(folder.iterdir()) if folder.is_dir() else []
+    others = [file for file in files if file.name.endswith(ENDINGS) and file != without]
+    for place in (place for file in others for place in lines_in(file)):
+        about = read_line(place.content).about
+        known.add((str(about.get("goals_fingerprint")), str(about.get("scene_fingerprint"))))
+    return known
+
+
+def manifest_entry(
+    spec: Spec, seeds: Seeds, content: bytes, made: Sequence[Generated], rejected: Iterable[Rejected]
+) -> dict[str, Json]:
+    """What a manifest says of a set: what it takes to make it again, but no secret, and what it is like."""
+    reasons = Counter(each.reason for each in rejected)
+    shape = Shape.of([each.task for each in made])
+    return {
+        "spec": {
+            name: value.value if hasattr(value, "value") else value for name, value in asdict(spec).items()
+        },
+        "spec_sha256": spec.sha256,
+        "seed": seeds.seed,
+        "secret_sha256": None if seeds.secret is None else hashlib.sha256(seeds.secret.encode()).hexdigest(),
+        "tasks": len(made),
+        "sha256": hashlib.sha256(content).hexdigest(),
+        "rejected": {reason.value: reasons[reason] for reason in Reason if reasons[reason]},
+        "shape": {
+            "steps": list(shape.steps),
+            "goals": list(shape.goals),
+            "objects": list(shape.objects),
+            "forms": dict(shape.forms),
+        },
+    }
+
+
+def write_manifest(folder: Path, split: str, entry: dict[str, Json]) -> None:
+    """Enter a set into the manifest of a folder.
+
+    Raises:
+        InputError: there is a file of that name that is no manifest, or it cannot be written.
+    """
+    file = folder / MANIFEST
+    sets: dict[str, Json] = {}
+    try:
+        if file.exists():
+            sets = json.loads(file.read_bytes())["sets"]
+        text = json.dumps({"canary": CANARY, "sets": {**sets, split: entry}}, indent=2)
+        file.write_text(f"{text}\n", encoding="utf-8")
+    except OSError as error:
+        raise InputError(f"{file}: cannot be written ({error.strerror})") from error
+    except (ValueError, KeyError, TypeError) as error:
+        raise InputError(f"{file}: expected the manifest of generated tasks") from error

@@ -1,0 +1,77 @@
+"""What is to be generated: the knobs, in a value that decides with a seed every byte of a task."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import random
+from dataclasses import asdict, dataclass
+from enum import Enum
+
+VERSION = 1
+"""Of the generator: what an equal specification and seed make may differ from one version to the next."""
+
+CANARY = "generated tasks of eai; no training data: 6b0f3f6e-8c1d-4f0a-9d35-2f7c51e0a9b4"
+"""In every generated task, so that a corpus that holds some can be told."""
+
+
+class Tier(str, Enum):
+    """How long certificates are; `DATA` draws their length from the data set's own plans."""
+
+    DATA = "data"
+    S = "S"
+    M = "M"
+    L = "L"
+    XL = "XL"
+    XXL = "XXL"
+
+
+LENGTHS = {Tier.S: (3, 6), Tier.M: (7, 12), Tier.L: (13, 24), Tier.XL: (25, 48), Tier.XXL: (49, 96)}
+"""The least and greatest number of steps of a certificate."""
+
+
+def tier_of(steps: int) -> Tier:
+    """The tier of a certificate of so many steps."""
+    return next((tier for tier, (_, most) in LENGTHS.items() if steps <= most), Tier.XXL)
+
+
+class Forms(str, Enum):
+    """Which shapes goals have: those of the data set, as often as there, or all, equally often."""
+
+    DATA = "data"
+    ALL = "all"
+
+
+@dataclass(frozen=True, slots=True)
+class Spec:
+    """What is to be generated.
+
+    Attributes:
+        like: the benchmark, as `find_benchmark` takes it.
+        data_sha256: digest of its tasks, from which scenes, goals and their frequencies are drawn.
+        tier: how long certificates are.
+        forms: which shapes goals have.
+        actions: whether goals may ask for actions, where the data set's do.
+        most_objects: how many objects a scene has at most.
+        disturbances: how many things are brought about at most in a scene before the task begins.
+        version: of the generator.
+    """
+
+    like: str
+    data_sha256: str
+    tier: Tier = Tier.DATA
+    forms: Forms = Forms.DATA
+    actions: bool = False
+    most_objects: int = 30
+    disturbances: int = 4
+    version: int = VERSION
+
+    @property
+    def sha256(self) -> str:
+        """Digest of all of it."""
+        return hashlib.sha256(json.dumps(asdict(self), sort_keys=True).encode()).hexdigest()
+
+    def rng(self, seed: str) -> random.Random:
+        """The source of all that is random in the task of a seed."""
+        digest = hashlib.sha256(f"{self.sha256} {seed}".encode()).digest()
+        return random.Random(digest)  # noqa: S311 - tasks, not secrets

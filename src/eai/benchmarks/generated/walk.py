@@ -1,0 +1,144 @@
+"""A walk through a scene that reaches one goal after the other, and the certificate that is left of it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import eai.logic.formula as f
+from eai.abilities.goal_test import GoalTest
+from eai.abilities.task import Task, goal
+from eai.planning.action_elimination import without_needless_actions
+from eai.planning.planner import Planner, PlanningEnd, PlanningGoal, PlanningLimits
+from eai.planning.successor_generator import Node, SuccessorGenerator, applicable_actions
+from eai.world.domain import Domain
+from eai.world.execution import Action
+from eai.world.state import State
+
+_FOR_ONE = 8
+"""How many states may be looked at to reach a goal, for each object that it is about."""
+
+_FOR_A_GOAL = 40
+"""How many, at most."""
+
+_FOR_ALL = PlanningLimits(300)
+"""What may be spent on finding a shorter plan for all goals than the walk was."""
+
+_LONG = 25
+"""From how many steps on that is tried."""
+
+
+@dataclass
+class Walk:
+    """Goes on from goal to goal.
+
+    Attributes:
+        planner: finds the way, by actions that are usual.
+        state: where the walk is.
+        conditions: the goals about states that hold here and are to last.
+        actions: the action goals, in the order in which they were met.
+        goals: all of them, in the order in which they were reached.
+        trail: all actions so far.
+    """
+
+    domain: Domain
+    planner: Planner
+    state: State
+    conditions: list[f.Formula] = field(default_factory=list)
+    actions: list[tuple[str, ...]] = field(default_factory=list)
+    goals: list[f.Formula] = field(default_factory=list)
+    trail: list[Action] = field(default_factory=list)
+
+    @property
+    def objects(self) -> tuple[int, ...]:
+        """What actions may be about: all there is."""
+        return tuple(range(len(self.state.scene.objects)))
+
+    def holds(self, wanted: f.Formula, state: State) -> bool:
+        """Whether a goal about states is met; one about actions never is."""
+        return not _actions_of(wanted) and self.domain.holds(wanted, state)
+
+    def reach(self, wanted: f.Formula, subjects: int = 1) -> bool:
+        """Go on until one goal more, which is about so many objects, is met, if a way is found."""
+        names = _actions_of(wanted)
+        if names:
+            asked = PlanningGoal(tuple(self.conditions), (names,))
+        elif self.holds(wanted, self.state) or not self.planner.looks_reachable(
+            self.state, wanted, self.objects
+        ):
+            return False
+        else:
+            asked = PlanningGoal((*self.conditions, wanted))
+        limits = PlanningLimits(min(_FOR_A_GOAL, _FOR_ONE * subjects))
+        found = self.planner.plan(self.state, asked, self.objects, limits)
+        if found.end is not PlanningEnd.SOLVED:
+            return False
+        for action in found.plan:
+            compiled = self.domain.compiled[action.operator]
+            self.state = compiled.apply(self.state, compiled.bind(self.state, action.arguments))
+        self.trail += found.plan
+        self.goals.append(wanted)
+        if names:
+            self.actions.append(names)
+        else:
+            self.conditions.append(wanted)
+        return True
+
+
+def _actions_of(wanted: f.Formula) -> tuple[str, ...]:
+    """The actions one of which a goal asks for; none if it is about states."""
+    parts = wanted.operands if isinstance(wanted, f.Or) else (wanted,)
+    return tuple([part.action for part in parts if isinstance(part, f.Occurs)])
+
+
+def certificate(walk: Walk, initial: State) -> Sequence[Action]:
+    """What is left of a walk without needless steps, or a shorter plan that the planner finds for all goals.
+
+    The planner is asked where the walk was long; a short one it follows step by step.
+    """
+    asked = PlanningGoal(tuple(walk.conditions), tuple(walk.actions))
+    walked = _without_needless(walk, initial, asked)
+    if len(walked) < _LONG:
+        return walked
+    found = walk.planner.plan(initial, asked, walk.objects, _FOR_ALL).plan
+    return found if 0 < len(found) < len(walked) else walked
+
+
+def _without_needless(walk: Walk, initial: State, asked: PlanningGoal) -> Sequence[Action]:
+    successors = SuccessorGenerator(walk.domain, lambda action, state: (action,), walk.objects, asked.actions)
+    start = end = Node(initial)
+    for action in walk.trail:
+        end = successors.successor(end, action) or end
+
+    def reached(node: Node) -> bool:
+        holds = walk.domain.holds
+        return node.taken == len(asked.actions) and all(holds(c, node.state) for c in asked.conditions)
+
+    return without_needless_actions(successors, start, end, reached).plan()
+
+
+def one_action_solves(task: Task, domain: Domain) -> bool:
+    """Whether some single action reaches all goals."""
+    test, objects = GoalTest(task), range(len(task.scene.objects))
+    for operator in domain.operators:
+        compiled = domain.compiled[operator.name]
+        for action in applicable_actions(domain, operator, task.initial, objects):
+            after = compiled.apply(task.initial, compiled.bind(task.initial, action.arguments))
+            if all(test.reached(after, (operator.name,))):
+                return True
+    return False
+
+
+def posed(
+    task_id: str, instruction: str, initial: State, goals: Sequence[f.Formula], plan: Sequence[Action]
+) -> Task:
+    """The task, about all objects of its scene."""
+    return Task(
+        id=task_id,
+        title=task_id,
+        instruction=instruction,
+        initial=initial,
+        goals=tuple(map(goal, goals)),
+        relevant=tuple(range(len(initial.scene.objects))),
+        script=tuple(plan),
+    )

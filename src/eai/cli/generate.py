@@ -1,0 +1,100 @@
+"""``eai generate``: new tasks in the world of a benchmark, each with a plan that solves it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.progress import Progress
+from rich.table import Table
+
+from eai.abilities.responses import file_name
+from eai.benchmarks.generated.generator import Generated, Generator, Rejected, generate
+from eai.benchmarks.generated.sets import (
+    Seeds,
+    Shape,
+    fingerprints_in,
+    manifest_entry,
+    write_manifest,
+)
+from eai.benchmarks.generated.spec import Forms, Spec, Tier
+from eai.benchmarks.registry import find_benchmark
+from eai.benchmarks.source import Source
+from eai.benchmarks.task_files import task_file_content, write_task_file
+from eai.benchmarks.task_lines import written
+from eai.cli.console import DOMAIN_HELP, counted, data_progress, errors, output
+from eai.cli.data import DataFolder, store
+
+
+def generate_tasks(
+    like: Annotated[str, typer.Option(help=f"Whose world the tasks are in. {DOMAIN_HELP}")],
+    out: Annotated[Path, typer.Option(help="The folder to write to.")],
+    n: Annotated[int, typer.Option("--n", min=1, help="How many tasks.")] = 100,
+    seed: Annotated[int, typer.Option(help="Of all that is random.")] = 0,
+    split: Annotated[
+        str, typer.Option(help="The name of the set, and of its file; each name has tasks of its own.")
+    ] = "tasks",
+    secret: Annotated[
+        str | None,
+        typer.Option(envvar="EAI_SECRET", help="A secret without which nobody can make the same tasks."),
+    ] = None,
+    tier: Annotated[
+        Tier,
+        typer.Option(
+            help="Steps of a plan: S 3-6, M 7-12, L 13-24, XL 25-48, XXL 49-96; data: as in the data set."
+        ),
+    ] = Tier.DATA,
+    forms: Annotated[
+        Forms, typer.Option(help="Shapes of goals: those of the data set, or all equally often.")
+    ] = Forms.DATA,
+    actions: Annotated[
+        bool, typer.Option("--actions", help="Also ask for actions to be taken, where the data set does.")
+    ] = False,
+    objects: Annotated[int, typer.Option(min=2, help="How many objects a scene has at most.")] = 30,
+    compress: Annotated[bool, typer.Option("--gzip", help="Write FILE.jsonl.gz.")] = False,
+    data: DataFolder = None,
+) -> None:
+    """Generate tasks that nobody has seen. Equal arguments give equal bytes.
+
+    OUT/SPLIT.jsonl is a task file; OUT/generated.json says how it was made and what the tasks are like.
+
+    Example: eai generate --like virtualhome --n 500 --seed 7 --out tasks/
+    """
+    with data_progress() as report:
+        benchmark, source = find_benchmark(like), Source(store(data), report)
+        tasks = benchmark.tasks(source)
+    spec = Spec(like, tasks.sha256, tier, forms, actions=actions, most_objects=objects)
+    seeds = Seeds(file_name(split), seed, secret)
+    file = out / f"{seeds.split}.jsonl{'.gz' if compress else ''}"
+    known = fingerprints_in(out, without=file)
+    made: list[Generated] = []
+    rejected: list[Rejected] = []
+    outcomes = generate(Generator(benchmark, spec, source), iter(seeds), n, known)
+    with Progress(console=errors(), transient=True) as bar:
+        shown = bar.add_task("generating", total=n)
+        for outcome in outcomes:
+            if isinstance(outcome, Generated):
+                made.append(outcome)
+                bar.update(shown, advance=1)
+            else:
+                rejected.append(outcome)
+    lines = [written(each.task, like, benchmark.domain, each.about) for each in made]
+    write_task_file(file, lines)
+    write_manifest(out, seeds.split, manifest_entry(spec, seeds, task_file_content(lines), made, rejected))
+    _print_shapes(Shape.of(list(tasks.values())), Shape.of([each.task for each in made]))
+    output().print(
+        f"{counted(len(made), 'task')} written to {file}; {counted(len(rejected), 'seed')} gave none",
+        soft_wrap=True,
+        highlight=False,
+        markup=False,
+    )
+
+
+def _print_shapes(public: Shape, made: Shape) -> None:
+    """What the data set and the new tasks are like, side by side."""
+    table = Table("min, quartiles, max", "data set", "generated")
+    for name in ("steps", "goals", "objects"):
+        table.add_row(name, *(", ".join(map(str, getattr(shape, name))) for shape in (public, made)))
+    table.add_row("forms", *("\n".join(f"{form} {n}" for form, n in shape.forms) for shape in (public, made)))
+    output().print(table)

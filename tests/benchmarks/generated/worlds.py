@@ -1,0 +1,37 @@
+"""Generators and some of their tasks, made once for all tests."""
+
+from __future__ import annotations
+
+from functools import cache
+from itertools import islice
+
+from eai.benchmarks.generated.generator import Generated, Generator, Outcome, generate
+from eai.benchmarks.generated.sets import Seeds
+from eai.benchmarks.generated.spec import Forms, Spec, Tier
+from eai.benchmarks.registry import find_benchmark
+from eai.benchmarks.source import Source
+
+HOUSEHOLDS = ("virtualhome", "behavior")
+
+
+@cache
+def generator(
+    like: str, tier: Tier = Tier.DATA, forms: Forms = Forms.DATA, *, actions: bool = False
+) -> Generator:
+    benchmark, source = find_benchmark(like), Source()
+    spec = Spec(like, benchmark.tasks(source).sha256, tier, forms, actions=actions)
+    return Generator(benchmark, spec, source)
+
+
+@cache
+def outcomes(like: str, number: int = 40, forms: Forms = Forms.DATA) -> tuple[Outcome, ...]:
+    """What becomes of so many seeds."""
+    made = generator(like, forms=forms)
+    return tuple([made.task(seed) for seed in islice(iter(Seeds("test", 1)), number)])
+
+
+def tasks(like: str, number: int = 40, forms: Forms = Forms.DATA) -> list[Generated]:
+    return [each for each in outcomes(like, number, forms) if isinstance(each, Generated)]
+
+
+__all__ = ["HOUSEHOLDS", "generate", "generator", "outcomes", "tasks"]

@@ -1,0 +1,59 @@
+from __future__ import annotations
+
+import hashlib
+import json
+from pathlib import Path
+
+import pytest
+
+from cli.conftest import Command
+
+pytestmark = pytest.mark.usefixtures("data_store")
+
+
+def made(eai: Command, out: Path, *options: object) -> list[dict[str, object]]:
+    outcome = eai("generate", "--like", "behavior", "--n", 3, "--out", out, *options)
+    assert outcome.status == 0, outcome.err
+    split = options[options.index("--split") + 1] if "--split" in options else "tasks"
+    return [json.loads(line) for line in (out / f"{split}.jsonl").read_text().splitlines()]
+
+
+def test_equal_arguments_give_equal_bytes(eai: Command, tmp_path: Path) -> None:
+    first = made(eai, tmp_path / "a", "--seed", 7)
+    assert first == made(eai, tmp_path / "b", "--seed", 7) != made(eai, tmp_path / "c", "--seed", 8)
+    assert [task["id"] for task in first] == [task["id"] for task in made(eai, tmp_path / "a", "--seed", 7)]
+    assert eai("tasks", "check", tmp_path / "a").status == 0
+    assert all("canary" in str(task["about"]) for task in first)
+
+
+def test_a_folder_says_how_it_was_made(eai: Command, tmp_path: Path) -> None:
+    made(eai, tmp_path, "--split", "train", "--tier", "S")
+    hidden = made(eai, tmp_path, "--split", "test", "--secret", "only we know", "--tier", "S")
+    sets = json.loads((tmp_path / "generated.json").read_text())["sets"]
+    assert list(sets) == ["train", "test"]
+    assert sets["train"]["secret_sha256"] is None
+    assert sets["test"]["secret_sha256"] == hashlib.sha256(b"only we know").hexdigest()
+    assert "only we know" not in (tmp_path / "test.jsonl").read_text()
+    for split in sets:
+        assert sets[split]["sha256"] == hashlib.sha256((tmp_path / f"{split}.jsonl").read_bytes()).hexdigest()
+        assert (sets[split]["tasks"], sets[split]["spec"]["tier"]) == (3, "S")
+    other = made(eai, tmp_path / "other", "--split", "test", "--secret", "another", "--tier", "S")
+    assert {task["id"] for task in other}.isdisjoint(task["id"] for task in hidden)
+
+
+def test_compressed_files_hold_the_same(eai: Command, tmp_path: Path) -> None:
+    made(eai, tmp_path)
+    outcome = eai("generate", "--like", "behavior", "--n", 3, "--out", tmp_path / "z", "--gzip")
+    assert outcome.status == 0
+    digest = json.loads((tmp_path / "generated.json").read_text())["sets"]["tasks"]["sha256"]
+    assert json.loads((tmp_path / "z" / "generated.json").read_text())["sets"]["tasks"]["sha256"] == digest
+    assert eai("tasks", "check", tmp_path / "z").status == 0
+
+
+def test_a_world_that_has_no_more_tasks_says_so(
+    eai: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.syspath_prepend(Path(__file__).parents[2] / "examples" / "lamps")
+    outcome = eai("generate", "--like", "lamps:lamps", "--n", 1000, "--out", tmp_path)
+    assert outcome.status == 2
+    assert "of 1000 tasks found" in outcome.err
