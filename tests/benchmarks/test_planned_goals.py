@@ -9,7 +9,8 @@ from eai.abilities.protocol import Ability
 from eai.abilities.task import GoalKind, Task
 from eai.abilities.verdict import PlanVerdict
 from eai.benchmarks.benchmark import Benchmark
-from eai.benchmarks.gold_answers import noisy_answer, open_answer_book, open_planned_book
+from eai.benchmarks.gold_answers import open_answer_book, open_planned_book
+from eai.benchmarks.noisy_answers import Noise, noisy_answer
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.source import Source
 from eai.benchmarks.suite import open_suite
@@ -31,7 +32,7 @@ def entail(stated: set[Formula], task: Task) -> bool:
 
 def noisy(benchmark: Benchmark, task_ids: list[str], source: Source) -> dict[str, str]:
     book = open_answer_book(benchmark, Ability.GOAL_INTERPRETATION, source)
-    return {task: noisy_answer(book, task, rate=0.2, seed="0").text for task in task_ids}
+    return {task: noisy_answer(book, task, Noise(0.2, "0")).text for task in task_ids}
 
 
 @pytest.mark.parametrize(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 from pathlib import Path
+from typing import Any
 
 import pytest
 from inspect_ai.log import read_eval_log
@@ -234,3 +235,77 @@ def test_what_cannot_be_run_is_said_in_one_line(tmp_path: Path) -> None:
         assert run.status == 2
         assert run.err.startswith(message)
         assert len(run.err.splitlines()) == 1
+
+
+def records_in(folder: Path) -> list[dict[str, Any]]:
+    return [json.loads(line) for line in (folder / "records.jsonl").read_text().splitlines()]
+
+
+def test_a_pipeline_is_two_jobs_in_a_row(data_store: Store, tmp_path: Path) -> None:
+    """Who answers right whatever is asked answers as well with interpreted goals, row by row."""
+    oracle = ("run", "--model", "eai/oracle", "--domain", "behavior", "--limit", 3, "--out", tmp_path)
+    abilities = ("--ability", "action_sequencing", "--ability", "subgoal_decomposition")
+    assert eai(*oracle, *abilities).status == 0
+    run = eai(*oracle, "--goals", "own", "--json")
+    assert run.status == 0, run.err
+    done = [(each["ability"], each["answered"]) for each in json.loads(run.out)]
+    assert done == [
+        ("goal_interpretation", 3),
+        ("subgoal_decomposition", 3),
+        ("action_sequencing", 3),
+    ]
+    first = records_in(tmp_path / "behavior" / "goal_interpretation" / "eai_oracle")
+    for ability in ("action_sequencing", "subgoal_decomposition"):
+        folder = tmp_path / "behavior" / ability / "eai_oracle"
+        modular, piped = records_in(folder), records_in(folder / "goals-eai_oracle")
+        stated = [record.pop("experiment") for record in piped]
+        assert [each["goals_sha256"] for each in stated] == [each["response_sha256"] for each in first]
+        assert {each["goals_from"] for each in stated} == {"eai_oracle"}
+        assert [each["prompt_sha256"] for each in piped] != [each["prompt_sha256"] for each in modular]
+        for records in (modular, piped):
+            for record in records:
+                del record["prompt_sha256"], record["usage"]
+        assert piped == modular
+    before = (tmp_path / "behavior" / "goal_interpretation" / "eai_oracle" / "answers.jsonl").read_bytes()
+    assert eai(*oracle, "--goals", "own", "--json").out == run.out
+    after = (tmp_path / "behavior" / "goal_interpretation" / "eai_oracle" / "answers.jsonl").read_bytes()
+    assert after == before
+
+
+def test_a_planner_plans_for_the_goals_that_it_is_told(data_store: Store, tmp_path: Path) -> None:
+    """One task has right goals, one none that can be read, one no answer: it is not asked, and failed."""
+    gold = answer_book("virtualhome", Ability.GOAL_INTERPRETATION, data_store).gold
+    right, unreadable, missing = list(official_prompts(*SUITE, data_store))[:3]
+    rows = [
+        {"identifier": right, "llm_output": gold(right).text},
+        {"identifier": unreadable, "llm_output": "I would wash the clothes."},
+    ]
+    goals = tmp_path / "some-model_outputs.json"
+    goals.write_text(json.dumps(rows), encoding="utf-8")
+    run = eai(
+        *("run", "--model", "eai/planner", *NAMED, "--limit", 3),
+        *("--goals", goals, "--out", tmp_path / "runs"),
+    )
+    assert run.status == 1
+    assert f"1 task not answered ({missing}): there is no answer to goal interpretation" in run.err
+    folder = tmp_path / "virtualhome" / "action_sequencing" / "eai_planner" / "goals-some-model"
+    records = records_in(tmp_path / "runs" / folder.relative_to(tmp_path))
+    assert [record["task_id"] for record in records] == [right, unreadable, missing]
+    assert [record["success"] for record in records] == [True, False, False]
+    assert [record["unanswered"] is None for record in records] == [True, True, False]
+    experiments = [record["experiment"] for record in records]
+    assert [each.get("stage_1_unreadable") for each in experiments] == [False, True, None]
+    assert {each["goals_from"] for each in experiments} == {"some-model"}
+
+
+@pytest.mark.parametrize(
+    ("options", "why"),
+    [
+        (("--ability", "goal_interpretation"), "those of goal_interpretation do not"),
+        (("--replans", 1), "--goals: not with attempts or slips"),
+    ],
+)
+def test_what_is_no_pipeline(options: tuple[object, ...], why: str, tmp_path: Path) -> None:
+    run = eai("run", "--model", "eai/oracle", "--goals", "own", *options, "--out", tmp_path)
+    assert run.status == 2
+    assert why in run.err

@@ -10,6 +10,21 @@ from eai.abilities.experiment import Feedback, FeedbackForm, World
 from eai.world.episode import Notice, Until
 
 PANEL = "Experiments (action sequencing)"
+PIPELINES = "Pipelines (action sequencing, subgoal decomposition)"
+
+OWN = "own"
+"""What ``--goals`` takes for the goals that the model itself is asked for first."""
+
+Goals = Annotated[
+    str | None,
+    typer.Option(
+        "--goals",
+        metavar="own|PATH",
+        help="Ask with interpreted goals: the model's own, asked for first, or those in a file or "
+        "folder of answers to goal interpretation.",
+        rich_help_panel=PIPELINES,
+    ),
+]
 
 Replans = Annotated[
     int,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Mapping, Sequence, Set
 from dataclasses import dataclass
-from functools import wraps
+from functools import partial, wraps
 from pathlib import Path
 from typing import Annotated
 
@@ -37,6 +37,7 @@ from eai.cli.console import (
 from eai.cli.data import DataFolder, store
 from eai.cli.experiment import (
     Ending,
+    Goals,
     InForm,
     InWorld,
     OfFeedback,
@@ -45,6 +46,7 @@ from eai.cli.experiment import (
     Slip,
     SlipSeed,
 )
+from eai.cli.first_stage import FirstStage, stage_two
 from eai.cli.options import (
     ABILITIES,
     OUTPUT,
@@ -65,6 +67,7 @@ from eai.run.job import Decoding, Endpoint, Job, Pace, check_model
 from eai.run.journal import JOURNAL
 from eai.scoring.batch import Settings
 from eai.scoring.epochs import Obtained, SuiteResult, settle, undisturbed
+from eai.scoring.stage_one import NO_GOALS_STATED
 from eai.scoring.trials import Trials, open_trials
 from eai.world.episode import Notice
 
@@ -180,6 +183,7 @@ def run(
     slip_seed: SlipSeed = 0,
     slip_notice: OfNotice = Notice.DETECTED,
     until: Ending = None,
+    goals: Goals = None,
     protocol: Rules = DEFAULT_PROTOCOL,
     planner: Planner = PlannerChoice.AUTO,
     workers: Workers = 1,
@@ -212,7 +216,9 @@ def run(
         check_model(name)
     how = (replans, world, feedback, feedback_form, slip, slip_seed, slip_notice, until)
     experiment = chosen_experiment(*how)
-    wanted = _wanted(ability, experiment)
+    if goals is not None and experiment is not None:
+        raise InputError("--goals: not with attempts or slips; feedback would tell the goals of the task")
+    wanted = _wanted(ability, experiment) if goals is None else stage_two(ability)
     arguments = dict(_pair(text) for text in model_arg or ())
     order = _Order(
         endpoints=[Endpoint(name, arguments, model_base_url, prices) for name in model],
@@ -235,20 +241,23 @@ def run(
         chosen = [(suite, asked) for suite in suites if (asked := _chosen(suite, library, named, limit))]
     _check_replay(order.endpoints, [suite for suite, _ in chosen])
     note_planner([suite for suite, _ in chosen])
+    first = _first_stage(goals, library, order, chosen)
     outcomes = []
     for suite, asked in chosen:
         trials = _trials(experiment, library, suite, asked)
-        of_suite = [_run_model(order, endpoint, asked, suite, trials) for endpoint in order.endpoints]
+        of_suite = [_run_model(order, endpoint, asked, suite, trials, first) for endpoint in order.endpoints]
         if not order.quiet:
             title = f"{suite.domain}, {suite.ability.value}, protocol {protocol.value}"
             if experiment is not None:
                 title += f"\n{experiment.label}"
+            if goals is not None:
+                title += f"\ngoals: {goals}"
             results = {outcome.model: Result(outcome.rates, outcome.coverage) for outcome in of_suite}
             print_rates(output(), title, DECLARATIONS[suite.ability].terminal, results, wide=wide)
             for name, result in results.items():
                 print_remark(name, result.coverage)
         outcomes += of_suite
-    _report(outcomes, order, as_json=as_json)
+    _report([*(first.outcomes if first else ()), *outcomes], order, as_json=as_json)
 
 
 @dataclass(frozen=True, slots=True)
@@ -287,6 +296,21 @@ def _trials(
     return open_trials(suite, experiment, library.asker(suite.benchmark, suite.ability, prompts), prompts)
 
 
+def _first_stage(
+    goals: str | None,
+    library: Library,
+    order: _Order,
+    chosen: Sequence[tuple[Suite, Mapping[str, Prompt]]],
+) -> FirstStage | None:
+    """The first stage of a pipeline, if it is one."""
+    if goals is None:
+        return None
+    wanted: dict[str, set[str]] = {}
+    for suite, asked in chosen:
+        wanted.setdefault(suite.domain, set()).update(asked)
+    return FirstStage(goals, library, partial(_run_model, order), wanted)
+
+
 def _refuse_twins(models: Sequence[str]) -> None:
     """Raise if two models are one folder's name, where their results would overwrite each other."""
     named: dict[str, str] = {}
@@ -311,32 +335,48 @@ def _check_replay(endpoints: Sequence[Endpoint], suites: Sequence[Suite]) -> Non
 
 
 def _run_model(
-    order: _Order, endpoint: Endpoint, prompts: Mapping[str, Prompt], suite: Suite, trials: Trials | None
+    order: _Order,
+    endpoint: Endpoint,
+    prompts: Mapping[str, Prompt],
+    suite: Suite,
+    trials: Trials | None = None,
+    first: FirstStage | None = None,
 ) -> SuiteResult:
-    """Obtain one model's answers to one suite, through Inspect, which is imported only here; score them."""
+    """Obtain one model's answers to one suite, through Inspect, which is imported only here; score them.
+
+    In a pipeline they are answers to other prompts about the same tasks; a task without a first stage has no
+    second one.
+    """
     try:
         from eai.run.evaluation import obtain_answers
         from eai.run.logs import write_scores
     except ImportError as error:
         raise without_inspect(error) from error
-    how = (order.epochs, order.decoding, order.pace, suite.source, trials)
-    job = Job(endpoint, suite.benchmark, suite.ability, prompts, *how)
+    asked, believed = (prompts, None) if first is None else first.second(endpoint, prompts, suite)
+    stated = {} if believed is None else {task_id: believed.beliefs[task_id].answer for task_id in asked}
+    how = (order.epochs, order.decoding, order.pace, suite.source, trials, stated)
+    job = Job(endpoint, suite.benchmark, suite.ability, asked, *how)
     name = file_name(endpoint.model)
     folder = order.out / suite.domain / suite.ability.value / name
     if trials is not None:
         folder /= trials.experiment.label
+    if believed is not None:
+        folder /= believed.experiment.label
     title = f"{suite.domain} {suite.ability.value} {endpoint.model}"
     with run_progress(title, quiet=order.quiet) as watch:
         answers = obtain_answers(job, folder / JOURNAL, order.out / LOGS, watch=watch)
+    epochs = range(1, order.epochs + 1)
+    unasked = [(task_id, epoch) for task_id in prompts if task_id not in asked for epoch in epochs]
     obtained = Obtained(
         endpoint.model,
         name,
-        prompts,
+        asked,
         answers.given,
-        answers.failures,
+        {**answers.failures, **dict.fromkeys(unasked, NO_GOALS_STATED)},
         order.epochs,
         trials,
         answers.tried,
+        believed,
     )
     with undisturbed():
         with scoring_progress(f"scoring {title}", len(answers.given), quiet=order.quiet) as told:

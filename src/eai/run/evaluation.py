@@ -77,6 +77,7 @@ def _task(job: Job, desk: Desk) -> inspect_ai.Task:
         source=job.source,
         metadata={JOB: job.sha256},
         experiment=None if job.trials is None else job.trials.experiment,
+        stated=job.stated,
     )
 
 

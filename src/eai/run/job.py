@@ -94,6 +94,7 @@ class Job:
         epochs: how many answers to each task.
         source: where the data comes from.
         trials: how answers are carried out in an experiment; None where each question is asked once.
+        stated: in a pipeline the answers whose goals the prompts state, by task, for the built-in models.
     """
 
     endpoint: Endpoint
@@ -105,6 +106,7 @@ class Job:
     pace: Pace = field(default_factory=Pace)
     source: Source = field(default_factory=Source)
     trials: Trials | None = None
+    stated: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def sha256(self) -> str:

@@ -35,6 +35,7 @@ from eai.benchmarks.noisy_answers import Noise, heeding_answer, noisy_answer
 from eai.benchmarks.registry import find_benchmark
 from eai.errors import InputError, did_you_mean
 from eai.run.job import PROVIDER, check_model
+from eai.run.messages import STATED
 from eai.run.refusal import refusing
 from eai.scoring.batch import NO_ROW
 from eai.world.execution import Action
@@ -50,6 +51,7 @@ class _Question(NamedTuple):
         attempt: which attempt at the task it is for, from 1 on.
         done: what has been executed in the world as the question tells it.
         text: all that was said.
+        stated: the answer whose goals it states in the place of the task's; None for the task's.
     """
 
     benchmark: Benchmark
@@ -59,6 +61,7 @@ class _Question(NamedTuple):
     attempt: int
     done: tuple[Action, ...]
     text: str
+    stated: str | None = None
 
 
 @modelapi(name=PROVIDER)
@@ -67,7 +70,8 @@ class BuiltInModel(ModelAPI):
 
     Args:
         model_name: ``oracle`` (the data set's own answers), ``planner`` (plans found by search, for action
-            sequencing and subgoal decomposition; in a world that goes on, from its present state), ``noisy``
+            sequencing and subgoal decomposition; in a world that goes on, from its present state, and in a
+            pipeline for the stated goals), ``noisy``
             (the data set's answers, spoilt anew in each attempt; arguments ``rate`` and ``seed``, and
             ``heed``, with which it mends what it is told of with this probability, and else says the same
             again) or ``replay`` (answers from response files, of further attempts from
@@ -125,6 +129,7 @@ class BuiltInModel(ModelAPI):
             int(about.get("attempt", 1)),
             tuple([Action(name, tuple(arguments)) for name, *arguments in about.get("done", ())]),
             "\n\n".join([message.text for message in input]),
+            about.get(STATED),
         )
         answer = self._answer(question)
         output = ModelOutput.from_content(f"{PROVIDER}/{self.model_name}", answer)
@@ -144,6 +149,9 @@ class BuiltInModel(ModelAPI):
             return recorded[asked.task_id]
         if self.model_name == "planner" and asked.done:
             return planned_answer(asked.benchmark, asked.task_id, asked.done).text
+        if self.model_name == "planner" and asked.stated is not None:
+            stated = {asked.task_id: asked.stated}
+            return open_planned_book(asked.benchmark, asked.ability, stated=stated).gold(asked.task_id).text
         book: AnswerBook = self._book(asked.benchmark, asked.ability)
         if self.model_name in ("oracle", "planner"):
             return book.gold(asked.task_id).text

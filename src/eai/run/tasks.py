@@ -27,7 +27,7 @@ from eai.benchmarks.suite import DEFAULT_PROTOCOL, open_suite
 from eai.errors import InputError, did_you_mean
 from eai.pddl.planning import PlannerChoice
 from eai.prompts.prompt import Prompt, PromptSet
-from eai.run.messages import messages_of
+from eai.run.messages import STATED, messages_of
 from eai.run.refusal import refusing
 from eai.run.scorer import EXPERIMENT, SCORERS
 from eai.run.solver import ask_as_published
@@ -45,6 +45,7 @@ def build_task(
     source: Source | None = None,
     metadata: Mapping[str, Json] | None = None,
     experiment: Experiment | None = None,
+    stated: Mapping[str, str] | None = None,
 ) -> inspect_ai.Task:
     """The Inspect task that puts prompts to a model, each with its task's id and gold answer.
 
@@ -57,13 +58,24 @@ def build_task(
         source: where the gold answers come from, and the planner; the user's default store if None.
         metadata: what the log says of the task besides its domain and ability.
         experiment: what it is an experiment of, if answers are carried out in one.
+        stated: the answers to goal interpretation whose goals the prompts state, by task, if they do.
     """
     name = f"{benchmark.name}_{ability.value}"
     source = source or Source()
     book = open_answer_book(benchmark, ability, source)
     gold = {task_id: book.gold(task_id).text for task_id in book.task_ids if task_id in prompts}
     samples = [
-        _sample(benchmark, ability, task_id, prompt, gold.get(task_id, ""), experiment)
+        _sample(
+            prompt,
+            gold.get(task_id, ""),
+            {
+                "domain": benchmark.reference,
+                "ability": ability.value,
+                "task_id": task_id,
+                **({STATED: stated[task_id]} if stated and task_id in stated else {}),
+            },
+            experiment,
+        )
         for task_id, prompt in prompts.items()
     ]
     return inspect_ai.Task(
@@ -140,16 +152,9 @@ def _only(prompts: Mapping[str, Prompt], tasks: str | int | Sequence[str]) -> Ma
     return {task_id: prompt for task_id, prompt in prompts.items() if task_id in named}
 
 
-def _sample(
-    benchmark: Benchmark,
-    ability: Ability,
-    task_id: str,
-    prompt: Prompt,
-    gold: str,
-    experiment: Experiment | None,
-) -> Sample:
-    about = {"domain": benchmark.reference, "ability": ability.value, "task_id": task_id}
+def _sample(prompt: Prompt, gold: str, about: Mapping[str, str], experiment: Experiment | None) -> Sample:
+    """A question; the metadata of its last message says what it is about."""
     metadata: dict[str, Json] = {**about, "stop": list(prompt.stop)}
     if experiment is not None:
         metadata[EXPERIMENT] = experiment_to_json(experiment)
-    return Sample(id=task_id, input=messages_of(prompt, about), target=gold, metadata=metadata)
+    return Sample(id=about["task_id"], input=messages_of(prompt, about), target=gold, metadata=metadata)

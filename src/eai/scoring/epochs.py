@@ -23,6 +23,7 @@ from eai.scoring.answer import Answer, Place
 from eai.scoring.batch import Settings, Told, score_run, untold
 from eai.scoring.majority import majority
 from eai.scoring.results import write_results
+from eai.scoring.stage_one import BelievedGoals
 from eai.scoring.trials import Trials, Tried, record_of_trial
 
 
@@ -39,6 +40,7 @@ class Obtained:
         epochs: how many answers to each task were asked for.
         trials: how answers were carried out in an experiment; None where each question was asked once.
         tried: in an experiment all answers and what became of them, by task and epoch.
+        believed: in a pipeline the goals that the questions stated; ``failures`` has the tasks without any.
     """
 
     model: str
@@ -49,6 +51,7 @@ class Obtained:
     epochs: int
     trials: Trials | None = None
     tried: Mapping[Place, Tried] = field(default_factory=dict)
+    believed: BelievedGoals | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -161,7 +164,7 @@ def _write(
 ) -> SuiteResult:
     """Score one answer a task, and write answers, records and summary."""
     failed = {task_id: reason for (task_id, _), reason in obtained.failures.items()}
-    lacking = [task_id for task_id in obtained.prompts if task_id not in answers]
+    lacking = [task_id for task_id in dict.fromkeys((*obtained.prompts, *failed)) if task_id not in answers]
     why = {task_id: failed.get(task_id, "the run ended before") for task_id in lacking}
     if obtained.trials is None:
         file = ResponseFile(
@@ -170,8 +173,10 @@ def _write(
         _write_answers(folder, file)
         scored = score_run(suite, file, why, settings, told)
         records = [
-            _with_origin(r, obtained.prompts[r.task_id].sha256, answers.get(r.task_id)) for r in scored
+            _with_origin(r, _asked(obtained.prompts.get(r.task_id)), answers.get(r.task_id)) for r in scored
         ]
+        if obtained.believed is not None:
+            records = [obtained.believed.marked(record) for record in records]
     else:
         records = _tried(obtained, obtained.trials, answers, why, settings)
         _write_attempts(folder, obtained.name, records)
@@ -190,7 +195,12 @@ def _write(
     return outcome
 
 
-def _with_origin(record: Record, prompt_sha256: str, answer: Answer | None) -> Record:
+def _asked(prompt: Prompt | None) -> str | None:
+    """The digest of what was asked, if anything was."""
+    return None if prompt is None else prompt.sha256
+
+
+def _with_origin(record: Record, prompt_sha256: str | None, answer: Answer | None) -> Record:
     """The record with where its answer comes from."""
     origin = Origin(prompt_sha256)
     if answer is not None:

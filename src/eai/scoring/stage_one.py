@@ -56,10 +56,14 @@ class BelievedGoals:
     beliefs: Mapping[str, Belief]
     stated: Mapping[str, Stated]
 
+    @property
+    def experiment(self) -> Experiment:
+        """What a run is an experiment of that states these goals."""
+        return Experiment(goals_from=self.model)
+
     def marked(self, record: Record) -> Record:
         """The record of an answer to a question that stated these goals."""
-        experiment = replace(record.experiment or Experiment(), goals_from=self.model)
-        return replace(record, experiment=experiment, stated=self.stated.get(record.task_id))
+        return replace(record, experiment=self.experiment, stated=self.stated.get(record.task_id))
 
 
 def read_believed(
