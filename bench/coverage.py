@@ -21,7 +21,9 @@ from typing import NamedTuple
 import numpy as np
 
 from eai.analysis.correlation import rank_correlation
+from eai.analysis.items import Scores, ability_estimate
 from eai.analysis.logit import fit_logit
+from eai.analysis.rasch import fit_rasch
 from eai.analysis.table import Estimate
 from eai.metrics import deviation
 from eai.metrics.certainty import (
@@ -121,17 +123,21 @@ def main() -> None:
 
 
 def effects(samples: int) -> None:
-    """Print how often log odds and rank correlations are held, in hundredths, of two cofactors of tasks.
+    """Print how often log odds, rank correlations and abilities are held, in hundredths.
 
     Nine models answer. Chances of success and cofactors are alike within a name; the truth is that of 20,000
     tasks.
     """
     whole = answers(seeded("effects"), [1] * 20_000)
-    odds, rho = log_odds(whole), correlation(whole)
+    odds, rho, logit = log_odds(whole), correlation(whole), ability(whole)
     for title, sizes in (("26 names", NAME_SIZES), ("100 tasks", [1] * 100)):
         generator = seeded(f"effects/{title}")
         runs = [answers(generator, sizes) for _ in range(samples)]
-        pairs = (("log odds", log_odds, odds), ("rank correlation", correlation, rho))
+        pairs = (
+            ("log odds", log_odds, odds),
+            ("rank correlation", correlation, rho),
+            ("ability", ability, logit),
+        )
         for name, estimate, truth in pairs:
             found = [estimate(run) for run in runs]
             intervals = [
@@ -195,6 +201,17 @@ def cell(intervals: Sequence[Interval], truth: float) -> str:
     within = 100 * fmean(interval.low <= truth <= interval.high for interval in intervals)
     width = fmean(interval.high - interval.low for interval in intervals) / 2
     return f"{within:6.1f} ({width:4.1f})".rjust(14)
+
+
+def ability(run: Sequence[Answer]) -> Estimate:
+    """The ability of the second best model, as the analysis of items has it."""
+    tasks = {each.task: each.name for each in run}
+    matrix = np.zeros((MODELS, len(tasks)))
+    places = {task: place for place, task in enumerate(tasks)}
+    for each in run:
+        matrix[each.model, places[each.task]] = each.success
+    scores = Scores(tuple(map(str, range(MODELS))), tuple(tasks), tuple(tasks.values()), matrix)
+    return ability_estimate(scores, fit_rasch(matrix), MODELS - 2)
 
 
 if __name__ == "__main__":

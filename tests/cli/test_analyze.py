@@ -28,10 +28,10 @@ def test_tables_have_the_same_bytes_each_time(eai: Command, tmp_path: Path) -> N
     }
 
 
-@pytest.mark.parametrize("name", ["cofactors", "errors", "goals"])
+@pytest.mark.parametrize("name", ["cofactors", "errors", "goals", "items"])
 def test_analyses_have_the_same_bytes_each_time(eai: Command, tmp_path: Path, name: str) -> None:
     pytest.importorskip("scipy")
-    records = [action_run("first"), action_run("second"), goal_run(), operator_run()]
+    records = [*(action_run(model) for model in ("first", "second", "third")), goal_run(), operator_run()]
     runs = write_runs(tmp_path / "runs", records)
     for folder in ("one", "two"):
         outcome = eai("analyze", name, runs, "--out", tmp_path / folder)

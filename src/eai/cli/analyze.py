@@ -21,6 +21,7 @@ from eai.cli import (
     analyze_cofactors,
     analyze_errors,
     analyze_goals,
+    analyze_items,
     analyze_pipeline,
     analyze_table,
 )
@@ -38,6 +39,7 @@ app.command(no_args_is_help=True)(analyze_table.table)
 app.command(no_args_is_help=True)(analyze_cofactors.cofactors)
 app.command(no_args_is_help=True)(analyze_errors.errors)
 app.command(no_args_is_help=True)(analyze_goals.goals)
+app.command(no_args_is_help=True)(analyze_items.items)
 app.command("annotations", no_args_is_help=True)(analyze_annotations.rate_annotations)
 app.command(no_args_is_help=True)(analyze_pipeline.pipeline)
 

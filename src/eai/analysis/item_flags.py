@@ -1,0 +1,91 @@
+"""What the data set says of tasks that models get wrong: whether there is a plan, whether names are clear."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator
+
+from eai.abilities.declarations import DECLARATIONS
+from eai.abilities.planning import find_plan
+from eai.abilities.protocol import Ability, Protocol
+from eai.abilities.task import GoalKind, Task
+from eai.abilities.verdict import PlanVerdict
+from eai.analysis.items import Flag
+from eai.analysis.suites import SuiteKey
+from eai.benchmarks.benchmark import Benchmark
+from eai.benchmarks.gold_answers import AnswerBook, open_planned_book
+from eai.benchmarks.registry import find_benchmark, registered
+from eai.benchmarks.source import Source, TaskSet
+from eai.benchmarks.suite import Suite, open_suite
+from eai.logic.ltl_printer import print_ltl
+from eai.logic.renaming import rename_objects
+from eai.planning.planner import Planner, PlanningEnd
+
+
+class ItemFlags:
+    """Looks tasks up in the data set; the built-in planner is asked only of those that no model solves.
+
+    That there is a plan means that an answer made of it is right by the rules that the models were scored by.
+
+    Args:
+        source: where the data set is.
+    """
+
+    def __init__(self, source: Source) -> None:
+        self._source = source
+        self._domains: dict[str, _Domain | None] = {}
+        self._suites: dict[SuiteKey, tuple[Suite, AnswerBook]] = {}
+
+    def __call__(self, suite: SuiteKey, task: str, unsolved: bool) -> Iterator[Flag]:
+        """The flags of a task."""
+        domain = self._domain(suite.domain)
+        found = None if domain is None else domain.tasks.get(task)
+        if domain is None or found is None or not DECLARATIONS[Ability(suite.ability)].has_plans:
+            if unsolved:
+                yield Flag.UNSOLVED
+            return
+        if unsolved:
+            yield self._of_unsolved(domain, suite, found)
+        if _is_ambiguous(found, domain.benchmark):
+            yield Flag.AMBIGUOUS
+
+    def _of_unsolved(self, domain: _Domain, key: SuiteKey, task: Task) -> Flag:
+        suite, book = self._opened(domain, key)
+        answer = book.gold(task.id).text
+        verdict = suite.over([answer]).score(task.id, answer)
+        if isinstance(verdict, PlanVerdict) and verdict.success:
+            return Flag.PLAN_EXISTS
+        end = find_plan(task, domain.planner).end
+        return Flag.NO_PLAN if end is PlanningEnd.UNREACHABLE else Flag.UNSOLVED
+
+    def _opened(self, domain: _Domain, key: SuiteKey) -> tuple[Suite, AnswerBook]:
+        """A suite, and answers to it that are made of the built-in planner's plans."""
+        if key not in self._suites:
+            ability, protocol = Ability(key.ability), Protocol(key.protocol)
+            suite = open_suite(domain.benchmark, ability, protocol, source=self._source)
+            self._suites[key] = (suite, open_planned_book(domain.benchmark, ability, self._source))
+        return self._suites[key]
+
+    def _domain(self, name: str) -> _Domain | None:
+        if name not in self._domains:
+            known = name in registered()
+            self._domains[name] = _Domain(find_benchmark(name), self._source) if known else None
+        return self._domains[name]
+
+
+class _Domain:
+    """A benchmark with its tasks and a planner."""
+
+    def __init__(self, benchmark: Benchmark, source: Source) -> None:
+        self.benchmark = benchmark
+        self.tasks: TaskSet[Task] = benchmark.tasks(source)
+        self.planner = Planner(benchmark.domain)
+
+
+def _is_ambiguous(task: Task, benchmark: Benchmark) -> bool:
+    """Whether two goals about states differ only in which of several objects of one name they are about."""
+    names = (thing.name for thing in task.scene.objects)
+    called = dict(zip(names, benchmark.goals.names(task), strict=True))
+    goals = dict.fromkeys(goal.formula for goal in task.goals_of(GoalKind.STATE))
+    asked = Counter(print_ltl(rename_objects(goal, called)) for goal in goals)
+    return any(times > 1 for times in asked.values())

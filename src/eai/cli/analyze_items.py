@@ -1,0 +1,43 @@
+"""``eai analyze items``: which tasks tell models apart, and which are odd."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from eai.analysis.item_flags import ItemFlags
+from eai.analysis.items import FEWEST_MODELS, item_tables
+from eai.analysis.table import Table, write_tables
+from eai.benchmarks.source import Source
+from eai.cli.analyzed import Figures, Plots, Records, draw_figures, say, tables_of, with_extra
+from eai.cli.data import DataFolder, store
+from eai.errors import InputError
+from eai.report import plot_analyses, plot_items
+
+
+def items(
+    records: Records,
+    out: Annotated[Path, typer.Option(help="The folder for the results.")],
+    plots: Plots = True,
+    data: DataFolder = None,
+) -> None:
+    """Rate tasks by the answers of many models: difficulty, agreement with the others, and what is odd.
+
+    Example: eai analyze items scores --out items
+    """
+    answers = tables_of(records, data).answers
+    with with_extra():
+        found = item_tables(answers, ItemFlags(Source(store(data))))
+    if not found[0].rows:
+        raise InputError(f"expected answers of at least {FEWEST_MODELS} models to one suite")
+    write_tables(out, "items", found)
+    drawn = draw_figures(_figures(found), out) if plots else 0
+    say(found, drawn, out)
+
+
+def _figures(found: list[Table]) -> Figures:
+    abilities = plot_analyses.rows_of(found[1])
+    for suite, rows in plot_analyses.rows_of(found[3]).items():
+        yield f"items-{suite.file_name}", plot_items.draw(rows, abilities[suite])

@@ -1,0 +1,56 @@
+from __future__ import annotations
+
+import pytest
+
+np = pytest.importorskip("numpy")
+
+from eai.analysis.rasch import ability_of, fit_rasch, item_rest, reliability  # noqa: E402
+
+SCORES = np.array(
+    [
+        [1, 1, 1, 1, 0, 0],
+        [1, 1, 1, 0, 0, 0],
+        [1, 1, 0, 0, 0, 1],
+        [1, 0, 0, 0, 0, 1],
+    ],
+    dtype=float,
+)
+
+
+def test_the_fit_is_a_maximum_of_the_posterior() -> None:
+    """There every score is, up to its prior, the sum of its chances (abilities: 1, difficulties: 1/4)."""
+    fitted = fit_rasch(SCORES)
+    left = SCORES - fitted.chances()
+    assert left.sum(axis=1) == pytest.approx(fitted.abilities, abs=1e-6)
+    assert left.sum(axis=0) == pytest.approx(-fitted.difficulties / 4, abs=1e-6)
+
+
+def test_who_solves_more_is_abler_and_what_fewer_solve_is_more_difficult() -> None:
+    fitted = fit_rasch(SCORES)
+    assert fitted.abilities[0] > fitted.abilities[1] == pytest.approx(fitted.abilities[2])
+    assert list(np.argsort(fitted.difficulties)[[0, -1]]) == [0, 4]
+    assert (fitted.ability_errors > 0).all()
+
+
+def test_gaps_are_left_out() -> None:
+    gaps = SCORES.copy()
+    gaps[0, 0] = np.nan
+    assert fit_rasch(gaps).abilities[0] < fit_rasch(SCORES).abilities[0]
+
+
+def test_an_ability_is_found_from_known_difficulties() -> None:
+    fitted = fit_rasch(SCORES)
+    assert ability_of(SCORES[1], fitted.difficulties) == pytest.approx(fitted.abilities[1], abs=1e-6)
+
+
+def test_a_task_that_worse_models_solve_disagrees_with_the_others() -> None:
+    found = item_rest(SCORES)
+    assert np.isnan(found[0])
+    assert found[3] > 0 > found[5]
+    assert found[1] == pytest.approx(np.corrcoef(SCORES[:, 1], SCORES.sum(axis=1) - SCORES[:, 1])[0, 1])
+
+
+def test_alpha_is_cronbachs() -> None:
+    variances, whole = SCORES.var(axis=0, ddof=1).sum(), SCORES.sum(axis=1).var(ddof=1)
+    assert reliability(SCORES) == pytest.approx(6 / 5 * (1 - variances / whole))
+    assert reliability(np.ones((3, 2))) is None
