@@ -49,6 +49,18 @@ def test_what_no_prompt_may_mention_is_not_told() -> None:
     assert step.hidden_changes == 0, "the memory of where it was is no change to other objects"
 
 
+def test_what_a_thing_was_next_to_is_only_counted_unless_a_goal_names_it() -> None:
+    everything = [thing.name for thing in make_task().scene.objects]
+    asked = make_task("ONTOP cup.13 fridge.10", relevant=everything)
+    cup, fridge, milk = (asked.scene.index[name] for name in ("cup.13", "fridge.10", "milk.11"))
+    near = [("NEXT_TO", pair) for pair in ((cup, fridge), (fridge, cup), (cup, milk), (milk, cup))]
+    task = replace(asked, initial=asked.scene.state([*asked.initial.facts(), *near]))
+    *_, step = explain('{"WALK": ["cup"], "GRAB": ["cup"]}', task).steps
+    assert "NEXT_TO(cup.13, fridge.10)" in step.removed
+    assert not any("milk" in fact for fact in step.removed)
+    assert step.hidden_changes >= 2
+
+
 def test_that_the_character_is_next_to_itself_is_not_told() -> None:
     task = make_task("NEXT_TO cup.13 character.65", "NEXT_TO character.65 cup.13", relevant=["cup.13"])
     task = replace(task, relevant=(*task.relevant, task.scene.index["character.65"]))

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 from typing import Any
 
@@ -41,7 +42,7 @@ def test_steps_goals_and_verdict_are_shown(eai: Command, where: str) -> None:
     assert (outcome.status, outcome.err) == (0, "")
     lines = [line.rstrip() for line in outcome.out.splitlines()]
     assert lines[:3] == [
-        "virtualhome action_sequencing 11_1",
+        "virtualhome action_sequencing 11_1  Turn on light",
         "model m, protocol strict",
         "read with repair: code_fence",
     ]
@@ -73,7 +74,9 @@ def test_a_record_without_an_explanation_says_how_to_get_one(eai: Command) -> No
 
 
 def test_a_record_of_another_domain_is_shown_all_the_same(eai: Command) -> None:
-    assert eai("explain", damaged(domain="mars"), "27_2").out.startswith("mars action_sequencing 27_2\n")
+    assert eai("explain", damaged(domain="mars"), "27_2").out.startswith(
+        "mars action_sequencing 27_2  Wash clothes\n"
+    )
 
 
 def test_goals_are_judged_by_what_they_came_to(eai: Command) -> None:
@@ -97,8 +100,8 @@ def test_parts_of_a_temporal_goal_are_shown_in_order(eai: Command) -> None:
 
 
 def test_what_is_wrong_with_the_records_is_told_in_one_line(eai: Command) -> None:
-    assert eai("explain", "out", "0_0") == (2, "", "eai: out/records.jsonl: no record of task 0_0\n")
-    assert eai("explain", "none", "0_0").err.startswith("eai: none: expected a readable records.jsonl")
+    assert eai("explain", "out", "0_0") == (2, "", "eai: out: no record of task 0_0\n")
+    assert eai("explain", "none", "0_0").err == "eai: none: no such file or folder\n"
     Path("bad.jsonl").write_text("[" * 100_000)
     assert eai("explain", "bad.jsonl", "0_0").err.startswith("eai: bad.jsonl, line 1: expected a JSON object")
 
@@ -118,3 +121,64 @@ def test_a_record_that_cannot_be_explained_is_told_in_one_line(
     assert (outcome.status, outcome.out) == (2, "")
     assert outcome.err.startswith(f"eai: {complaint}")
     assert outcome.err.count("\n") == 1
+
+
+def test_answers_are_found_by_how_an_id_begins_and_by_words_of_a_title(eai: Command) -> None:
+    assert eai("explain", "out", "27_").out.startswith("virtualhome action_sequencing 27_2 ")
+    assert re.search(r"27_2 +missing_step", eai("explain", "out", "wash CLOTHES", "--limit", "0").out)
+    listed = eai("explain", "out", "1", "--limit", "0").out
+    assert re.search(r"11_1 +success", listed)
+    assert re.search(r"12_2 +parsing", listed)
+
+
+def test_failures_are_listed_with_their_reasons(eai: Command) -> None:
+    failed = eai("explain", "out", "--failed", "--limit", "0").out
+    assert not re.search(r"^11_1 ", failed, re.MULTILINE)
+    why = "step 3: the character does not hold soap.1002"
+    assert re.search(rf"^27_2 +missing_step *\nWash clothes +{why}", failed, re.MULTILINE)
+    kind = eai("explain", "out", "--kind", "missing_step").out
+    assert kind.count("missing_step") == 1
+    assert kind.endswith("\n1 answer\n")
+    few = eai("explain", "out", "--kind", "not_answered", "--limit", "3").out
+    assert few.endswith("335 answers, of which 3 are shown (--limit 0: all)\n")
+    assert [
+        line["task_id"] for line in json.loads(eai("explain", "out", "--kind", "parsing", "--json").out)
+    ] == ["12_2"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "hint"),
+    [
+        (("27_3",), "no record of task 27_3; did you mean 27_2?"),
+        (("--kind", "missing_stp"), "; did you mean missing_step?"),
+        (("--model", "mm"), "--model mm: expected one of m; did you mean m?"),
+    ],
+)
+def test_what_is_not_there_comes_with_what_is_near(
+    eai: Command, arguments: tuple[str, ...], hint: str
+) -> None:
+    outcome = eai("explain", "out", *arguments)
+    assert (outcome.status, outcome.out) == (2, "")
+    assert outcome.err.endswith(f"{hint}\n")
+
+
+def test_the_data_set_says_what_it_knows_where_it_is_at_hand(eai: Command, data_store: Store) -> None:
+    lines = eai("explain", "out", "27_2", "--data", data_store.folder).out.splitlines()
+    assert lines[1].startswith("  Walk to the kitchen and find the basket of clothes.")
+    assert "the data set's plan (14 steps)" in lines
+    assert "  1 WALK(dining_room.201)" in [line.rstrip() for line in lines]
+
+
+def test_steps_that_were_not_tried_any_more_are_told(eai: Command, data_store: Store) -> None:
+    answer = '{"WALK": ["soap"], "PUTIN": ["soap", "washing_machine"], "OPEN": ["washing_machine"]}'
+    Path("n_outputs.json").write_text(json.dumps([{"identifier": "27_2", "llm_output": answer}]))
+    here = ("--data", data_store.folder)
+    assert eai("score", "n_outputs.json", *HERE, *here, "--out", "rest").status == 0
+    shown = eai("explain", "rest", "27_2", *here).out
+    assert re.search(r"  2 PUTIN.* missing_step: .*\n  3 OPEN\(washing_machine.1001\) +not tried", shown)
+
+
+def test_what_holds_both_ways_is_told_once(eai: Command) -> None:
+    shown = eai("explain", "out", "27_2").out
+    assert "+ NEXT_TO(character.65, soap.1002), and back" in shown
+    assert "NEXT_TO(soap.1002, character.65)" not in shown

@@ -8,9 +8,23 @@ from dataclasses import dataclass
 from eai.abilities.subgoal_decomposition.rewriting import substitute
 from eai.abilities.task import Goal, Task
 from eai.logic.evidence import explain
-from eai.logic.formula import Constant, Formula, Occurs, Or, Term, Then, Variable
+from eai.logic.formula import (
+    Atom,
+    Constant,
+    Exactly,
+    Exists,
+    ForAll,
+    Formula,
+    ForPairs,
+    Occurs,
+    Or,
+    Term,
+    Then,
+    Variable,
+)
 from eai.logic.ltl_printer import print_ltl
 from eai.logic.renaming import rename_variables
+from eai.logic.traversal import walk
 from eai.world.domain import Domain
 from eai.world.execution import Action, Fault, Trajectory, describe, names_of
 from eai.world.fault import FaultKind
@@ -123,35 +137,56 @@ class _Focus:
         scene: the scene of the task.
         predicates: what can be seen.
         objects: the agent and what the task is about.
+        goals: the objects that its goals name; all that it is about where they speak of any of a kind.
     """
 
     scene: Scene
     predicates: frozenset[str]
     objects: frozenset[int | None]
+    goals: frozenset[int]
 
     @classmethod
     def of(cls, task: Task) -> _Focus:
         """The focus of a task."""
         scene = task.scene
         visible = frozenset(p.name for p in scene.vocabulary.predicates if p.visible)
-        return cls(scene, visible, frozenset({*task.relevant, scene.agent}))
+        named: set[int] = set()
+        for part in (part for goal in task.goals for part in walk(goal.formula)):
+            match part:
+                case ForAll() | Exists() | Exactly() | ForPairs():
+                    named |= set(task.relevant)
+                case Atom(_, terms):
+                    named |= {i for term in terms if (i := scene.index.get(term.name)) is not None}
+        return cls(scene, visible, frozenset({*task.relevant, scene.agent}), frozenset(named))
 
     def seen(self, facts: Iterable[Fact]) -> list[Fact]:
         """Those of the facts that can be seen."""
         itself = (self.scene.agent,) * 2
         return [fact for fact in facts if fact.predicate in self.predicates and fact.arguments != itself]
 
-    def told(self, facts: Iterable[Fact]) -> tuple[str, ...]:
-        """Those of the facts that are about nothing but its objects, as texts."""
-        return tuple(
-            [fact_text(fact, self.scene) for fact in facts if self.objects.issuperset(fact.arguments)]
-        )
+    def told(self, facts: Sequence[Fact], action: Action) -> tuple[str, ...]:
+        """Those of the facts that are worth telling of an action, as texts: about nothing but its objects.
+
+        What holds both ways between two things, and not the agent, has to be about objects of goals or of the
+        action: a thing that is taken away was next to many.
+        """
+        meant = frozenset({*self.goals, *action.arguments})
+        together = frozenset(facts)
+        told = []
+        for fact in facts:
+            between_things = len(fact.arguments) == 2 and self.scene.agent not in fact.arguments
+            both_ways = between_things and Fact(fact.predicate, fact.arguments[::-1]) in together
+            if self.objects.issuperset(fact.arguments) and (
+                not both_ways or meant.issuperset(fact.arguments)
+            ):
+                told.append(fact_text(fact, self.scene))
+        return tuple(told)
 
 
 def _executed(focus: _Focus, domain: Domain, action: Action, before: State, after: State) -> StepReport:
     difference = change(before, after)
     added, removed = focus.seen(difference.added), focus.seen(difference.removed)
-    told_added, told_removed = focus.told(added), focus.told(removed)
+    told_added, told_removed = focus.told(added, action), focus.told(removed, action)
     return StepReport(
         action_text(action, focus.scene),
         "executed",

@@ -1,43 +1,105 @@
-"""``eai explain``: one answer step by step."""
+"""``eai explain``: one answer step by step, or a list of answers."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
 
 import typer
 from rich.console import Console
+from rich.padding import Padding
+from rich.table import Table
 from rich.text import Text
 
+from eai.abilities.codec import record_to_json
 from eai.abilities.declaration import AnswerOutcome
 from eai.abilities.explanation import Explanation, PartReport, StepReport
+from eai.abilities.near_misses import near_misses
+from eai.abilities.protocol import member
 from eai.abilities.record import NOT_ANSWERED, Record
 from eai.abilities.verdict import PlanVerdict
-from eai.cli.console import output
-from eai.errors import InputError
+from eai.cli.background import TaskBackground, background_of
+from eai.cli.console import counted, output, print_json
+from eai.cli.data import DataFolder, store
+from eai.cli.options import AsJson
+from eai.errors import InputError, did_you_mean
 from eai.metrics.breakdown import outcome
+from eai.report.runs import find_record_files
 from eai.scoring.records import read_records
-from eai.scoring.results import RECORDS
 from eai.world.fault import FaultKind
 
 NOT_EXPLAINED = "the record has no explanation; score the answer with --explanations to get one"
+NO_FAILURES = frozenset({AnswerOutcome.EXCLUDED, AnswerOutcome.SUCCESS})
+SHOWN_WHOLE = 2
+"""How many answers to one task are shown step by step; more are listed."""
+
+
+def _outcome(name: str) -> AnswerOutcome:
+    return member(AnswerOutcome, name, "outcome")
 
 
 def explain(
-    records: Annotated[Path, typer.Argument(help="A records.jsonl, or the folder it is in.")],
-    task: Annotated[str, typer.Argument(help="The id of the task, say 27_2.")],
+    records: Annotated[
+        Path, typer.Argument(help="A records.jsonl, or a folder with some below.", metavar="RECORDS")
+    ],
+    task: Annotated[
+        str, typer.Argument(help="A task: its id, how it begins, or words of its title.", metavar="[TASK]")
+    ] = "",
+    failed: Annotated[
+        bool, typer.Option("--failed", help="Only failures; without TASK they are listed.")
+    ] = False,
+    kind: Annotated[
+        AnswerOutcome | None,
+        typer.Option(
+            parser=_outcome, metavar="KIND", help="Only answers that came to this: missing_step, say."
+        ),
+    ] = None,
+    model: Annotated[str | None, typer.Option(metavar="NAME", help="Only answers of this model.")] = None,
+    limit: Annotated[int, typer.Option(min=0, metavar="N", help="List so many; 0 for all.")] = 20,
+    as_json: AsJson = False,
+    data: DataFolder = None,
 ) -> None:
-    """Show what became of one answer: each step, what it changed, the failing check and why.
+    """Show what became of an answer: each step, what it changed, the failing check and why; or list answers.
+
+    Where the data set is at hand, the instruction, the rest of the answer's plan and the data set's own are
+    shown with it; nothing is fetched for that.
 
     Example: eai explain scores 27_2
+
+    Example: eai explain runs --kind missing_step --model gpt-4o
     """
-    for record in _find(records, task):
-        print_record(output(), record)
+    chosen = _of_model([each for file in find_record_files([records]) for each in read_records(file)], model)
+    if task:
+        chosen = _of_task(records, chosen, task)
+    if kind is not None:
+        chosen = [record for record in chosen if outcome(record) is kind]
+    elif failed:
+        chosen = [record for record in chosen if outcome(record) not in NO_FAILURES]
+    if as_json:
+        print_json([record_to_json(record) for record in chosen])
+    elif not chosen:
+        output().print("no such answer", highlight=False)
+    elif task and len({record.task_id for record in chosen}) == 1 and len(chosen) <= SHOWN_WHOLE:
+        for record in chosen:
+            print_record(output(), record, background_of(record, store(data)))
+    else:
+        _print_list(output(), chosen, limit or len(chosen))
 
 
-def print_record(console: Console, record: Record) -> None:
-    """Print what a record says of its answer, step by step where it holds an explanation."""
-    console.print(Text(f"{record.domain} {record.ability.value} {record.task_id}", style="bold"))
+def print_record(console: Console, record: Record, background: TaskBackground | None = None) -> None:
+    """Print what a record says of its answer, step by step where it holds an explanation.
+
+    Args:
+        console: where to.
+        record: the record.
+        background: what the data set says of the task, where it is at hand.
+    """
+    title = f"  {record.task.name}" if record.task is not None else ""
+    heading = Text(f"{record.domain} {record.ability.value} {record.task_id}{title}", style="bold")
+    console.print(heading, soft_wrap=True)
+    if background is not None and background.instruction:
+        console.print(Padding(Text(" ".join(background.instruction.split()), style="italic"), (0, 2)))
     console.print(f"model {record.model}, protocol {record.protocol.value}", highlight=False)
     if record.experiment is not None:
         console.print(f"experiment {record.experiment.label}", highlight=False, soft_wrap=True)
@@ -49,21 +111,31 @@ def print_record(console: Console, record: Record) -> None:
         if error is not None:
             console.print(Text(f"{error.kind.value}: {error.detail}", style="red"))
     else:
-        _print_explanation(console, record.explanation)
+        _print_explanation(console, record.explanation, background)
+    if background is not None and background.gold:
+        console.print(Text(f"{background.source} ({counted(len(background.gold), 'step')})", style="bold"))
+        for number, step in enumerate(background.gold, 1):
+            console.print(Text(f"{number:3} {step}", style="dim"), soft_wrap=True)
     console.print(_verdict_text(record))
 
 
-def _print_explanation(console: Console, explanation: Explanation) -> None:
+def _print_explanation(console: Console, explanation: Explanation, background: TaskBackground | None) -> None:
     for note in explanation.notes:
         console.print(Text(note, style="yellow"))
-    width = max((len(step.action) for step in explanation.steps), default=0)
+    rest = () if background is None else background.rest
+    width = max((len(step) for step in (*(step.action for step in explanation.steps), *rest)), default=0)
     for number, step in enumerate(explanation.steps, 1):
         _print_step(console, number, step, width)
+    for number, action in enumerate(rest, len(explanation.steps) + 1):
+        console.print(Text(f"{number:3} {action:{width}}  not tried", style="dim"))
     if explanation.goals:
         console.print(Text("goals", style="bold"))
+    near = near_misses(explanation)
     for goal in explanation.goals:
         mark, style = ("✓", "green") if goal.satisfied else ("✗", "red")
         console.print(Text(f"  {mark} {goal.kind:8} {goal.goal}", style=style))
+        if goal.goal in near:
+            console.print(Text(f"             got {', '.join(near[goal.goal])}", style="yellow"))
     if explanation.parts:
         console.print(Text("temporal goal", style="bold"))
     for part in explanation.parts:
@@ -84,10 +156,26 @@ def _print_step(console: Console, number: int, step: StepReport, width: int) -> 
     if step.earlier:
         console.print(Text(f"{indent}{step.earlier}", style="yellow"))
     for sign, facts, style in (("+", step.added, "green"), ("-", step.removed, "red")):
-        for fact in facts:
+        for fact in _together(facts):
             console.print(Text(f"{indent}{sign} {fact}", style=f"dim {style}"))
     if step.hidden_changes:
         console.print(Text(f"{indent}{step.hidden_changes} more changes to other objects", style="dim"))
+
+
+def _together(facts: Sequence[str]) -> list[str]:
+    """The facts, those that hold both ways between two objects as one."""
+    told: list[str] = []
+    left = dict.fromkeys(facts)
+    for fact in facts:
+        if fact in left:
+            name, _, objects = fact.removesuffix(")").partition("(")
+            back = f"{name}({', '.join(reversed(objects.split(', ')))})"
+            both = back != fact and back in left
+            told.append(f"{fact}, and back" if both else fact)
+            del left[fact]
+            if both:
+                del left[back]
+    return told
 
 
 def _print_part(console: Console, part: PartReport) -> None:
@@ -96,6 +184,39 @@ def _print_part(console: Console, part: PartReport) -> None:
     else:
         lacking = f"  never: {', '.join(part.missing)}" if part.missing else ""
         console.print(Text(f"  ✗ {part.part}{lacking}", style="red"))
+
+
+def _print_list(console: Console, records: Sequence[Record], limit: int) -> None:
+    """A line an answer: what it is of, what it came to and why."""
+    runs = {(each.domain, each.ability, each.protocol, each.model, each.experiment) for each in records}
+    table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0), show_header=False)
+    table.add_column(overflow="fold", max_width=max(12, console.width * 2 // 5))
+    table.add_column(overflow="fold")
+    for record in records[:limit]:
+        told = outcome(record)
+        where = [record.model, f"{record.domain} {record.ability.value}"] if len(runs) > 1 else []
+        title = [] if record.task is None else [record.task.name]
+        style = "green" if told is AnswerOutcome.SUCCESS else "red"
+        table.add_row(
+            Text.assemble((record.task_id, "bold"), *(f"\n{text}" for text in (*title, *where))),
+            Text.assemble((told.value, style), f"\n{why}" if (why := _why(record)) else ""),
+        )
+    console.print(table)
+    shown = f", of which {limit} are shown (--limit 0: all)" if len(records) > limit else ""
+    console.print(f"{counted(len(records), 'answer')}{shown}", highlight=False)
+
+
+def _why(record: Record) -> str:
+    """Why an answer failed, as far as one line can say it."""
+    error = record.verdict.error
+    if record.unanswered is not None:
+        return record.unanswered
+    if error is not None:
+        step = "" if error.step is None else f"step {error.step + 1}: "
+        return f"{step}{error.detail}"
+    goals = record.explanation.goals if record.explanation is not None else ()
+    missed = [goal.goal for goal in goals if not goal.satisfied]
+    return f"not reached: {', '.join(missed)}" if missed else ""
 
 
 def _verdict_text(record: Record) -> Text:
@@ -116,12 +237,33 @@ def _verdict_text(record: Record) -> Text:
             return Text("failure", style="bold red")
 
 
-def _find(path: Path, task: str) -> list[Record]:
-    found = [record for record in read_records(_records_file(path)) if record.task_id == task]
-    if not found:
-        raise InputError(f"{_records_file(path)}: no record of task {task}")
+def _of_model(records: Sequence[Record], model: str | None) -> list[Record]:
+    """The records of a model.
+
+    Raises:
+        InputError: there is none.
+    """
+    found = [record for record in records if model in (None, record.model)]
+    if records and not found:
+        known = sorted({record.model for record in records})
+        hint = did_you_mean(str(model), known)
+        raise InputError(f"--model {model}: expected one of {', '.join(known)}{hint}")
     return found
 
 
-def _records_file(path: Path) -> Path:
-    return path / RECORDS if path.is_dir() else path
+def _of_task(place: Path, records: Sequence[Record], task: str) -> list[Record]:
+    """The records of a task: of that id, or whose ids begin so, or whose titles have these words.
+
+    Raises:
+        InputError: there is none.
+    """
+    words = task.casefold()
+    for found in (
+        [record for record in records if record.task_id == task],
+        [record for record in records if record.task_id.startswith(task)],
+        [record for record in records if record.task is not None and words in record.task.name.casefold()],
+    ):
+        if found:
+            return found
+    known = {record.task_id for record in records}
+    raise InputError(f"{place}: no record of task {task}{did_you_mean(task, sorted(known))}")
