@@ -1,10 +1,9 @@
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import pytest
 
 from abilities.subgoal_decomposition.test_scorer import TASK
+from eai.abilities.subgoal_decomposition.program import Found
 from eai.abilities.subgoal_decomposition.progress import StateTest
 from eai.abilities.subgoal_decomposition.refinement import Refinement
 from eai.logic.formula import And, Atom, Constant, Formula, Not
@@ -39,10 +38,10 @@ def plans(*literals: str, refinement: Refinement = REFINEMENT) -> list[str]:
     return written(refinement.plans(wanted, holds, SCENE, TASK.relevant)(TASK.initial))
 
 
-def written(found: Sequence[Sequence[Action]]) -> list[str]:
+def written(found: Found) -> list[str]:
     return [
         ", ".join(" ".join([a.operator, *(SCENE.objects[i].name for i in a.arguments)]) for a in plan)
-        for plan in found
+        for plan in found.plans
     ]
 
 
@@ -103,6 +102,13 @@ def test_what_no_action_changes_is_not_brought_about() -> None:
     refinement = Refinement(Domain("toy", vocabulary, (toy.GO, toy.PRESS)))
     for name, expected in (("fixed", False), ("holding", False), ("lit", True), ("beside", True)):
         assert refinement.brings_about(GroundAtom(name, (0,), True)) is expected
+
+
+def test_the_effort_of_a_search_is_told() -> None:
+    in_vain = REFINEMENT.plans([literal("lit lamp")], lambda _: False, SCENE, TASK.relevant)
+    assert 0 < in_vain(TASK.initial).effort <= 3 * 300, "three searches at most, each within its budget"
+    held = REFINEMENT.plans([literal("not lit lamp")], lambda _: True, SCENE, TASK.relevant)
+    assert held(TASK.initial).effort == 0
 
 
 def test_a_search_is_bounded() -> None:

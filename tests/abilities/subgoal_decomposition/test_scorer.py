@@ -93,6 +93,7 @@ def told(verdict: SubgoalVerdict) -> str:
         (["lit(lamp)", "lit(lamp"], "not_parseable parsing 1"),
         (["not PRESS(lamp)"], "not_parseable parsing None"),
         (["eventually lit(lamp)"], "not_parseable parsing None"),
+        ([f"{'forall x. (exists y. (' * 6}at(x, y){'))' * 6}"], "not_parseable parsing None"),
         ([3], "not_parseable parsing None"),
     ],
 )

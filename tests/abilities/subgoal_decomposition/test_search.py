@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from benchmarks.virtualhome import flat
-from eai.abilities.subgoal_decomposition.program import Do, End, Halt, Instruction, Require, Split
+from eai.abilities.subgoal_decomposition.program import Do, End, Found, Halt, Instruction, Require, Split
 from eai.abilities.subgoal_decomposition.progress import GoalProgress
 from eai.abilities.subgoal_decomposition.search import Outcome, SearchEnd, SearchLimits, search
 from eai.benchmarks.virtualhome import domain as virtualhome
@@ -31,16 +31,16 @@ def actions(plan: Plan) -> tuple[Action, ...]:
     return tuple(flat.action(step, SCENE) for step in plan)
 
 
-def do(*plans: Plan, subgoal: int, then: int) -> Do:
-    choices = [actions(plan) for plan in plans]
-    return Do(lambda state: choices, subgoal, then)
+def do(*plans: Plan, subgoal: int, then: int, effort: int = 0) -> Do:
+    found = Found([actions(plan) for plan in plans], effort)
+    return Do(lambda state: found, subgoal, then)
 
 
-def program(subgoals: Sequence[Sequence[Plan]]) -> list[Instruction]:
-    """One `Do` a subgoal, each with several plans."""
+def program(subgoals: Sequence[Sequence[Plan]], effort: int = 0) -> list[Instruction]:
+    """One `Do` a subgoal, each with several plans, which take some effort to find."""
     made: list[Instruction] = [End()]
     for number in reversed(range(len(subgoals))):
-        made.append(do(*subgoals[number], subgoal=number, then=len(made) - 1))
+        made.append(do(*subgoals[number], subgoal=number, then=len(made) - 1, effort=effort))
     return made
 
 
@@ -142,10 +142,10 @@ def test_the_limits_end_the_search_visibly() -> None:
     made = program([[GO], [OPEN], [CLOSE], [OPEN]])
     outcome = run(made, limits=SearchLimits(attempts=2))
     assert (outcome.end, outcome.attempts, outcome.success) == (SearchEnd.ATTEMPTS, 2, False)
-    ticks = iter(range(100))
-    timed = run(made, limits=SearchLimits(seconds=2.0, clock=lambda: next(ticks)))
-    assert timed.end is SearchEnd.TIME
-    assert run(made, limits=SearchLimits(attempts=4, seconds=None)).end is SearchEnd.COMPLETE
+    assert run(made, limits=SearchLimits(attempts=4)).end is SearchEnd.COMPLETE
+    dear = program([[GO], [OPEN], [CLOSE], [OPEN]], effort=5)
+    assert run(dear, limits=SearchLimits(effort=15)).end is SearchEnd.EFFORT
+    assert run(dear, limits=SearchLimits(effort=21)).end is SearchEnd.COMPLETE
 
 
 def test_choices_that_meet_in_one_state_do_not_multiply() -> None:

@@ -9,11 +9,12 @@ class; an action is carried out.
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Sequence
-from functools import lru_cache
-from itertools import islice, product
+from functools import cache, lru_cache
+from itertools import product
 from typing import NamedTuple
 
 import eai.logic.formula as f
+from eai.abilities.subgoal_decomposition.extent import TOO_MANY, Extent
 from eai.abilities.subgoal_decomposition.lexicon import SubgoalLexicon
 from eai.abilities.subgoal_decomposition.program import Do, End, Instruction, Plans, Program, Require, Split
 from eai.abilities.subgoal_decomposition.progress import StateTest
@@ -28,18 +29,18 @@ from eai.planning.subgoal import GroundAtom
 from eai.world.execution import Action
 from eai.world.fault import FaultKind
 from eai.world.operator import Check
-from eai.world.relation import bits
 
 MAX_INSTRUCTIONS = 20_000
 """The longest program; alternatives multiply where names or variables stand for several objects."""
+
+_TESTED_AT_ONCE = 100
+"""How many literals of a formula are tested in the time in which an action is applied."""
 
 _REMEMBERED = 32
 """How many subgoals of a task are remembered."""
 
 _STATES = 4
 """For how many states it is remembered what was done for one of them."""
-
-_TOO_MANY = "there are too many alternatives"
 
 
 class _Why(NamedTuple):
@@ -73,6 +74,7 @@ class Programs:
         self.lexicon = lexicon
         self._refinement = refinement
         self._told_apart = told_apart
+        self.extent = Extent(task)
         self.brings_about = refinement.brings_about
         self.required = lru_cache(_REMEMBERED)(self._required)
         self.plans = lru_cache(_REMEMBERED)(self._plans)
@@ -108,11 +110,24 @@ class Programs:
     def _plans(self, literals: tuple[GroundAtom, ...], formula: f.Formula, why: _Why, is_all: bool) -> Plans:
         """What brings literals about, so that a formula holds."""
         holds, _ = self.required(formula, why)
-        scene, objects = self.task.scene, self.task.relevant
-        plans = self._refinement.plans(
-            literals, holds, scene, objects, self._told_apart, may_be_needless=is_all
-        )
-        return lru_cache(_STATES)(plans)
+
+        @cache
+        def made() -> Plans:
+            return self._refinement.plans(
+                literals,
+                holds,
+                self.task.scene,
+                self.task.relevant,
+                self._told_apart,
+                may_be_needless=is_all,
+                test_effort=self.test_effort(formula),
+            )
+
+        return lru_cache(_STATES)(lambda state: made()(state))
+
+    def test_effort(self, formula: f.Formula) -> int:
+        """How many applied actions a test of a formula stands for."""
+        return self.extent.literals(formula) // _TESTED_AT_ONCE
 
 
 class _Builder:
@@ -121,8 +136,8 @@ class _Builder:
     def __init__(self, programs: Programs) -> None:
         self.program: list[Instruction] = [End()]
         self._programs = programs
-        self._task = programs.task
         self._lexicon = programs.lexicon
+        self._extent = programs.extent
 
     def with_classes(self, subgoal: f.Formula) -> f.Formula:
         """A subgoal where the name of a class has become a variable for an object of it."""
@@ -160,7 +175,7 @@ class _Builder:
             case f.Or(parts):
                 return self._split([self.subgoal(each, number, then) for each in parts])
             case f.Exists(variable, body):
-                instances = self._instances(variable, body, self._usable(variable))
+                instances = self._instances(variable, body, self._extent.usable(variable))
                 return self._split([self.subgoal(each, number, then) for each in instances])
             case _:
                 raise _impossible(formula)
@@ -183,12 +198,11 @@ class _Builder:
         Where it is all that the subgoal says and holds already, the subgoal may be an additional step.
         """
         observed = self._observed(formula)
-        alternatives = list(islice(self._alternatives(observed), MAX_INSTRUCTIONS + 1))
+        self._extent.to_be_done(observed)
+        alternatives = list(self._alternatives(observed))
         literals = {literal for alternative in alternatives for literal in alternative}
         why = _NOT_DONE if any(map(self._programs.brings_about, literals)) else _BY_NOTHING
         requirement = self._requirement(observed, number, then, why)
-        if len(self.program) + len(alternatives) > MAX_INSTRUCTIONS:
-            raise InputError(_TOO_MANY)
         tested = self._add(requirement)
         entries = [
             self._add(Do(self._programs.plans(each, observed, why, is_all), number, tested))
@@ -208,11 +222,11 @@ class _Builder:
                 for part in parts:
                     yield from self._alternatives(part)
             case f.Exists(variable, body):
-                for each in self._instances(variable, body, self._usable(variable)):
+                for each in self._instances(variable, body, self._extent.usable(variable)):
                     yield from self._alternatives(each)
             case f.ForAll(variable, body):
-                everything = bits(self._task.scene.category(variable.category))
-                yield from self._alternatives(f.And(tuple(self._instances(variable, body, everything))))
+                instances = self._instances(variable, body, self._extent.everything(variable))
+                yield from self._alternatives(f.And(tuple(instances)))
             case _:
                 literal = self._lexicon.literal(formula)
                 yield () if literal is None else (literal,)
@@ -236,21 +250,16 @@ class _Builder:
         for index in indices:
             yield substitute(body, {f.Variable(variable.name): f.Constant(self._lexicon.name(index))})
 
-    def _usable(self, variable: f.Variable) -> Sequence[int]:
-        """The task's objects of a class, or, if there are none, all in the scene."""
-        mask = self._task.scene.category(variable.category)
-        return [i for i in self._task.relevant if mask >> i & 1] or tuple(bits(mask))
-
     def _requirement(self, formula: f.Formula, number: int, then: int, why: _Why) -> Require:
         holds, check = self._programs.required(formula, why)
-        return Require(holds, check, number, then)
+        return Require(holds, check, number, then, 1 + self._programs.test_effort(formula))
 
     def _split(self, entries: Sequence[int]) -> int:
         return entries[0] if len(entries) == 1 else self._add(Split(tuple(entries)))
 
     def _add(self, instruction: Instruction) -> int:
         if len(self.program) >= MAX_INSTRUCTIONS:
-            raise InputError(_TOO_MANY)
+            raise InputError(TOO_MANY)
         self.program.append(instruction)
         return len(self.program) - 1
 

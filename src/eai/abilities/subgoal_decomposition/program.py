@@ -11,8 +11,21 @@ from eai.world.state import State
 
 Plan: TypeAlias = Sequence[Action]
 
-Plans: TypeAlias = Callable[[State], Sequence[Plan]]
-"""The plans for a subgoal in a state, each to be tried; none if nothing is to be done there."""
+
+class Found(NamedTuple):
+    """What is to be done for a subgoal in a state.
+
+    Attributes:
+        plans: the plans for it, each to be tried; none if nothing is to be done there.
+        effort: how many actions were applied to states to find them.
+    """
+
+    plans: Sequence[Plan]
+    effort: int = 0
+
+
+Plans: TypeAlias = Callable[[State], Found]
+"""What is to be done for a subgoal in a state."""
 
 
 class Do(NamedTuple):
@@ -24,12 +37,13 @@ class Do(NamedTuple):
 
 
 class Require(NamedTuple):
-    """Go on only if a subgoal holds that no action brings about; ``check`` says what is wrong if not."""
+    """Go on only if a subgoal holds; ``check`` says what is wrong if not, ``effort`` what the test costs."""
 
     holds: Callable[[State], bool]
     check: Check
     subgoal: int
     then: int
+    effort: int = 1
 
 
 class Split(NamedTuple):

@@ -17,7 +17,7 @@ from itertools import permutations
 from operator import or_
 from typing import NamedTuple
 
-from eai.abilities.subgoal_decomposition.program import Plan, Plans
+from eai.abilities.subgoal_decomposition.program import Found, Plans
 from eai.abilities.subgoal_decomposition.refining import (
     Aim,
     Ground,
@@ -32,6 +32,12 @@ from eai.world.domain import Domain
 from eai.world.execution import Action
 from eai.world.operator import Operator, Role
 from eai.world.state import Scene, State
+
+_MOST_TESTS = 200_000
+"""How many literals one search may test; of a subgoal with very many fewer actions are applied."""
+
+_TESTED_AT_ONCE = 16
+"""How many literals are tested in the time in which an action is applied."""
 
 
 class _Need(NamedTuple):
@@ -84,6 +90,7 @@ class Refinement:
         told_apart: Collection[str] = (),
         *,
         may_be_needless: bool = True,
+        test_effort: int = 0,
     ) -> Plans:
         """What is done in a state so that a subgoal holds.
 
@@ -98,6 +105,7 @@ class Refinement:
             objects: what actions may be about.
             told_apart: the operators of which it matters that they are taken.
             may_be_needless: whether actions that are not needed are told where the subgoal holds already.
+            test_effort: how many applied actions a test of the subgoal stands for.
         """
         tests = [(1 << i, self._repertoire.test(each, scene)) for i, each in enumerate(literals)]
         everything = (1 << len(literals)) - 1
@@ -113,12 +121,12 @@ class Refinement:
                     found |= part
             return found
 
-        def plans(state: State) -> Sequence[Plan]:
+        def plans(state: State) -> Found:
             at_start = met(state, everything, 0)
             if at_start == everything and holds(state):
                 needless = self._needless(wanted, state) if may_be_needless else ()
-                return (needless,) if needless else ()
-            aim = Aim(at_start, met, everything, holds, len(literals), told_apart)
+                return Found((needless,) if needless else ())
+            aim = Aim(at_start, met, everything, holds, len(literals), told_apart, test_effort)
             return self._search(aim, _Need(state, wanted, touched, named, objects, wider))
 
         return plans
@@ -128,24 +136,26 @@ class Refinement:
         aim = Aim(0, lambda _, touched, __: touched, 1, lambda _: True, 1, ())
         named = named_in([action.arguments], scene)
 
-        def plans(state: State) -> Sequence[Plan]:
+        def plans(state: State) -> Found:
             if self._is_needless(action, state):
-                return ((action,),)
+                return Found(((action,),))
             return self._search(aim, _Need(state, {action: 1}, {}, named, objects))
 
         return plans
 
-    def _search(self, aim: Aim, need: _Need) -> Sequence[Plan]:
+    def _search(self, aim: Aim, need: _Need) -> Found:
         """The shortest plans by the first means that are enough; where none are, the best attempt of all."""
         best: Nearest | None = None
+        effort, budget = 0, min(self._budget * aim.deeds, _MOST_TESTS // aim.deeds)
         for means in self._means(need):
-            refining = Refining(aim, means, self._budget * aim.deeds)
-            found = refining.shortest(need.state)
-            if found:
-                return found
+            refining = Refining(aim, means, budget)
+            plans = refining.shortest(need.state)
+            effort += refining.effort * (1 + aim.deeds // _TESTED_AT_ONCE)
+            if plans:
+                return Found(plans, effort)
             nearest = refining.nearest()
             best = nearest if best is None or nearest.rank > best.rank else best
-        return () if best is None else (best.plan,)
+        return Found(() if best is None else (best.plan,), effort)
 
     def _means(self, need: _Need) -> Iterator[Means]:
         """What may be done, widened step by step.

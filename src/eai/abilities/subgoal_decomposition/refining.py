@@ -105,6 +105,7 @@ class Aim(NamedTuple):
         holds: whether what it asks for besides its parts holds in a state.
         deeds: how many deeds may be done for it.
         told_apart: the operators of which it matters that they are taken, whatever state they lead to.
+        effort: how many applied actions a test of `holds` stands for.
     """
 
     at_start: int
@@ -113,6 +114,7 @@ class Aim(NamedTuple):
     holds: Holds
     deeds: int
     told_apart: Collection[str]
+    effort: int = 0
 
 
 class _Node(NamedTuple):
@@ -157,9 +159,15 @@ class Refining:
         self._aim = aim
         self._means = means
         self._budget = budget
+        self._allowed = budget
         self._nodes: list[_Node] = []
         self._ways: dict[State, _Ways] = {}
         self._out_of_reach: set[tuple[State, Action]] = set()
+
+    @property
+    def effort(self) -> int:
+        """How many actions have been applied to states."""
+        return self._allowed - self._budget
 
     def shortest(self, start: State) -> list[Plan]:
         """The shortest plans, at most `MAX_PLANS`; no two to one state that the goal cannot tell apart.
@@ -181,7 +189,7 @@ class Refining:
                 length = len(child.plan)
                 if best is not None and length > best:
                     continue
-                if child.met == self._aim.everything and self._aim.holds(child.state):
+                if child.met == self._aim.everything and self._holds(child.state):
                     found = found if length == best else {}
                     best = length
                     found.setdefault((child.state, self._told_apart(child.plan)), child.plan)
@@ -220,6 +228,11 @@ class Refining:
             if cause is not None:
                 return Nearest(most, len(cause.failing), cause.plan)
         return Nearest(most, 0, nodes[0].plan)
+
+    def _holds(self, state: State) -> bool:
+        """Whether all that is asked for holds; a long formula costs as much as it is long."""
+        self._budget -= self._aim.effort
+        return self._aim.holds(state)
 
     def _children(self, node: _Node) -> Iterator[_Node]:
         for ground in (*self._means.wanted, *self._means.helping):

@@ -10,7 +10,6 @@ for that.)
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
@@ -54,14 +53,12 @@ class SearchLimits:
     Attributes:
         attempts: actions that may be tried, over all branches.
         branches: branches with which any one subgoal may be begun; of more the first are followed.
-        seconds: time it may take; None is no limit.
-        clock: tells the time in seconds.
+        effort: actions that may be applied to states to find out what is to be done, over all branches.
     """
 
     attempts: int = 20_000
     branches: int = 16
-    seconds: float | None = 10.0
-    clock: Callable[[], float] = time.monotonic
+    effort: int = 50_000
 
 
 class SearchEnd(str, Enum):
@@ -70,7 +67,7 @@ class SearchEnd(str, Enum):
     COMPLETE = "complete"
     ATTEMPTS = "attempts"
     BRANCHES = "branches"
-    TIME = "time"
+    EFFORT = "effort"
     HALTED = "halted"
 
 
@@ -135,9 +132,9 @@ class _Search:
         self._program = program
         self._goal = goal
         self._limits = limits
-        self._deadline = None if limits.seconds is None else limits.clock() + limits.seconds
         self._waiting: list[list[Branch]] = [[] for _ in program]
         self._attempts = 0
+        self._effort = 0
         self._end = SearchEnd.COMPLETE
         self._is_cut = False
         self._reason = ""
@@ -190,7 +187,10 @@ class _Search:
                 assert_never(instruction)
 
     def _do(self, branch: Branch, instruction: Do) -> None:
-        plans = instruction.plans(branch.states[-1])
+        if self._is_exhausted():
+            return
+        plans, effort = instruction.plans(branch.states[-1])
+        self._effort += effort
         if not plans:
             self._waiting[instruction.then].append(branch)
         for plan in plans:
@@ -222,7 +222,10 @@ class _Search:
         return Branch(tuple(states), tuple(steps), errors, met, subgoal)
 
     def _require(self, branch: Branch, instruction: Require) -> None:
+        if self._is_exhausted():
+            return
         holds, check = instruction.holds, instruction.check
+        self._effort += instruction.effort
         if holds(branch.states[-1]):
             self._waiting[instruction.then].append(branch)
             return
@@ -243,6 +246,6 @@ class _Search:
     def _is_exhausted(self) -> bool:
         if self._attempts >= self._limits.attempts:
             self._end = SearchEnd.ATTEMPTS
-        elif self._deadline is not None and self._limits.clock() > self._deadline:
-            self._end = SearchEnd.TIME
+        elif self._effort >= self._limits.effort:
+            self._end = SearchEnd.EFFORT
         return self._end is not SearchEnd.COMPLETE

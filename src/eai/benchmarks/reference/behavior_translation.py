@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from eai.abilities.subgoal_decomposition.program import Plan, Plans
+from eai.abilities.subgoal_decomposition.program import Found, Plan, Plans
 from eai.benchmarks.behavior import predicates as p
 from eai.planning.subgoal import GroundAtom
 from eai.world.execution import Action
@@ -68,10 +68,10 @@ def are_done_together(first: GroundAtom, second: GroundAtom) -> bool:
 def plans_for(literals: Sequence[GroundAtom]) -> Plans:
     """The plan for a literal, or for two that are done together; none if no action brings it about."""
 
-    def plans(state: State) -> Sequence[Plan]:
+    def plans(state: State) -> Found:
         first, *rest = literals
         plan = _place_together(first, rest[0], state) if rest else _plan(first, state)
-        return () if plan is None else (plan,)
+        return Found(() if plan is None else (plan,))
 
     return plans
 

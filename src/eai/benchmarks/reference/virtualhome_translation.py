@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import partial
 
-from eai.abilities.subgoal_decomposition.program import Plan, Plans
+from eai.abilities.subgoal_decomposition.program import Found, Plan, Plans
 from eai.planning.subgoal import GroundAtom
 from eai.world.execution import Action
 from eai.world.state import State
@@ -27,12 +26,12 @@ NEED_A_LOOK = frozenset({"LOOKAT", "WATCH"})
 
 def plans_for(literal: GroundAtom) -> Plans:
     """The plans that bring about a literal in a state."""
-    return partial(plans_of_state, literal.predicate, literal.arguments)
+    return lambda state: Found(plans_of_state(literal.predicate, literal.arguments, state))
 
 
 def plans_to_take(action: Action) -> Plans:
     """The one plan that takes an action in a state."""
-    return partial(plans_of_action, *action)
+    return lambda state: Found(plans_of_action(*action, state))
 
 
 def plans_of_state(predicate: str, arguments: Sequence[int], state: State) -> Sequence[Plan]:
