@@ -19,6 +19,7 @@ from eai.cli import (
     generate,
     human,
     leaderboard,
+    merge,
     prompts,
     report,
     run,
@@ -56,6 +57,7 @@ MEASURE, UNDERSTAND, MATERIAL = "Measure", "Understand", "Tasks and data"
 
 app.command(no_args_is_help=True, rich_help_panel=MEASURE)(run.run)
 app.command(no_args_is_help=True, rich_help_panel=MEASURE)(score.score)
+app.command("merge", no_args_is_help=True, rich_help_panel=MEASURE)(merge.merge_shards)
 app.add_typer(submission.app, name="submission", rich_help_panel=MEASURE)
 app.command(no_args_is_help=True, rich_help_panel=UNDERSTAND)(explain.explain)
 app.command(no_args_is_help=True, rich_help_panel=UNDERSTAND)(compare.compare)

@@ -33,6 +33,7 @@ from eai.cli.options import (
     ANSWERS,
     DOMAIN,
     OUTPUT,
+    SCORING,
     AllowMissing,
     AsJson,
     Explanations,
@@ -47,8 +48,9 @@ from eai.errors import InputError
 from eai.metrics.coverage import coverage_of, planners_of
 from eai.metrics.summary import summarise
 from eai.pddl.planning import PlannerChoice
-from eai.scoring.batch import NO_ROW, Settings, score_run
+from eai.scoring.batch import NO_ROW, Scoring, Settings, score_run
 from eai.scoring.results import write_results
+from eai.scoring.shards import Shard, write_shard
 from eai.scoring.stage_one import BelievedGoals, read_believed, refuse_no_stage_two
 
 Goals = Annotated[
@@ -58,6 +60,17 @@ Goals = Annotated[
         metavar="PATH",
         help="Of a pipeline: the answers to goal interpretation whose goals the questions stated.",
         rich_help_panel=ANSWERS,
+    ),
+]
+
+OneShard = Annotated[
+    Shard | None,
+    typer.Option(
+        "--shard",
+        parser=Shard.parse,
+        metavar="I/N",
+        help="Score the I-th of N parts, as a job of its own; eai merge puts them together.",
+        rich_help_panel=SCORING,
     ),
 ]
 
@@ -90,6 +103,7 @@ def score(
     explanations: Explanations = True,
     allow_missing: AllowMissing = False,
     goals: Goals = None,
+    shard: OneShard = None,
     out: Annotated[
         Path | None,
         typer.Option(metavar="DIR", help="Where records and summaries go.", rich_help_panel=OUTPUT),
@@ -108,10 +122,14 @@ def score(
     Example: eai score gpt-4o_outputs.json --domain virtualhome --ability action_sequencing --out scores
 
     Example: eai score submission.zip --out scores
+
+    Example: eai score answers --shard $SLURM_ARRAY_TASK_ID/8 --out scores   (then: eai merge scores)
     """
     for path in paths:
         find_response_files(path)  # what is not there is said before the data set is fetched
-    settings = Settings(workers, explanations, allow_missing)
+    settings = Settings(workers, explanations, allow_missing, shard)
+    if shard is not None and out is None:
+        raise InputError("--shard writes records to be merged: say where, with --out")
     if goals is not None and ability is not None:
         refuse_no_stage_two(ability)
     with ExitStack() as stack:
@@ -130,13 +148,34 @@ def score(
                 shares = [_share(file, opened[file.domain, file.ability], out) for file in found]
     note_planner([share.suite for share in shares])
     printed: list[Json] = []
+    with Scoring(workers) as scoring:
+        if shard is not None:
+            for share in shares:
+                records = _records(share, settings, goals, scoring, quiet=as_json)
+                write_shard(share.out or Path(), shard, records)
+        else:
+            printed = _score_all(shares, settings, goals, scoring, as_json=as_json, wide=wide)
+    if as_json:
+        print_json(printed)
+    elif out is not None:
+        output().print(f"written to {out}", soft_wrap=True, highlight=False)
+
+
+def _score_all(
+    shares: Sequence[_Share],
+    settings: Settings,
+    goals: Path | None,
+    scoring: Scoring,
+    *,
+    as_json: bool,
+    wide: bool,
+) -> list[Json]:
+    """Score everything, write the results, and print a table a suite, unless all is printed as JSON."""
+    printed: list[Json] = []
     for suite, group in groupby(shares, key=lambda share: share.suite):
         results: dict[str, Result] = {}
         for share in group:
-            records = _records(share, settings, quiet=as_json)
-            if goals is not None:
-                believed = _believed(goals, share)
-                records = [believed.marked(record) for record in records]
+            records = _records(share, settings, goals, scoring, quiet=as_json)
             rates = summarise([record.verdict for record in records], suite.ability)
             results[share.answers.model] = Result(rates, coverage_of(records))
             printed.append(_json(share, records, results[share.answers.model]))
@@ -144,10 +183,7 @@ def score(
                 write_results(share.out, records, rates)
         if not as_json:
             _print(suite, results, wide=wide)
-    if as_json:
-        print_json(printed)
-    elif out is not None:
-        output().print(f"written to {out}", soft_wrap=True, highlight=False)
+    return printed
 
 
 def _print(suite: Suite, results: dict[str, Result], *, wide: bool) -> None:
@@ -157,13 +193,19 @@ def _print(suite: Suite, results: dict[str, Result], *, wide: bool) -> None:
         print_remark(model, result.coverage)
 
 
-def _records(share: _Share, settings: Settings, *, quiet: bool) -> list[Record]:
+def _records(
+    share: _Share, settings: Settings, goals: Path | None, scoring: Scoring, *, quiet: bool
+) -> list[Record]:
     suite, answers = share.suite, share.answers
     answered = {response.task_id for response in answers.responses}
     missing = {task_id: NO_ROW for task_id in suite.task_ids if task_id not in answered}
     title = f"scoring {suite.domain} {suite.ability.value} {answers.model}"
     with scoring_progress(title, len(answered), quiet=quiet) as told:
-        return score_run(suite, answers, missing, settings, told)
+        records = score_run(suite, answers, missing, settings, told, scoring)
+    if goals is None:
+        return records
+    believed = _believed(goals, share)
+    return [believed.marked(record) for record in records]
 
 
 def _believed(goals: Path, share: _Share) -> BelievedGoals:

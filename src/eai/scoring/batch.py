@@ -11,6 +11,7 @@ from eai.abilities.record import NOT_ANSWERED, Record
 from eai.abilities.responses import Response, ResponseFile
 from eai.benchmarks.suite import Suite
 from eai.scoring.reward import Reward
+from eai.scoring.shards import Shard
 from eai.scoring.workers import Workers
 
 NO_ROW = "the response file has no row of the task"
@@ -25,11 +26,13 @@ class Settings:
         workers: how many processes to use.
         explanations: put the step-by-step explanation into each record.
         allow_missing: leave tasks without an answer out of all rates instead of counting them as failures.
+        shard: score this part of the tasks alone; all of them if None.
     """
 
     workers: int = 1
     explanations: bool = True
     allow_missing: bool = False
+    shard: Shard | None = None
 
 
 Told: TypeAlias = Callable[[int], None]
@@ -123,7 +126,7 @@ class _Rewards:
         return [self.reward(task_id, text) for task_id, text in items]
 
 
-def asked(suite: Suite, answers: ResponseFile, unanswered: Mapping[str, str]) -> list[Response | Missing]:
+def _asked(suite: Suite, answers: ResponseFile, unanswered: Mapping[str, str]) -> list[Response | Missing]:
     """All tasks that a model was asked, in the order of the data set: its answers, or why there are none."""
     by_id: dict[str, Response | Missing] = {response.task_id: response for response in answers.responses}
     by_id |= {task_id: Missing(task_id, why) for task_id, why in unanswered.items()}
@@ -152,10 +155,11 @@ def score_run(
         with Scoring(settings.workers) as opened:
             return score_run(suite, answers, unanswered, settings, told, opened)
     together = suite.over([response.text for response in answers.responses])
+    items = _asked(suite, answers, unanswered)
     records = scoring.records(
         together,
         answers.model,
-        asked(suite, answers, unanswered),
+        items if settings.shard is None else settings.shard.of_these(items),
         explanations=settings.explanations,
         allow_missing=settings.allow_missing,
     )

@@ -1,0 +1,111 @@
+"""Shards: a run scored in parts, each by a job of its own, and the parts put together again."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator, Sequence
+from itertools import chain, zip_longest
+from pathlib import Path
+from typing import NamedTuple, TypeVar
+
+from eai.abilities.record import Record
+from eai.errors import InputError
+from eai.metrics.summary import summarise
+from eai.scoring.records import read_records, write_records
+from eai.scoring.results import write_results
+
+T = TypeVar("T")
+
+_WRITTEN = re.compile(r"([0-9]+)/([0-9]+)")
+_FILE = re.compile(r"records\.shard-([0-9]+)-of-([0-9]+)\.jsonl")
+
+
+class Shard(NamedTuple):
+    """One of several equal parts: of every ``of`` tasks in order the ``number``-th, counted from 1."""
+
+    number: int
+    of: int
+
+    @staticmethod
+    def parse(text: str) -> Shard:
+        """The shard that a text such as ``2/8`` means.
+
+        Raises:
+            InputError: it is no such text.
+        """
+        found = _WRITTEN.fullmatch(text)
+        if found is None or not 1 <= int(found[1]) <= int(found[2]):
+            raise InputError(f"{text!r} is no shard: expected I/N, such as 2/8, from 1/8 to 8/8")
+        return Shard(int(found[1]), int(found[2]))
+
+    def of_these(self, items: Sequence[T]) -> Sequence[T]:
+        """Its part of some items."""
+        return items[self.number - 1 :: self.of]
+
+    @property
+    def file_name(self) -> str:
+        """What the file of its records is called."""
+        return f"records.shard-{self.number}-of-{self.of}.jsonl"
+
+
+def write_shard(folder: Path, shard: Shard, records: Iterable[Record]) -> None:
+    """Write the records of a shard; its file is there when it is whole.
+
+    Raises:
+        InputError: the folder cannot be written.
+    """
+    part = folder / f"{shard.file_name}.part"
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        write_records(part, records)
+        part.replace(folder / shard.file_name)
+    except OSError as error:
+        raise InputError(f"{folder}: cannot be written ({error.strerror})") from error
+
+
+def find_shards(path: Path) -> dict[Path, list[Path]]:
+    """The folders below a folder that hold shards, each with its files in order.
+
+    Raises:
+        InputError: there is none, or one lacks a shard or has those of two runs.
+    """
+    folders: dict[Path, dict[Shard, Path]] = {}
+    for file in sorted(path.rglob("records.shard-*.jsonl")):
+        found = _FILE.fullmatch(file.name)
+        if found is not None:
+            folders.setdefault(file.parent, {})[Shard(int(found[1]), int(found[2]))] = file
+    if not folders:
+        raise InputError(f"{path}: expected a folder with records.shard-I-of-N.jsonl below, found none")
+    for folder, files in folders.items():
+        numbers = {shard.of for shard in files}
+        if len(numbers) > 1:
+            named = " and of ".join(map(str, sorted(numbers)))
+            raise InputError(f"{folder}: expected the shards of one run, found some of {named}")
+        of = numbers.pop()
+        missing = [str(number) for number in range(1, of + 1) if Shard(number, of) not in files]
+        if missing:
+            raise InputError(f"{folder}: of {of} shards there is no {', '.join(missing)}")
+    return {folder: [files[shard] for shard in sorted(files)] for folder, files in folders.items()}
+
+
+def merge(folder: Path, files: Sequence[Path]) -> list[Record]:
+    """Write records and summary of the run of which these are all shards: the bytes of a run in one part.
+
+    Raises:
+        InputError: a file is not one of records or not of this run, or the folder cannot be written.
+    """
+    records = list(_in_turn([list(read_records(file)) for file in files], folder))
+    first = records[0]
+    for record in records:
+        if (record.model, record.data_sha256) != (first.model, first.data_sha256):
+            raise InputError(f"{folder}: expected the shards of one run, found {first.model}, {record.model}")
+    write_results(folder, records, summarise([record.verdict for record in records], first.ability))
+    return records
+
+
+def _in_turn(parts: Sequence[Sequence[Record]], folder: Path) -> Iterator[Record]:
+    """One record of each part after the other, as `Shard.of_these` dealt them out."""
+    counts = [len(part) for part in parts]
+    if counts != sorted(counts, reverse=True) or counts[0] - counts[-1] > 1 or not counts[0]:
+        raise InputError(f"{folder}: expected equal shards, found {', '.join(map(str, counts))} records")
+    return (record for record in chain.from_iterable(zip_longest(*parts)) if record is not None)

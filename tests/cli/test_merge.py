@@ -1,0 +1,77 @@
+"""Runs in parts, by jobs of their own or by workers: the same bytes as in one part by one process."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+
+import pytest
+
+from cli.conftest import Command
+from eai.abilities.protocol import Ability
+from eai.data.store import Store
+from suites import answer_book
+
+SUITE = ("--domain", "behavior", "--ability", "action_sequencing", "--no-explanations")
+
+
+@pytest.fixture(autouse=True)
+def folder(data_store: Store, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder to work in, with the answers of two models, one of which has not answered everything."""
+    monkeypatch.setenv("EAI_DATA_DIR", str(data_store.folder))
+    monkeypatch.chdir(tmp_path)
+    book = answer_book("behavior", Ability.ACTION_SEQUENCING)
+    for model, task_ids in (("whole", book.task_ids), ("part", book.task_ids[5:40])):
+        rows = [{"identifier": task_id, "llm_output": book.gold(task_id).text} for task_id in task_ids]
+        (tmp_path / "answers").mkdir(exist_ok=True)
+        (tmp_path / "answers" / f"{model}_outputs.json").write_text(json.dumps(rows))
+    return tmp_path
+
+
+def written(folder: Path) -> Mapping[str, bytes]:
+    """The results in a folder, without what shards left."""
+    names = ("records.jsonl", "summary.json")
+    return {str(file.relative_to(folder)): file.read_bytes() for name in names for file in folder.rglob(name)}
+
+
+@pytest.mark.parametrize("protocol", ["strict", "eai-1.0.5"])
+def test_parts_together_are_the_bytes_of_a_run_in_one_part(eai: Command, folder: Path, protocol: str) -> None:
+    rules = (*SUITE, "--protocol", protocol)
+    assert eai("score", "answers", *rules, "--out", "one").status == 0
+    for number in (3, 1, 2):
+        workers = ("--workers", 2) if number == 2 else ()
+        assert (
+            eai("score", "answers", *rules, "--shard", f"{number}/3", *workers, "--out", "parts").status == 0
+        )
+    assert written(folder / "parts") == {}
+    done = eai("merge", "parts")
+    assert done.status == 0
+    assert "3 shards of 100 records written to parts/whole" in done.out
+    assert eai("score", "answers", *rules, "--workers", 3, "--out", "workers").status == 0
+    assert written(folder / "one")
+    assert written(folder / "one") == written(folder / "parts") == written(folder / "workers")
+
+
+def test_what_is_not_whole_is_not_merged(eai: Command, folder: Path) -> None:
+    assert "expected a folder with records.shard-I-of-N.jsonl" in eai("merge", "answers").err
+    for number in (1, 3):
+        eai("score", "answers/whole_outputs.json", *SUITE, "--shard", f"{number}/4", "--out", "parts")
+    done = eai("merge", "parts")
+    assert (done.status, done.err) == (2, "eai: parts: of 4 shards there is no 2, 4\n")
+    for number in (2, 4):
+        eai("score", "answers/whole_outputs.json", *SUITE, "--shard", f"{number}/4", "--out", "parts")
+    part = Path("parts/records.shard-2-of-4.jsonl")
+    whole = part.read_text()
+    part.write_text("".join(whole.splitlines(keepends=True)[:-3]))
+    assert "expected equal shards, found 25, 22, 25, 25 records" in eai("merge", "parts").err
+    part.write_text(whole.replace('"model": "whole"', '"model": "other"'))
+    assert "expected the shards of one run, found whole, other" in eai("merge", "parts").err
+    part.write_text(whole)
+    eai("score", "answers/whole_outputs.json", *SUITE, "--shard", "1/2", "--out", "parts")
+    assert "expected the shards of one run, found some of 2 and of 4" in eai("merge", "parts").err
+
+
+def test_a_shard_is_to_be_kept(eai: Command) -> None:
+    done = eai("score", "answers", *SUITE, "--shard", "1/2")
+    assert (done.status, "say where, with --out" in done.err) == (2, True)
