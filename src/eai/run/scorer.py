@@ -40,11 +40,13 @@ from eai.benchmarks.suite import Suite, open_suite
 from eai.metrics.breakdown import outcome
 from eai.metrics.summary import summarise
 from eai.pddl.planning import PlannerChoice
+from eai.run.messages import STATED
 from eai.run.score_text import explained
 from eai.run.solver import ANSWERS
 from eai.scoring.answer import Place
 from eai.scoring.batch import Settings, score_batch, score_run
 from eai.scoring.majority import majority
+from eai.scoring.stage_one import Interpretations, believe
 from eai.scoring.trials import record_of_trial, replay
 
 
@@ -102,13 +104,16 @@ def _record_of(state: TaskState, suite: Suite) -> Record:
         (record,) = score_run(suite, ResponseFile(model, ()), {task_id: "the request failed"}, Settings())
         return record
     told = state.metadata.get(EXPERIMENT)
-    if told is not None:
-        experiment = experiment_from_json(told)
+    experiment = None if told is None else experiment_from_json(told)
+    if experiment is not None and experiment.acts:
         attempts = replay(suite, experiment, task_id, state.metadata[ANSWERS], state.epoch)
         return record_of_trial(suite, experiment, model, task_id, attempts)
     answers = ResponseFile(model, (Response(task_id, state.output.completion),))
     (record,) = score_batch(suite, answers, explanations=True)
-    return record
+    if experiment is None or experiment.goals_from is None:
+        return record
+    stated = Interpretations(experiment.goals_from, {task_id: state.metadata[STATED]})
+    return believe(stated, suite.benchmark, suite.source).marked(record)
 
 
 def score_of(record: Record, epoch: int, *, answered: bool) -> Score:
@@ -160,7 +165,7 @@ def _verdicts(scores: Sequence[SampleScore]) -> list[Verdict]:
     """
     texts = {_task_of(score): score.score.answer or "" for score in _answered(scores)}
     verdicts = {_task_of(score): record_from_json(_metadata(score)).verdict for score in scores}
-    if texts and not any(EXPERIMENT in _metadata(score) for score in scores):
+    if texts and not any(_metadata(score).get("attempts") for score in scores):
         suite = _suite_of(scores[0])
         together = suite.over(list(texts.values()))
         if together is not suite:

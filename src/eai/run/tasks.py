@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 import inspect_ai
 from inspect_ai.dataset import MemoryDataset, Sample
@@ -31,6 +32,7 @@ from eai.run.messages import STATED, messages_of
 from eai.run.refusal import refusing
 from eai.run.scorer import EXPERIMENT, SCORERS
 from eai.run.solver import ask_as_published
+from eai.scoring.stage_one import BelievedGoals, read_believed
 from eai.scoring.trials import open_trials
 from eai.world.episode import Notice
 
@@ -105,6 +107,7 @@ def published_task(reference: str, ability: Ability) -> Callable[..., inspect_ai
         slip_seed: int = 0,
         slip_notice: str = Notice.DETECTED.value,
         until: str | None = None,
+        goals: str | None = None,
     ) -> inspect_ai.Task:
         with refusing():
             folder = None if prompt_folder is None else Path(prompt_folder)
@@ -116,13 +119,23 @@ def published_task(reference: str, ability: Ability) -> Callable[..., inspect_ai
                 asked = _only(asked, tasks)
             rules, trials = protocol_of(protocol), None
             how = (replans, world, feedback, feedback_form, slip, slip_seed, slip_notice, until)
-            experiment = chosen_experiment(*how)
-            if experiment is not None:
+            experiment, stated = chosen_experiment(*how), None
+            if goals is not None:
+                if experiment is not None:
+                    raise InputError(
+                        "goals: not with attempts or slips; feedback would tell the task's goals"
+                    )
+                believed = read_believed(Path(goals), benchmark, ability, source)
+                asked, stated = _stating(believed, asked, library.open(benchmark, ability, believed.beliefs))
+                experiment = believed.experiment
+            elif experiment is not None:
                 suite = open_suite(benchmark, ability, rules, source=source)
                 trials = open_trials(suite, experiment, library.asker(benchmark, ability, asked), asked)
                 experiment = trials.experiment
         solver = ask_as_published(trials)
-        task = build_task(benchmark, ability, asked, solver, rules, source=source, experiment=experiment)
+        task = build_task(
+            benchmark, ability, asked, solver, rules, source=source, experiment=experiment, stated=stated
+        )
         task.config = GenerateConfig(temperature=0.0)
         task.score_on_error = True
         return task
@@ -132,6 +145,29 @@ def published_task(reference: str, ability: Ability) -> Callable[..., inspect_ai
     if registry_info(registered).name == name:  # Inspect names the package only where it is not editable
         registered = inspect_ai.task(name=f"eai/{name}")(suite)
     return registered
+
+
+class _Stating(NamedTuple):
+    """Prompts that state interpreted goals, and the answers that state them, by task."""
+
+    prompts: Mapping[str, Prompt]
+    stated: Mapping[str, str]
+
+
+def _stating(believed: BelievedGoals, asked: Mapping[str, Prompt], prompts: Mapping[str, Prompt]) -> _Stating:
+    """The prompts of the tasks that are asked.
+
+    Raises:
+        InputError: a task has no answer to goal interpretation; a log would leave it out of all rates.
+    """
+    missing = [task_id for task_id in asked if task_id not in believed.beliefs]
+    if missing:
+        raise InputError(
+            f"goals: {len(missing)} of {len(asked)} tasks have no answer to goal interpretation; "
+            "leave them out with -T tasks=, or take eai run, which counts them as failed"
+        )
+    stated = {task_id: believed.beliefs[task_id].answer for task_id in asked}
+    return _Stating({task_id: prompts[task_id] for task_id in asked}, stated)
 
 
 def _only(prompts: Mapping[str, Prompt], tasks: str | int | Sequence[str]) -> Mapping[str, Prompt]:
