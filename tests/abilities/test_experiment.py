@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import pytest
 from hypothesis import given
-from hypothesis import strategies as st
 
+from abilities.random_records import EXPERIMENTS
 from eai.abilities.experiment import Experiment, Feedback, FeedbackForm, World
 from eai.errors import InputError
 from eai.world.episode import Notice, Until
@@ -48,6 +48,6 @@ def test_what_is_out_of_range() -> None:
             replace(Experiment(), **wrong)
 
 
-@given(st.from_type(Experiment))
+@given(EXPERIMENTS)
 def test_a_label_is_the_name_of_a_folder(experiment: Experiment) -> None:
     assert not set(experiment.label) & set("/\\ \0:")

@@ -82,7 +82,8 @@ def test_a_behavior_run_stands_beside_the_modular_rows() -> None:
     run = summary(action_run())
     found = besides(replace(run, key=run.key._replace(domain="behavior")))
     assert [key for key, table in found.items() if runs_in(table)] == [
-        ("paper_pipeline_action_sequencing", "behavior")
+        ("paper_replanning_prose", "behavior"),
+        ("paper_pipeline_action_sequencing", "behavior"),
     ]
     assert any("modular rows" in text for text in found["paper_pipeline_action_sequencing", "behavior"].notes)
 

@@ -10,9 +10,11 @@ import pytest
 from typer.testing import CliRunner
 
 from eai.abilities.experiment import Experiment, Feedback
-from eai.abilities.record import Record
+from eai.abilities.record import Attempt, Record
 from eai.cli import app
-from report.samples import RIGHT, action_run, write_runs
+from eai.report.explorer_data import Background, ExplorerData
+from eai.report.runs import read_runs
+from report.samples import RIGHT, WRONG, action_run, write_runs
 
 RUNNER = CliRunner()
 REPLANNING = Experiment(3, feedback=Feedback.EXPLAINED)
@@ -76,6 +78,20 @@ def test_experiments_that_differ_are_different_runs(tmp_path: Path) -> None:
     both = write_runs(tmp_path / "seeds", [all_right(experiment) for experiment in seeds])
     found = report(both, tmp_path / "out")["experiments_action_sequencing_trajectory"]
     assert found == [f"{LABEL}+slip-0.1-seed-{seed}" for seed in (0, 1)]
+
+
+def test_the_explorer_has_every_attempt_as_an_answer(tmp_path: Path) -> None:
+    """Two of one task; a task that was tried once has its answer alone."""
+    once, *others = all_right(REPLANNING)
+    twice = replace(once, attempts=(Attempt("first", WRONG), Attempt("answer 0", RIGHT)))
+    write_runs(tmp_path / "runs", [[twice, *others]])
+    data = ExplorerData(Background())
+    for run in read_runs([tmp_path / "runs"]):
+        data.add(run)
+    content = json.loads(data.to_json())
+    attempts = [answer.get("A", []) for answer in content["runs"][0]["answers"]]
+    assert [[each["o"] for each in of_task] for of_task in attempts][:2] == [["wrong_order", "success"], []]
+    assert [content["texts"][each["r"]] for each in attempts[0]] == ["first", "answer 0"]
 
 
 def test_comparisons_name_the_experiment(runs: Path) -> None:

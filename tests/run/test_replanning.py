@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import subprocess
+import sys
 from collections import defaultdict
 from collections.abc import Iterator
 from concurrent.futures import Executor, ProcessPoolExecutor
@@ -164,3 +166,14 @@ def test_options_that_contradict_each_other(options: str, message: str, tmp_path
     done = eai(*f"run --model eai/oracle --out {tmp_path} {options}".split())
     assert done.status == 2
     assert message in done.err
+
+
+def test_what_is_killed_and_goes_on_loses_and_doubles_nothing(data_store: Store) -> None:
+    """A few of the cycles of the benchmark, which has a hundred."""
+    script = Path(__file__).parents[2] / "bench" / "kill_and_resume.py"
+    command = [sys.executable, str(script), "--kills", "3", "--tasks", "6"]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=300)
+    assert done.returncode == 0, done.stderr
+    found = json.loads(done.stdout)
+    assert (found["lost"], found["doubled"], found["differing"]) == (0, 0, 0)
+    assert found["kills"] == 3

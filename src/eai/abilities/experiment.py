@@ -109,7 +109,8 @@ class Experiment:
             parts.append(f"replans-{self.replans}-{words}" if self.replans else "replans-0")
         if self.slip:
             silent = "-silent" if self.notice is Notice.SILENT else ""
-            parts.append(f"slip-{self.slip:g}-seed-{self.slip_seed or 0}{silent}")
+            seed = "" if self.slip_seed is None else f"-seed-{self.slip_seed}"
+            parts.append(f"slip-{self.slip:g}{seed}{silent}")
         if self.until is Until.GOAL:
             parts.append(f"until-{self.until.value}")
         return SEPARATOR.join(parts)

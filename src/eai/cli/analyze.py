@@ -23,6 +23,7 @@ from eai.cli import (
     analyze_goals,
     analyze_items,
     analyze_pipeline,
+    analyze_replanning,
     analyze_table,
 )
 from eai.cli.console import data_progress, output
@@ -42,6 +43,7 @@ app.command(no_args_is_help=True)(analyze_goals.goals)
 app.command(no_args_is_help=True)(analyze_items.items)
 app.command("annotations", no_args_is_help=True)(analyze_annotations.rate_annotations)
 app.command(no_args_is_help=True)(analyze_pipeline.pipeline)
+app.command(no_args_is_help=True)(analyze_replanning.replanning)
 
 
 @app.callback()

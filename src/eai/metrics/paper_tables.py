@@ -24,6 +24,8 @@ OTHER_TABLES = (
     "transition_modeling_summary",
     "human",
     "replanning",
+    "replanning_prose",
+    "replanning_stochastic",
     "pipeline_action_sequencing",
     "pipeline_subgoal_decomposition",
 )

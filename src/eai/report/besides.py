@@ -15,8 +15,8 @@ from eai.report.run_summary import RunSummary
 from eai.report.table import Table, cells_of_run, run_rows, with_best_marked
 from eai.report.table_specs import COLUMNS_BESIDES, ColumnSpec
 
-_OTHER_SUBSET = ("human",)
-"""Tables on tasks that no run is on."""
+_OTHER_SUBSET = ("human", "replanning_stochastic")
+"""Tables on tasks that no run is on, or where actions fail that are possible."""
 
 _LEFT_OUT = (
     "Runs under another protocol than `eai-1.0.5` count otherwise and are not set beside these figures."

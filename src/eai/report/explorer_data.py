@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TypeAlias
 
 from eai.abilities.explanation import Explanation, StepReport
@@ -16,6 +16,7 @@ from eai.abilities.record import Record
 from eai.abilities.transition_modeling.report import OperatorReport
 from eai.abilities.verdict import GoalVerdict, Json, OperatorVerdict, PlanVerdict, SubgoalVerdict, Verdict
 from eai.benchmarks.registry import title_of
+from eai.metrics.attempts import after
 from eai.metrics.breakdown import outcome
 from eai.report.page import for_script
 from eai.report.runs import Run, RunKey
@@ -98,8 +99,15 @@ class ExplorerData:
                 "w": [self._text(note) for note in explanation.notes],
                 "s": [self._step(step) for step in explanation.steps],
                 "G": [[goal.kind, self._text(goal.goal), int(goal.satisfied)] for goal in explanation.goals],
+                "A": self._attempts(record),
             }
         )
+
+    def _attempts(self, record: Record) -> list[Json]:
+        """Each of several attempts, as an answer of its own."""
+        number = len(record.attempts)
+        each = [replace(after(record, k), attempts=()) for k in range(1, number + 1)]
+        return [self._answer(attempt) for attempt in each] if number > 1 else []
 
     def _own(self, verdict: Verdict) -> dict[str, Json]:
         """What the verdicts of an ability say besides."""

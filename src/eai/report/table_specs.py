@@ -148,6 +148,8 @@ COLUMNS_BESIDES: Mapping[str, tuple[ColumnSpec, ...]] = {
     "transition_modeling_summary": _summary_columns(),
     "human": _overview().columns,
     "replanning": _trajectory(Ability.ACTION_SEQUENCING).columns,
+    "replanning_prose": _trajectory(Ability.ACTION_SEQUENCING).columns,
+    "replanning_stochastic": _trajectory(Ability.ACTION_SEQUENCING).columns,
     "pipeline_action_sequencing": _trajectory(Ability.ACTION_SEQUENCING).columns,
     "pipeline_subgoal_decomposition": _trajectory(Ability.SUBGOAL_DECOMPOSITION).columns,
 }

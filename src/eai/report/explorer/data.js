@@ -44,6 +44,7 @@ const stepsOf = (answer) => (answer.row.s || []).map((number) => {
   return { action: text(action), outcome: text(outcome), reason: text(reason), earlier: text(earlier),
     added: added.map(text), removed: removed.map(text), hidden };
 });
+const attemptsOf = (answer) => (answer.row.A || []).map((row) => ({ run: answer.run, task: answer.task, outcome: row.o, row }));
 const goalsOf = (answer) => (answer.row.G || []).map(([kind, goal, satisfied]) => (
   { kind, goal: text(goal), satisfied: Boolean(satisfied) }));
 const operatorsOf = (answer) => (answer.row.q || []).map((number) => {

@@ -34,7 +34,7 @@ function heading(answer) {
 }
 
 function body(answer, narrow) {
-  return element('div', { class: narrow ? 'body narrow' : 'body' }, verdict(answer), goals(answer), counts(answer),
+  return element('div', { class: narrow ? 'body narrow' : 'body' }, verdict(answer), attempts(answer), goals(answer), counts(answer),
     operators(answer), replay(answer), notes(answer), rawAnswer(answer));
 }
 
@@ -53,6 +53,29 @@ function verdict(answer) {
     element('p', { class: 'headline' }, words(answer.outcome).replace(/^./, (first) => first.toUpperCase())),
     lines.map((line) => element('p', {}, line)),
     tags.length ? element('p', { class: 'tags' }, tags.map((tag) => element('span', { class: 'tag' }, tag))) : null);
+}
+
+// Attempts at a task side by side: what each said, and what in it the one before did not say.
+function attempts(answer) {
+  const found = attemptsOf(answer);
+  if (!found.length) return null;
+  return element('section', { class: 'attempts' }, element('h3', {}, 'Attempts'),
+    element('p', { class: 'empty' }, 'In bold: steps that the attempt before did not have.'),
+    element('div', { class: 'columns even' }, found.map((attempt, number) => attemptColumn(attempt, found[number - 1], number))));
+}
+
+function attemptColumn(attempt, before, number) {
+  const known = before ? stepsOf(before).map((step) => step.action) : [];
+  const isNew = (step) => {
+    const place = known.indexOf(step.action);
+    if (place >= 0) known.splice(place, 1);
+    return before && place < 0;
+  };
+  const steps = stepsOf(attempt);
+  return element('div', { class: 'attempt' }, element('h4', {}, `Attempt ${number + 1} `, badge(attempt.outcome)),
+    steps.length ? element('ol', {}, steps.map((step) => element('li', { class: isNew(step) ? 'new' : null },
+      element('code', {}, step.action),
+      step.outcome === 'executed' ? null : element('span', { class: 'kind' }, `${words(step.outcome)}: ${step.reason}`)))) : rawAnswer(attempt));
 }
 
 const stepText = (answer, error) => {

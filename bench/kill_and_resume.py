@@ -1,0 +1,144 @@
+"""Kills a replanning run again and again, goes on with it, and looks whether anything is lost or doubled.
+
+    python bench/kill_and_resume.py --kills 100
+
+A process that does a job of ``eai run`` is killed (SIGKILL) after a few more answers, at a moment that nobody
+chose, and started again, until it ends. Then its records, summary and answers must be those of a run that was
+left alone, byte for byte; of all that the journal held at a kill nothing may be missing, and no answer may
+stand in it twice. More runs follow until there have been so many kills. Prints one line of JSON.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import random
+import signal
+import sys
+import tempfile
+import time
+from collections import Counter
+from pathlib import Path
+
+from eai.abilities.experiment import Experiment, Feedback
+from eai.abilities.protocol import Ability
+from eai.benchmarks.prompt_library import Library
+from eai.benchmarks.suite import open_suite
+from eai.prompts.prompt import PromptSet
+from eai.run.evaluation import obtain_answers
+from eai.run.job import Endpoint, Job, Pace
+from eai.scoring.batch import Settings
+from eai.scoring.epochs import Obtained, settle
+from eai.scoring.trials import open_trials
+
+EXPERIMENT = Experiment(3, feedback=Feedback.EXPLAINED, slip=0.05, slip_seed=0)
+MODEL = "eai/noisy"
+JOURNAL = "answers.jsonl"
+COMPARED = ("records.jsonl", "summary.json")
+
+
+def make_job(tasks: int) -> Job:
+    """The job of each run: the first tasks of BEHAVIOR, whose answers are spoilt and mended."""
+    suite, library = open_suite("behavior", Ability.ACTION_SEQUENCING), Library(PromptSet.OFFICIAL)
+    prompts = library.open(suite.benchmark, suite.ability)
+    asked = {task_id: prompts[task_id] for task_id in suite.task_ids[:tasks]}
+    trials = open_trials(suite, EXPERIMENT, library.asker(suite.benchmark, suite.ability, asked), asked)
+    endpoint = Endpoint(MODEL, {"rate": 0.2, "heed": 0.7})
+    pace = Pace(max_connections=2)
+    return Job(endpoint, suite.benchmark, suite.ability, asked, pace=pace, source=suite.source, trials=trials)
+
+
+def work(job: Job, folder: Path) -> None:
+    """All that a run does, in this process."""
+    answers = obtain_answers(job, folder / JOURNAL, folder / "logs")
+    obtained = Obtained(
+        MODEL, "noisy", job.prompts, answers.given, answers.failures, 1, job.trials, answers.tried
+    )
+    settle(obtained, folder, open_suite("behavior", Ability.ACTION_SEQUENCING), Settings())
+
+
+def start(job: Job, folder: Path) -> int:
+    """A process that does the job; its id."""
+    child = os.fork()
+    if child:
+        return child
+    null = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(null, 1)
+    try:
+        work(job, folder)
+        status = 0
+    except BaseException as error:  # whatever it is, the parent is to see it
+        print(f"{type(error).__name__}: {error}", file=sys.stderr)
+        status = 1
+    os._exit(status)
+
+
+def lines(folder: Path) -> list[str]:
+    """The whole lines of the journal."""
+    path = folder / JOURNAL
+    return path.read_text(encoding="utf-8").split("\n")[:-1] if path.exists() else []
+
+
+def kill_or_wait(child: int, folder: Path, more: int) -> bool:
+    """Kill a process when it has written so many more answers; whether it was killed before its end."""
+    wanted = len(lines(folder)) + more
+    while True:
+        ended, status = os.waitpid(child, os.WNOHANG)
+        if ended:
+            if status:
+                raise SystemExit(f"a run failed with status {status}")
+            return False
+        if len(lines(folder)) >= wanted:
+            os.kill(child, signal.SIGKILL)
+            os.waitpid(child, 0)
+            return True
+        time.sleep(0.001)
+
+
+def outcome(folder: Path) -> list[bytes]:
+    """What a run leaves besides its journal and log."""
+    attempts = sorted(folder.glob("noisy_attempt_*_outputs.json"))
+    return [path.read_bytes() for path in (*[folder / name for name in COMPARED], *attempts)]
+
+
+def places(journal: list[str]) -> Counter[tuple[str, int, int]]:
+    """How often each answer stands in a journal."""
+    rows = map(json.loads, journal)
+    return Counter((row["task_id"], row["epoch"], row["attempt"]) for row in rows)
+
+
+def main() -> None:
+    """Kill, resume and compare."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--kills", type=int, default=100)
+    parser.add_argument("--tasks", type=int, default=30)
+    parser.add_argument("--seed", type=int, default=0)
+    arguments = parser.parse_args()
+    job, chance = make_job(arguments.tasks), random.Random(arguments.seed)  # noqa: S311 - no secrets
+    kills, runs, lost, doubled, differing, answers = 0, 0, 0, 0, 0, 0
+    with tempfile.TemporaryDirectory() as temporary:
+        alone = Path(temporary, "alone")
+        kill_or_wait(start(job, alone), alone, sys.maxsize)
+        expected = outcome(alone)
+        while kills < arguments.kills:
+            runs += 1
+            folder = Path(temporary, f"run_{runs}")
+            killed = True
+            while killed:
+                more = chance.randint(1, 12) if kills < arguments.kills else sys.maxsize
+                before = lines(folder)
+                killed = kill_or_wait(start(job, folder), folder, more)
+                kills += killed
+                lost += len(set(before) - set(lines(folder)))
+            found = places(lines(folder))
+            answers += len(found)
+            doubled += sum(times - 1 for times in found.values())
+            lost += len(places(lines(alone)) - found)
+            differing += outcome(folder) != expected
+    counted = {"kills": kills, "runs": runs, "answers": answers}
+    print(json.dumps({**counted, "lost": lost, "doubled": doubled, "differing": differing}))
+
+
+if __name__ == "__main__":
+    main()

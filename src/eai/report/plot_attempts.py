@@ -1,0 +1,57 @@
+"""Task success by the number of attempts: a curve an arm, the one that is told nothing dashed."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from eai.abilities.experiment import Feedback
+from eai.analysis.replanning import Arm, success_by_attempt
+from eai.report.palette import LINES, MUTED, RULE
+from eai.report.plot_text import clipped
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+_SIZE = (3.5, 2.8)
+"""A column of a page, in inches."""
+_LEGEND_ROW = 0.17
+_APART = 0.05
+"""How far arms stand beside each other, so that their intervals can be told apart."""
+
+
+def draw(arms: Sequence[Arm]) -> Figure | None:
+    """Success with its 95 % intervals; None if no task had more than one attempt."""
+    from matplotlib.figure import Figure
+
+    shown = [arm for arm in arms if arm.attempts > 1]
+    if not shown:
+        return None
+    figure = Figure(figsize=(_SIZE[0], _SIZE[1] + _LEGEND_ROW * len(shown)), layout="constrained")
+    panel = figure.subplots()
+    for number, arm in enumerate(shown):
+        estimates = success_by_attempt(arm)
+        places = [k + _APART * (number - (len(shown) - 1) / 2) for k in range(1, arm.attempts + 1)]
+        values = [each.value or 0.0 for each in estimates]
+        below = [value - (each.low or 0.0) for value, each in zip(values, estimates, strict=True)]
+        above = [(each.high or value) - value for value, each in zip(values, estimates, strict=True)]
+        told = arm.experiment.feedback is not Feedback.NONE
+        panel.errorbar(
+            places,
+            values,
+            yerr=[below, above],
+            color=LINES[number % len(LINES)] if told else MUTED,
+            linestyle="-" if told else "--",
+            marker="o",
+            markersize=3,
+            linewidth=1.2,
+            elinewidth=0.7,
+            label=clipped(arm.name if told else f"{arm.name} (told nothing)"),
+        )
+    panel.set_xticks(range(1, max(arm.attempts for arm in shown) + 1))
+    panel.set_xlabel("attempts")
+    panel.set_ylabel("task success in percent")
+    panel.set_ylim(0, 100)
+    panel.grid(axis="y", color=RULE, linewidth=0.6)
+    figure.legend(loc="outside lower center", ncols=1, frameon=False, fontsize=7)
+    return figure
