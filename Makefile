@@ -1,6 +1,7 @@
 # make demo    install, then run the main job on the built-in models and print its table
 # make test    install, then run the tests (ARGS="-k name" reaches pytest)
 # make lint | type | docs | bench | clean
+# make release build the package, check it as an index does, and write what is new; nothing is uploaded
 
 PYTHON ?= python3 python3.13 python3.12 python3.11 python3.10
 VENV   := .venv
@@ -10,13 +11,15 @@ BIN    := $(VENV)/bin
 CREATED  := $(VENV)/.created
 WITH_RUN := $(VENV)/.with-run
 WITH_DEV := $(VENV)/.with-dev
+WITH_RELEASE := $(VENV)/.with-release
 
-.PHONY: demo test lint type bench docs clean
+.PHONY: demo test lint type bench docs release clean
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
 
 demo: $(WITH_RUN)
 	$(BIN)/eai run --model eai/oracle --model eai/noisy --planner built_in --out runs/demo
+	@echo "eai lies in $(BIN): source $(BIN)/activate, or call $(BIN)/eai"
 
 test: $(WITH_DEV)
 	$(BIN)/pytest $(ARGS)
@@ -35,6 +38,13 @@ bench: $(WITH_DEV)
 # The documentation is plain Markdown: its snippets run and its links lead somewhere.
 docs: $(WITH_DEV)
 	$(BIN)/pytest tests/test_readme.py
+
+release: $(WITH_RELEASE)
+	rm -rf dist
+	$(BIN)/python -m build --outdir dist
+	$(BIN)/twine check --strict dist/*.whl dist/*.tar.gz
+	$(BIN)/python tools/release_notes.py --out dist/notes.md
+	@echo "made dist/; to publish: $(BIN)/twine upload dist/*.whl dist/*.tar.gz"
 
 clean:
 	rm -rf $(VENV) build dist .mypy_cache .pytest_cache .ruff_cache .hypothesis
@@ -55,6 +65,10 @@ define install
 	@{ command -v uv >/dev/null && uv pip install --quiet --python $(BIN)/python --editable '.[$(1)]'; } \
 	  || $(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[$(1)]'
 endef
+
+$(WITH_RELEASE): $(CREATED) pyproject.toml
+	$(call install,release)
+	@touch $@
 
 $(WITH_RUN): $(CREATED) pyproject.toml
 	$(call install,run)

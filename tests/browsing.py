@@ -10,7 +10,9 @@ from typing import Any
 import pytest
 
 CHROMIUM = shutil.which("chromium")
-needs_browser = pytest.mark.skipif(CHROMIUM is None, reason="NOT TESTED: no chromium on this machine")
+needs_browser = pytest.mark.skipif(
+    CHROMIUM is None, reason="no chromium on this machine: apt install chromium"
+)
 ARGUMENTS = (
     "--no-sandbox",
     "--disable-gpu",
@@ -25,7 +27,7 @@ ARGUMENTS = (
 @contextmanager
 def started_browser() -> Iterator[Any]:
     """A browser; skips the test where Playwright is not installed."""
-    playwright = pytest.importorskip("playwright.sync_api", reason="NOT TESTED: playwright is not installed")
+    playwright = pytest.importorskip("playwright.sync_api", reason="no playwright: pip install playwright")
     with playwright.sync_playwright() as driver:
         started = driver.chromium.launch(executable_path=CHROMIUM, args=list(ARGUMENTS))
         yield started

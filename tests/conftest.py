@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import signal
+from collections import Counter
 
 import pytest
 
@@ -19,6 +20,16 @@ def pytest_configure() -> None:
     """What a shell starts in the background ignores interrupts, and so would all that the tests start."""
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
         signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
+    """What was not tested and why, at the very end, where nobody overlooks it."""
+    told = (report.longrepr for report in terminalreporter.getreports("skipped"))
+    reasons = Counter(str(each[2]).removeprefix("Skipped: ") for each in told if isinstance(each, tuple))
+    if reasons:
+        terminalreporter.section("NOT TESTED", yellow=True, bold=True)
+    for reason, times in reasons.most_common():
+        terminalreporter.write_line(f"{times:5} {reason}")
 
 
 @pytest.fixture(scope="session")

@@ -24,7 +24,7 @@ def eai(*arguments: object, **environment: str) -> Outcome:
         capture_output=True,
         text=True,
         check=False,
-        timeout=120,
+        timeout=600,
         env={**os.environ, "COLUMNS": "120", **environment},
     )
     return Outcome(done.returncode, done.stdout, done.stderr)

@@ -182,3 +182,18 @@ def test_what_holds_both_ways_is_told_once(eai: Command) -> None:
     shown = eai("explain", "out", "27_2").out
     assert "+ NEXT_TO(character.65, soap.1002), and back" in shown
     assert "NEXT_TO(soap.1002, character.65)" not in shown
+
+
+def test_the_readme_shows_what_the_command_prints(
+    eai: Command, data_store: Store, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    page = (Path(__file__).parents[2] / "README.md").read_text(encoding="utf-8")
+    answers, shown = (
+        re.findall(rf"^```{kind}\n(.*?)^```$", page, re.MULTILINE | re.DOTALL)[0] for kind in ("json", "text")
+    )
+    Path("mine_outputs.json").write_text(answers)
+    here = ("--data", data_store.folder)
+    assert eai("score", "mine_outputs.json", *HERE, *here, "--out", "mine").status == 0
+    monkeypatch.setenv("COLUMNS", "80")
+    lines = [line.rstrip() for line in eai("explain", "mine", "27_2", *here).out.splitlines()]
+    assert shown in "\n".join(lines) + "\n"

@@ -148,7 +148,7 @@ def test_two_processes_may_fetch_at_once(store: Store, wheel: Archive, index: Pa
             assert process.stdout is not None
             assert process.stdout.readline() == "starting\n"
             assert process.stdout.readline() == f"{Stage.WAIT.value}\n"
-    outputs = [process.communicate(timeout=60)[0].splitlines()[-1] for process in processes]
+    outputs = [process.communicate(timeout=300)[0].splitlines()[-1] for process in processes]
     assert [process.returncode for process in processes] == [0, 0]
     assert sorted(outputs) == ["made 0", f"made {len(NAMES)}"]
 
@@ -168,7 +168,7 @@ def test_a_killed_fetch_leaves_the_old_data_and_no_lock(store: Store, packs: Seq
     assert store.path(PACK).read_bytes() == before
     started = time.monotonic()
     assert fetch(store, packs=packs, force=True) == NAMES
-    assert time.monotonic() - started < 30
+    assert time.monotonic() - started < 300  # and not for as long as the dead one would have held it
 
 
 def test_an_interrupted_download_leaves_nothing(

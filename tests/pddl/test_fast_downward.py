@@ -20,7 +20,7 @@ from eai.benchmarks.gold_operators import open_behavior, open_virtualhome
 from eai.data.store import Store
 from eai.errors import DataError
 from eai.logic.formula import Atom
-from eai.pddl import fast_downward
+from eai.pddl import fast_downward, limited
 from eai.pddl.execute import PlanStep
 from eai.pddl.fast_downward import FastDownward, PlannerLimits
 from eai.pddl.model import PddlAction
@@ -163,13 +163,24 @@ def test_no_process_outlives_an_interrupt(tmp_path: Path, number: signal.Signals
         assert process.stdout.readline() == b"started\n"
         assert wait_until(lambda: working_in(tmp_path)), "the planner never started"
         process.send_signal(number)
-        process.communicate(timeout=20)
+        process.communicate(timeout=120)
         assert wait_until(lambda: not working_in(tmp_path)), "a planner is still alive"
         if number is signal.SIGINT:
             assert list(tmp_path.iterdir()) == []
     finally:
         process.kill()
         process.communicate()
+
+
+def test_a_launcher_whose_parent_has_ended_starts_nothing(tmp_path: Path) -> None:
+    made = tmp_path / "made"
+    for parent, starts in ((os.getpid(), True), (os.getpid() + 1, False)):
+        made.unlink(missing_ok=True)
+        limits = (str(parent), "10", str(1 << 30))
+        done = subprocess.run(
+            [sys.executable, "-I", limited.__file__, *limits, "/usr/bin/env", "touch", str(made)], check=False
+        )
+        assert (done.returncode == 0, made.exists()) == (starts, starts)
 
 
 def working_in(folder: Path) -> list[str]:
@@ -184,7 +195,7 @@ def working_in(folder: Path) -> list[str]:
     return found
 
 
-def wait_until(condition: Callable[[], object], seconds: float = 20) -> bool:
+def wait_until(condition: Callable[[], object], seconds: float = 120) -> bool:
     end = time.monotonic() + seconds
     while time.monotonic() < end:
         if condition():

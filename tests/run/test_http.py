@@ -49,7 +49,7 @@ def ask(tmp_path: Path, process: Executor) -> Callable[..., Answers]:
             pace=Pace(max_retries=0, timeout=timeout),
         )
         journal, logs = tmp_path / "answers.jsonl", tmp_path / "logs"
-        return process.submit(obtain_in_child, ask_all, journal, logs).result(timeout=60)
+        return process.submit(obtain_in_child, ask_all, journal, logs).result(timeout=300)
 
     return obtain
 

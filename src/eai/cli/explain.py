@@ -150,7 +150,9 @@ def _print_step(console: Console, number: int, step: StepReport, width: int) -> 
             line.append(f", but {step.reason}", style="yellow")
     else:
         style = "yellow" if step.outcome == FaultKind.ADDITIONAL_STEP.value else "bold red"
-        line.append(f"{step.outcome}: {step.reason}", style=style)
+        told = f"{step.outcome}: {step.reason}"
+        fits = len(line) + len(told) <= console.width
+        line.append(told if fits else f"\n      {told}", style=style)
     console.print(line)
     indent = " " * 6
     if step.earlier:

@@ -143,7 +143,7 @@ class FastDownward:
 
     def _run(self, folder: Path, command: list[str], stdin: Path) -> _Ended:
         """Run one program in the folder, under limits and in a process group of its own."""
-        limits = (str(self.limits.cpu_seconds), str(self.limits.memory_mib << 20))
+        limits = map(str, (os.getpid(), self.limits.cpu_seconds, self.limits.memory_mib << 20))
         with stdin.open() as source, (folder / "log").open("w+") as log:
             process = subprocess.Popen(  # noqa: S603 - a program of ours on files of ours
                 [sys.executable, "-I", str(_LAUNCHER), *limits, *command],

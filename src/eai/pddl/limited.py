@@ -1,9 +1,10 @@
 """Run as a script: become another program, under limits, that does not outlive its parent.
 
-    python limited.py CPU_SECONDS MEMORY_BYTES PROGRAM ARGUMENT...
+    python limited.py PARENT CPU_SECONDS MEMORY_BYTES PROGRAM ARGUMENT...
 
 The limits are the operating system's, so the program cannot evade them; where the system knows how (Linux),
-it is also asked to kill the program when the parent dies, however the parent dies. Uses nothing but the
+it is also asked to kill the program when the parent dies, however the parent dies. PARENT is the number of
+that process: if it died before the system was asked, there is nobody left to ask for. Uses nothing but the
 standard library, since it is started without the package on the path.
 """
 
@@ -22,16 +23,18 @@ _SET_PARENT_DEATH_SIGNAL = 1
 """``PR_SET_PDEATHSIG`` of ``prctl(2)``."""
 
 
-def become(cpu_seconds: int, memory_bytes: int, command: list[str]) -> None:
-    """Replace this process by a command, under limits."""
+def become(parent: int, cpu_seconds: int, memory_bytes: int, command: list[str]) -> None:
+    """Replace this process by a command, under limits; end instead if the parent has ended."""
     resource.setrlimit(resource.RLIMIT_CPU, (cpu_seconds, cpu_seconds + _GRACE))
     with contextlib.suppress(ValueError, OSError):  # macOS has no limit of address space.
         resource.setrlimit(resource.RLIMIT_AS, (memory_bytes, memory_bytes))
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     if sys.platform == "linux":
         ctypes.CDLL(None).prctl(_SET_PARENT_DEATH_SIGNAL, signal.SIGKILL)
+    if os.getppid() != parent:
+        sys.exit(128 + signal.SIGKILL)
     os.execv(command[0], command)  # noqa: S606 - replacing the process is the point
 
 
 if __name__ == "__main__":
-    become(int(sys.argv[1]), int(sys.argv[2]), sys.argv[3:])
+    become(int(sys.argv[1]), int(sys.argv[2]), int(sys.argv[3]), sys.argv[4:])
