@@ -105,9 +105,10 @@ def test_a_perfect_second_stage_and_what_is_missing() -> None:
     assert counts(missed, "pipeline solves") == {"INSIDE": 1, "not OPEN": 1, "ON": 0}
 
 
-def test_several_models_are_pooled_task_by_task() -> None:
-    """The rows add up, and the units of intervals stay the names of tasks."""
-    both = [of("first"), of("second")]
+@pytest.mark.parametrize("models", [("first", "second"), ("first", "first")])
+def test_several_pipelines_are_pooled_task_by_task(models: tuple[str, str]) -> None:
+    """The rows add up, also those of one model with goals of two."""
+    both = [of(model) for model in models]
     _, together, _ = pooled(both).tables()
     apart = [counts(each.tables()[1], "pipeline") for each in both]
     assert counts(together, "pipeline") == {key: apart[0][key] + apart[1][key] for key in apart[0]}  # type: ignore[operator]

@@ -7,6 +7,8 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 
 from eai.abilities.goal_interpretation.stated import read_stated
 from eai.abilities.protocol import Ability
@@ -195,3 +197,28 @@ def test_prompts_of_the_user_need_a_place_for_goals(
     file.write_text(json.dumps(rows), encoding="utf-8")
     with pytest.raises(InputError, match="a prompt has no goals between"):
         official.open(benchmark, ability, beliefs)
+
+
+WORDS = st.sampled_from(
+    ["not", "or", "and", "forall", "forn", "open", "jar.n.01_1", "jar.n.01", "-", "", "?"]
+)
+ENTRIES = st.recursive(
+    WORDS | st.none() | st.booleans() | st.integers(-1, 3) | st.dictionaries(WORDS, WORDS, max_size=1),
+    lambda inner: st.lists(inner, max_size=4),
+    max_leaves=12,
+)
+
+
+@given(st.lists(ENTRIES, max_size=3), st.sampled_from(["node goals", "edge goals", "action goals", "x"]))
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=150, deadline=None)
+def test_any_answer_has_a_question(
+    behavior_tasks: BehaviorTasks, virtualhome_tasks: VirtualHomeTasks, entries: list[object], key: str
+) -> None:
+    """Whatever JSON an answer is: it states goals or none, and every prompt can be written."""
+    answer = json.dumps({key: entries})
+    for name, task in (("behavior", behavior_tasks[JARS]), ("virtualhome", virtualhome_tasks["27_2"])):
+        benchmark = find_benchmark(name)
+        belief = believing(answer, task, benchmark)
+        for ability, section in benchmark.goal_sections.items():
+            section.write(belief)
+            benchmark.wording(ability).goals(belief.task)

@@ -215,18 +215,19 @@ class Pipeline:
 
 
 def pooled(pipelines: Sequence[Pipeline]) -> Pipeline:
-    """Those of several models as one, in which each model's answer to a task is a task of the same name."""
+    """Several as one, in which each answer to a task is one to a task of its own, of the same name."""
+    numbered = list(enumerate(pipelines))
     return Pipeline(
-        [_of_model(record) for each in pipelines for record in each.modular],
-        [_of_model(record) for each in pipelines for record in each.pipeline],
-        {f"{p.modular[0].model} {task}": value for p in pipelines for task, value in p.reachable.items()},
-        {f"{p.modular[0].model} {task}": value for p in pipelines for task, value in p.interpreted.items()},
+        [_numbered(number, record) for number, each in numbered for record in each.modular],
+        [_numbered(number, record) for number, each in numbered for record in each.pipeline],
+        {f"{number} {task}": value for number, each in numbered for task, value in each.reachable.items()},
+        {f"{number} {task}": value for number, each in numbered for task, value in each.interpreted.items()},
         {},
     )
 
 
-def _of_model(record: Record) -> Record:
-    return replace(record, task_id=f"{record.model} {record.task_id}")
+def _numbered(number: int, record: Record) -> Record:
+    return replace(record, task_id=f"{number} {record.task_id}")
 
 
 _PERFECT = (

@@ -44,12 +44,13 @@ def pipeline(
     piped: Annotated[
         Path, typer.Argument(help="Records of the pipeline, or a folder of them.", metavar="PIPELINE")
     ],
-    out: Annotated[Path, typer.Option(help="The folder for the tables.")] = Path(_NAME),
+    out: Annotated[Path, typer.Option(metavar="DIR", help="The folder for the tables.")] = Path(_NAME),
     goals: Annotated[
         Path | None,
         typer.Option(
+            metavar="PATH",
             help="The answers to goal interpretation: says which conditions are missing, and finds what a "
-            "perfect second stage would reach."
+            "perfect second stage would reach.",
         ),
     ] = None,
     search: Annotated[
@@ -74,10 +75,12 @@ def pipeline(
     for place, group in groupby(found, key=_place):
         several = [*group]
         for each in several:
-            model = each.modular[0].model
-            _write(each, model, out / place / file_name(model) if len(found) > 1 else out)
+            record = each.pipeline[0]
+            label = "" if record.experiment is None else record.experiment.label
+            folder = out / place / file_name(record.model) / label
+            _write(each, f"{record.model}, {label}", folder if len(found) > 1 else out)
         if len(several) > 1:
-            _write(pooled(several), f"{len(several)} models", out / place)
+            _write(pooled(several), f"{len(several)} pipelines", out / place)
 
 
 def _pairs(modular: Sequence[Run], piped: Sequence[Run]) -> Iterator[tuple[Run, Run]]:
