@@ -20,6 +20,7 @@ from eai.abilities.verdict import Json
 from eai.benchmarks.answer_files import recorded_file
 from eai.benchmarks.prompt_library import Library
 from eai.benchmarks.registry import registered
+from eai.benchmarks.short_tests import SHORT, short_test
 from eai.benchmarks.source import Source
 from eai.benchmarks.suite import DEFAULT_PROTOCOL, Suite, open_suite
 from eai.cli.console import (
@@ -144,7 +145,11 @@ def run(
     ] = None,
     tasks: Annotated[
         str,
-        typer.Option(metavar="ID,ID", help="Only these, in suites that have them.", rich_help_panel=_ASKED),
+        typer.Option(
+            metavar="ID,ID",
+            help="Only these, in suites that have them; short: forty that stand for a suite.",
+            rich_help_panel=_ASKED,
+        ),
     ] = "",
     limit: Annotated[
         int | None,
@@ -237,8 +242,11 @@ def run(
             for each in wanted
         ]
         library = Library(prompt_set, prompts, source)
-        named = _named(tasks, suites)
-        chosen = [(suite, asked) for suite in suites if (asked := _chosen(suite, library, named, limit))]
+        chosen = []
+        for suite, named in zip(suites, _tasks_of(tasks, suites), strict=True):
+            asked = _chosen(suite, library, named, limit)
+            if asked:
+                chosen.append((suite, asked))
     _check_replay(order.endpoints, [suite for suite, _ in chosen])
     note_planner([suite for suite, _ in chosen])
     first = _first_stage(goals, library, order, chosen)
@@ -436,6 +444,23 @@ def _named(tasks: str, suites: Sequence[Suite]) -> frozenset[str]:
                 f"{did_you_mean(task_id, sorted(known))}"
             )
     return frozenset(named)
+
+
+def _tasks_of(tasks: str, suites: Sequence[Suite]) -> list[frozenset[str]]:
+    """For each suite the tasks that are asked for; none if all are."""
+    return [_short(suite) for suite in suites] if tasks == SHORT else [_named(tasks, suites)] * len(suites)
+
+
+def _short(suite: Suite) -> frozenset[str]:
+    """The tasks of a suite's short test.
+
+    Raises:
+        InputError: it has none.
+    """
+    found = short_test(suite.domain, suite.ability)
+    if not found:
+        raise InputError(f"--tasks {SHORT}: {suite.domain} {suite.ability.value} has no short test")
+    return frozenset(found)
 
 
 def _chosen(suite: Suite, library: Library, named: Set[str], limit: int | None) -> dict[str, Prompt]:
