@@ -60,6 +60,7 @@ EXPERIMENTS = with_every_field(
     replans=COUNTS,
     slip=st.floats(0, 1),
     goals_from=st.just("a/b"),
+    prompt_name=st.just("base"),
     feedback=st.sampled_from([each for each in Feedback if each is not Feedback.STATE]),
 )
 st.register_type_strategy(Experiment, EXPERIMENTS)

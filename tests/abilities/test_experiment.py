@@ -36,6 +36,7 @@ from eai.world.episode import Notice, Until
             "pipeline+replanning",
             "goals-gpt-4o+replans-1-restart-none",
         ),
+        (Experiment(prompt_name="my prompt/2"), "prompts", "prompt-my_prompt_2"),
     ],
 )
 def test_names_and_labels(experiment: Experiment, name: str, label: str) -> None:
@@ -43,7 +44,7 @@ def test_names_and_labels(experiment: Experiment, name: str, label: str) -> None
 
 
 def test_what_is_out_of_range() -> None:
-    for wrong in ({"replans": -1}, {"slip": 1.5}):
+    for wrong in ({"replans": -1}, {"slip": 1.5}, {"prompt_name": ".."}, {"prompt_name": ""}):
         with pytest.raises(InputError):
             replace(Experiment(), **wrong)
 

@@ -61,9 +61,10 @@ class Experiment:
         goals_from: the model whose goals the questions state instead of the task's; None for the task's.
         read_as: how all answers are read where their form together would decide it, which cannot be waited
             for: as the questions show them; None where each is read by itself.
+        prompt_name: what the prompts are called among several ways to ask; None where they have no name.
 
     Raises:
-        InputError: a number is out of its range.
+        InputError: a number is out of its range, or no file could have the name.
     """
 
     replans: int = 0
@@ -76,11 +77,14 @@ class Experiment:
     until: Until = Until.DONE
     goals_from: str | None = None
     read_as: bool | None = None
+    prompt_name: str | None = None
 
     def __post_init__(self) -> None:
         Slips(self.slip)
         if self.replans < 0:
             raise InputError(f"replans: expected 0 or more, not {self.replans}")
+        if self.prompt_name is not None:
+            file_name(self.prompt_name)
         if self.feedback is Feedback.STATE and self.world is World.RESTART:
             raise InputError("feedback of the state says nothing in a world that begins anew")
 
@@ -91,8 +95,12 @@ class Experiment:
 
     @property
     def name(self) -> str:
-        """What kind of experiment it is: ``replanning``, ``pipeline`` or both."""
-        kinds = {"pipeline": self.goals_from is not None, "replanning": self.acts}
+        """What kind of experiment it is: ``replanning``, ``pipeline``, ``prompts`` or several of them."""
+        kinds = {
+            "pipeline": self.goals_from is not None,
+            "replanning": self.acts,
+            "prompts": self.prompt_name is not None,
+        }
         return SEPARATOR.join([kind for kind, is_part in kinds.items() if is_part])
 
     @property
@@ -113,6 +121,8 @@ class Experiment:
             parts.append(f"slip-{self.slip:g}{seed}{silent}")
         if self.until is Until.GOAL:
             parts.append(f"until-{self.until.value}")
+        if self.prompt_name is not None:
+            parts.append(f"prompt-{file_name(self.prompt_name)}")
         return SEPARATOR.join(parts)
 
 

@@ -180,6 +180,10 @@ class Record:
         before = () if self.origin is None else self.origin.answer_repairs
         return (*before, *self.verdict.repairs)
 
+    def asked_with(self, prompt_name: str) -> Record:
+        """The same record as one of a run whose prompts have this name."""
+        return replace(self, experiment=replace(self.experiment or Experiment(), prompt_name=prompt_name))
+
     def without_explanations(self) -> Record:
         """The same record without words, also on its attempts."""
         attempts = tuple([replace(attempt, explanation=None) for attempt in self.attempts])

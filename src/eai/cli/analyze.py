@@ -23,6 +23,7 @@ from eai.cli import (
     analyze_goals,
     analyze_items,
     analyze_pipeline,
+    analyze_prompts,
     analyze_replanning,
     analyze_table,
 )
@@ -41,6 +42,7 @@ app.command(no_args_is_help=True)(analyze_cofactors.cofactors)
 app.command(no_args_is_help=True)(analyze_errors.errors)
 app.command(no_args_is_help=True)(analyze_goals.goals)
 app.command(no_args_is_help=True)(analyze_items.items)
+app.command(no_args_is_help=True)(analyze_prompts.prompts)
 app.command("annotations", no_args_is_help=True)(analyze_annotations.rate_annotations)
 app.command(no_args_is_help=True)(analyze_pipeline.pipeline)
 app.command(no_args_is_help=True)(analyze_replanning.replanning)

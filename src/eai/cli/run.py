@@ -162,6 +162,10 @@ def run(
     prompts: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Prompts of your own.", rich_help_panel=_ASKED)
     ] = None,
+    prompt_name: Annotated[
+        str | None,
+        typer.Option(metavar="NAME", help="What these prompts are called.", rich_help_panel=_ASKED),
+    ] = None,
     max_connections: Annotated[
         int | None, typer.Option(min=1, metavar="N", help="Requests at a time.", rich_help_panel=_PACE)
     ] = None,
@@ -233,6 +237,7 @@ def run(
         settings=Settings(workers, explanations, allow_missing),
         out=out,
         quiet=quiet or as_json,
+        prompt_name=prompt_name,
     )
     with data_progress() as report:
         source = Source(store(data), report, planner)
@@ -279,6 +284,7 @@ class _Order:
     settings: Settings
     out: Path
     quiet: bool
+    prompt_name: str | None
 
 
 def _wanted(abilities: Sequence[Ability] | None, experiment: Experiment | None) -> list[Ability]:
@@ -370,6 +376,8 @@ def _run_model(
         folder /= trials.experiment.label
     if believed is not None:
         folder /= believed.experiment.label
+    if order.prompt_name is not None:
+        folder /= Experiment(prompt_name=order.prompt_name).label
     title = f"{suite.domain} {suite.ability.value} {endpoint.model}"
     with run_progress(title, quiet=order.quiet) as watch:
         answers = obtain_answers(job, folder / JOURNAL, order.out / LOGS, watch=watch)
@@ -385,6 +393,7 @@ def _run_model(
         trials,
         answers.tried,
         believed,
+        order.prompt_name,
     )
     with undisturbed():
         with scoring_progress(f"scoring {title}", len(answers.given), quiet=order.quiet) as told:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import groupby
 from pathlib import Path
 from typing import Annotated
@@ -85,6 +85,7 @@ class _Share:
     suite: Suite
     answers: ResponseFile
     out: Path | None
+    prompt_name: str | None = None
 
 
 def score(
@@ -103,6 +104,10 @@ def score(
     explanations: Explanations = True,
     allow_missing: AllowMissing = False,
     goals: Goals = None,
+    prompt_name: Annotated[
+        str | None,
+        typer.Option(metavar="NAME", help="What their prompts were called.", rich_help_panel=ANSWERS),
+    ] = None,
     shard: OneShard = None,
     out: Annotated[
         Path | None,
@@ -146,6 +151,7 @@ def score(
                     for place in dict.fromkeys((file.domain, file.ability) for file in found)
                 }
                 shares = [_share(file, opened[file.domain, file.ability], out) for file in found]
+    shares = [replace(share, prompt_name=prompt_name) for share in shares]
     note_planner([share.suite for share in shares])
     printed: list[Json] = []
     with Scoring(workers) as scoring:
@@ -202,10 +208,12 @@ def _records(
     title = f"scoring {suite.domain} {suite.ability.value} {answers.model}"
     with scoring_progress(title, len(answered), quiet=quiet) as told:
         records = score_run(suite, answers, missing, settings, told, scoring)
-    if goals is None:
-        return records
-    believed = _believed(goals, share)
-    return [believed.marked(record) for record in records]
+    if goals is not None:
+        believed = _believed(goals, share)
+        records = [believed.marked(record) for record in records]
+    if share.prompt_name is not None:
+        records = [record.asked_with(share.prompt_name) for record in records]
+    return records
 
 
 def _believed(goals: Path, share: _Share) -> BelievedGoals:

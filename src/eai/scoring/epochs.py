@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+import hashlib
 import json
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -41,6 +42,7 @@ class Obtained:
         trials: how answers were carried out in an experiment; None where each question was asked once.
         tried: in an experiment all answers and what became of them, by task and epoch.
         believed: in a pipeline the goals that the questions stated; ``failures`` has the tasks without any.
+        prompt_name: what the prompts are called; None if they have no name.
     """
 
     model: str
@@ -52,6 +54,7 @@ class Obtained:
     trials: Trials | None = None
     tried: Mapping[Place, Tried] = field(default_factory=dict)
     believed: BelievedGoals | None = None
+    prompt_name: str | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -180,6 +183,8 @@ def _write(
     else:
         records = _tried(obtained, obtained.trials, answers, why, settings)
         _write_attempts(folder, obtained.name, records)
+    if obtained.prompt_name is not None:
+        records = [record.asked_with(obtained.prompt_name) for record in records]
     outcome = SuiteResult(
         model=obtained.model,
         folder=folder,
@@ -191,7 +196,9 @@ def _write(
         usage=_usage(obtained),
         records=records,
     )
-    write_results(folder, records, outcome.rates, outcome.effort())
+    asked = [(task_id, prompt.sha256) for task_id, prompt in obtained.prompts.items()]
+    prompts_sha256 = hashlib.sha256(json.dumps(asked).encode()).hexdigest()
+    write_results(folder, records, outcome.rates, {"prompts_sha256": prompts_sha256, **outcome.effort()})
     return outcome
 
 

@@ -1,0 +1,61 @@
+"""``eai analyze prompts``: how much depends on how one asks."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from eai.abilities.responses import file_name
+from eai.analysis.prompts import PLAIN, matrix_of, prompt_tables
+from eai.analysis.table import write_tables
+from eai.cli.analyzed import Records
+from eai.cli.console import counted, output
+from eai.errors import InputError
+from eai.report import plot_prompts
+from eai.report.runs import Run, read_runs
+
+
+def prompts(
+    records: Records,
+    metric: Annotated[
+        str | None, typer.Option(help="Which metric of the ability's main table; its first if not given.")
+    ] = None,
+    reference: Annotated[
+        str | None, typer.Option(help="The prompts that gains are measured from; the first if not given.")
+    ] = None,
+    out: Annotated[Path, typer.Option(help="The folder for tables and plots.")] = Path("prompts"),
+    plots: Annotated[bool, typer.Option(help="Draw heat maps (needs the extra 'plots').")] = True,
+) -> None:
+    """Set runs of models with several prompts (--prompt-name) side by side, suite by suite.
+
+    Example: eai analyze prompts runs --metric overall.f1 --out prompts
+    """
+    for suite, runs in _by_suite(read_runs(records)).items():
+        matrix = matrix_of([(_name(run), run.records) for run in runs], metric)
+        folder = out / file_name(suite)
+        tables = prompt_tables(matrix, reference or matrix.prompts[0])
+        write_tables(folder, "prompts", tables)
+        if plots:
+            plot_prompts.save(matrix, suite.replace("-", ", "), folder / "prompts")
+        sizes = f"{counted(len(matrix.prompts), 'prompt')}, {counted(len(matrix.models), 'model')}"
+        output().print(f"{suite}: {sizes}; in {folder}", soft_wrap=True, highlight=False, markup=False)
+
+
+def _name(run: Run) -> str:
+    experiment = run.key.experiment
+    return PLAIN if experiment is None or experiment.prompt_name is None else experiment.prompt_name
+
+
+def _by_suite(runs: Iterable[Run]) -> dict[str, list[Run]]:
+    """The runs of each suite and protocol; those of other experiments are refused."""
+    suites: dict[str, list[Run]] = {}
+    for run in runs:
+        experiment = run.key.experiment
+        if experiment is not None and (experiment.acts or experiment.goals_from is not None):
+            raise InputError(f"{run.key}: expected runs that differ in their prompts alone")
+        suite = f"{run.key.domain}-{run.key.ability.value}-{run.key.protocol.value}"
+        suites.setdefault(suite, []).append(run)
+    return suites
