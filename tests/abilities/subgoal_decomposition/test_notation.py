@@ -60,7 +60,7 @@ def test_names_without_arguments_need_no_brackets() -> None:
     rest = Operator("REST", (), (), ())
     notation = SubgoalNotation(toy.DOMAIN.with_operators(rest))
     assert notation.read('{"output": ["REST", "", "now"]}') == WrittenSubgoals(
-        ("REST()",), ("brackets", "no_formula")
+        ("REST()",), ("brackets", "no_formula"), ("now",)
     )
 
 

@@ -157,6 +157,18 @@ def test_a_hand_holds_what_its_content_is_named_after_in_the_reference() -> None
     assert actions_of(REFERENCE, *subgoals)[1:] == ["LEFT_PLACE_INSIDE(sink_1)"]
 
 
+def test_what_is_left_out_of_an_answer_is_told() -> None:
+    everything = "forall(rag_n_01, inside(rag_n_01, sink.1))"
+    text = answer(everything, "onfloor(agent_n_01.1, floor.1)", *REACHED)
+    assert STRICT.score(text).repairs == ("quantifier", "robot")
+    left_out = "left out, neither carried out nor tested: "
+    notes = STRICT.explain(text).notes
+    assert [note.removeprefix(left_out) for note in notes if note.startswith(left_out)] == [
+        everything,
+        "onfloor(agent_n_01.1, floor.1)",
+    ]
+
+
 def test_errors_and_goals_are_told() -> None:
     verdict = STRICT.score(answer("open(carton.1)", *REACHED))
     assert (told(verdict), verdict.additional_steps) == ("correct", 1)

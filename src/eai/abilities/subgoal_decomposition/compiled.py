@@ -19,11 +19,12 @@ from eai.world.fault import FaultKind
 
 @dataclass(frozen=True, slots=True)
 class Compiled:
-    """An answer that can be carried out: its subgoals, also as a program, and the repairs made."""
+    """An answer that can be carried out: its subgoals, their program, what reading repaired and left out."""
 
     subgoals: tuple[Formula, ...]
     program: Program
     repairs: tuple[str, ...] = ()
+    left_out: tuple[str, ...] = ()
 
 
 class Offence(NamedTuple):
@@ -75,7 +76,7 @@ def compile_each(
     if offences:
         return offending(offences, written.repairs)
     try:
-        return Compiled(tuple(formulas), program(formulas), written.repairs)
+        return Compiled(tuple(formulas), program(formulas), written.repairs, written.left_out)
     except InputError as error:
         return unparseable(str(error), written.repairs)
 

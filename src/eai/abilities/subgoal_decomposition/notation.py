@@ -23,10 +23,17 @@ from eai.world.state import Scene, State, change
 
 @dataclass(frozen=True, slots=True)
 class WrittenSubgoals:
-    """The subgoals of an answer in order, each a formula as text, and the names of the repairs made."""
+    """The subgoals of an answer.
+
+    Attributes:
+        subgoals: those that are carried out, in order, each a formula as text.
+        repairs: the names of the repairs that were needed to read them.
+        left_out: what the repairs leave out, as it is written.
+    """
 
     subgoals: tuple[str, ...]
     repairs: tuple[str, ...] = ()
+    left_out: tuple[str, ...] = ()
 
 
 class SubgoalNotation:
@@ -127,6 +134,7 @@ def read_output(text: str, without_arguments: Collection[str]) -> WrittenSubgoal
     if found is None:
         return Unreadable('there is no JSON object with "output", a list of strings')
     subgoals: list[str] = []
+    left_out: list[str] = []
     output, repairs = found
     made = dict.fromkeys(repairs)
     for subgoal in map(str.strip, output):
@@ -137,7 +145,8 @@ def read_output(text: str, without_arguments: Collection[str]) -> WrittenSubgoal
             subgoals.append(subgoal)
         elif subgoal:
             made["no_formula"] = None
-    return WrittenSubgoals(tuple(subgoals), tuple(made))
+            left_out.append(subgoal)
+    return WrittenSubgoals(tuple(subgoals), tuple(made), tuple(left_out))
 
 
 def _output(value: object) -> list[str] | None:

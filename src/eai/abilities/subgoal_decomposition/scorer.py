@@ -164,6 +164,7 @@ class SubgoalDecomposition(Scorer):
     def _explain(self, compiled: Compiled, outcome: Outcome) -> Explanation:
         branch, best = outcome.reported, self._with_most_goals(outcome)
         notes = [category_of(outcome).value, *repairs_told(compiled.repairs)]
+        notes += [f"left out, neither carried out nor tested: {text}" for text in compiled.left_out]
         notes += [f"subgoal {i + 1}: {print_ltl(f)}" for i, f in enumerate(compiled.subgoals)]
         if outcome.end is not SearchEnd.COMPLETE:
             notes.append(f"the search was ended: {outcome.end.value} {outcome.reason}".rstrip())

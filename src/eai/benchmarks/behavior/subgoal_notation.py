@@ -44,16 +44,19 @@ class BehaviorSubgoals(SubgoalNotation):
             return written
         repairs = dict.fromkeys(written.repairs)
         kept: list[str] = []
+        left_out = [*written.left_out]
         for subgoal in written.subgoals:
             if _QUANTIFIER.search(subgoal):
                 repairs["quantifier"] = None
+                left_out.append(subgoal)
             elif _ROBOT.search(subgoal):
                 repairs["robot"] = None
+                left_out.append(subgoal)
             else:
                 spelt = _spelt(subgoal)
                 repairs |= {} if spelt == subgoal else {"spelling": None}
                 kept.append(spelt)
-        return WrittenSubgoals(tuple(kept), tuple(repairs))
+        return WrittenSubgoals(tuple(kept), tuple(repairs), tuple(left_out))
 
     def planner(self) -> Planner:
         """What chooses actions that subgoals can stand for."""
