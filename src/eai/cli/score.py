@@ -49,6 +49,7 @@ from eai.metrics.coverage import coverage_of, planners_of
 from eai.metrics.summary import summarise
 from eai.pddl.planning import PlannerChoice
 from eai.scoring.batch import NO_ROW, Scoring, Settings, score_run
+from eai.scoring.epochs import undisturbed
 from eai.scoring.results import write_results
 from eai.scoring.shards import Shard, write_shard
 from eai.scoring.stage_one import BelievedGoals, read_believed, refuse_no_stage_two
@@ -154,7 +155,7 @@ def score(
     shares = [replace(share, prompt_name=prompt_name) for share in shares]
     note_planner([share.suite for share in shares])
     printed: list[Json] = []
-    with Scoring(workers) as scoring:
+    with undisturbed(), Scoring(workers) as scoring:
         if shard is not None:
             for share in shares:
                 records = _records(share, settings, goals, scoring, quiet=as_json)

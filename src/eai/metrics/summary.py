@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 from eai.abilities.declarations import DECLARATIONS
 from eai.abilities.protocol import Ability
@@ -20,14 +20,19 @@ def summarise(verdicts: Sequence[Verdict], ability: Ability) -> dict[str, Rate]:
     """
     declared = DECLARATIONS[ability]
     nothing = dict.fromkeys(declared.contributions(declared.verdict()), NOTHING)
-    return {**nothing, **total(contributions(verdicts, ability))}
+    return {**nothing, **total(_contributions(verdicts, ability))}
 
 
 def contributions(verdicts: Sequence[Verdict], ability: Ability) -> list[Shares]:
     """What each verdict of a run that is not excluded contributes to each metric, in order."""
+    return list(_contributions(verdicts, ability))
+
+
+def _contributions(verdicts: Sequence[Verdict], ability: Ability) -> Iterator[Shares]:
+    """The same one after the other: of a long run all at once are a great many small objects."""
     declared = DECLARATIONS[ability]
     scored = [verdict for verdict in verdicts if verdict.excluded is None]
-    return [declared.contributions(verdict) for verdict in declared.of_run(scored)]
+    return map(declared.contributions, declared.of_run(scored))
 
 
 def cases_of(records: Sequence[Record], ability: Ability) -> dict[str, list[Case]]:

@@ -25,16 +25,23 @@ class Pair(NamedTuple):
 class Matrix:
     """The base of relations: all rows and all columns, never changed after construction.
 
-    ``sources`` and ``targets`` are the masks of the objects whose row, or column, is not empty.
+    ``sources`` and ``targets`` are the masks of the objects whose row, or column, is not empty: found out
+    where they are not given.
     """
 
     __slots__ = ("columns", "rows", "sources", "targets")
 
-    def __init__(self, rows: Iterable[int], columns: Iterable[int]) -> None:
+    def __init__(
+        self,
+        rows: Iterable[int],
+        columns: Iterable[int],
+        sources: int | None = None,
+        targets: int | None = None,
+    ) -> None:
         self.rows = tuple(rows)
         self.columns = tuple(columns)
-        self.sources = reduce(or_, self.columns, 0)
-        self.targets = reduce(or_, self.rows, 0)
+        self.sources = reduce(or_, self.columns, 0) if sources is None else sources
+        self.targets = reduce(or_, self.rows, 0) if targets is None else targets
 
     @classmethod
     def of_pairs(cls, size: int, pairs: Iterable[Pair | tuple[int, int]]) -> Matrix:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 
@@ -45,10 +45,21 @@ ROOMS = "Rooms"
 class _Lines:
     """The rows and columns of all relations, and the masks of all unary predicates, while being built.
 
-    ``relations`` are those that were made of them and have not changed since: states share them.
+    ``sources`` and ``targets`` are the masks of the objects whose row, or column, is not empty. ``relations``
+    are those that were made of all this and have not changed since: states share them.
     """
 
-    __slots__ = ("columns", "described", "index", "objects", "relations", "rows", "unary")
+    __slots__ = (
+        "columns",
+        "described",
+        "index",
+        "objects",
+        "relations",
+        "rows",
+        "sources",
+        "targets",
+        "unary",
+    )
 
     def __init__(self, scene: BaseScene) -> None:
         self.objects: list[WorldObject] = []
@@ -57,9 +68,10 @@ class _Lines:
         self.described: list[frozenset[int]] = []
         self.rows: list[list[int]] = [[] for _ in VOCABULARY.binary_slots]
         self.columns: list[list[int]] = [[] for _ in VOCABULARY.binary_slots]
+        self.sources = [0] * len(VOCABULARY.binary_slots)
+        self.targets = [0] * len(VOCABULARY.binary_slots)
         self.relations: list[Relation | None] = [None] * len(VOCABULARY.binary_slots)
-        for record in scene.objects:
-            self.append(record)
+        self.append(scene.objects)
         for edge in scene.edges:
             self.link(edge, present=True)
 
@@ -70,18 +82,22 @@ class _Lines:
         twin.described = list(self.described)
         twin.rows = [list(rows) for rows in self.rows]
         twin.columns = [list(columns) for columns in self.columns]
+        twin.sources, twin.targets = list(self.sources), list(self.targets)
         twin.relations = list(self.relations)
         return twin
 
-    def append(self, record: ObjectRecord) -> None:
-        """Add an object behind all others."""
-        self.index[record.id] = len(self.objects)
-        self.objects.append(_world_object(record))
-        self.described.append(frozenset())
-        for lines in (*self.rows, *self.columns):
-            lines.append(0)
-        self.relations = [None] * len(self.rows)
-        self._describe(record)
+    def append(self, records: Sequence[ObjectRecord]) -> None:
+        """Add objects behind all others."""
+        for record in records:
+            self.index[record.id] = len(self.objects)
+            self.objects.append(_world_object(record))
+            self.described.append(frozenset())
+            self._describe(record)
+        if records:
+            empty = [0] * len(records)
+            for lines in (*self.rows, *self.columns):
+                lines += empty
+            self.relations = [None] * len(self.rows)
 
     def apply(self, delta: GraphDelta) -> None:
         """Make one graph into another.
@@ -96,8 +112,7 @@ class _Lines:
             if self.objects[index].category != record.class_name:
                 self.objects[index] = _world_object(record)
             self._describe(record)
-        for record in delta.added_objects:
-            self.append(record)
+        self.append(delta.added_objects)
         for edge in delta.removed_edges:
             self.link(edge, present=False)
         for edge in delta.added_edges:
@@ -107,13 +122,20 @@ class _Lines:
         """Add or remove one pair of a relation."""
         slot = VOCABULARY.binary_slots[PREDICATE_OF_RELATION[edge.relation]]
         source, target = self.index[edge.source], self.index[edge.target]
+        rows, columns = self.rows[slot], self.columns[slot]
         self.relations[slot] = None
         if present:
-            self.rows[slot][source] |= 1 << target
-            self.columns[slot][target] |= 1 << source
-        else:
-            self.rows[slot][source] &= ~(1 << target)
-            self.columns[slot][target] &= ~(1 << source)
+            rows[source] |= 1 << target
+            columns[target] |= 1 << source
+            self.sources[slot] |= 1 << source
+            self.targets[slot] |= 1 << target
+            return
+        rows[source] &= ~(1 << target)
+        columns[target] &= ~(1 << source)
+        if not rows[source]:
+            self.sources[slot] &= ~(1 << source)
+        if not columns[target]:
+            self.targets[slot] &= ~(1 << target)
 
     def _describe(self, record: ObjectRecord) -> None:
         """Set every unary predicate of an object to what its record says."""
@@ -131,7 +153,8 @@ class _Lines:
     def _relation(self, slot: int) -> Relation:
         relation = self.relations[slot]
         if relation is None:
-            relation = self.relations[slot] = Relation(Matrix(self.rows[slot], self.columns[slot]))
+            matrix = Matrix(self.rows[slot], self.columns[slot], self.sources[slot], self.targets[slot])
+            relation = self.relations[slot] = Relation(matrix)
         return relation
 
 

@@ -1,0 +1,107 @@
+"""Bulk scoring and rewards of VirtualHome's plans: from answers to records on disk, and one at a time.
+
+Of ``eai score`` the processor time counts, imports and making the tasks included, beside that of scoring
+alone in the same run. The answers are the data set's scripts with seeded noise, or those of given response
+files, as often as is asked for, each time as another model's.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import resource
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Sequence
+from functools import partial
+from pathlib import Path
+from statistics import quantiles
+
+from eai.abilities.protocol import Ability
+from eai.abilities.responses import find_response_files, read_responses
+from eai.benchmarks.gold_answers import open_answer_book
+from eai.benchmarks.noisy_answers import Noise, noisy_answer
+from eai.benchmarks.suite import Suite, open_suite
+from eai.scoring.batch import Scoring
+from eai.scoring.reward import Reward
+
+CLI = "from eai.cli import main; main()"
+NAMED = ("--domain", "virtualhome", "--ability", "action_sequencing")
+BATCH = 512
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    parser.add_argument("--responses", type=Path, help="a response file, or a folder of them")
+    parser.add_argument("--copies", type=int, default=10, help="how often the answers are scored")
+    arguments = parser.parse_args()
+    suite = open_suite("virtualhome", Ability.ACTION_SEQUENCING)
+    answers = _noisy(suite) if arguments.responses is None else _given(suite, arguments.responses)
+    with tempfile.TemporaryDirectory() as folder:
+        place = Path(folder)
+        for copy in range(arguments.copies):
+            for model, rows in enumerate(answers):
+                written = [{"identifier": task_id, "llm_output": text} for task_id, text in rows]
+                (place / f"model-{copy}-{model}_outputs.json").write_text(json.dumps(written))
+        number = arguments.copies * sum(map(len, answers))
+        print(f"eai score, {number:,} answers, records written: answers per CPU s")
+        for option in ("--no-explanations", "--explanations"):
+            seconds, memory = _cpu(["score", folder, *NAMED, option, "--out", str(place / "out")])
+            print(f"  {option:18} {number / seconds:8,.0f}   {memory:5.0f} MB at most")
+    together = [answer for rows in answers for answer in rows]
+    for name in ("the first time", "steady"):
+        seconds = _timed(lambda: [suite.score(*answer) for answer in together])
+        print(f"  scoring alone, {name:15} {len(together) / seconds:8,.0f}")
+    _rewards(suite, together)
+
+
+def _noisy(suite: Suite) -> list[list[tuple[str, str]]]:
+    book = open_answer_book(suite.benchmark, suite.ability)
+    return [
+        [(task_id, noisy_answer(book, task_id, Noise(0.2, f"{seed}")).text) for task_id in suite.task_ids]
+        for seed in range(9)
+    ]
+
+
+def _given(suite: Suite, path: Path) -> list[list[tuple[str, str]]]:
+    files = [
+        read_responses(file, suite.task_ids, suite.benchmark.task_id_of) for file in find_response_files(path)
+    ]
+    return [[(response.task_id, response.text) for response in file.responses] for file in files]
+
+
+def _cpu(arguments: Sequence[str]) -> tuple[float, float]:
+    """CPU seconds of a command with all its processes, and the most memory of one of them in MB."""
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    subprocess.run([sys.executable, "-c", CLI, *arguments], check=True, stdout=subprocess.DEVNULL)
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    used = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+    return used, after.ru_maxrss / 1024
+
+
+def _rewards(suite: Suite, answers: Sequence[tuple[str, str]]) -> None:
+    reward = Reward(suite, "progress")
+    for answer in answers:  # all scorers are made
+        reward(*answer)
+    single = [1e6 * _timed(partial(reward, *answer)) for answer in answers]
+    cuts = quantiles(single, n=100)
+    print(f"one reward: {cuts[49]:.0f} microseconds in the median, {cuts[98]:.0f} at the 99th percentile")
+    batch = answers[:BATCH]
+    here = min(_timed(lambda: reward.batch(*zip(*batch, strict=True)), time.perf_counter) for _ in range(5))
+    with Scoring(workers=2) as scoring:
+        for _ in range(5):  # both workers have made all scorers
+            list(scoring.rewards(reward, answers))
+        there = min(_timed(lambda: list(scoring.rewards(reward, batch)), time.perf_counter) for _ in range(9))
+    print(f"a warm batch of {BATCH}: {1e3 * here:.0f} ms here, {1e3 * there:.0f} ms with two workers (wall)")
+
+
+def _timed(call: Callable[[], object], clock: Callable[[], float] = time.process_time) -> float:
+    start = clock()
+    call()
+    return clock() - start
+
+
+if __name__ == "__main__":
+    main()
