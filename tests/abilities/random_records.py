@@ -61,6 +61,7 @@ EXPERIMENTS = with_every_field(
     slip=st.floats(0, 1),
     goals_from=st.just("a/b"),
     prompt_name=st.just("base"),
+    preset=st.sampled_from((None, "eai-1.0.5")),
     feedback=st.sampled_from([each for each in Feedback if each is not Feedback.STATE]),
 )
 st.register_type_strategy(Experiment, EXPERIMENTS)

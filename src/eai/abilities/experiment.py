@@ -59,6 +59,7 @@ class Experiment:
         notice: whether a slip is noticed.
         until: when an attempt ends.
         goals_from: the model whose goals the questions state instead of the task's; None for the task's.
+        preset: the published script whose way of carrying plans out it follows; None for ours.
         read_as: how all answers are read where their form together would decide it, which cannot be waited
             for: as the questions show them; None where each is read by itself.
         prompt_name: what the prompts are called among several ways to ask; None where they have no name.
@@ -76,6 +77,7 @@ class Experiment:
     notice: Notice = Notice.DETECTED
     until: Until = Until.DONE
     goals_from: str | None = None
+    preset: str | None = None
     read_as: bool | None = None
     prompt_name: str | None = None
 
@@ -123,6 +125,8 @@ class Experiment:
             parts.append(f"until-{self.until.value}")
         if self.prompt_name is not None:
             parts.append(f"prompt-{file_name(self.prompt_name)}")
+        if self.preset is not None:
+            parts.append(f"as-{self.preset}")
         return SEPARATOR.join(parts)
 
 

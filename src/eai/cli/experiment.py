@@ -65,3 +65,12 @@ Ending = Annotated[
         rich_help_panel=PANEL,
     ),
 ]
+Preset = Annotated[
+    str,
+    typer.Option(
+        "--preset",
+        metavar="NAME",
+        help="eai-1.0.5: slips as the reference's script has them, three replans, the state told.",
+        rich_help_panel=PANEL,
+    ),
+]

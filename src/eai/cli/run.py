@@ -19,6 +19,7 @@ from eai.abilities.responses import file_name
 from eai.abilities.verdict import Json
 from eai.benchmarks.answer_files import recorded_file
 from eai.benchmarks.prompt_library import Library
+from eai.benchmarks.reference.replanning import preset_experiment
 from eai.benchmarks.registry import registered
 from eai.benchmarks.short_tests import SHORT, short_test
 from eai.benchmarks.source import Source
@@ -43,6 +44,7 @@ from eai.cli.experiment import (
     InWorld,
     OfFeedback,
     OfNotice,
+    Preset,
     Replans,
     Slip,
     SlipSeed,
@@ -192,6 +194,7 @@ def run(
     slip_seed: SlipSeed = 0,
     slip_notice: OfNotice = Notice.DETECTED,
     until: Ending = None,
+    preset: Preset = "",
     goals: Goals = None,
     protocol: Rules = DEFAULT_PROTOCOL,
     planner: Planner = PlannerChoice.AUTO,
@@ -224,7 +227,7 @@ def run(
     for name in model:
         check_model(name)
     how = (replans, world, feedback, feedback_form, slip, slip_seed, slip_notice, until)
-    experiment = chosen_experiment(*how)
+    experiment = preset_experiment(preset, slip, slip_seed, replans) or chosen_experiment(*how)
     if goals is not None and experiment is not None:
         raise InputError("--goals: not with attempts or slips; feedback would tell the goals of the task")
     wanted = _wanted(ability, experiment) if goals is None else stage_two(ability)

@@ -22,6 +22,7 @@ from eai.abilities.verdict import Json
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.gold_answers import open_answer_book
 from eai.benchmarks.prompt_library import Library
+from eai.benchmarks.reference.replanning import preset_experiment
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.source import Source
 from eai.benchmarks.suite import DEFAULT_PROTOCOL, open_suite
@@ -107,6 +108,7 @@ def published_task(reference: str, ability: Ability) -> Callable[..., inspect_ai
         slip_seed: int = 0,
         slip_notice: str = Notice.DETECTED.value,
         until: str | None = None,
+        preset: str = "",
         goals: str | None = None,
     ) -> inspect_ai.Task:
         with refusing():
@@ -119,7 +121,8 @@ def published_task(reference: str, ability: Ability) -> Callable[..., inspect_ai
                 asked = _only(asked, tasks)
             rules, trials = protocol_of(protocol), None
             how = (replans, world, feedback, feedback_form, slip, slip_seed, slip_notice, until)
-            experiment, stated = chosen_experiment(*how), None
+            experiment = preset_experiment(preset, slip, slip_seed, replans) or chosen_experiment(*how)
+            stated = None
             if goals is not None:
                 if experiment is not None:
                     raise InputError(

@@ -11,6 +11,7 @@ from eai.abilities.action_sequencing.trial import Trial
 from eai.abilities.experiment import Experiment, Feedback
 from eai.abilities.protocol import Ability
 from eai.abilities.record import Attempt, Record, Usage
+from eai.benchmarks.reference.replanning import begin_trial
 from eai.benchmarks.suite import Suite
 from eai.errors import InputError
 from eai.prompts.feedback import Asker
@@ -138,7 +139,7 @@ class Trials:
 
     def trial(self, task_id: str, epoch: int = 1) -> Trial:
         """A new trial of a task."""
-        return Trial(_plans(self.suite, task_id), self.experiment, epoch)
+        return begin_trial(_plans(self.suite, task_id), self.experiment, epoch)
 
     def inquiry(self, task_id: str, epoch: int = 1) -> Inquiry:
         """A task as it is put to a model."""
@@ -152,7 +153,7 @@ def replay(
     read_as_then = suite
     if experiment.read_as is not suite.form and suite.reopen is not None:
         read_as_then = suite.reopen(form=experiment.read_as)
-    trial = Trial(_plans(read_as_then, task_id), experiment, epoch)
+    trial = begin_trial(_plans(read_as_then, task_id), experiment, epoch)
     for text in answers:
         trial.take(text)
     return tuple(trial.attempts)

@@ -132,11 +132,15 @@ class Episode:
             self._steps.append(Step(action, tried))
             return tried
         if self._luck is not None and self._luck.strikes():
-            self._steps.append(Step(action, None, slipped=True))
-            return Slip()
+            return self.slip(action)
         self._states.append(tried)
         self._steps.append(Step(action, None))
         return tried
+
+    def slip(self, action: Action) -> Slip:
+        """Let an action slip that was not tried: nothing changes."""
+        self._steps.append(Step(action, None, slipped=True))
+        return Slip()
 
     def run(
         self, plan: Iterable[Action], until: Callable[[Episode], bool] | None = None

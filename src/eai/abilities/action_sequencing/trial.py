@@ -29,20 +29,23 @@ class Trial:
 
     Attributes:
         attempts: those made so far.
+        scorer: the scorer of the task.
+        luck: which actions slip; None if none does.
+        episode: the world of the present attempt.
     """
 
     def __init__(self, scorer: ActionSequencing, experiment: Experiment, epoch: int = 1) -> None:
         self.experiment = experiment
         self.attempts: list[Attempt] = []
-        self._scorer = scorer
+        self.scorer = scorer
         slips = Slips(experiment.slip, experiment.slip_seed or 0, experiment.notice)
-        self._luck = Luck(slips, scorer.task.id, epoch) if experiment.slip else None
-        self._episode = Episode(scorer.domain, scorer.task.initial, self._luck)
+        self.luck = Luck(slips, scorer.task.id, epoch) if experiment.slip else None
+        self.episode = self.begin()
 
     @property
     def task(self) -> Task:
         """The task as it is."""
-        return self._scorer.task
+        return self.scorer.task
 
     @property
     def over(self) -> bool:
@@ -59,7 +62,7 @@ class Trial:
     @property
     def done(self) -> tuple[Action, ...]:
         """What has been executed in the world in which the next attempt begins."""
-        return self._episode.trajectory.executed if self.experiment.world is World.CONTINUE else ()
+        return self.episode.trajectory.executed if self.experiment.world is World.CONTINUE else ()
 
     @property
     def remaining(self) -> Task:
@@ -67,7 +70,7 @@ class Trial:
         if self.experiment.world is World.RESTART:
             return self.task
         return replace(
-            self.task, initial=self._episode.state, goals=remaining_goals(self.task, _names(self.done))
+            self.task, initial=self.episode.state, goals=remaining_goals(self.task, _names(self.done))
         )
 
     def take(self, text: str) -> Attempt:
@@ -79,13 +82,13 @@ class Trial:
         if self.over:
             raise ValueError(f"the trial of {self.task.id} is over")
         if self.attempts and self.experiment.world is World.RESTART:
-            self._episode = Episode(self._scorer.domain, self.task.initial, self._luck)
-        start = len(self._episode.trajectory.steps)
-        assessment = self._scorer.assess_course(text, self._carry_out)
+            self.episode = self.begin()
+        start = len(self.episode.trajectory.steps)
+        assessment = self.scorer.assess_course(text, self.carry_out)
         explanation, verdict = assessment.explain(), assessment.verdict
         if not isinstance(verdict, PlanVerdict):
             raise TypeError(f"{self.task.id}: only plans can be carried out")
-        slipped = [i for i, step in enumerate(self._episode.since(start).steps) if step.slipped]
+        slipped = [i for i, step in enumerate(self.episode.since(start).steps) if step.slipped]
         attempt = Attempt(
             text,
             verdict,
@@ -96,21 +99,25 @@ class Trial:
         self.attempts.append(attempt)
         return attempt
 
-    def _carry_out(self, actions: tuple[Action, ...]) -> Course:
-        """The course of a plan in the world as it is now."""
-        start, before = len(self._episode.trajectory.steps), self._episode.trajectory.executed
-        until = self._reached if self.experiment.until is Until.GOAL else None
-        ended = self._episode.run(actions, until)
-        return Course(self._episode.since(start), _names(before), slipped=isinstance(ended, Slip))
+    def begin(self) -> Episode:
+        """The world at the beginning."""
+        return Episode(self.scorer.domain, self.task.initial, self.luck)
 
-    def _reached(self, episode: Episode) -> bool:
+    def carry_out(self, actions: tuple[Action, ...]) -> Course:
+        """The course of a plan in the world as it is now."""
+        start, before = len(self.episode.trajectory.steps), self.episode.trajectory.executed
+        until = self.reached if self.experiment.until is Until.GOAL else None
+        ended = self.episode.run(actions, until)
+        return Course(self.episode.since(start), _names(before), slipped=isinstance(ended, Slip))
+
+    def reached(self, episode: Episode) -> bool:
         """Whether all goals hold in an episode now."""
-        return all(self._scorer.goals.reached(episode.state, _names(episode.trajectory.executed)))
+        return all(self.scorer.goals.reached(episode.state, _names(episode.trajectory.executed)))
 
     def _goal_held_at(self, start: int) -> int | None:
         """After how many of the steps since a step all goals held for the first time."""
-        trajectory, goals = self._episode.since(start), self._scorer.goals
-        done = self._episode.trajectory.executed
+        trajectory, goals = self.episode.since(start), self.scorer.goals
+        done = self.episode.trajectory.executed
         taken = list(_names(done[: len(done) - len(trajectory.executed)]))
         if all(goals.reached(trajectory.states[0], taken)):
             return 0

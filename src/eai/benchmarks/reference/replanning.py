@@ -1,16 +1,104 @@
-"""How the published replanning run was counted (``eval_action.py``, ``end_to_end_action_eval``).
+"""How the published replanning runs were counted and carried out.
 
-Its script, which the package lost, counts the errors of the third and last attempt alone. A success before
-it counts none, although under ``eai-1.0.5`` a plan that reaches all goals and then fails is a success: such a
-task is neither executable nor an error, and stands in no column. The paper's table has three of them.
+The script of the run in VirtualHome (``eval_action.py``, ``end_to_end_action_eval``), which the package lost,
+counts the errors of the third and last attempt alone. A success before it counts none, although under
+``eai-1.0.5`` a plan that reaches all goals and then fails is a success: such a task is neither executable nor
+an error, and stands in no column. The paper's table has three of them. The script of stochastic actions in
+BEHAVIOR is in the package (``action_sequencing/scripts/replanning.py``).
 """
 
 from __future__ import annotations
 
 from dataclasses import replace
 
-from eai.abilities.record import Record
-from eai.abilities.verdict import PlanVerdict
+from eai.abilities.action_sequencing.course import Course
+from eai.abilities.action_sequencing.scorer import ActionSequencing
+from eai.abilities.action_sequencing.trial import Trial
+from eai.abilities.experiment import Experiment, Feedback, World
+from eai.abilities.record import Attempt, Record
+from eai.abilities.verdict import ErrorReport, PlanVerdict
+from eai.errors import InputError
+from eai.world.episode import Episode, Until
+from eai.world.execution import Action, Fault
+from eai.world.fault import FaultKind
+
+STOCHASTIC = "eai-1.0.5"
+"""The preset of ``action_sequencing/scripts/replanning.py`` of BEHAVIOR."""
+_REPLANS = 3
+
+
+def preset_experiment(name: str, slip: float, slip_seed: int, replans: int) -> Experiment | None:
+    """The experiment of a preset, on all tasks instead of the twenty that the script draws.
+
+    Args:
+        name: the preset; none if empty.
+        slip: the probability that an action fails.
+        slip_seed: the seed of that.
+        replans: how many further attempts there are; the script's three if 0.
+
+    Raises:
+        InputError: there is no such preset.
+    """
+    if not name:
+        return None
+    if name != STOCHASTIC:
+        raise InputError(f"{name!r} is no preset: expected {STOCHASTIC}")
+    return Experiment(
+        replans or _REPLANS,
+        World.CONTINUE,
+        Feedback.STATE,
+        slip=slip,
+        slip_seed=slip_seed if slip else None,
+        until=Until.GOAL,
+        preset=name,
+    )
+
+
+def begin_trial(scorer: ActionSequencing, experiment: Experiment, epoch: int = 1) -> Trial:
+    """A trial in the way of the experiment's preset, or in ours."""
+    kind = Trial if experiment.preset is None else ScriptedTrial
+    return kind(scorer, experiment, epoch)
+
+
+class ScriptedTrial(Trial):
+    """A trial as the script of stochastic actions carries it out.
+
+    A slip is drawn before an action is tried. Any failed action ends the attempt, one that is not needed too.
+    A plan that runs through without reaching the goal ends the trial: it is not asked for again.
+    """
+
+    @property
+    def over(self) -> bool:
+        """Whether nothing more is to be tried."""
+        return super().over or (bool(self.attempts) and bool(self.attempts[-1].verdict.executable))
+
+    def begin(self) -> Episode:
+        """The world at the beginning, which draws no luck by itself."""
+        return Episode(self.scorer.domain, self.task.initial)
+
+    def carry_out(self, actions: tuple[Action, ...]) -> Course:
+        """The course of a plan up to the first slip, failed action or state in which all goals hold."""
+        episode = self.episode
+        start, before = len(episode.trajectory.steps), episode.trajectory.executed
+        slipped = False
+        for action in actions:
+            slipped = self.luck is not None and self.luck.strikes()
+            outcome = episode.slip(action) if slipped else episode.act(action)
+            if slipped or isinstance(outcome, Fault) or self.reached(episode):
+                break
+        names = tuple([action.operator for action in before])
+        return Course(episode.since(start), names, slipped=slipped)
+
+    def take(self, text: str) -> Attempt:
+        """Try an answer; a step that is not needed is what ended it."""
+        attempt = super().take(text)
+        verdict, steps = attempt.verdict, attempt.explanation.steps if attempt.explanation else ()
+        needless = FaultKind.ADDITIONAL_STEP
+        if verdict.error is None and steps and steps[-1].outcome == needless.value:
+            error = ErrorReport(needless, len(steps) - 1, steps[-1].reason)
+            failed = replace(verdict, error=error, executable=False, success=False)
+            attempt = self.attempts[-1] = replace(attempt, verdict=failed)
+        return attempt
 
 
 def counted_as_published(record: Record) -> Record:
