@@ -190,7 +190,7 @@ def test_prices_put_dollars_into_journal_records_summary_and_the_last_line(tmp_p
 def test_all_suites_are_run_without_being_named(data_store: Store, tmp_path: Path) -> None:
     run = eai("run", "--model", "eai/oracle", "--planner", "built_in", "--limit", 1, "--out", tmp_path)
     assert run.status == 0, run.err
-    assert run.out.count("┃ eai/oracle ┃") == 8
+    assert run.out.count(": eai/oracle, 1/") == 8
     summaries = {path.parts[-4:-2] for path in tmp_path.glob("*/*/*/summary.json")}
     assert summaries == {
         (domain, ability.value) for domain in ("virtualhome", "behavior") for ability in Ability
