@@ -1,0 +1,92 @@
+"""Writes the study of the paper's claims: `python tools/study [RECORDS...]`.
+
+Without RECORDS the published answers beside the repository are scored, in a few minutes, most of them the
+planner's, and the page is docs/study.md. With records of `eai score --protocol eai-1.0.5` (folders or files)
+these are what claims are checked with.
+
+    python tools/study                           writes docs/study.md
+    python tools/study --no-planner              the same without the claims on single operators
+    python tools/study --check                   writes nothing; exit status 1 if the page would be another
+    python tools/study scores --out study.md     from other records
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))  # published_scores
+import difficulty
+import elsewhere
+import errors
+from claim import Claim
+from evidence import Evidence
+from page import page_of
+from published_scores import ANSWERS, find_answers
+
+from eai.abilities.protocol import Ability, Protocol
+from eai.benchmarks.registry import FIRST
+from eai.benchmarks.source import Source
+from eai.benchmarks.suite import open_suite
+from eai.metrics.paper_tables import paper_models
+from eai.pddl.planning import PlannerChoice
+from eai.report.runs import read_runs
+from eai.scoring.batch import NO_ROW, Settings, score_run
+
+PAGE = Path(__file__).resolve().parents[2] / "docs" / "study.md"
+CLAIMS: Sequence[Claim] = (*difficulty.CLAIMS, *errors.CLAIMS, *elsewhere.CLAIMS)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("records", type=Path, nargs="*")
+    parser.add_argument("--out", type=Path, default=PAGE)
+    parser.add_argument("--check", action="store_true", help="compare, write nothing")
+    parser.add_argument("--no-planner", action="store_true", help="leave out what takes one, for minutes")
+    chosen = parser.parse_args()
+    if chosen.records and chosen.out == PAGE:
+        sys.exit("--out: other records make another page; name its file")
+    evidence = from_records(chosen.records) if chosen.records else from_answers()
+    text = page_of(CLAIMS, evidence, planner=not chosen.no_planner)
+    if chosen.check:
+        sys.exit(0 if chosen.out.read_text(encoding="utf-8") == text else f"{chosen.out} is not current")
+    chosen.out.write_text(text, encoding="utf-8")
+
+
+def from_records(paths: Sequence[Path]) -> Evidence:
+    """Evidence from records, all of one protocol."""
+    evidence = Evidence(Source())
+    protocols = set()
+    for run in read_runs(paths):
+        protocols.add(run.key.protocol)
+        evidence.add(run.records)
+    if len(protocols) > 1:
+        sys.exit("records of several protocols; give those of one")
+    return evidence
+
+
+def from_answers(
+    folder: Path = ANSWERS, domains: Sequence[str] = FIRST, abilities: Sequence[Ability] = tuple(Ability)
+) -> Evidence:
+    """Evidence from the published answers, scored as the paper's package does; no planner is needed yet."""
+    source = Source(planner=PlannerChoice.NONE)
+    evidence = Evidence(source)
+    for domain in domains:
+        for ability in abilities:
+            suite = open_suite(domain, ability, Protocol.EAI_1_0_5, source=source)
+            for file in paper_models():
+                answers = find_answers(folder / domain / ability.value, file, suite)
+                if answers is None:
+                    continue
+                given = {response.task_id for response in answers.responses}
+                missing = {task_id: NO_ROW for task_id in suite.task_ids if task_id not in given}
+                evidence.add(score_run(suite, answers, missing, Settings()))
+    return evidence
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,331 @@
+"""Claims on the errors that models make."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from claim import Claim, Finding, Row, Status, by_degree
+from evidence import AS, GI, GPT_4O, NAMED, PLANS, SD, TM, B, Evidence, Suite, V, rate, told
+
+from eai.abilities.share import Share
+from eai.analysis.lines import AnswerLine
+from eai.analysis.suites import case_of
+from eai.analysis.table import Estimate
+from eai.metrics.paper_tables import paper_models
+
+SEATED = ("the_character_is_sitting_or_lying",)
+CLOSED = ("is_closed", "is_inside_something_that_is_closed")
+RUNTIME = ("missing_step", "wrong_order", "affordance")
+
+
+def shares(evidence: Evidence) -> Finding:
+    rows = []
+    answers = [each for suite in PLANS for each in evidence.answers(suite, GPT_4O)]
+    kinds = {
+        "missing step": lambda each: each.error_kind == "missing_step",
+        "additional step": lambda each: bool(each.additional_steps),
+        "any runtime error (missing step, wrong order, affordance)": lambda each: each.error_kind in RUNTIME,
+        "any of these": lambda each: each.error_kind in RUNTIME or bool(each.additional_steps),
+    }
+    printed = ("19.5 % / 15.5 %", "14.2 % / 16.2 %", "", "45.2 % / 41.2 %")
+    for (name, is_so), said in zip(kinds.items(), printed, strict=True):
+        rows.append(Row(name, said, told(rate(answers, is_so))))
+    return Finding(
+        Status.CANNOT_BE_CHECKED,
+        "The paper prints two sets of figures for one diagram and does not say what they are shares of; no "
+        "subset or weighting of the suites that we tried has their proportions.",
+        rows,
+    )
+
+
+def frequent(evidence: Evidence) -> Finding:
+    rows, first, behind = [], [], []
+    for suite in PLANS:
+        answers = evidence.answers(suite)
+        counts = {
+            "missing step": rate(answers, lambda each: each.error_kind == "missing_step"),
+            "additional step": rate(answers, lambda each: bool(each.additional_steps)),
+            "wrong order": rate(answers, lambda each: each.error_kind == "wrong_order"),
+            "affordance": rate(answers, lambda each: each.error_kind == "affordance"),
+        }
+        most = max(counts, key=lambda name: counts[name].value or 0)
+        first.append(most)
+        rarer = max(counts["wrong order"].value or 0, counts["affordance"].value or 0)
+        behind.append(min(counts["missing step"].value or 0, counts["additional step"].value or 0) > rarer)
+        rows += [Row(f"{suite}: {name}", "", told(each)) for name, each in counts.items()]
+    additional = first.count("additional step")
+    return Finding(
+        by_degree(all(behind) and additional == len(first), any(behind) or additional > 0),
+        f"Additional steps are the most frequent in {additional} of four suites, missing steps in "
+        f"{first.count('missing step')}; both are more frequent than wrong orders and affordances in "
+        f"{sum(behind)} of four.",
+        rows,
+    )
+
+
+def kinds_of_goals(evidence: Evidence) -> Finding:
+    rows, most, nearly_all = [], [], []
+    for suite in PLANS:
+        answers = evidence.answers(suite)
+        pooled = {kind: _goals(answers, kind) for kind in ("state", "relation")}
+        models = list(evidence.suites[suite])
+        ahead = sum(_is_ahead(evidence.answers(suite, model)) for model in models)
+        so = ahead if suite.domain == V else len(models) - ahead
+        most.append(so > len(models) / 2)
+        nearly_all.append(so >= len(models) - 1)
+        rows += [Row(f"{suite}: {kind} goals", "", told(each)) for kind, each in pooled.items()]
+        rows.append(Row(f"{suite}: models with more state goals met", "", f"{ahead} of {len(models)}"))
+    return Finding(
+        by_degree(all(nearly_all), all(most)),
+        f"It is so for most models in {sum(most)} of four suites, for all but one at most in "
+        f"{sum(nearly_all)}; pooled over models only VirtualHome's subgoals show it clearly.",
+        rows,
+    )
+
+
+def _goals(answers: Sequence[AnswerLine], kind: str) -> Estimate:
+    return Estimate.of(
+        [
+            case_of(each, Share(getattr(each, f"{kind}_met") or 0, getattr(each, f"{kind}_total") or 0))
+            for each in answers
+        ]
+    )
+
+
+def _is_ahead(answers: Sequence[AnswerLine]) -> bool:
+    return (_goals(answers, "state").value or 0) > (_goals(answers, "relation").value or 0)
+
+
+def seated(evidence: Evidence) -> Finding:
+    return _overlooked(evidence, V, SEATED, ("missing_step", "wrong_order"), "sitting or lying")
+
+
+def closed(evidence: Evidence) -> Finding:
+    return _overlooked(evidence, B, CLOSED, ("missing_step",), "something closed")
+
+
+def _overlooked(
+    evidence: Evidence, domain: str, checks: Sequence[str], kinds: Sequence[str], name: str
+) -> Finding:
+    rows, highest = [], []
+    for ability in (AS, SD):
+        suite = Suite(domain, ability)
+        errors = [each for each in evidence.answers(suite) if each.error_kind in kinds]
+        found = rate(errors, lambda each: each.error_check in checks)
+        others: dict[str | None, int] = {}
+        for each in errors:
+            if each.error_check not in checks:
+                others[each.error_check] = others.get(each.error_check, 0) + 1
+        highest.append((found.numerator or 0) > max(others.values(), default=0))
+        rows.append(
+            Row(f"{suite}: {name}, of all {' and '.join(kinds).replace('_', ' ')} errors", "", told(found))
+        )
+    return Finding(
+        by_degree(all(highest), any(highest)),
+        f"The most frequent reason in {sum(highest)} of two suites.",
+        rows,
+    )
+
+
+def chicken(evidence: Evidence) -> Finding:
+    table = _stating(evidence, "serving_a_meal", "ontop(chicken", "table.")
+    plate = _stating(evidence, "serving_a_meal", "ontop(chicken", "plate.")
+    models = list(evidence.suites[Suite(B, GI)])
+    neither = [each for each in models if each not in (*table, *plate)]
+    return Finding(
+        by_degree(len(table) == len(models), False),
+        f"Most do, not all: {_names(plate)} predict{'s' if len(plate) == 1 else ''} the plate, "
+        f"{_names(neither)} neither. (The appendix says “many other models”.)",
+        [
+            Row("models that put the chicken on the table", "all", f"{len(table)} of {len(models)}"),
+            Row("models that put it on a plate", "none", f"{len(plate)} of {len(models)}"),
+        ],
+    )
+
+
+def sneakers(evidence: Evidence) -> Finding:
+    goals = [
+        each
+        for each in evidence.of(evidence.tables.atoms, Suite(B, GI))
+        if each.name == "cleaning_sneakers" and each.predicate == "onfloor"
+    ]
+    met = {each.model for each in goals if each.verdict == "matched"}
+    elsewhere = {each.model for each in goals if each.verdict == "wrong" and "gym_shoe" in each.atom}
+    models = list(evidence.suites[Suite(B, GI)])
+    also = f" {_names(sorted(elsewhere))} states it of another floor." if elsewhere else ""
+    return Finding(
+        by_degree(not met, len(met) < len(models) / 2),
+        f"No model states it.{also}" if not met else f"{_names(sorted(met))} state it.",
+        [Row("models that state that the shoes are on the floor", "none", f"{len(met)} of {len(models)}")],
+    )
+
+
+def _stating(evidence: Evidence, task: str, beginning: str, end: str) -> list[str]:
+    atoms = evidence.of(evidence.tables.atoms, Suite(B, GI))
+    said = {
+        each.model
+        for each in atoms
+        if each.name == task
+        and each.verdict != "missing"
+        and each.positive
+        and each.atom.startswith(beginning)
+        and end in each.atom
+    }
+    return sorted(said)
+
+
+def drinking(evidence: Evidence) -> Finding:
+    suite = Suite(V, GI)
+    answers = [each for each in evidence.answers(suite, GPT_4O) if each.name == "Drink"]
+    atoms = [
+        each
+        for each in evidence.of(evidence.tables.atoms, suite, GPT_4O)
+        if each.name == "Drink" and each.verdict == "wrong"
+    ]
+    rows, counts = [], {}
+    for predicate, thing in (("OPEN", "freezer"), ("FULL", ""), ("GRABBED", "")):
+        said = {each.task for each in atoms if each.predicate == predicate and thing in each.atom}
+        counts[predicate] = len(said)
+        what = f"answers with the wrong goal {predicate}({thing or '…'})"
+        rows.append(Row(what, "", f"{len(said)} of {len(answers)}"))
+    freezers = counts["OPEN"]
+    return Finding(
+        by_degree(freezers > 0, False),
+        f"GPT-4o asks for an open freezer in {freezers} of {len(answers)} tasks about drinking, which are "
+        "near copies.",
+        rows,
+    )
+
+
+def statements(evidence: Evidence) -> Finding:
+    rows, right = [], []
+    parts = (
+        ("object_states", "effect", True),
+        ("object_states", "precondition", False),
+        ("spatial_relations", "precondition", True),
+        ("spatial_relations", "effect", False),
+    )
+    for domain in (V, B):
+        clauses = evidence.of(evidence.tables.clauses, Suite(domain, TM))
+        for category, side, over in parts:
+            those = [each for each in clauses if each.side == side and category in each.categories.split()]
+            said = sum(each.verdict != "missing" for each in those)
+            asked = sum(each.verdict != "additional" for each in those)
+            ratio = said / asked
+            right.append(ratio > 1 if over else ratio < 1)
+            what = f"{NAMED[domain]}: {category.replace('_', ' ')} in {side}s, written per annotated"
+            rows.append(
+                Row(what, "more than 1" if over else "less than 1", f"{said:,}/{asked:,} = {ratio:.2f}")
+            )
+    return Finding(
+        by_degree(all(right), any(right)),
+        f"{sum(right)} of eight parts come out: {sum(right[:4])} of four in VirtualHome, {sum(right[4:])} "
+        "of four in BEHAVIOR. That effects leave out spatial relations and preconditions leave out states "
+        "is so in both.",
+        rows,
+    )
+
+
+def _names(models: Sequence[str]) -> str:
+    named = [paper_models().get(each, each) for each in models]
+    return " and ".join([", ".join(named[:-1]), named[-1]] if len(named) > 1 else named) or "no model"
+
+
+ALL_FOUR = frozenset(PLANS)
+
+CLAIMS: Sequence[Claim] = (
+    Claim(
+        "B1",
+        "How large the shares of errors are",
+        "Of GPT-4o's errors over four abilities and two simulators 45.2 % are of trajectory feasibility, "
+        "19.5 % are missing steps, 14.2 % additional steps (introduction); 41.2 %, 15.5 %, 16.2 % for the "
+        "same diagram (appendix).",
+        "introduction; appendix, “Error analysis”",
+        ALL_FOUR,
+        "none: what is counted is not said",
+        shares,
+        "Ours are shares of GPT-4o's answers with plans or subgoals.",
+    ),
+    Claim(
+        "B2",
+        "State goals are met more often than relation goals in VirtualHome, less often in BEHAVIOR",
+        "In VirtualHome state goals are met more often than relation goals, in BEHAVIOR it is the reverse; "
+        "the main text says that object goals are generally easier.",
+        "results, “Goal Satisfaction”; appendix",
+        ALL_FOUR,
+        "so in all four suites for all models but one at most; in part if for most",
+        kinds_of_goals,
+        "The main text's general statement holds in VirtualHome alone.",
+    ),
+    Claim(
+        "B3",
+        "Sitting and lying are overlooked",
+        "Models ignore that the character sits or lies and leave out standing up (VirtualHome).",
+        "introduction; appendix, “Subgoal Decomposition”",
+        frozenset({Suite(V, AS), Suite(V, SD)}),
+        "the most frequent reason for a missing step or wrong order in both suites; in part if in one",
+        seated,
+        "The paper gives no number.",
+    ),
+    Claim(
+        "B4",
+        "Opening what is closed is overlooked",
+        "Models do not open a container before they fetch something from it (BEHAVIOR).",
+        "introduction; appendix",
+        frozenset({Suite(B, AS), Suite(B, SD)}),
+        "the most frequent reason for a missing step in both suites",
+        closed,
+        "The paper gives no number.",
+    ),
+    Claim(
+        "B5",
+        "All models put the chicken on the table",
+        "Asked to serve a meal, all models state that the chicken be on the table, and not on a plate.",
+        "results, “Reporting Bias”",
+        frozenset({Suite(B, GI)}),
+        "all models do",
+        chicken,
+    ),
+    Claim(
+        "B6",
+        "No model wants the sneakers on the floor",
+        "In cleaning sneakers, that the shoes be on the floor is missing from all predictions.",
+        "results, “Reporting Bias”",
+        frozenset({Suite(B, GI)}),
+        "no model states it",
+        sneakers,
+        "One task is an example, not a measure of a bias: over all tasks see goal interpretation "
+        "[by predicate](analyses.md).",
+    ),
+    Claim(
+        "B7",
+        "States are overstated in effects, relations in preconditions",
+        "Operators overstate object states in effects and understate them in preconditions; spatial "
+        "relations the other way round.",
+        "results, “Transition Modeling”",
+        frozenset({Suite(V, TM), Suite(B, TM)}),
+        "all four parts in both domains",
+        statements,
+    ),
+    Claim(
+        "B8",
+        "Intermediate goals are stated as final ones",
+        "Some models state goals that only hold on the way, such as an open freezer for drinking.",
+        "introduction; results, “Goal Interpretation”",
+        frozenset({Suite(V, GI)}),
+        "the paper's example occurs",
+        drinking,
+        "An example is all that is claimed (“sometimes”).",
+    ),
+    Claim(
+        "B9",
+        "Additional steps are the most frequent error, wrong orders and affordances are rare",
+        "Models make missing-step and additional-step errors more often than the others; additional steps "
+        "are the most frequent, in the best models, too.",
+        "results, “Trajectory Feasibility”",
+        ALL_FOUR,
+        "in all four suites; in part if in some",
+        frequent,
+        "An answer counts once for each kind of error that it has.",
+    ),
+)

@@ -1,0 +1,160 @@
+"""What claims are checked with: the records of a protocol as tidy tables, the data set, the planner."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from functools import cached_property
+from statistics import fmean
+from typing import NamedTuple, TypeVar
+
+from eai.abilities.protocol import Ability
+from eai.abilities.record import Record
+from eai.abilities.share import Share
+from eai.abilities.transition_modeling.scorer import TransitionModeling
+from eai.analysis.correlation import rank_correlation
+from eai.analysis.lines import AnswerLine, Line
+from eai.analysis.sensitivity import OperatorOutcome, Sensitivity, summarise, try_operators
+from eai.analysis.suites import case_of
+from eai.analysis.table import Estimate
+from eai.analysis.tidy import TableMaker, Tables
+from eai.benchmarks.registry import find_benchmark
+from eai.benchmarks.source import Source
+from eai.benchmarks.suite import Suite as ScoredSuite
+from eai.benchmarks.suite import open_suite
+from eai.metrics.paper_tables import paper_models
+from eai.pddl.planning import PlannerChoice
+
+V, B = "virtualhome", "behavior"
+NAMED = {V: "VirtualHome", B: "BEHAVIOR"}
+GI, SD = Ability.GOAL_INTERPRETATION.value, Ability.SUBGOAL_DECOMPOSITION.value
+AS, TM = Ability.ACTION_SEQUENCING.value, Ability.TRANSITION_MODELING.value
+GPT_4O = "gpt-4o-2024-05-13"
+"""The model of the paper's analyses of single models."""
+
+L = TypeVar("L", bound=Line)
+
+
+class Suite(NamedTuple):
+    domain: str
+    ability: str
+
+    def __str__(self) -> str:
+        return f"{NAMED[self.domain]}, {self.ability.replace('_', ' ')}"
+
+
+PLANS = (Suite(V, AS), Suite(V, SD), Suite(B, AS), Suite(B, SD))
+
+
+class Evidence:
+    """The records of one protocol, suite by suite."""
+
+    def __init__(self, source: Source) -> None:
+        self.source = source
+        self.suites: dict[Suite, dict[str, list[Record]]] = {}
+        self._maker = TableMaker(source)
+        self._tried: dict[tuple[str, str], list[OperatorOutcome]] = {}
+
+    def add(self, records: Sequence[Record]) -> None:
+        """Add a run."""
+        first = records[0]
+        suite = Suite(first.domain, first.ability.value)
+        self.suites.setdefault(suite, {})[first.model] = list(records)
+        self._maker.add(records)
+
+    @property
+    def tables(self) -> Tables:
+        return self._maker.tables
+
+    @cached_property
+    def models(self) -> list[str]:
+        """All models, by their names in the paper."""
+        found = {model for models in self.suites.values() for model in models}
+        return sorted(found, key=lambda model: paper_models().get(model, model))
+
+    def answers(self, suite: Suite, model: str | None = None) -> list[AnswerLine]:
+        """The answers that count."""
+        return [each for each in self.of(self.tables.answers, suite, model) if each.outcome != "excluded"]
+
+    def of(self, lines: Iterable[L], suite: Suite, model: str | None = None) -> list[L]:
+        """The lines of a suite, and of a model if it is given."""
+        return [
+            each for each in lines if (each.domain, each.ability) == suite and model in (None, each.model)
+        ]
+
+    def sensitivity(self, domain: str, models: Sequence[str]) -> Sensitivity:
+        """What comes of single operators of answers among gold ones, by the built-in planner."""
+        found = [outcome for model in models for outcome in self._outcomes(domain, model)]
+        library = next(iter(find_benchmark(domain).operators(self.source).values())).domain
+        return summarise(
+            found, tuple(dict.fromkeys((*library.operators, *(each.operator for each in found))))
+        )
+
+    def _outcomes(self, domain: str, model: str) -> list[OperatorOutcome]:
+        """Those of one model, found once."""
+        if (domain, model) not in self._tried:
+            records = self.suites[Suite(domain, TM)][model]
+            source = Source(self.source.store, planner=PlannerChoice.BUILT_IN)
+            suite = open_suite(domain, Ability.TRANSITION_MODELING, records[0].protocol, source=source)
+            self._tried[domain, model] = [
+                outcome
+                for record in records
+                if record.unanswered is None
+                for outcome in _tried(suite, record)
+            ]
+        return self._tried[domain, model]
+
+
+def _tried(suite: ScoredSuite, record: Record) -> list[OperatorOutcome]:
+    scorer = suite.scorer(record.task_id)
+    return try_operators(scorer, record.response) if isinstance(scorer, TransitionModeling) else []
+
+
+def rate(lines: Iterable[L], hit: Callable[[L], bool]) -> Estimate:
+    """The share of lines that are so, in percent; near copies count together in its interval."""
+    return Estimate.of([case_of(line, Share(int(hit(line)), 1)) for line in lines])
+
+
+def rho(lines: Sequence[AnswerLine], feature: str, value: Callable[[AnswerLine], float | None]) -> Estimate:
+    """Spearman's correlation of a feature of tasks with a value of answers."""
+    known = [(line, number) for line in lines if (number := value(line)) is not None]
+    return rank_correlation(
+        [getattr(line, feature) for line, _ in known],
+        [number for _, number in known],
+        [line.name for line, _ in known],
+    )
+
+
+def rho_of_means(
+    lines: Sequence[AnswerLine], feature: str, value: Callable[[AnswerLine], float | None]
+) -> Estimate:
+    """The same with the mean over models of each task."""
+    values: dict[str, list[float]] = {}
+    first: dict[str, AnswerLine] = {}
+    for line in lines:
+        number = value(line)
+        if number is not None:
+            values.setdefault(line.task, []).append(number)
+            first.setdefault(line.task, line)
+    means = {task: fmean(numbers) for task, numbers in values.items()}
+    return rho(list(first.values()), feature, lambda line: means[line.task])
+
+
+def told(estimate: Estimate) -> str:
+    """A number, what it is made of, its interval."""
+    if estimate.value is None:
+        return "–"
+    if estimate.denominator is None:
+        return f"{estimate.value:+.2f}{_bounds(estimate, '{:+.2f}')}"
+    made_of = f"{estimate.numerator:g}/{estimate.denominator:g}"
+    return f"{made_of} = {estimate.value:.1f} %{_bounds(estimate, '{:.1f}')}"
+
+
+def _bounds(estimate: Estimate, form: str) -> str:
+    if estimate.low is None or estimate.high is None:
+        return ""
+    return f" [{form.format(estimate.low)}, {form.format(estimate.high)}]"
+
+
+def below_zero(estimate: Estimate) -> bool:
+    """Whether the whole interval is."""
+    return estimate.high is not None and estimate.high < 0
