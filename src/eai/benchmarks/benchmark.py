@@ -73,6 +73,7 @@ class Benchmark:
         goal_sections: where these state the goals of a task, by ability, so that they can state others.
         task_id_of: from an identifier, as files of answers have it, to the id of its task.
         own_figures: counts the figures of the data set that are not counted from its tasks; None if all are.
+        open_public: opens the tasks whose answers everybody has seen; None if they are its own.
         phrases: how to say in English that a predicate holds, as in ``{x} is on top of {y}``, by its name; by
             default made of the name (`eai.benchmarks.generated.words`).
         planner_seconds: how long a planner may take for one task of transition modeling, in CPU seconds.
@@ -98,6 +99,7 @@ class Benchmark:
     goal_sections: Mapping[Ability, GoalSection] = field(default_factory=dict)
     task_id_of: Callable[[str], str] = str
     own_figures: Callable[[Source], Sequence[Figure]] | None = None
+    open_public: OpenTasks[Task] | None = None
     phrases: Mapping[str, str] = field(default_factory=dict)
     planner_seconds: int = 100
     reference: str = ""

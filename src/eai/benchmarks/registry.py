@@ -104,6 +104,7 @@ def _open_tasks(path: Path) -> Benchmark:
         open_tasks=lambda source: files.tasks(base.domain),
         wings={},
         asks={},
+        open_public=base.open_tasks,
         open_operators=None,
         published_prompts=None,
         task_id_of=str,

@@ -1,4 +1,4 @@
-"""The built-in models as an Inspect provider: ``eai/oracle``, ``eai/planner``, ``eai/noisy``, ``eai/replay``.
+"""The built-in models as an Inspect provider: ``eai/oracle``, ``eai/planner``, ``eai/lookup`` and others.
 
 They answer without network and key. What they need to know of a question they read from the metadata of its
 message, which `eai.run.tasks` puts there; a question from elsewhere they cannot answer.
@@ -31,6 +31,7 @@ from eai.benchmarks.gold_answers import (
     open_planned_book,
     planned_answer,
 )
+from eai.benchmarks.lookup import open_lookup_book
 from eai.benchmarks.noisy_answers import Noise, heeding_answer, noisy_answer
 from eai.benchmarks.registry import find_benchmark
 from eai.errors import InputError, did_you_mean
@@ -41,6 +42,9 @@ from eai.scoring.batch import NO_ROW
 from eai.world.execution import Action
 
 DEFAULT_NOISE = 0.1
+_BOOKS = {"planner": open_planned_book, "lookup": open_lookup_book}
+"""The models that have answers of their own."""
+
 _ARGUMENTS = ("rate", "seed", "heed", "path")
 
 
@@ -71,7 +75,8 @@ class BuiltInModel(ModelAPI):
     Args:
         model_name: ``oracle`` (the data set's own answers), ``planner`` (plans found by search, for action
             sequencing and subgoal decomposition; in a world that goes on, from its present state, and in a
-            pipeline for the stated goals), ``noisy``
+            pipeline for the stated goals), ``lookup`` (the plan of the public task with the most similar
+            goals, objects renamed), ``noisy``
             (the data set's answers, spoilt anew in each attempt; arguments ``rate`` and ``seed``, and
             ``heed``, with which it mends what it is told of with this probability, and else says the same
             again) or ``replay`` (answers from response files, of further attempts from
@@ -107,7 +112,7 @@ class BuiltInModel(ModelAPI):
                 raise InputError(f"eai/{model_name}: unknown argument {unknown}{hint}")
             if model_name == "replay" and self._path is None:
                 raise InputError("eai/replay: expected -M path=FILE, a response file or a folder of them")
-        self._book = cache(open_planned_book if model_name == "planner" else open_answer_book)
+        self._book = cache(_BOOKS.get(model_name, open_answer_book))
         self._recorded = cache(self._read_recorded)
 
     async def generate(
@@ -153,7 +158,7 @@ class BuiltInModel(ModelAPI):
             stated = {asked.task_id: asked.stated}
             return open_planned_book(asked.benchmark, asked.ability, stated=stated).gold(asked.task_id).text
         book: AnswerBook = self._book(asked.benchmark, asked.ability)
-        if self.model_name in ("oracle", "planner"):
+        if self.model_name in ("oracle", *_BOOKS):
             return book.gold(asked.task_id).text
         return self._noisy(book, asked).text
 

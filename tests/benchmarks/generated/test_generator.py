@@ -237,3 +237,21 @@ def lamps(monkeypatch: pytest.MonkeyPatch) -> Benchmark:
     """The benchmark of the examples: a declaration and two tasks."""
     monkeypatch.syspath_prepend(Path(__file__).parents[3] / "examples" / "lamps")
     return find_benchmark("lamps:lamps")
+
+
+@pytest.mark.parametrize("like", HOUSEHOLDS)
+def test_scenes_are_changed_by_what_was_done_in_them(like: str) -> None:
+    """Things stand where they do not in the scene of any public task, and nothing is in a hand."""
+    made = generator(like)
+    public = {
+        (fact.predicate, *(task.scene.objects[i].name for i in fact.arguments))
+        for task in find_benchmark(like).tasks(made.source).values()
+        for fact in task.initial.facts()
+    }
+    moved = 0
+    for each in tasks(like):
+        state = each.task.initial
+        facts = [(f.predicate, *(state.scene.objects[i].name for i in f.arguments)) for f in state.facts()]
+        moved += any(fact not in public for fact in facts if fact[0] in made.prior.places)
+        assert not any(fact[0] in made.prior.holding for fact in facts if fact not in public), each.task.id
+    assert moved > len(tasks(like)) // 5

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import random
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 from typing import TypeAlias
@@ -14,7 +14,7 @@ from eai.abilities.task import Task
 from eai.abilities.verdict import Json
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.generated import fingerprint
-from eai.benchmarks.generated.goals import Proposals, clash, number_of_subjects
+from eai.benchmarks.generated.goals import Proposals, clash, subjects_of
 from eai.benchmarks.generated.prior import Prior, prior_of
 from eai.benchmarks.generated.reader import Reader
 from eai.benchmarks.generated.scene import closed_scene
@@ -22,10 +22,11 @@ from eai.benchmarks.generated.spec import CANARY, LENGTHS, Spec, Tier, tier_of
 from eai.benchmarks.generated.usage import Usage
 from eai.benchmarks.generated.walk import Walk, certificate, one_action_solves, posed
 from eai.benchmarks.generated.words import Words
+from eai.benchmarks.lookup import LookupTable
 from eai.benchmarks.source import Source
 from eai.errors import InputError
 from eai.planning.planner import Planner
-from eai.world.execution import execute
+from eai.world.execution import Action, execute
 from eai.world.relation import bits
 from eai.world.state import State
 
@@ -59,6 +60,7 @@ class Reason(str, Enum):
     NO_CERTIFICATE = "the certificate does not solve it"
     AMBIGUOUS = "the instruction does not say exactly the goals"
     PUBLIC = "a public task has the same goals"
+    PUBLIC_PLAN = "the plan of a public task with similar goals solves it"
     COPY = "another generated task is the same"
 
 
@@ -100,6 +102,7 @@ class Generator:
         self._tasks = list(self.benchmark.tasks(self.source).values())
         self.prior: Prior = prior_of(self.benchmark, self._tasks)
         self._public = {fingerprint.of_goals(_formulas(task), task.scene) for task in self._tasks}
+        self._table = LookupTable(self._tasks, self.benchmark.domain)
         self._usage = Usage(self.benchmark.domain, self.prior)
         self._planner = Planner(self._usage.domain)
 
@@ -156,9 +159,10 @@ class Generator:
         """The objects in hands."""
         held: set[int] = set()
         for name in self.prior.holding:
-            relation = name in state.scene.vocabulary.binary_slots
-            mask = state.relation(name).targets if relation else state.those(name)
-            held.update(bits(mask))
+            if name in state.scene.vocabulary.binary_slots:
+                held.update(pair.target for pair in state.relation(name).pairs())
+            else:
+                held.update(bits(state.those(name)))
         return held
 
     def _window(self, base: Task) -> tuple[int, int]:
@@ -187,31 +191,47 @@ class Generator:
                 continue
             tried.add(goal)
             if not any(clash(goal, other, scene) for other in (*walk.goals, *ending)):
-                failures = 0 if walk.reach(goal, number_of_subjects(goal, scene)) else failures + 1
+                reached = self._reach_and_leave(walk, goal)
+                failures = 0 if reached else failures + 1
         for goal in ending:  # last, as the agent would go on from there otherwise
             if not walk.holds(goal, initial):
                 walk.reach(goal)
         return walk
 
+    def _reach_and_leave(self, walk: Walk, goal: f.Formula) -> bool:
+        """Reach a goal more, but not by keeping in hand what it is about."""
+        subjects, before = subjects_of(goal, walk.state.scene), walk.mark()
+        if not walk.reach(goal, len(subjects)):
+            return False
+        if subjects.isdisjoint(self._held(walk.state)):
+            return True
+        walk.back_to(before)
+        return False
+
     def _objection(self, task: Task, least: int, most: int) -> Reason | None:
         """Why a task is not to be asked."""
-        domain, test = self.benchmark.domain, GoalTest(task)
+        test = GoalTest(task)
         if len(task.script) < least:
             return Reason.TOO_SHORT
         if len(task.script) > most:
             return Reason.TOO_LONG
         if any(test.reached(task.initial, ())):
             return Reason.HOLDS_ALREADY
-        trajectory = execute(domain, task.initial, task.script)
-        operators = [action.operator for action in trajectory.executed]
-        is_clean = trajectory.failure is None and not trajectory.additional_steps
-        if not is_clean or not all(test.reached(trajectory.final, operators)):
+        if not self._is_solved(task, task.script):
             return Reason.NO_CERTIFICATE
         if not self._says_its_goals(task):
             return Reason.AMBIGUOUS
         if fingerprint.of_task(task)[0] in self._public:
             return Reason.PUBLIC
-        return Reason.ONE_ACTION if one_action_solves(task, domain) else None
+        if self._is_solved(task, self._table.plan(task)):
+            return Reason.PUBLIC_PLAN
+        return Reason.ONE_ACTION if one_action_solves(task, self.benchmark.domain) else None
+
+    def _is_solved(self, task: Task, plan: Sequence[Action]) -> bool:
+        """Whether a plan runs to its end and reaches all goals."""
+        trajectory = execute(self.benchmark.domain, task.initial, plan)
+        operators = [action.operator for action in trajectory.executed]
+        return trajectory.failure is None and all(GoalTest(task).reached(trajectory.final, operators))
 
     def _says_its_goals(self, task: Task) -> bool:
         """Whether the instruction, read again, gives the goals back."""

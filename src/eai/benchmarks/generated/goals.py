@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import random
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -85,7 +86,7 @@ class Proposals:
         if not wanted:
             return None
         patterns = self.patterns[_chosen(wanted, rng)]
-        return _chosen({pattern: weight**0.5 for pattern, weight in patterns.items()}, rng)
+        return _chosen({pattern: math.sqrt(weight) for pattern, weight in patterns.items()}, rng)
 
     def _members(self, category: str) -> list[int]:
         return list(bits(self.scene.category(category)))
@@ -220,9 +221,9 @@ def _subjects(goal: f.Formula, scene: Scene) -> set[tuple[str, int]]:
     return found
 
 
-def number_of_subjects(goal: f.Formula, scene: Scene) -> int:
-    """Of how many objects a goal may say something."""
-    return len({index for _, index in _subjects(goal, scene)})
+def subjects_of(goal: f.Formula, scene: Scene) -> frozenset[int]:
+    """The objects of which a goal may say something."""
+    return frozenset({index for _, index in _subjects(goal, scene)})
 
 
 def _fits(pattern: Pattern, sizes: Mapping[str, int]) -> bool:
@@ -231,8 +232,10 @@ def _fits(pattern: Pattern, sizes: Mapping[str, int]) -> bool:
 
 
 def _can_say(pattern: Pattern, scene: Scene, prior: Prior) -> bool:
-    """Whether a pattern may be asked for by itself: not of the agent; a relation of a thing with a place."""
+    """Whether a pattern may be asked for by itself: of no agent or piece; a relation of thing and place."""
     if scene.agent is not None and scene.objects[scene.agent].category in pattern.categories:
+        return False
+    if not prior.pieces.isdisjoint(pattern.categories):
         return False
     if len(pattern.categories) < 2 or not prior.kinds:
         return True

@@ -24,6 +24,7 @@ from eai.world.domain import Domain
 from eai.world.execution import Action, execute
 from eai.world.listing import Listing
 from eai.world.operator import Role
+from eai.world.relation import bits
 from eai.world.state import Scene, State
 
 FEW_TARGETS = 1.5
@@ -65,6 +66,7 @@ class Prior:
         taken: the categories of what plans take in hand.
         used: the categories of what plans do something with besides going there and taking it.
         parts: the relations that bind a thing for good to one other, which it never goes without.
+        pieces: the categories of the parts, which are nothing until they are cut off.
         holding: the predicates by which the agent holds things.
     """
 
@@ -79,6 +81,7 @@ class Prior:
     parts: tuple[str, ...]
     taken: frozenset[str]
     used: frozenset[str]
+    pieces: frozenset[str]
     holding: frozenset[str]
 
 
@@ -170,6 +173,7 @@ class _Census:
             used=frozenset({kind.category for kind in self._kinds if roles[kind.operator] not in going}),
             places=places,
             parts=parts,
+            pieces=frozenset(_pieces(self._states, parts)),
             holding=frozenset(_holding(self._domain)),
         )
 
@@ -280,6 +284,13 @@ def _relations(domain: Domain, states: Sequence[State]) -> tuple[tuple[str, ...]
             if predicate.static and pairs == sources:
                 parts.append(predicate.name)
     return tuple(places), tuple(parts)
+
+
+def _pieces(states: Sequence[State], parts: Sequence[str]) -> Iterator[str]:
+    """The categories of what is a part of something."""
+    for state in states:
+        for name in parts:
+            yield from (state.scene.objects[i].category for i in bits(state.relation(name).sources))
 
 
 def _holding(domain: Domain) -> Iterator[str]:

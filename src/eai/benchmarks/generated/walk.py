@@ -54,6 +54,15 @@ class Walk:
         """What actions may be about: all there is."""
         return tuple(range(len(self.state.scene.objects)))
 
+    def mark(self) -> tuple[State, int, int, int, int]:
+        """Where the walk is, to come back to."""
+        return self.state, len(self.conditions), len(self.actions), len(self.goals), len(self.trail)
+
+    def back_to(self, mark: tuple[State, int, int, int, int]) -> None:
+        """Forget all that came after a mark."""
+        self.state, conditions, actions, goals, trail = mark
+        del self.conditions[conditions:], self.actions[actions:], self.goals[goals:], self.trail[trail:]
+
     def holds(self, wanted: f.Formula, state: State) -> bool:
         """Whether a goal about states is met; one about actions never is."""
         return not _actions_of(wanted) and self.domain.holds(wanted, state)
