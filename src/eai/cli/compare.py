@@ -7,13 +7,13 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.table import Table
 from rich.text import Text
 
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import Json
 from eai.cli.console import errors, output, print_json, print_remark
 from eai.cli.options import AsJson
+from eai.cli.table import Column, print_table
 from eai.errors import InputError
 from eai.metrics.certainty import Certainty, Interval
 from eai.metrics.comparison import Comparison, Difference
@@ -134,15 +134,13 @@ def _print(place: _Place, one: Run, other: Run, found: Comparison, listed: int) 
         f"{_named(place)}: {found.tasks} tasks{names}\n"
         f"A {first.name}, {coverages['A']} answered\nB {second.name}, {coverages['B']} answered"
     )
-    table = Table(
-        "percent", title=title, title_justify="left", caption=_caption(found), caption_justify="left"
+    rows = [row for difference in found.differences for row in _rows(difference)]
+    headings = ("percent", "A", "B", "B - A", "95 %", "p", "tasks")
+    metrics, *columns = (
+        Column(heading, cells) for heading, cells in zip(headings, zip(*rows, strict=True), strict=True)
     )
-    for heading in ("A", "B", "B - A", "95 %", "p", "tasks"):
-        table.add_column(heading, justify="right", no_wrap=True)
-    for difference in found.differences:
-        for row in _rows(difference):
-            table.add_row(*row)
-    output().print(table)
+    print_table(output(), title, [metrics], columns)
+    output().print(_caption(found), highlight=False, style="italic")
     for side, coverage in coverages.items():
         print_remark(side, coverage)
     for difference in found.differences:
