@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import nan
 from typing import TYPE_CHECKING
 
 from eai.abilities.experiment import Feedback
@@ -32,9 +33,12 @@ def draw(arms: Sequence[Arm]) -> Figure | None:
     for number, arm in enumerate(shown):
         estimates = success_by_attempt(arm)
         places = [k + _APART * (number - (len(shown) - 1) / 2) for k in range(1, arm.attempts + 1)]
-        values = [each.value or 0.0 for each in estimates]
-        below = [value - (each.low or 0.0) for value, each in zip(values, estimates, strict=True)]
-        above = [(each.high or value) - value for value, each in zip(values, estimates, strict=True)]
+        values, lows, highs = (
+            [nan if x is None else x for x in column]
+            for column in zip(*[(each.value, each.low, each.high) for each in estimates], strict=True)
+        )
+        below = [value - low for value, low in zip(values, lows, strict=True)]
+        above = [high - value for value, high in zip(values, highs, strict=True)]
         told = arm.experiment.feedback is not Feedback.NONE
         panel.errorbar(
             places,
@@ -46,7 +50,7 @@ def draw(arms: Sequence[Arm]) -> Figure | None:
             markersize=3,
             linewidth=1.2,
             elinewidth=0.7,
-            label=clipped(arm.name if told else f"{arm.name} (told nothing)"),
+            label=clipped(arm.name),
         )
     panel.set_xticks(range(1, max(arm.attempts for arm in shown) + 1))
     panel.set_xlabel("attempts")

@@ -58,7 +58,7 @@ class SearchLimits:
 
     attempts: int = 20_000
     branches: int = 16
-    effort: int = 50_000
+    effort: int = 100_000
 
 
 class SearchEnd(str, Enum):
