@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping, Sequence, Set
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial, wraps
 from pathlib import Path
 from typing import Annotated
@@ -21,20 +20,15 @@ from eai.benchmarks.answer_files import recorded_file
 from eai.benchmarks.prompt_library import Library
 from eai.benchmarks.reference.replanning import preset_experiment
 from eai.benchmarks.registry import registered
-from eai.benchmarks.short_tests import SHORT, short_test
 from eai.benchmarks.source import Source
 from eai.benchmarks.suite import DEFAULT_PROTOCOL, Suite, open_suite
+from eai.cli.chosen_tasks import chosen_prompts, tasks_of
 from eai.cli.console import (
     DOMAIN_HELP,
-    counted,
     data_progress,
-    dollars,
-    errors,
     note_planner,
     output,
-    print_json,
     print_remark,
-    without_inspect,
 )
 from eai.cli.data import DataFolder, store
 from eai.cli.experiment import (
@@ -61,22 +55,17 @@ from eai.cli.options import (
     Wide,
     Workers,
 )
-from eai.cli.progress import run_progress, scoring_progress
+from eai.cli.order import Order, obtain_and_score, tell
 from eai.cli.table import Result, print_rates
-from eai.errors import InputError, InterruptError, did_you_mean
+from eai.errors import InputError, InterruptError
 from eai.pddl.planning import PlannerChoice
 from eai.prompts.prompt import Prompt, PromptSet
-from eai.run.job import Decoding, Endpoint, Job, Pace, check_model
-from eai.run.journal import JOURNAL
+from eai.run.job import Decoding, Endpoint, Pace, check_model
 from eai.scoring.batch import Settings
-from eai.scoring.epochs import Obtained, SuiteResult, settle, undisturbed
-from eai.scoring.stage_one import NO_GOALS_STATED
 from eai.scoring.trials import Trials, open_trials
 from eai.world.episode import Notice
 
-LOGS = "logs"
 REPLAY = "eai/replay"
-SHOWN_TASKS = 5
 _MODEL, _ASKED, _PACE = "Who is asked", "What is asked", "Requests"
 """Panels of the help."""
 
@@ -233,7 +222,7 @@ def run(
         raise InputError("--goals: not with attempts or slips; feedback would tell the goals of the task")
     wanted = _wanted(ability, experiment) if goals is None else stage_two(ability)
     arguments = dict(_pair(text) for text in model_arg or ())
-    order = _Order(
+    order = Order(
         endpoints=[Endpoint(name, arguments, model_base_url, prices) for name in model],
         epochs=epochs,
         decoding=Decoding(temperature, max_tokens, stop, structured),
@@ -252,8 +241,8 @@ def run(
         ]
         library = Library(prompt_set, prompts, source)
         chosen = []
-        for suite, named in zip(suites, _tasks_of(tasks, suites), strict=True):
-            asked = _chosen(suite, library, named, limit)
+        for suite, named in zip(suites, tasks_of(tasks, suites), strict=True):
+            asked = chosen_prompts(suite, library, named, limit)
             if asked:
                 chosen.append((suite, asked))
     _check_replay(order.endpoints, [suite for suite, _ in chosen])
@@ -262,7 +251,9 @@ def run(
     outcomes = []
     for suite, asked in chosen:
         trials = _trials(experiment, library, suite, asked)
-        of_suite = [_run_model(order, endpoint, asked, suite, trials, first) for endpoint in order.endpoints]
+        of_suite = [
+            obtain_and_score(order, endpoint, asked, suite, trials, first) for endpoint in order.endpoints
+        ]
         if not order.quiet:
             title = f"{suite.domain}, {suite.ability.value}, protocol {protocol.value}"
             if experiment is not None:
@@ -274,21 +265,7 @@ def run(
             for name, result in results.items():
                 print_remark(name, result.coverage)
         outcomes += of_suite
-    _report([*(first.outcomes if first else ()), *outcomes], order, as_json=as_json)
-
-
-@dataclass(frozen=True, slots=True)
-class _Order:
-    """What the command line asks for, of all suites alike."""
-
-    endpoints: Sequence[Endpoint]
-    epochs: int
-    decoding: Decoding
-    pace: Pace
-    settings: Settings
-    out: Path
-    quiet: bool
-    prompt_name: str | None
+    tell([*(first.outcomes if first else ()), *outcomes], order, as_json=as_json)
 
 
 def _wanted(abilities: Sequence[Ability] | None, experiment: Experiment | None) -> list[Ability]:
@@ -317,7 +294,7 @@ def _trials(
 def _first_stage(
     goals: str | None,
     library: Library,
-    order: _Order,
+    order: Order,
     chosen: Sequence[tuple[Suite, Mapping[str, Prompt]]],
 ) -> FirstStage | None:
     """The first stage of a pipeline, if it is one."""
@@ -326,7 +303,7 @@ def _first_stage(
     wanted: dict[str, set[str]] = {}
     for suite, asked in chosen:
         wanted.setdefault(suite.domain, set()).update(asked)
-    return FirstStage(goals, library, partial(_run_model, order), wanted)
+    return FirstStage(goals, library, partial(obtain_and_score, order), wanted)
 
 
 def _refuse_twins(models: Sequence[str]) -> None:
@@ -350,137 +327,6 @@ def _check_replay(endpoints: Sequence[Endpoint], suites: Sequence[Suite]) -> Non
         if len(set(files)) < len(files):
             hint = "name its suite with --domain and --ability, or give a folder"
             raise InputError(f"-M path={path}: one file cannot answer {len(files)} suites; {hint}")
-
-
-def _run_model(
-    order: _Order,
-    endpoint: Endpoint,
-    prompts: Mapping[str, Prompt],
-    suite: Suite,
-    trials: Trials | None = None,
-    first: FirstStage | None = None,
-) -> SuiteResult:
-    """Obtain one model's answers to one suite, through Inspect, which is imported only here; score them.
-
-    In a pipeline they are answers to other prompts about the same tasks; a task without a first stage has no
-    second one.
-    """
-    try:
-        from eai.run.evaluation import obtain_answers
-        from eai.run.logs import write_scores
-    except ImportError as error:
-        raise without_inspect(error) from error
-    asked, believed = (prompts, None) if first is None else first.second(endpoint, prompts, suite)
-    stated = {} if believed is None else {task_id: believed.beliefs[task_id].answer for task_id in asked}
-    how = (order.epochs, order.decoding, order.pace, suite.source, trials, stated)
-    job = Job(endpoint, suite.benchmark, suite.ability, asked, *how)
-    name = file_name(endpoint.model)
-    folder = order.out / suite.domain / suite.ability.value / name
-    if trials is not None:
-        folder /= trials.experiment.label
-    if believed is not None:
-        folder /= believed.experiment.label
-    if order.prompt_name is not None:
-        folder /= Experiment(prompt_name=order.prompt_name).label
-    title = f"{suite.domain} {suite.ability.value} {endpoint.model}"
-    with run_progress(title, quiet=order.quiet) as watch:
-        answers = obtain_answers(job, folder / JOURNAL, order.out / LOGS, watch=watch)
-    epochs = range(1, order.epochs + 1)
-    unasked = [(task_id, epoch) for task_id in prompts if task_id not in asked for epoch in epochs]
-    obtained = Obtained(
-        endpoint.model,
-        name,
-        asked,
-        answers.given,
-        {**answers.failures, **dict.fromkeys(unasked, NO_GOALS_STATED)},
-        order.epochs,
-        trials,
-        answers.tried,
-        believed,
-        order.prompt_name,
-    )
-    with undisturbed():
-        with scoring_progress(f"scoring {title}", len(answers.given), quiet=order.quiet) as told:
-            outcome = settle(obtained, folder, suite, order.settings, told)
-        write_scores(answers.log, outcome.by_place(), suite.source.planner)
-    return outcome
-
-
-def _report(outcomes: Sequence[SuiteResult], order: _Order, *, as_json: bool) -> None:
-    """Say what went wrong, what it took and where results are; end with status 1 if answers are missing."""
-    if as_json:
-        print_json([outcome.to_json() for outcome in outcomes])
-    for outcome in outcomes:
-        for why, task_ids in outcome.failures.items():
-            shown = ", ".join(task_ids[:SHOWN_TASKS]) + (", ..." if len(task_ids) > SHOWN_TASKS else "")
-            errors().print(
-                f"{outcome.model}, {outcome.suite.domain} {outcome.suite.ability.value}: "
-                f"{counted(len(task_ids), 'task')} not answered ({shown}): {why}",
-                markup=False,
-                highlight=False,
-                soft_wrap=True,
-            )
-    if not order.quiet:
-        for outcome in outcomes:
-            output().print(_effort(outcome), highlight=False, markup=False, soft_wrap=True)
-    if any(outcome.failures for outcome in outcomes):
-        raise typer.Exit(1)
-
-
-def _effort(outcome: SuiteResult) -> str:
-    """One line on what an outcome took and where it is."""
-    usage = outcome.usage
-    parts = [
-        counted(outcome.coverage.answered, "answer"),
-        f"{usage.input_tokens:,} + {usage.output_tokens:,} tokens",
-    ]
-    if usage.cost is not None:
-        parts.append(dollars(usage.cost))
-    if outcome.truncated:
-        parts.append(f"{outcome.truncated} cut off")
-    return f"{', '.join(parts)}; records in {outcome.folder}"
-
-
-def _named(tasks: str, suites: Sequence[Suite]) -> frozenset[str]:
-    """The tasks that the command line names; none if it asks for all.
-
-    Raises:
-        InputError: no suite has a task of this name.
-    """
-    named = [task_id.strip() for task_id in tasks.split(",") if task_id.strip()]
-    for task_id in named:
-        if not any(task_id in suite.task_ids for suite in suites):
-            only = f"{suites[0].domain} {suites[0].ability.value}"
-            known = {each for suite in suites for each in suite.task_ids}
-            raise InputError(
-                f"--tasks: {task_id!r} is not a task of {only if len(suites) == 1 else 'any suite'}"
-                f"{did_you_mean(task_id, sorted(known))}"
-            )
-    return frozenset(named)
-
-
-def _tasks_of(tasks: str, suites: Sequence[Suite]) -> list[frozenset[str]]:
-    """For each suite the tasks that are asked for; none if all are."""
-    return [_short(suite) for suite in suites] if tasks == SHORT else [_named(tasks, suites)] * len(suites)
-
-
-def _short(suite: Suite) -> frozenset[str]:
-    """The tasks of a suite's short test.
-
-    Raises:
-        InputError: it has none.
-    """
-    found = short_test(suite.domain, suite.ability)
-    if not found:
-        raise InputError(f"--tasks {SHORT}: {suite.domain} {suite.ability.value} has no short test")
-    return frozenset(found)
-
-
-def _chosen(suite: Suite, library: Library, named: Set[str], limit: int | None) -> dict[str, Prompt]:
-    """The prompts of the named tasks, or of all if none is, in the order of the data set."""
-    chosen = [task_id for task_id in suite.task_ids if not named or task_id in named]
-    prompts = library.open(suite.benchmark, suite.ability) if chosen else {}
-    return {task_id: prompts[task_id] for task_id in chosen[:limit]}
 
 
 def _pair(text: str) -> tuple[str, Json]:

@@ -1,0 +1,129 @@
+"""What ``eai run`` orders: answers of models to suites, obtained, scored and told."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import typer
+
+from eai.abilities.experiment import Experiment
+from eai.abilities.responses import file_name
+from eai.benchmarks.suite import Suite
+from eai.cli.console import counted, dollars, errors, output, print_json, without_inspect
+from eai.cli.first_stage import FirstStage
+from eai.cli.progress import run_progress, scoring_progress
+from eai.prompts.prompt import Prompt
+from eai.run.job import Decoding, Endpoint, Job, Pace
+from eai.run.journal import JOURNAL
+from eai.scoring.batch import Settings
+from eai.scoring.epochs import Obtained, SuiteResult, settle, undisturbed
+from eai.scoring.stage_one import NO_GOALS_STATED
+from eai.scoring.trials import Trials
+
+LOGS = "logs"
+SHOWN_TASKS = 5
+
+
+@dataclass(frozen=True, slots=True)
+class Order:
+    """What the command line asks for, of all suites alike."""
+
+    endpoints: Sequence[Endpoint]
+    epochs: int
+    decoding: Decoding
+    pace: Pace
+    settings: Settings
+    out: Path
+    quiet: bool
+    prompt_name: str | None
+
+
+def obtain_and_score(
+    order: Order,
+    endpoint: Endpoint,
+    prompts: Mapping[str, Prompt],
+    suite: Suite,
+    trials: Trials | None = None,
+    first: FirstStage | None = None,
+) -> SuiteResult:
+    """Obtain one model's answers to one suite, through Inspect, which is imported only here; score them.
+
+    In a pipeline they are answers to other prompts about the same tasks; a task without a first stage has no
+    second one.
+    """
+    try:
+        from eai.run.evaluation import obtain_answers
+        from eai.run.logs import write_scores
+    except ImportError as error:
+        raise without_inspect(error) from error
+    asked, believed = (prompts, None) if first is None else first.second(endpoint, prompts, suite)
+    stated = {} if believed is None else {task_id: believed.beliefs[task_id].answer for task_id in asked}
+    how = (order.epochs, order.decoding, order.pace, suite.source, trials, stated)
+    job = Job(endpoint, suite.benchmark, suite.ability, asked, *how)
+    name = file_name(endpoint.model)
+    folder = order.out / suite.domain / suite.ability.value / name
+    if trials is not None:
+        folder /= trials.experiment.label
+    if believed is not None:
+        folder /= believed.experiment.label
+    if order.prompt_name is not None:
+        folder /= Experiment(prompt_name=order.prompt_name).label
+    title = f"{suite.domain} {suite.ability.value} {endpoint.model}"
+    with run_progress(title, quiet=order.quiet) as watch:
+        answers = obtain_answers(job, folder / JOURNAL, order.out / LOGS, watch=watch)
+    epochs = range(1, order.epochs + 1)
+    unasked = [(task_id, epoch) for task_id in prompts if task_id not in asked for epoch in epochs]
+    obtained = Obtained(
+        endpoint.model,
+        name,
+        asked,
+        answers.given,
+        {**answers.failures, **dict.fromkeys(unasked, NO_GOALS_STATED)},
+        order.epochs,
+        trials,
+        answers.tried,
+        believed,
+        order.prompt_name,
+    )
+    with undisturbed():
+        with scoring_progress(f"scoring {title}", len(answers.given), quiet=order.quiet) as told:
+            outcome = settle(obtained, folder, suite, order.settings, told)
+        write_scores(answers.log, outcome.by_place(), suite.source.planner)
+    return outcome
+
+
+def tell(outcomes: Sequence[SuiteResult], order: Order, *, as_json: bool) -> None:
+    """Say what went wrong, what it took and where results are; end with status 1 if answers are missing."""
+    if as_json:
+        print_json([outcome.to_json() for outcome in outcomes])
+    for outcome in outcomes:
+        for why, task_ids in outcome.failures.items():
+            shown = ", ".join(task_ids[:SHOWN_TASKS]) + (", ..." if len(task_ids) > SHOWN_TASKS else "")
+            errors().print(
+                f"{outcome.model}, {outcome.suite.domain} {outcome.suite.ability.value}: "
+                f"{counted(len(task_ids), 'task')} not answered ({shown}): {why}",
+                markup=False,
+                highlight=False,
+                soft_wrap=True,
+            )
+    if not order.quiet:
+        for outcome in outcomes:
+            output().print(_effort(outcome), highlight=False, markup=False, soft_wrap=True)
+    if any(outcome.failures for outcome in outcomes):
+        raise typer.Exit(1)
+
+
+def _effort(outcome: SuiteResult) -> str:
+    """One line on what an outcome took and where it is."""
+    usage = outcome.usage
+    parts = [
+        counted(outcome.coverage.answered, "answer"),
+        f"{usage.input_tokens:,} + {usage.output_tokens:,} tokens",
+    ]
+    if usage.cost is not None:
+        parts.append(dollars(usage.cost))
+    if outcome.truncated:
+        parts.append(f"{outcome.truncated} cut off")
+    return f"{', '.join(parts)}; records in {outcome.folder}"
