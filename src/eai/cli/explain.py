@@ -184,7 +184,7 @@ def _print_part(console: Console, part: PartReport) -> None:
     if part.met_after is not None:
         console.print(Text(f"  ✓ {part.part}  after step {part.met_after}", style="green"))
     else:
-        lacking = f"  never: {', '.join(part.missing)}" if part.missing else ""
+        lacking = f"  never: {', '.join(part.missing)}" if part.missing else "  was to come after that"
         console.print(Text(f"  ✗ {part.part}{lacking}", style="red"))
 
 

@@ -169,6 +169,15 @@ def test_what_is_left_out_of_an_answer_is_told() -> None:
     ]
 
 
+def test_what_is_left_out_is_told_of_answers_that_are_refused_too() -> None:
+    notes = STRICT.explain(answer("or", "open(yacht.1)")).notes
+    assert notes[:3] == (
+        "hallucination",
+        "read with repair: no_formula",
+        "left out, neither carried out nor tested: or",
+    )
+
+
 def test_errors_and_goals_are_told() -> None:
     verdict = STRICT.score(answer("open(carton.1)", *REACHED))
     assert (told(verdict), verdict.additional_steps) == ("correct", 1)

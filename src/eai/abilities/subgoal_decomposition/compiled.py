@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 from eai.abilities.subgoal_decomposition.notation import WrittenSubgoals
@@ -39,12 +39,13 @@ class Offence(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Rejected:
-    """An answer that cannot be carried out: its category, why, and what is wrong with its names."""
+    """An answer that cannot be carried out: why, what is wrong with its names, what reading left out."""
 
     category: SubgoalCategory
     error: ErrorReport
     repairs: tuple[str, ...] = ()
     offences: tuple[Offence, ...] = ()
+    left_out: tuple[str, ...] = ()
 
 
 def unparseable(reason: str, repairs: tuple[str, ...] = (), subgoal: int | None = None) -> Rejected:
@@ -64,6 +65,13 @@ def compile_each(
     """
     if isinstance(written, Unreadable):
         return unparseable(written.reason)
+    compiled = _compile(written, signature, program)
+    return replace(compiled, left_out=written.left_out)
+
+
+def _compile(
+    written: WrittenSubgoals, signature: Signature, program: Callable[[Sequence[Formula]], Program]
+) -> Compiled | Rejected:
     formulas: list[Formula] = []
     offences: list[Offence] = []
     for number, subgoal in enumerate(written.subgoals):
@@ -76,7 +84,7 @@ def compile_each(
     if offences:
         return offending(offences, written.repairs)
     try:
-        return Compiled(tuple(formulas), program(formulas), written.repairs, written.left_out)
+        return Compiled(tuple(formulas), program(formulas), written.repairs)
     except InputError as error:
         return unparseable(str(error), written.repairs)
 

@@ -164,7 +164,7 @@ class SubgoalDecomposition(Scorer):
     def _explain(self, compiled: Compiled, outcome: Outcome) -> Explanation:
         branch, best = outcome.reported, self._with_most_goals(outcome)
         notes = [category_of(outcome).value, *repairs_told(compiled.repairs)]
-        notes += [f"left out, neither carried out nor tested: {text}" for text in compiled.left_out]
+        notes += _left_out(compiled)
         notes += [f"subgoal {i + 1}: {print_ltl(f)}" for i, f in enumerate(compiled.subgoals)]
         if outcome.end is not SearchEnd.COMPLETE:
             notes.append(f"the search was ended: {outcome.end.value} {outcome.reason}".rstrip())
@@ -185,7 +185,7 @@ class SubgoalDecomposition(Scorer):
     ) -> Explanation:
         wrong = list(map(str, rejected.offences)) or [_told(rejected.error)]
         return Explanation(
-            (rejected.category.value, *repairs_told(repairs), *wrong),
+            (rejected.category.value, *repairs_told(repairs), *_left_out(rejected), *wrong),
             goals=goal_reports(self.task.goals, verdict.goals_satisfied),
         )
 
@@ -193,6 +193,11 @@ class SubgoalDecomposition(Scorer):
 def executed(branch: Branch) -> Sequence[str]:
     """The names of the actions that were executed in a branch, in order."""
     return [step.action.operator for step in branch.steps if step.fault is None]
+
+
+def _left_out(answer: Compiled | Rejected) -> list[str]:
+    """What of an answer is no subgoal; the others are numbered without it."""
+    return [f"left out, neither carried out nor tested: {text}" for text in answer.left_out]
 
 
 def _told(error: ErrorReport) -> str:
