@@ -83,9 +83,9 @@ def _misnamed(dice: Dice, step: Step) -> Step:
     match dice.below(10):
         case 0:
             return dice.one(ODD_ACTIONS), words
-        case 1 if words:
+        case 1 if len(words) > 1:
             words[2 * dice.below(len(words) // 2)] = dice.one(ODD_NAMES)
-        case 2 if words:
+        case 2 if len(words) > 1:
             words[1 + 2 * dice.below(len(words) // 2)] = dice.one(ODD_IDS)
         case 3:
             words.append(dice.one(ODD_NAMES))
