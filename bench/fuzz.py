@@ -1,0 +1,130 @@
+"""Hostile answers: does every one get a verdict, the same each time, and what does the dearest cost?
+
+    python bench/fuzz.py                                    2,000 answers to each of the eight suites
+    python bench/fuzz.py --suite behavior/ --rows 200 --seed 7
+
+Answers are those of `mutated_answers`, one in four of them made worse: cut off, repeated, nested, with
+quantifiers around a formula, or with characters that no answer has. They are a pure function of the seed.
+Each is scored twice and explained, under both protocols, with the built-in planner. For each suite and
+protocol come the answers that raise or have two verdicts, and CPU milliseconds: the median, the 99.9th
+percentile and the most, with the beginning of that answer. Exits with status 1 where anything is wrong.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+import time
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from eai.abilities.codec import fields_of
+from eai.abilities.protocol import Ability, Protocol
+from eai.benchmarks.source import Source
+from eai.benchmarks.suite import Suite, open_suite
+from eai.pddl.planning import PlannerChoice
+from mutated_answers import maker
+from mutations import Dice
+
+SUITES = tuple(f"{domain}/{ability.value}" for domain in ("virtualhome", "behavior") for ability in Ability)
+LONGEST = 20_000
+"""The most characters of an answer; a trainer cuts off earlier."""
+ODD = ("\0", "\u202e", "\ud800", "\U0001f9fd", "}" * 50, '"', "\\u0000", "<think>", "```", "NaN", "1e999")
+
+
+class Costs(NamedTuple):
+    """What scoring and explaining some answers took, in CPU milliseconds, and which was the dearest."""
+
+    sorted: Sequence[float]
+    dearest: str
+
+    def at(self, share: float) -> float:
+        """The cost that so many of the answers do not exceed."""
+        return self.sorted[min(len(self.sorted) - 1, int(share * len(self.sorted)))]
+
+
+def worse(dice: Dice, text: str) -> str:
+    """An answer made worse in one way."""
+    place = dice.below(len(text) + 1)
+    match dice.below(7):
+        case 0:
+            text = text[:place]
+        case 1:
+            text = text[:place] + dice.one(ODD) * (1 + dice.below(20)) + text[place:]
+        case 2:
+            text *= 2 + dice.below(20)
+        case 3:
+            text = text.replace("(", "(" * (2 + dice.below(40)), 1 + dice.below(5))
+        case 4:
+            text = text.replace('["', '["' + "forall x. (exists y. (" * (1 + dice.below(6)), 1)
+        case 5:
+            text = text.replace("(and", "(forall (?a ?b ?c ?d ?e ?f ?g ?h - object) (and", 1) + ")"
+        case _:
+            text = text.replace("[", "[" * (2 + dice.below(2_000)), 1)
+    return text[:LONGEST]
+
+
+def answers(suite: str, task_ids: Sequence[str], rows: int, seed: int) -> list[tuple[str, str]]:
+    """Task ids and hostile answers."""
+    domain, _, ability = suite.partition("/")
+    make, made = maker(domain, Ability(ability)), []
+    for number in range(rows):
+        dice = Dice(f"fuzz {suite} {seed} {number}")
+        task_id = dice.one(task_ids)
+        text = make(dice, task_id)
+        made.append((task_id, worse(dice, text) if dice.chance(0.25) else text))
+    return made
+
+
+def fuzz(suite: Suite, rows: Sequence[tuple[str, str]]) -> tuple[list[str], Costs]:
+    """What went wrong, and what it cost."""
+    wrong: list[str] = []
+    costs: list[tuple[float, str]] = []
+    for task_id, text in rows:
+        scorer = suite.scorer(task_id)
+        start = time.process_time()
+        try:
+            first, again = scorer.score(text), scorer.score(text)
+            scorer.explain(text)
+        except Exception as error:
+            wrong.append(f"{task_id}: {type(error).__name__}: {error}: {text[:80]!r}")
+            continue
+        costs.append(((time.process_time() - start) * 1000 / 3, f"{task_id} {text[:60]!r}"))
+        if json.dumps(fields_of(first)) != json.dumps(fields_of(again)):
+            wrong.append(f"{task_id}: two verdicts: {text[:80]!r}")
+    costs.sort()
+    return wrong, Costs([cost for cost, _ in costs], costs[-1][1])
+
+
+def main() -> int:
+    """Fuzz the suites that are asked for."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--suite", default="", help="a part of DOMAIN/ABILITY")
+    parser.add_argument("--rows", type=int, default=2_000)
+    parser.add_argument("--seed", type=int, default=0)
+    arguments = parser.parse_args()
+    failed = False
+    for name in [each for each in SUITES if arguments.suite in each]:
+        domain, _, ability = name.partition("/")
+        for protocol in Protocol:
+            suite = open_suite(
+                domain, Ability(ability), protocol, source=Source(planner=PlannerChoice.BUILT_IN)
+            )
+            wrong, costs = fuzz(suite, answers(name, suite.task_ids, arguments.rows, arguments.seed))
+            print(
+                f"{name:35} {protocol.value:10} {arguments.rows} answers, {len(wrong)} wrong; "
+                f"ms {costs.at(0.5):.2f} median, {costs.at(0.999):.0f} p99.9, {costs.at(1):.0f} most: "
+                f"{costs.dearest}",
+                flush=True,
+            )
+            for line in wrong[:5]:
+                print("   ", line.encode("ascii", "backslashreplace").decode())
+            failed |= bool(wrong)
+    return int(failed)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
