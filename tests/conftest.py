@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import signal
 from collections import Counter
+from collections.abc import Iterator
+from typing import Any
 
 import pytest
 
+from browsing import quiet_page, started_browser
 from eai.benchmarks.behavior.tasks import BehaviorTasks
 from eai.benchmarks.behavior.tasks import open_tasks as open_behavior_tasks
 from eai.benchmarks.packs import fetch_published
@@ -59,3 +62,17 @@ def behavior_tasks(data_store: Store) -> BehaviorTasks:
 def oracle() -> Oracle:
     """Reads one file of the reference's verdicts; skips where the file is not on this machine."""
     return read_oracle
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Any]:
+    """A real browser, for the tests of a module."""
+    with started_browser() as started:
+        yield started
+
+
+@pytest.fixture
+def page(browser: Any) -> Iterator[Any]:
+    """A page of it on which nothing may go wrong."""
+    with quiet_page(browser) as opened:
+        yield opened

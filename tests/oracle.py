@@ -25,6 +25,17 @@ MODELS = (
 )
 """The nine of the paper's models whose public responses have verdicts."""
 
+PIPELINE_MODELS = (
+    "claude-3-opus-20240229",
+    "cohere-command-r",
+    "gemini-1.5-pro-preview-0409",
+    "gpt-3.5-turbo-0125",
+    "gpt-4o-2024-05-13",
+    "llama-3-8b-chat",
+    "mixtral-8x22b-instruct-v0.1",
+)
+"""Those of the paper's pipelines whose answers and prompts are there."""
+
 SUBGOAL_CATEGORIES = {
     "Correct": "correct",
     "Runtime": "runtime",

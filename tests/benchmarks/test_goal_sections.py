@@ -23,18 +23,9 @@ from eai.data.store import Store
 from eai.errors import InputError
 from eai.prompts.believed import Belief
 from eai.prompts.prompt import PromptSet
-from oracle import Oracle
+from oracle import PIPELINE_MODELS, Oracle
 from suites import official_prompts
 
-PIPELINE_MODELS = (
-    "claude-3-opus-20240229",
-    "cohere-command-r",
-    "gemini-1.5-pro-preview-0409",
-    "gpt-3.5-turbo-0125",
-    "gpt-4o-2024-05-13",
-    "llama-3-8b-chat",
-    "mixtral-8x22b-instruct-v0.1",
-)
 STAGE_TWO = (Ability.ACTION_SEQUENCING, Ability.SUBGOAL_DECOMPOSITION)
 JARS = "bottling_fruit_0_Wainscott_0_int_0_2021-05-24_19-46-46"
 

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from browsing import needs_browser, quiet_page, started_browser
+from browsing import needs_browser
 from cli.conftest import Command
 from eai.abilities.protocol import Ability
 from eai.benchmarks.suite import available_suites
@@ -17,18 +17,6 @@ from eai.data.store import Store
 from suites import answer_book, official_prompts
 
 pytestmark = needs_browser
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Any]:
-    with started_browser() as started:
-        yield started
-
-
-@pytest.fixture
-def page(browser: Any) -> Iterator[Any]:
-    with quiet_page(browser) as opened:
-        yield opened
 
 
 def opened_form(

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import Any
 from urllib.parse import urlencode
 
 import pytest
 
-from browsing import needs_browser, quiet_page, started_browser
+from browsing import needs_browser
 from eai.report.explorer import explorer_html
 from eai.report.explorer_data import Background, ExplorerData
 from eai.report.runs import read_runs
@@ -32,18 +31,6 @@ def address(tmp_path_factory: pytest.TempPathFactory) -> str:
     page = folder / "explorer.html"
     page.write_text(explorer_html(data.to_json()), encoding="utf-8")
     return page.as_uri()
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Any]:
-    with started_browser() as started:
-        yield started
-
-
-@pytest.fixture
-def page(browser: Any) -> Iterator[Any]:
-    with quiet_page(browser) as opened:
-        yield opened
 
 
 def link(address: str, **parts: str) -> str:

@@ -21,17 +21,7 @@ from eai.metrics.paper_tables import paper_models, paper_table
 from eai.metrics.summary import summarise
 from eai.scoring.batch import NO_ROW, Settings, score_run
 from eai.scoring.stage_one import Interpretations, believe
-from oracle import read_oracle
-
-MODELS = (
-    "claude-3-opus-20240229",
-    "cohere-command-r",
-    "gemini-1.5-pro-preview-0409",
-    "gpt-3.5-turbo-0125",
-    "gpt-4o-2024-05-13",
-    "llama-3-8b-chat",
-    "mixtral-8x22b-instruct-v0.1",
-)
+from oracle import PIPELINE_MODELS, read_oracle
 
 PHYSICS, READING = "physics", "reading"
 DIFFERENCES = {
@@ -68,7 +58,7 @@ def suite(data_store: Store) -> Suite:
 @pytest.fixture(scope="module")
 def runs(suite: Suite) -> dict[str, Pipeline]:
     """The two runs of each model, by model."""
-    return {model: _runs(model, suite) for model in MODELS}
+    return {model: _runs(model, suite) for model in PIPELINE_MODELS}
 
 
 def _runs(model: str, suite: Suite) -> Pipeline:
@@ -151,7 +141,9 @@ def test_where_the_loss_comes_from(
     verdicts: str, solved: tuple[int, int, int], runs: dict[str, Pipeline]
 ) -> None:
     """With right goals nothing is lost; what is lost is lost to missing goals."""
-    found = [runs[model] if verdicts == "here" else _as_published(runs[model], model) for model in MODELS]
+    found = [
+        runs[model] if verdicts == "here" else _as_published(runs[model], model) for model in PIPELINE_MODELS
+    ]
     _, goals, _ = pooled(found).tables()
     rows = {row[0]: row for row in goals.rows}
     read = {

@@ -54,6 +54,14 @@ _BY_NOTHING = _Why("no_action_brings_it_about", "no action brings it about")
 _NOT_DONE = _Why("not_brought_about", "nothing that is done for it brings it about")
 
 
+class _Required(NamedTuple):
+    """What must hold, as a test; the check that says what is wrong if it does not; what the test costs."""
+
+    holds: Holds
+    check: Check
+    effort: int
+
+
 class Programs:
     """Makes the programs of answers to one task.
 
@@ -98,36 +106,32 @@ class Programs:
         plans = self._refinement.plans_to_take(action, self.task.scene, self.task.relevant)
         return lru_cache(_STATES)(plans)
 
-    def _required(self, formula: f.Formula, why: _Why) -> tuple[Holds, Check]:
-        """What must hold, as a test, and the check that says what is wrong if it does not."""
+    def _required(self, formula: f.Formula, why: _Why) -> _Required:
         if self.lexicon.is_unobserved(formula):
             raise _impossible(formula)
         meaning = self.lexicon.meaning(formula)
         reason = f"{print_ltl(formula)} does not hold, and {why.words}"
         check = Check(meaning, FaultKind.MISSING_STEP, reason, id=why.id)
-        return StateTest(meaning, self.task.scene), check
+        effort = self.extent.literals(formula) // _TESTED_AT_ONCE
+        return _Required(StateTest(meaning, self.task.scene), check, effort)
 
     def _plans(self, literals: tuple[GroundAtom, ...], formula: f.Formula, why: _Why, is_all: bool) -> Plans:
         """What brings literals about, so that a formula holds."""
-        holds, _ = self.required(formula, why)
+        required = self.required(formula, why)
 
         @cache
         def made() -> Plans:
             return self._refinement.plans(
                 literals,
-                holds,
+                required.holds,
                 self.task.scene,
                 self.task.relevant,
                 self._told_apart,
                 may_be_needless=is_all,
-                test_effort=self.test_effort(formula),
+                test_effort=required.effort,
             )
 
         return lru_cache(_STATES)(lambda state: made()(state))
-
-    def test_effort(self, formula: f.Formula) -> int:
-        """How many applied actions a test of a formula stands for."""
-        return self.extent.literals(formula) // _TESTED_AT_ONCE
 
 
 class _Builder:
@@ -251,8 +255,8 @@ class _Builder:
             yield substitute(body, {f.Variable(variable.name): f.Constant(self._lexicon.name(index))})
 
     def _requirement(self, formula: f.Formula, number: int, then: int, why: _Why) -> Require:
-        holds, check = self._programs.required(formula, why)
-        return Require(holds, check, number, then, 1 + self._programs.test_effort(formula))
+        required = self._programs.required(formula, why)
+        return Require(required.holds, required.check, number, then, 1 + required.effort)
 
     def _split(self, entries: Sequence[int]) -> int:
         return entries[0] if len(entries) == 1 else self._add(Split(tuple(entries)))
