@@ -1,6 +1,7 @@
 # make demo    install, then run the main job on the built-in models and print its table
 # make test    install, then run the tests (ARGS="-k name" reaches pytest)
 # make lint | type | docs | bench | clean
+# make site    the documentation as a site, build/site/html
 # make release build the package, check it as an index does, and write what is new; nothing is uploaded
 
 PYTHON ?= python3 python3.13 python3.12 python3.11 python3.10
@@ -12,8 +13,9 @@ CREATED  := $(VENV)/.created
 WITH_RUN := $(VENV)/.with-run
 WITH_DEV := $(VENV)/.with-dev
 WITH_RELEASE := $(VENV)/.with-release
+WITH_SITE := $(VENV)/.with-site
 
-.PHONY: demo test lint type bench docs release clean
+.PHONY: demo test lint type bench docs site release clean
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
 
@@ -38,6 +40,10 @@ bench: $(WITH_DEV)
 # The documentation is plain Markdown: its snippets run and its links lead somewhere.
 docs: $(WITH_DEV)
 	$(BIN)/pytest tests/test_readme.py
+
+# A link or an anchor that leads nowhere, and a page that docs/README.md does not list, is an error.
+site: $(WITH_SITE)
+	$(BIN)/python tools/site.py
 
 release: $(WITH_RELEASE)
 	rm -rf dist
@@ -68,6 +74,10 @@ endef
 
 $(WITH_RELEASE): $(CREATED) pyproject.toml
 	$(call install,release)
+	@touch $@
+
+$(WITH_SITE): $(CREATED) pyproject.toml
+	$(call install,site)
 	@touch $@
 
 $(WITH_RUN): $(CREATED) pyproject.toml

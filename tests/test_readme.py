@@ -75,6 +75,15 @@ def test_links_lead_somewhere(page: Path) -> None:
     assert dead_links(page) == []
 
 
+def test_the_index_leads_to_every_page() -> None:
+    index = ROOT / "docs/README.md"
+    listed = {
+        (index.parent / match["target"]).resolve()
+        for match in LINK.finditer(index.read_text(encoding="utf-8"))
+    }
+    assert [page.name for page in (ROOT / "docs").rglob("*.md") if page not in listed | {index}] == []
+
+
 PAGE = """\
 # Title
 

@@ -1,0 +1,68 @@
+"""Lay the documentation out as a site and build it: a link or an anchor that leads nowhere is an error.
+
+The pages are the repository's own, at their own places, with each file that they link to. What leads to
+them, by role, is what docs/README.md lists: a page that it leaves out is an error too.
+
+    python tools/site.py    # writes build/site/html
+"""
+
+from __future__ import annotations
+
+import json
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).parent.parent
+BUILD = ROOT / "build/site"
+LINK = re.compile(r"\]\((?!https?:|mailto:|#)(?P<target>[^)#\s]+)")
+HEADING = re.compile(r"^## (?P<title>.+)$", re.MULTILINE)
+ROW = re.compile(r"^\| \[(?P<title>[^\]]+)\]\((?P<page>[^)]+)\) \|", re.MULTILINE)
+
+
+def main() -> int:
+    shutil.rmtree(BUILD, ignore_errors=True)
+    lay_out(ROOT, BUILD / "pages")
+    config = BUILD / "mkdocs.yml"
+    paths = {"docs_dir": "pages", "site_dir": "html"}
+    # JSON is YAML; the rest of the settings is what mkdocs.yml says.
+    config.write_text(
+        json.dumps({"INHERIT": "../../mkdocs.yml", **paths, "nav": navigation(ROOT)}), encoding="utf-8"
+    )
+    return subprocess.run(
+        [sys.executable, "-m", "mkdocs", "build", "--strict", "--config-file", config]
+    ).returncode
+
+
+def lay_out(root: Path, pages: Path) -> None:
+    """Copy the pages, and what they link to."""
+    linked = [root / "README.md", *sorted((root / "docs").rglob("*.md"))]
+    copied = set()
+    while linked:
+        file = linked.pop()
+        if file in copied or not file.is_file():
+            continue
+        copied.add(file)
+        target = pages / file.relative_to(root)
+        target.parent.mkdir(parents=True, exist_ok=True)
+        shutil.copyfile(file, target)
+        if file.suffix == ".md":
+            links = LINK.finditer(file.read_text(encoding="utf-8"))
+            linked += [(file.parent / link["target"]).resolve() for link in links]
+
+
+def navigation(root: Path) -> list[dict[str, object]]:
+    """The pages by role, as mkdocs takes them: what docs/README.md lists below its headings."""
+    index = root / "docs/README.md"
+    sections: list[dict[str, object]] = [{"Start": "README.md"}, {"Documentation": "docs/README.md"}]
+    _, *parts = HEADING.split(index.read_text(encoding="utf-8"))
+    for title, text in zip(parts[::2], parts[1::2], strict=True):
+        rows = [(row["title"], (index.parent / row["page"]).resolve()) for row in ROW.finditer(text)]
+        sections.append({title: [{name: page.relative_to(root).as_posix()} for name, page in rows]})
+    return sections
+
+
+if __name__ == "__main__":
+    sys.exit(main())
