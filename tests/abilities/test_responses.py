@@ -77,6 +77,17 @@ def test_a_bad_file_is_named_with_the_place(content: object, complaint: str, tmp
     assert len(str(caught.value)) < len(str(file)) + 200
 
 
+def test_rows_of_tasks_that_are_not_in_the_data_set_are_left_out_and_counted(tmp_path: Path) -> None:
+    def published(identifier: str) -> str | None:
+        return None if identifier.startswith("scene_2_") else without_scene(identifier)
+
+    other = {"identifier": "scene_2_22_1", "llm_output": "b"}
+    read = read_responses(written(tmp_path, [other, GOOD, other]), TASKS, published)
+    assert (read.responses, read.elsewhere) == ((Response("27_2", "a"),), 2)
+    with pytest.raises(InputError, match="expected at least one answer, found 1 for tasks that are not in"):
+        read_responses(written(tmp_path, [other]), TASKS, published)
+
+
 def test_a_file_that_cannot_be_read_is_named(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="cannot be read"):
         read_responses(tmp_path, TASKS)

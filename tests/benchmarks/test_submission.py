@@ -158,3 +158,29 @@ def test_folders_are_plain_names(
     with pytest.raises(InputError, match="expected the plain name of a folder"):
         build_submission(tmp_path / "run", tmp_path / "s.zip", data_store, model=name)
     assert not (tmp_path / "s.zip").exists()
+
+
+def test_what_a_phase_asks_is_what_its_prompts_ask(data_store: Store, tmp_path: Path) -> None:
+    asked = ["scene_1_27_2", "scene_2_22_1", "scene_7_135_2"]
+    kit, run = tmp_path / "llm_prompts", tmp_path / "run/virtualhome/action_sequencing/m"
+    for folder, name, key in (
+        (kit, FILE.replace("outputs", "prompts"), "llm_prompt"),
+        (run, "m_outputs.json", "llm_output"),
+    ):
+        folder.mkdir(parents=True)
+        (folder / name).write_text(json.dumps([{"identifier": each, key: "{}"} for each in asked]))
+    archive = tmp_path / "s.zip"
+    build_submission(tmp_path / "run", archive, data_store, prompts=kit)
+    assert check_submission(archive, data_store, kit) == []
+    with zipfile.ZipFile(archive) as written:
+        assert [row["identifier"] for row in json.loads(written.read(FILE))] == asked
+    short = [{"identifier": each, "llm_output": "{}"} for each in [*asked[:2], "scene_2_1_1"]]
+    assert check_submission(write(archive, {FILE: short}), data_store, kit) == [
+        Finding(FILE, "scene_2_1_1 is unknown"),
+        Finding(FILE, "scene_7_135_2 is missing"),
+    ]
+
+
+def test_a_folder_without_prompts_is_no_phase(data_store: Store, tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="expected a folder with <domain>_<ability>_prompts"):
+        submission_files(data_store, tmp_path)

@@ -283,6 +283,16 @@ def test_a_file_that_names_no_suite_has_to_be_told_its_own(eai: Command) -> None
     assert outcome.err.startswith("eai: m_outputs.json: give --domain and --ability; its place does not say")
 
 
+def test_answers_of_a_final_phase_are_scored_where_their_tasks_are_published(eai: Command) -> None:
+    rows = [
+        {"identifier": each, "llm_output": "[]"} for each in ("scene_2_22_1", "scene_1_27_2", "scene_7_1_1")
+    ]
+    Path("m_outputs.json").write_text(json.dumps(rows))
+    done = eai("score", "m_outputs.json", "--domain", "virtualhome", "--ability", "action_sequencing")
+    assert done.status == 0
+    assert "m: 2 answers left out, to tasks that are not in the data set" in done.err
+
+
 def test_answers_may_stand_on_lines(eai: Command) -> None:
     Path("m_outputs.jsonl").write_text(json.dumps(WALK) + "\n\n" + json.dumps({**WALK, "identifier": "27_2"}))
     assert eai("score", "m_outputs.jsonl", *HERE, "--out", "out").status == 0

@@ -33,10 +33,17 @@ class Response:
 
 @dataclass(frozen=True, slots=True)
 class ResponseFile:
-    """The answers of one model, in the order of the file."""
+    """The answers of one model, in the order of the file.
+
+    Attributes:
+        model: the model.
+        responses: the answers.
+        elsewhere: how many rows are left out because the data set does not have their tasks.
+    """
 
     model: str
     responses: tuple[Response, ...]
+    elsewhere: int = 0
 
 
 def find_response_files(path: Path) -> list[Path]:
@@ -59,14 +66,15 @@ def find_response_files(path: Path) -> list[Path]:
 
 
 def read_responses(
-    path: Path, task_ids: Collection[str], task_id_of: Callable[[str], str] = str
+    path: Path, task_ids: Collection[str], task_id_of: Callable[[str], str | None] = str
 ) -> ResponseFile:
     """Read a response file for tasks with these ids.
 
     Args:
         path: the file.
         task_ids: the ids.
-        task_id_of: from an identifier, as files have it, to the id of its task; by default the same.
+        task_id_of: from an identifier, as files have it, to the id of its task; by default the same. None is
+            for a task that is known not to be in the data set: such rows are left out and counted.
 
     Raises:
         InputError: the file is not a JSON list of answers, a row lacks a key or has it of another type, an
@@ -74,18 +82,24 @@ def read_responses(
     """
     rows = _read_list(path)
     responses: dict[str, Response] = {}
+    elsewhere = 0
     for number, row in enumerate(rows, 1):
-        response = _response(f"{path}, row {number}", row, task_id_of)
-        shown = response.task_id[:_SHOWN]
-        if response.task_id not in task_ids:
+        identifier, text = _fields(f"{path}, row {number}", row)
+        task_id = task_id_of(identifier)
+        if task_id is None:
+            elsewhere += 1
+            continue
+        shown = task_id[:_SHOWN]
+        if task_id not in task_ids:
             hint = did_you_mean(shown, task_ids)
             raise InputError(f"{path}, row {number}: identifier {shown!r} is not one of the tasks{hint}")
-        if response.task_id in responses:
+        if task_id in responses:
             raise InputError(f"{path}, row {number}: identifier {shown!r} stands there twice")
-        responses[response.task_id] = response
+        responses[task_id] = Response(task_id, text)
     if not responses:
-        raise InputError(f"{path}: expected at least one answer, found an empty list")
-    return ResponseFile(model_name(path), tuple(responses.values()))
+        found = f"{elsewhere:,} for tasks that are not in the data set" if elsewhere else "an empty list"
+        raise InputError(f"{path}: expected at least one answer, found {found}")
+    return ResponseFile(model_name(path), tuple(responses.values()), elsewhere)
 
 
 def model_name(path: Path) -> str:
@@ -148,7 +162,8 @@ def _lines(content: bytes) -> list[object]:
     return rows
 
 
-def _response(place: str, row: object, task_id_of: Callable[[str], str]) -> Response:
+def _fields(place: str, row: object) -> tuple[str, str]:
+    """The identifier and the text of a row."""
     if not isinstance(row, dict):
         raise InputError(f'{place}: expected {{"identifier", "llm_output"}}, not {_kind(row)}')
     for key in ("identifier", "llm_output"):
@@ -159,7 +174,7 @@ def _response(place: str, row: object, task_id_of: Callable[[str], str]) -> Resp
         raise InputError(f'{place}: "identifier" must be a string, not {_kind(identifier)}')
     if not isinstance(text, str | None):
         raise InputError(f'{place}: "llm_output" must be a string, not {_kind(text)}')
-    return Response(task_id_of(identifier), text or "")
+    return identifier, text or ""
 
 
 def _kind(value: object) -> str:

@@ -71,7 +71,8 @@ class Benchmark:
         response_schemas: the JSON schema of an answer, by ability, for providers that can enforce one.
         published_prompts: the prompts of the data set; None if it has none.
         goal_sections: where these state the goals of a task, by ability, so that they can state others.
-        task_id_of: from an identifier, as files of answers have it, to the id of its task.
+        task_id_of: from an identifier, as files of answers have it, to the id of its task; None for one of
+            a task that is known not to be in the data set.
         own_figures: counts the figures of the data set that are not counted from its tasks; None if all are.
         open_public: opens the tasks whose answers everybody has seen; None if they are its own.
         phrases: how to say in English that a predicate holds, as in ``{x} is on top of {y}``, by its name; by
@@ -97,7 +98,7 @@ class Benchmark:
     response_schemas: Mapping[Ability, Mapping[str, Json]] = field(default_factory=dict)
     published_prompts: PublishedPrompts | None = None
     goal_sections: Mapping[Ability, GoalSection] = field(default_factory=dict)
-    task_id_of: Callable[[str], str] = str
+    task_id_of: Callable[[str], str | None] = str
     own_figures: Callable[[Source], Sequence[Figure]] | None = None
     open_public: OpenTasks[Task] | None = None
     phrases: Mapping[str, str] = field(default_factory=dict)

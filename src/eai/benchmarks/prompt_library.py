@@ -117,7 +117,7 @@ class Library:
         name = f"{benchmark.name}_{ability.value}"
         file, system_file = self.folder / f"{name}.json", self.folder / f"{name}_system.json"
         if file.exists():
-            own = {benchmark.task_id_of(i): text for i, text in read_prompt_file(file).items()}
+            own = {benchmark.task_id_of(i) or i: text for i, text in read_prompt_file(file).items()}
             for task_id in own:
                 if task_id not in prompts:
                     raise InputError(f"{file}: identifier {task_id!r} is not one of the tasks")

@@ -15,28 +15,49 @@ from eai.benchmarks.identifiers import SCENE_PREFIX, task_id_of
 from eai.benchmarks.registry import FIRST, find_benchmark
 from eai.data.store import Store
 from eai.errors import InputError
+from eai.prompts.prompt import read_prompt_file
 
 MAX_SIZE = 200_000_000
 """The most bytes that a file of a submission may hold."""
 
+_PROMPTS = "_prompts.json"
+"""How the names of a starter kit's prompt files end."""
+
+_SUITES = [(domain, ability) for domain in FIRST for ability in Ability]
+
 _EPOCH = (1980, 1, 1, 0, 0, 0)
 
 
-def submission_files(store: Store | None = None) -> dict[str, tuple[str, ...]]:
-    """Every file of a submission with the identifiers that it must hold, as the data set writes them.
+def submission_files(store: Store | None = None, prompts: Path | None = None) -> dict[str, tuple[str, ...]]:
+    """Every file of a submission with the identifiers that it must hold.
+
+    Args:
+        store: where the data set is; the user's default store if None.
+        prompts: a folder with the prompts of a phase, as its starter kit has them,
+            ``<domain>_<ability>_prompts.json``: the identifiers are theirs. Without it they are those of the
+            data set, which the first phase asked about.
 
     Raises:
+        InputError: a file of prompts cannot be read, or the folder has none.
         DataError: the data set cannot be obtained.
     """
-    return {
-        f"{domain}_{ability.value}{SUFFIX}": _identifiers(domain, ability, store)
-        for domain in FIRST
-        for ability in Ability
-    }
+    if prompts is None:
+        return {_file(*suite): _identifiers(*suite, store) for suite in _SUITES}
+    files = {suite: prompts / _file(*suite).replace(SUFFIX, _PROMPTS) for suite in _SUITES}
+    found = {_file(*suite): tuple(read_prompt_file(file)) for suite, file in files.items() if file.exists()}
+    if not found:
+        raise InputError(f"{prompts}: expected a folder with <domain>_<ability>{_PROMPTS}, found none")
+    return found
 
 
 def build_submission(
-    run: Path, out: Path, store: Store | None = None, *, model: str | None = None, folder: str | None = None
+    run: Path,
+    out: Path,
+    store: Store | None = None,
+    *,
+    model: str | None = None,
+    folder: str | None = None,
+    prompts: Path | None = None,
 ) -> None:
     """Put the answers of one model to all suites into a zip: of the same answers the same bytes.
 
@@ -46,6 +67,7 @@ def build_submission(
         store: where the data set is; the user's default store if None.
         model: the model's name in the run; may be left out where there is only one.
         folder: a folder for the files in the zip; they lie flat if None.
+        prompts: the prompts of a phase, as for `submission_files`.
 
     Raises:
         InputError: the run has no answers, or those of several models, a name is that of no folder, or the
@@ -57,13 +79,13 @@ def build_submission(
             raise InputError(f"{name!r}: expected the plain name of a folder")
     files = find_response_files(run)
     model = model or _only_model(run, files)
+    expected = submission_files(store, prompts)
     members = {}
-    for domain in FIRST:
-        for ability in Ability:
-            file = run / domain / ability.value / model / f"{model}{SUFFIX}"
-            if file in files:
-                identifiers = _identifiers(domain, ability, store)
-                members[f"{domain}_{ability.value}{SUFFIX}"] = _content(file, identifiers)
+    for domain, ability in _SUITES:
+        name = _file(domain, ability)
+        file = run / domain / ability.value / model / f"{model}{SUFFIX}"
+        if file in files and name in expected:
+            members[name] = _content(file, expected[name])
     if not members:
         raise InputError(f"{run}: no answers of a model named {model}")
     try:
@@ -78,16 +100,17 @@ def build_submission(
         raise InputError(f"{out}: cannot be written ({error.strerror})") from error
 
 
-def check_submission(path: Path, store: Store | None = None) -> list[Finding]:
+def check_submission(path: Path, store: Store | None = None, prompts: Path | None = None) -> list[Finding]:
     """Everything that is wrong with a submission, file by file in a fixed order; empty if nothing is.
 
-    Identifiers may have a scene prefix or not. Files may lie in a folder.
+    Identifiers of the first scene may have its prefix or not. Files may lie in a folder. What is expected is
+    what `submission_files` says of the prompts.
 
     Raises:
         InputError: the zip cannot be read.
         DataError: the data set cannot be obtained.
     """
-    expected = submission_files(store)
+    expected = submission_files(store, prompts)
     try:
         with zipfile.ZipFile(path) as archive:
             members = {info.filename: info for info in archive.infolist() if not info.is_dir()}
@@ -120,7 +143,7 @@ def _problems(content: bytes, identifiers: Sequence[str]) -> Iterator[str]:
     if not isinstance(rows, list):
         yield 'is not a list of {"identifier", "llm_output"}'
         return
-    expected = [task_id_of(identifier) for identifier in identifiers]
+    expected = {task_id_of(identifier) for identifier in identifiers}
     times: Counter[str] = Counter()
     for number, row in enumerate(rows, 1):
         identifier = row.get("identifier") if isinstance(row, dict) else None
@@ -134,9 +157,9 @@ def _problems(content: bytes, identifiers: Sequence[str]) -> Iterator[str]:
         if task_id not in expected:
             yield f"{identifier} is unknown"
         yield from _answer_problems(identifier, row)
-    for identifier in expected:
-        if identifier not in times:
-            yield f"{identifier} is missing"
+    for identifier in identifiers:
+        if task_id_of(identifier) not in times:
+            yield f"{task_id_of(identifier)} is missing"
 
 
 def _answer_problems(identifier: str, row: Mapping[str, object]) -> Iterator[str]:
@@ -145,6 +168,11 @@ def _answer_problems(identifier: str, row: Mapping[str, object]) -> Iterator[str
         yield f"{identifier} is empty"
     elif not isinstance(answer, str):
         yield f'{identifier}: "llm_output" is not a text'
+
+
+def _file(domain: str, ability: Ability) -> str:
+    """What the file with the answers to a suite is called."""
+    return f"{domain}_{ability.value}{SUFFIX}"
 
 
 def _identifiers(domain: str, ability: Ability, store: Store | None) -> tuple[str, ...]:

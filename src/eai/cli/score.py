@@ -20,7 +20,9 @@ from eai.benchmarks.answer_files import SuiteFile, files_of_suite, suite_files, 
 from eai.benchmarks.source import Source
 from eai.benchmarks.suite import DEFAULT_PROTOCOL, Suite, open_suite
 from eai.cli.console import (
+    counted,
     data_progress,
+    errors,
     note_planner,
     output,
     print_json,
@@ -154,6 +156,8 @@ def score(
                 shares = [_share(file, opened[file.domain, file.ability], out) for file in found]
     shares = [replace(share, prompt_name=prompt_name) for share in shares]
     note_planner([share.suite for share in shares])
+    for share in shares:
+        _note_elsewhere(share)
     printed: list[Json] = []
     with undisturbed(), Scoring(workers) as scoring:
         if shard is not None:
@@ -223,6 +227,19 @@ def _believed(goals: Path, share: _Share) -> BelievedGoals:
     return read_believed(goals, suite.benchmark, suite.ability, suite.source, share.answers.model)
 
 
+def _note_elsewhere(share: _Share) -> None:
+    """Say on standard error how many rows are about tasks that the data set does not have, if any are."""
+    if share.answers.elsewhere:
+        rows = counted(share.answers.elsewhere, "answer")
+        what = f"{rows} left out, to tasks that are not in the data set"
+        errors().print(
+            f"{share.suite.domain}, {share.suite.ability.value}, {share.answers.model}: {what}",
+            markup=False,
+            highlight=False,
+            soft_wrap=True,
+        )
+
+
 def _json(share: _Share, records: Sequence[Record], result: Result) -> dict[str, Json]:
     """What ``--json`` prints of one model in one suite."""
     suite, planners = share.suite, planners_of(record.verdict for record in records)
@@ -266,7 +283,7 @@ def _named(places: Sequence[Path], domain: str | None, ability: Ability | None) 
 def _share(file: SuiteFile, suite: Suite, out: Path | None) -> _Share:
     answers = _in_order(_read(file.path, suite), suite.task_ids)
     folder = None if out is None else out / file.domain / file.ability.value / file.model
-    return _Share(suite, ResponseFile(file.model, answers.responses), folder)
+    return _Share(suite, replace(answers, model=file.model), folder)
 
 
 def _read(file: Path, suite: Suite) -> ResponseFile:
@@ -283,7 +300,7 @@ def _read(file: Path, suite: Suite) -> ResponseFile:
 def _in_order(answers: ResponseFile, task_ids: tuple[str, ...]) -> ResponseFile:
     """The answers in the order of the data set."""
     by_id: dict[str, Response] = {response.task_id: response for response in answers.responses}
-    return ResponseFile(answers.model, tuple(by_id[i] for i in task_ids if i in by_id))
+    return replace(answers, responses=tuple(by_id[i] for i in task_ids if i in by_id))
 
 
 def _refuse_twins(names: Sequence[str]) -> None:

@@ -12,6 +12,15 @@ from eai.cli.console import output, tell_findings
 from eai.cli.data import DataFolder, store
 from eai.cli.options import AsJson
 
+Phase = Annotated[
+    Path | None,
+    typer.Option(
+        "--prompts",
+        metavar="DIR",
+        help="The prompts of a phase (llm_prompts/ of its starter kit), instead of the data set's.",
+    ),
+]
+
 COMPLETE = "the submission is complete"
 """What there is to say of one in which nothing is wrong."""
 
@@ -26,20 +35,22 @@ def build(
         str | None, typer.Option(help="The model's folder in the run, where there are several.")
     ] = None,
     folder: Annotated[str | None, typer.Option(help="A folder for the files in the zip.")] = None,
+    prompts: Phase = None,
     data: DataFolder = None,
 ) -> None:
     """Put a model's answers to all suites into a zip, and check it.
 
     Example: eai submission build runs --out submission.zip
     """
-    build_submission(run, out, store(data), model=model, folder=folder)
+    build_submission(run, out, store(data), model=model, folder=folder, prompts=prompts)
     output().print(f"written to {out}", soft_wrap=True, highlight=False, markup=False)
-    tell_findings(check_submission(out, store(data)), COMPLETE)
+    tell_findings(check_submission(out, store(data), prompts), COMPLETE)
 
 
 @app.command()
 def check(
     path: Annotated[Path, typer.Argument(help="The zip.", metavar="ZIP")],
+    prompts: Phase = None,
     as_json: AsJson = False,
     data: DataFolder = None,
 ) -> None:
@@ -47,4 +58,4 @@ def check(
 
     Example: eai submission check submission.zip
     """
-    tell_findings(check_submission(path, store(data)), COMPLETE, as_json=as_json)
+    tell_findings(check_submission(path, store(data), prompts), COMPLETE, as_json=as_json)

@@ -14,7 +14,7 @@ from eai.benchmarks.behavior.wording import wording
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.formats import formats_of
 from eai.benchmarks.gold_operators import open_behavior
-from eai.benchmarks.identifiers import task_id_of
+from eai.benchmarks.identifiers import published_task
 from eai.benchmarks.published_prompts import OfficialPrompts
 from eai.benchmarks.reference.behavior_goal_section import GOAL_SECTIONS
 from eai.benchmarks.reference.wing import behavior_wing
@@ -59,7 +59,7 @@ def behavior() -> Benchmark:
         formats=formats_of("eai.benchmarks.behavior"),
         published_prompts=OfficialPrompts(NAME, corrected={Ability.TRANSITION_MODELING: corrected_questions}),
         goal_sections=GOAL_SECTIONS,
-        task_id_of=task_id_of,
+        task_id_of=published_task,
         phrases=PHRASES,
         planner_seconds=200,
     )

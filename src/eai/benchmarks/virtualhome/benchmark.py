@@ -10,7 +10,7 @@ from eai.abilities.verdict import Json
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.formats import formats_of
 from eai.benchmarks.gold_operators import open_virtualhome
-from eai.benchmarks.identifiers import task_id_of
+from eai.benchmarks.identifiers import published_task
 from eai.benchmarks.published_prompts import OfficialPrompts
 from eai.benchmarks.reference.wing import virtualhome_wing
 from eai.benchmarks.source import Source, TaskSet, once_per_store
@@ -81,7 +81,7 @@ def virtualhome() -> Benchmark:
         response_schemas={Ability.ACTION_SEQUENCING: _PLAN},
         published_prompts=OfficialPrompts(NAME, {Ability.GOAL_INTERPRETATION: _rendered}),
         goal_sections=GOAL_SECTIONS,
-        task_id_of=task_id_of,
+        task_id_of=published_task,
         own_figures=annotated_figures,
         phrases=PHRASES,
         planner_seconds=100,
