@@ -93,8 +93,8 @@ def run(
         typer.Option(
             metavar="NAME",
             help="As Inspect names it, openai/gpt-4o say; built in, without key or network: eai/oracle (gold "
-            "answers), eai/planner (finds plans), eai/lookup (plans of similar public tasks), eai/noisy "
-            "(spoilt gold answers), eai/replay (from files).",
+            "answers), eai/planner (finds plans), eai/lookup (plans of similar public tasks), eai/random "
+            "(random possible actions), eai/noisy (spoilt gold answers), eai/replay (from files).",
             rich_help_panel=_MODEL,
         ),
     ],

@@ -19,7 +19,7 @@ from eai.scoring.trials import Inquiry, Single, Trials
 PROVIDER = "eai"
 """What stands before the slash in the names of built-in models."""
 
-MODELS = ("oracle", "planner", "lookup", "noisy", "replay")
+MODELS = ("oracle", "planner", "lookup", "random", "noisy", "replay")
 """The built-in models."""
 
 

@@ -33,6 +33,7 @@ from eai.benchmarks.gold_answers import (
 )
 from eai.benchmarks.lookup import open_lookup_book
 from eai.benchmarks.noisy_answers import Noise, heeding_answer, noisy_answer
+from eai.benchmarks.random_answers import open_random_answers
 from eai.benchmarks.registry import find_benchmark
 from eai.errors import InputError, did_you_mean
 from eai.run.job import PROVIDER, check_model
@@ -76,7 +77,7 @@ class BuiltInModel(ModelAPI):
         model_name: ``oracle`` (the data set's own answers), ``planner`` (plans found by search, for action
             sequencing and subgoal decomposition; in a world that goes on, from its present state, and in a
             pipeline for the stated goals), ``lookup`` (the plan of the public task with the most similar
-            goals, objects renamed), ``noisy``
+            goals, objects renamed), ``random`` (random possible actions; argument ``seed``), ``noisy``
             (the data set's answers, spoilt anew in each attempt; arguments ``rate`` and ``seed``, and
             ``heed``, with which it mends what it is told of with this probability, and else says the same
             again) or ``replay`` (answers from response files, of further attempts from
@@ -113,6 +114,7 @@ class BuiltInModel(ModelAPI):
             if model_name == "replay" and self._path is None:
                 raise InputError("eai/replay: expected -M path=FILE, a response file or a folder of them")
         self._book = cache(_BOOKS.get(model_name, open_answer_book))
+        self._random = cache(open_random_answers)
         self._recorded = cache(self._read_recorded)
 
     async def generate(
@@ -157,6 +159,9 @@ class BuiltInModel(ModelAPI):
         if self.model_name == "planner" and asked.stated is not None:
             stated = {asked.task_id: asked.stated}
             return open_planned_book(asked.benchmark, asked.ability, stated=stated).gold(asked.task_id).text
+        if self.model_name == "random":
+            seed = f"{self._seed} {asked.epoch} {asked.attempt}"
+            return self._random(asked.benchmark, asked.ability)(asked.task_id, seed, asked.done).text
         book: AnswerBook = self._book(asked.benchmark, asked.ability)
         if self.model_name in ("oracle", *_BOOKS):
             return book.gold(asked.task_id).text
