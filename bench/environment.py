@@ -1,5 +1,8 @@
 """Steps of the environments a CPU second, and what the plain way to make the same observations costs.
 
+Besides full observations, with all facts each turn, partial ones are made, and full ones that tell changes or
+the outcome of the action alone.
+
 Every gold plan that succeeds is played as commands, game after game, resets included. Then the same states
 are observed as one would at first: all facts of a state are walked, and those told that are about what the
 task is about. The plain way tells stored facts alone, so in BEHAVIOR, where goals are said with derived ones,
@@ -25,7 +28,7 @@ from eai.benchmarks.gold_answers import open_answer_book
 from eai.benchmarks.registry import FIRST
 from eai.benchmarks.suite import open_suite
 from eai.envs import TextEnvironment, make
-from eai.envs.rules import Observe
+from eai.envs.rules import Feedback, Observe
 from eai.world.domain import Domain
 from eai.world.execution import Action, execute
 
@@ -95,12 +98,14 @@ def main() -> None:
         plans = gold_plans(name)
         plain = steps_per_second(partial(observe_plainly, plans), seconds)
         print(f"{name}: {len(plans)} plans, {plain:,.0f} steps/s the plain way")
-        for observe in Observe:
-            environment = make(name, observe=observe, max_steps=None)
+        told = [(observe, Feedback.FACTS) for observe in Observe]
+        for observe, feedback in [*told, (Observe.FULL, Feedback.CHANGES), (Observe.FULL, Feedback.OUTCOME)]:
+            environment = make(name, observe=observe, max_steps=None, feedback=feedback)
             for _ in play(environment, plans):  # the tasks are built
                 pass
             rate = steps_per_second(partial(play, environment, plans), seconds)
-            print(f"  {observe.value:8} {rate:9,.0f} steps/s, {rate / plain:5.1f} times the plain way")
+            times = f"{rate / plain:5.1f} times the plain way"
+            print(f"  {observe.value:8} {feedback.value:8} {rate:9,.0f} steps/s, {times}")
 
 
 if __name__ == "__main__":

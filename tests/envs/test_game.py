@@ -97,6 +97,21 @@ def test_an_action_tells_what_it_changed_and_what_holds_now() -> None:
     assert "\nlit(lamp)\n" in observation
 
 
+@pytest.mark.parametrize(
+    ("feedback", "told"),
+    [("changes", "PRESS(lamp): done.\n+ lit(lamp)"), ("outcome", "PRESS(lamp): done.")],
+)
+def test_less_can_be_told_of_a_turn_and_the_game_is_the_same(feedback: str, told: str) -> None:
+    assert play("PRESS(lamp)", feedback=feedback)[0][0] == told
+    failed = play("OPEN(box)", feedback=feedback)[0][0]
+    assert failed == "OPEN(box): failed (missing step): the robot is not beside box."
+    for some, all_told in zip(play(*WON, feedback=feedback), play(*WON), strict=True):
+        assert some[1:] == all_told[1:]
+    environment = make(SWITCHES, "both", feedback=feedback)
+    assert environment.reset(seed=0)[0] == OPENING
+    assert "what holds now" not in environment.manual
+
+
 def test_what_is_seen_for_the_first_time_is_introduced_once() -> None:
     assert told("GO(shed)", observe="partial") == (
         "GO(shed): done.\n+ at(robot, shed)\n- at(robot, hall)\n\nYou see for the first time:\nbox [box]: -"
@@ -325,6 +340,11 @@ def test_what_is_hidden_is_nowhere_in_the_transcript() -> None:
         ({"max_steps": 0}, "an episode of at most 0 steps has none"),
         ({"observe": "all"}, "'all' is no way to observe: expected one of full, partial"),
         ({"reward": "much"}, "'much' is no reward: expected one of sparse, progress, verdict"),
+        ({"feedback": "none"}, "'none' is no feedback: expected one of facts, changes, outcome"),
+        (
+            {"observe": "partial", "feedback": "changes"},
+            "a partial view is told by its facts, not by changes",
+        ),
         ({"until": "noon"}, "'noon' is no end of an episode: expected one of goal, done"),
     ],
 )

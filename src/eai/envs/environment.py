@@ -17,7 +17,7 @@ from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.source import Source
 from eai.envs.command import MAX_LENGTH
 from eai.envs.game import Game, Stage, manual
-from eai.envs.rules import Observe, Reward, Rules
+from eai.envs.rules import Feedback, Observe, Reward, Rules
 from eai.errors import InputError
 from eai.world.episode import Until
 
@@ -98,7 +98,7 @@ class TextEnvironment(gymnasium.Env[str, str]):
     @cached_property
     def manual(self) -> str:
         """What an agent may be told before it begins: what can be said of the world, and its actions."""
-        return manual(self.benchmark)
+        return manual(self.benchmark, self.rules.feedback)
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -154,6 +154,7 @@ def make(
     until: Until | str = Until.GOAL,
     max_steps: int | None = 100,
     admissible: bool = False,
+    feedback: Feedback | str = Feedback.FACTS,
     source: Source | None = None,
 ) -> TextEnvironment:
     """The environment of a benchmark.
@@ -170,6 +171,8 @@ def make(
             when the agent writes ``DONE``, as a plan ends.
         max_steps: after how many actions an episode is cut off; None for never.
         admissible: whether ``info`` lists all actions that are possible now, about what has been seen.
+        feedback: what is told of each turn: all ``facts`` that are seen, ``changes`` alone, or the
+            ``outcome`` of the action alone; a partial view tells facts.
         source: where the data comes from; the user's default store if None. It is fetched on first use.
 
     Raises:
@@ -185,6 +188,7 @@ def make(
         member(Until, until, "end of an episode"),
         max_steps,
         admissible,
+        member(Feedback, feedback, "feedback"),
     )
     source = source or Source()
     tasks = found.tasks_for(Ability.ACTION_SEQUENCING, source)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -14,7 +14,7 @@ from eai.abilities.task import NO_GOALS, Task
 from eai.abilities.verdict import ErrorReport
 from eai.benchmarks.benchmark import Benchmark
 from eai.envs.command import DONE, Commands
-from eai.envs.rules import Observe, Rules, Standing
+from eai.envs.rules import Feedback, Observe, Rules, Standing
 from eai.envs.view import View
 from eai.errors import InputError
 from eai.planning.successor_generator import applicable_actions
@@ -67,6 +67,7 @@ class Stage:
             raise InputError(f"{benchmark.name}: {DONE} is an action, so it cannot end an episode")
         wording = observed_wording(benchmark)
         self.task = task
+        self.benchmark = benchmark
         self.domain = benchmark.domain
         self.commands = Commands(task, benchmark.domain, benchmark.plans, wording.object_name)
         self.view = View(task, wording, rules.observe)
@@ -128,7 +129,7 @@ class Game:
         """The first observation, and what there is to know besides."""
         objects = self._stage.view.objects(self._known)
         told = f"{self._stage.opening}\n\nObjects [kind]: properties\n{objects}"
-        return f"{told}\n\n{self._facts()}", self._info(_Tried(""), ())
+        return f"{told}\n\nNow:\n{self._look.text or '-'}", self._info(_Tried(""), ())
 
     def act(self, text: str) -> Turn:
         """Play one turn. Whatever the text, it is a turn."""
@@ -146,8 +147,9 @@ class Game:
         told = tried.told
         if self.over:
             told += "\nAll goals are reached." if self._standing.complete else "\nThe episode is over."
-        observation = f"{told}\n\n{self._facts()}"
-        return Turn(observation, reward, terminated, truncated, self._info(tried, command.repairs))
+        if self._rules.feedback is Feedback.FACTS:
+            told += f"\n\nNow:\n{self._look.text or '-'}"
+        return Turn(told, reward, terminated, truncated, self._info(tried, command.repairs))
 
     def _nameable(self) -> Collection[int]:
         """The objects that a command may name."""
@@ -172,7 +174,8 @@ class Game:
                 return _Tried(f"{line}: nothing happened.", slipped=True)
             case State():
                 self._taken.append(meant.operator)
-                return _Tried(f"{line}: done.\n{self._news(outcome)}")
+                news = "" if self._rules.feedback is Feedback.OUTCOME else f"\n{self._news(outcome)}"
+                return _Tried(f"{line}: done.{news}")
             case _:
                 assert_never(outcome)
 
@@ -186,10 +189,6 @@ class Game:
             self._known.update(new)
             told += f"\n\nYou see for the first time:\n{view.objects(new)}"
         return told
-
-    def _facts(self) -> str:
-        """All that is seen to be so."""
-        return f"Now:\n{self._look.text or '-'}"
 
     def _stand(self) -> Standing:
         return Standing(self._stage.goals.reached(self._episode.state, self._taken))
@@ -218,10 +217,25 @@ class Game:
         ]
 
 
-def manual(benchmark: Benchmark) -> str:
+_AT_FIRST = "At first you are told what holds of what you see; nothing else does. Each turn you are told what"
+_TOLD: Mapping[Feedback, str] = {
+    Feedback.FACTS: (
+        "Each turn you are told what your action has changed and what holds now; of what you see, nothing"
+        " else holds."
+    ),
+    Feedback.CHANGES: f"{_AT_FIRST} your action has changed.",
+    Feedback.OUTCOME: f"{_AT_FIRST} became of your action; what it changes follows from the list of actions.",
+}
+
+
+def manual(benchmark: Benchmark, feedback: Feedback = Feedback.FACTS) -> str:
     """What there is to know of a world before one acts in it: what can be said of it, and its actions."""
     wording = observed_wording(benchmark)
-    values = {"vocabulary": wording.vocabulary(), "operators": wording.operators()}
+    values = {
+        "told": _TOLD[feedback],
+        "vocabulary": wording.vocabulary(),
+        "operators": wording.operators(),
+    }
     return Templates().fill("environment.txt", values)
 
 

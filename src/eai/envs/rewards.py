@@ -12,15 +12,11 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
-from eai.abilities.protocol import Ability, member
-from eai.abilities.verdict import PlanVerdict
-from eai.benchmarks.registry import find_benchmark
-from eai.benchmarks.source import Source
+from eai.abilities.protocol import member
 from eai.benchmarks.task_reference import TaskReference
-from eai.envs.game import Game, Stage, manual
-from eai.envs.rules import Rules
+from eai.envs.rollout import Rollout, stage_of
 from eai.scoring.reward import METRICS, Grade, reward_of
-from eai.scoring.shaping import Shaping, merit
+from eai.scoring.shaping import Shaping
 
 Completion: TypeAlias = str | Sequence[Mapping[str, Any]]
 """What a policy wrote: a text, or messages of which the last is its answer."""
@@ -92,29 +88,17 @@ class TrlHousehold:
     """An environment of TRL, played action by action: ``GRPOTrainer(environment_factory=TrlHousehold, ...)``.
 
     The data set has a column ``task``, of action sequencing. The tool is `act`; an episode ends when all
-    goals are reached or `MOST_TURNS` actions are tried.
+    goals are reached or 50 actions are tried.
     """
-
-    MOST_TURNS = 50
 
     def __init__(self, shaping: Shaping | str = Shaping.SUCCESS) -> None:
         self._shaping = member(Shaping, shaping, "shaping")
-        self._game: Game | None = None
-        self._at_start: Sequence[bool] = ()
-        self._now: Sequence[bool] = ()
-        self._faults = 0
+        self._rollout: Rollout | None = None
 
     def reset(self, *, task: str, **others: object) -> str:
         """Begin an episode: what an agent is told of the world and of the task."""
-        reference = TaskReference.parse(task)
-        benchmark = find_benchmark(reference.benchmark)
-        rules = Rules(max_steps=self.MOST_TURNS)
-        found = benchmark.tasks_for(Ability.ACTION_SEQUENCING, Source())[reference.task_id]
-        self._game = Game(Stage(found, benchmark, rules), rules, seed=0, epoch=0)
-        observation, info = self._game.opening()
-        self._at_start = self._now = info["goals"]
-        self._faults = 0
-        return f"{manual(benchmark)}\n\n{observation}"
+        self._rollout = Rollout(stage_of(task), self._shaping)
+        return self._rollout.opening
 
     def act(self, command: str) -> str:
         """Carry out one action in the household.
@@ -125,23 +109,13 @@ class TrlHousehold:
         Returns:
             What became of it, and all that is seen now.
         """
-        if self._game is None or self._game.over:
+        if self._rollout is None or self._rollout.over:
             return "The episode is over."
-        turn = self._game.act(command)
-        self._now = turn.info["goals"]
-        self._faults += turn.info["fault"] is not None
-        return turn.observation
+        return self._rollout.act(command).observation
 
     def get_reward(self) -> float:
         """What the episode is worth: `eai.Reward`'s definition, with every failed action as a fault."""
-        verdict = PlanVerdict(
-            executable=True,
-            success=all(self._now),
-            additional_steps=self._faults,
-            goals_satisfied=tuple(self._now),
-        )
-        earned = merit(verdict, self._at_start)
-        return 0.0 if earned is None else earned.worth(self._shaping)
+        return 0.0 if self._rollout is None else self._rollout.worth
 
 
 def compute_score(

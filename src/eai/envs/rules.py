@@ -19,6 +19,17 @@ class Observe(str, Enum):
     PARTIAL = "partial"
 
 
+class Feedback(str, Enum):
+    """What is told of a turn: all that is seen to be so, what the action changed, or what became of it alone.
+
+    The opening lists all facts in any case, so that with ``changes`` they are known to who keeps count.
+    """
+
+    FACTS = "facts"
+    CHANGES = "changes"
+    OUTCOME = "outcome"
+
+
 class Reward(str, Enum):
     """What is paid.
 
@@ -62,9 +73,10 @@ class Rules:
         until: when an episode ends.
         max_steps: after how many actions it is cut off; None for never.
         admissible: whether all actions that are possible now are listed after each turn.
+        feedback: what is told of each turn; in a partial view the facts.
 
     Raises:
-        InputError: a number is out of its range.
+        InputError: a number is out of its range, or a partial view is to be told otherwise than by facts.
     """
 
     slip: float = 0.0
@@ -74,6 +86,7 @@ class Rules:
     until: Until = Until.GOAL
     max_steps: int | None = 100
     admissible: bool = False
+    feedback: Feedback = Feedback.FACTS
 
     def __post_init__(self) -> None:
         Slips(self.slip)
@@ -81,6 +94,8 @@ class Rules:
             raise InputError(f"a discount of {self.gamma} is not between 0 and 1")
         if self.max_steps is not None and self.max_steps < 1:
             raise InputError(f"an episode of at most {self.max_steps} steps has none")
+        if self.observe is Observe.PARTIAL and self.feedback is not Feedback.FACTS:
+            raise InputError(f"a partial view is told by its facts, not by {self.feedback.value}")
 
     def pay(self, before: Standing, after: Standing, *, ended: bool, executable: bool) -> float:
         """The reward of one turn.

@@ -93,9 +93,7 @@ class Reward:
         """
         verdict = self._verdict(task_id, text)
         earned = self._merit(task_id, verdict)
-        if earned is None:
-            return Grade(None, dict.fromkeys(METRICS, 0.0), verdict)
-        return Grade(earned.worth(self.shaping), _metrics(earned), verdict)
+        return Grade(None if earned is None else earned.worth(self.shaping), metrics_of(earned), verdict)
 
     def _verdict(self, task_id: str, text: str) -> Verdict:
         if len(text) <= self.limit:
@@ -152,6 +150,16 @@ def reward_of(
     return _opened(task.benchmark, task.ability, member(Shaping, shaping, "shaping"), protocol_of(protocol))
 
 
+def suite_of(task: TaskReference, protocol: Protocol | str = DEFAULT_PROTOCOL) -> Suite:
+    """The suite that a task is of, opened once and without a planner.
+
+    Raises:
+        InputError: there is no such suite.
+        DataError: the data cannot be had.
+    """
+    return _suite(task.benchmark, task.ability, protocol_of(protocol))
+
+
 @cache
 def _opened(benchmark: str, ability: Ability, shaping: Shaping, protocol: Protocol) -> Reward:
     return Reward(_suite(benchmark, ability, protocol), shaping)
@@ -170,7 +178,10 @@ def _without_planner(suite: Suite) -> Suite:
     return suite.reopen(source=replace(suite.source, planner=PlannerChoice.NONE))
 
 
-def _metrics(earned: Merit) -> dict[str, float]:
+def metrics_of(earned: Merit | None) -> dict[str, float]:
+    """The metrics of a grade; None stands for a task in which nothing is to be earned."""
+    if earned is None:
+        return dict.fromkeys(METRICS, 0.0)
     faults = {f"fault.{kind.value}": float(earned.faults.get(kind, 0)) for kind in FaultKind}
     return {
         "success": float(earned.success),
