@@ -85,7 +85,7 @@ $(WITH_RUN): $(CREATED) pyproject.toml
 	@touch $@
 
 $(WITH_DEV): $(CREATED) pyproject.toml
-	$(call install,run$(comma)plots$(comma)analysis$(comma)planner$(comma)envs$(comma)dev)
+	$(call install,run$(comma)plots$(comma)analysis$(comma)planner$(comma)envs$(comma)croissant$(comma)dev)
 	@touch $@ $(WITH_RUN)
 
 comma := ,

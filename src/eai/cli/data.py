@@ -9,12 +9,13 @@ import typer
 from rich.table import Table
 
 from eai.abilities.verdict import Json
+from eai.benchmarks.croissant import write_croissant
 from eai.benchmarks.packs import fetch_published, published_packs
 from eai.benchmarks.registry import find_benchmark, registered
 from eai.benchmarks.source import Source
 from eai.benchmarks.statistics import table_of
 from eai.benchmarks.validation import validate as check
-from eai.cli.console import DOMAIN_HELP, data_progress, output, print_json, tell_findings
+from eai.cli.console import DOMAIN_HELP, counted, data_progress, output, print_json, tell_findings
 from eai.cli.data_stats import print_statistics, write_distributions, write_tasks
 from eai.cli.options import AsJson
 from eai.data import dataset
@@ -134,3 +135,22 @@ def validate(as_json: AsJson = False, data: DataFolder = None) -> None:
     """
     findings = check(store(data))
     tell_findings(findings, "the data set is as published", as_json=as_json)
+
+
+@app.command()
+def croissant(
+    domain: Annotated[
+        list[str] | None, typer.Option(help=f"{DOMAIN_HELP} All registered ones if not given.")
+    ] = None,
+    out: Annotated[Path, typer.Option(help="The folder to write to.")] = Path("croissant"),
+    data: DataFolder = None,
+) -> None:
+    """Write tasks and gold operators as JSON lines with Croissant metadata (needs the extra 'croissant').
+
+    Example: eai data croissant --out croissant
+    """
+    with data_progress() as report:
+        files = write_croissant(
+            [find_benchmark(n) for n in domain or registered()], Source(store(data), report), out
+        )
+    output().print(f"{counted(len(files), 'file')} written to {out}", soft_wrap=True, highlight=False)
