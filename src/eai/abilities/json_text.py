@@ -65,7 +65,7 @@ def _candidates(text: str) -> Iterator[Found]:
             text, repairs = rest, (*repairs, repair)
     text = text.strip()
     yield from _decoded(text, repairs)
-    fenced = [block.strip() for block in _FENCED.findall(text)]
+    fenced: list[str] = [block.strip() for block in _FENCED.findall(text)]
     for block in reversed(fenced):
         yield from _decoded(block, (*repairs, "code_fence"))
     for segment in reversed(_segments(text)):

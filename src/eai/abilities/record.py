@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TypeVar
 
 from eai.abilities.experiment import Experiment
 from eai.abilities.explanation import Explanation
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.task import Task
 from eai.abilities.verdict import Confusion, Json, PlanVerdict, Verdict
-
-Number = TypeVar("Number", int, float)
 
 NOT_ANSWERED = "not answered"
 """Why a task is left out of all statistics that would be a failure, had the user not asked otherwise."""
@@ -35,11 +32,13 @@ class Usage:
 
     def __add__(self, other: Usage) -> Usage:
         """Both together."""
+        reasoning = [n for n in (self.reasoning_tokens, other.reasoning_tokens) if n is not None]
+        costs = [cost for cost in (self.cost, other.cost) if cost is not None]
         return Usage(
             self.input_tokens + other.input_tokens,
             self.output_tokens + other.output_tokens,
-            _sum(self.reasoning_tokens, other.reasoning_tokens),
-            _sum(self.cost, other.cost),
+            sum(reasoning) if reasoning else None,
+            sum(costs) if costs else None,
         )
 
     def to_json(self) -> dict[str, Json]:
@@ -188,10 +187,3 @@ class Record:
         """The same record without words, also on its attempts."""
         attempts = tuple([replace(attempt, explanation=None) for attempt in self.attempts])
         return replace(self, explanation=None, attempts=attempts)
-
-
-def _sum(one: Number | None, other: Number | None) -> Number | None:
-    """The sum of what is known, or None."""
-    if one is None or other is None:
-        return other if one is None else one
-    return one + other

@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from eai.abilities.protocol import Protocol
+from eai.abilities.transition_modeling.memory import LIMIT, Memory
 from eai.abilities.transition_modeling.planners import available, make_planner
 from eai.abilities.transition_modeling.report import OperatorStatus
 from eai.abilities.transition_modeling.scorer import TransitionModeling
@@ -205,3 +206,20 @@ def test_a_verdict_names_the_planner(protocol: Protocol) -> None:
     for asked, name in ((BuiltInPlanner(), "built-in search"), (planner, planner.name), (None, None)):
         scorer = TransitionModeling(TASK, rules_of(protocol, asked))
         assert scorer.score(answer(OPEN, LIGHT)).planner_name == name
+
+
+@pytest.mark.parametrize("protocol", Protocol)
+def test_rules_remember_a_bounded_number_of_operators(protocol: Protocol) -> None:
+    rules = rules_of(protocol, None)
+    scorer = TransitionModeling(TASK, rules)
+    texts = [
+        answer(OperatorText("open", "(?o)", f"(shut-{number} ?o)", "(not (shut ?o))"))
+        for number in range(LIMIT + 10)
+    ]
+    first = scorer.score(texts[0])
+    for text in texts:
+        scorer.score(text)
+    memories = [getattr(rules, name) for name in rules.__slots__]
+    assert [len(each) for each in memories if isinstance(each, Memory) and len(each)]
+    assert all(len(each) <= LIMIT for each in memories if isinstance(each, Memory))
+    assert scorer.score(texts[0]) == first  # found out again

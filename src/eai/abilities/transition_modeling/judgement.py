@@ -6,6 +6,7 @@ from collections.abc import Callable, Hashable, Mapping
 from dataclasses import dataclass, field
 from typing import Protocol
 
+from eai.abilities.transition_modeling.memory import Memory
 from eai.abilities.transition_modeling.report import OperatorReport
 from eai.abilities.transition_modeling.task import TransitionTask
 from eai.abilities.verdict import Confusion, ErrorReport
@@ -54,7 +55,7 @@ class PlanMemory:
     """
 
     planner: PddlPlanner | None
-    results: dict[Hashable, PlannerResult] = field(default_factory=dict)
+    results: Memory[Hashable, PlannerResult] = field(default_factory=Memory)
 
     @property
     def without_operators(self) -> PlannerResult:
@@ -63,14 +64,14 @@ class PlanMemory:
 
     def solve(self, key: Hashable, make: Callable[[], PlanningTask | PlannerResult]) -> PlannerResult:
         """The remembered result for a key, or that of what ``make`` makes: a task, or a foregone result."""
-        if self.planner is None:
+        planner = self.planner
+        if planner is None:
             return NOT_RUN
-        result = self.results.get(key)
-        if result is None:
-            task = make()
-            result = task if isinstance(task, PlannerResult) else self.planner.solve(task)
-            self.results[key] = result
-        return result
+        return self.results.recall(key, lambda: _solved(planner, make()))
+
+
+def _solved(planner: PddlPlanner, task: PlanningTask | PlannerResult) -> PlannerResult:
+    return task if isinstance(task, PlannerResult) else planner.solve(task)
 
 
 class Rules(Protocol):

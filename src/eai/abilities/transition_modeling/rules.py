@@ -14,6 +14,7 @@ from dataclasses import dataclass, field, replace
 from eai.abilities.share import add
 from eai.abilities.transition_modeling.extraction import WrittenOperator, extract
 from eai.abilities.transition_modeling.judgement import UNREADABLE, Judgement, PlanMemory
+from eai.abilities.transition_modeling.memory import Memory
 from eai.abilities.transition_modeling.report import OperatorReport, OperatorStatus
 from eai.abilities.transition_modeling.task import TransitionTask
 from eai.abilities.verdict import Confusion
@@ -30,8 +31,8 @@ class PaperRules:
     """The rules with what they remember about one domain: equal operators are compared and checked once."""
 
     plans: PlanMemory
-    matched: dict[tuple[PddlAction | None, str], OperatorMatch] = field(default_factory=dict)
-    checked: dict[PddlAction, tuple[PddlFinding, ...]] = field(default_factory=dict)
+    matched: Memory[tuple[PddlAction | None, str], OperatorMatch] = field(default_factory=Memory)
+    checked: Memory[PddlAction, tuple[PddlFinding, ...]] = field(default_factory=Memory)
     counts_clauses: bool = True
 
     @classmethod
@@ -87,21 +88,16 @@ class PaperRules:
 
     def _match(self, task: TransitionTask, name: str, written: WrittenOperator | None) -> OperatorMatch:
         action = written.reading if written and isinstance(written.reading, PddlAction) else None
-        match = self.matched.get((action, name))
-        if match is None:
-            gold = task.gold[name]
-            match = missing_operator(gold) if action is None else match_operators(action, gold)
-            self.matched[action, name] = match
-        return match
+        gold = task.gold[name]
+        if action is None:
+            return self.matched.recall((None, name), lambda: missing_operator(gold))
+        return self.matched.recall((action, name), lambda: match_operators(action, gold))
 
     def _findings(self, task: TransitionTask, written: WrittenOperator) -> tuple[PddlFinding, ...]:
-        if isinstance(written.reading, PddlFinding):
-            return (written.reading,)
-        findings = self.checked.get(written.reading)
-        if findings is None:
-            findings = check_action(written.reading, Declarations.of(task.domain.header))
-            self.checked[written.reading] = findings
-        return findings
+        action = written.reading
+        if isinstance(action, PddlFinding):
+            return (action,)
+        return self.checked.recall(action, lambda: check_action(action, Declarations.of(task.domain.header)))
 
     def _plan(
         self,

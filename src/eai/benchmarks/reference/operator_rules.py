@@ -11,8 +11,10 @@ without a category), the predicate is ignored.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import partial
 
 from eai.abilities.transition_modeling.judgement import NOT_RUN, UNREADABLE, Judgement, PlanMemory
+from eai.abilities.transition_modeling.memory import Memory
 from eai.abilities.transition_modeling.report import OperatorReport, OperatorStatus
 from eai.abilities.transition_modeling.task import TransitionTask
 from eai.benchmarks.reference.operator_extraction import extract_as_reference
@@ -32,8 +34,8 @@ class ReferenceRules:
     """The rules with what they remember about one domain: equal texts are compared and read once."""
 
     plans: PlanMemory
-    reports: dict[OperatorText, OperatorReport] = field(default_factory=dict)
-    read: dict[OperatorText, PddlAction | Dropped | PddlFinding] = field(default_factory=dict)
+    reports: Memory[OperatorText, OperatorReport] = field(default_factory=Memory)
+    read: Memory[OperatorText, PddlAction | Dropped | PddlFinding] = field(default_factory=Memory)
     counts_clauses: bool = False
 
     @classmethod
@@ -79,16 +81,8 @@ class ReferenceRules:
     def _report(self, task: TransitionTask, operator: OperatorText) -> OperatorReport:
         if operator.name not in task.operators:
             return OperatorReport(operator.name, OperatorStatus.HALLUCINATED)
-        report = self.reports.get(operator)
-        if report is None:
-            gold = task.domain.operators[operator.name]
-            report = self.reports[operator] = OperatorReport(
-                operator.name,
-                OperatorStatus.COMPARED,
-                _compare(operator.precondition, gold.precondition),
-                _compare(operator.effect, gold.effect),
-            )
-        return report
+        gold = task.domain.operators[operator.name]
+        return self.reports.recall(operator, lambda: _compared(operator, gold))
 
     def _plan(self, task: TransitionTask, written: tuple[OperatorText, ...]) -> PlannerResult:
         if self.plans.planner is None:
@@ -103,18 +97,21 @@ class ReferenceRules:
     ) -> PlanningTask | PlannerResult:
         actions = []
         for operator in operators:
-            reading = self._read(operator, task)
+            reading = self.read.recall(operator, partial(read_operator, operator, task.domain.header))
             if isinstance(reading, PddlFinding):
                 return refusal(reading)
             if isinstance(reading, PddlAction):
                 actions.append(reading)
         return normalise(task.domain.header, actions, task.problem)
 
-    def _read(self, operator: OperatorText, task: TransitionTask) -> PddlAction | Dropped | PddlFinding:
-        reading = self.read.get(operator)
-        if reading is None:
-            reading = self.read[operator] = read_operator(operator, task.domain.header)
-        return reading
+
+def _compared(operator: OperatorText, gold: OperatorText) -> OperatorReport:
+    return OperatorReport(
+        operator.name,
+        OperatorStatus.COMPARED,
+        _compare(operator.precondition, gold.precondition),
+        _compare(operator.effect, gold.effect),
+    )
 
 
 def _compare(predicted: str, gold: str) -> SideMatch:
