@@ -33,7 +33,7 @@ LAYERS: tuple[frozenset[str], ...] = tuple(
         "prompts metrics",
         "benchmarks",
         "scoring",
-        "analysis",
+        "analysis perception",
         "run envs report",
         "human",
         "cli",

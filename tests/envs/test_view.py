@@ -8,7 +8,6 @@ from eai.abilities.protocol import Ability
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.source import Source
 from eai.data.store import Store
-from eai.envs.game import observed_wording
 from eai.envs.rules import Observe
 from eai.envs.view import View
 from eai.planning.successor_generator import applicable_actions
@@ -31,7 +30,7 @@ def test_a_walk_is_seen_as_if_each_state_were_looked_at_anew(
 ) -> None:
     benchmark = find_benchmark(name)
     task = benchmark.tasks_for(Ability.ACTION_SEQUENCING, Source(data_store))[task_id]
-    wording, rng = observed_wording(benchmark), random.Random(0)
+    wording, rng = benchmark.observed_wording(), random.Random(0)
     view, episode = View(task, wording, observe), Episode(benchmark.domain, task.initial)
     look = view.first
     stored = {each.predicate for each in wording.listings if each.sources == (each.predicate,)}

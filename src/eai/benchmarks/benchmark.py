@@ -132,3 +132,8 @@ class Benchmark:
     def wording(self, ability: Ability) -> Wording:
         """How prompts of an ability name things."""
         return Wording.of(self.domain) if self.wordings is None else self.wordings(ability)
+
+    def observed_wording(self) -> Wording:
+        """How observations name things: as prompts of action sequencing do, with what else is observed."""
+        words = self.wording(Ability.ACTION_SEQUENCING)
+        return replace(words, predicates=(*words.predicates, *self.also_observed))

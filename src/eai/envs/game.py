@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
-from dataclasses import replace
 from typing import NamedTuple
 
 from typing_extensions import TypedDict, assert_never
 
 from eai.abilities.goal_test import GoalTest
-from eai.abilities.protocol import Ability
 from eai.abilities.task import NO_GOALS, Task
 from eai.abilities.verdict import ErrorReport
 from eai.benchmarks.benchmark import Benchmark
@@ -65,7 +63,7 @@ class Stage:
             raise InputError(f"{benchmark.name}: {task.id} cannot be played: {NO_GOALS}")
         if rules.until is Until.DONE and DONE in benchmark.domain.arities:
             raise InputError(f"{benchmark.name}: {DONE} is an action, so it cannot end an episode")
-        wording = observed_wording(benchmark)
+        wording = benchmark.observed_wording()
         self.task = task
         self.benchmark = benchmark
         self.domain = benchmark.domain
@@ -83,12 +81,6 @@ def _opening(task: Task, wording: Wording, rules: Rules) -> str:
     if rules.observe is Observe.PARTIAL:
         notes.append("You do not see everything: an action may name only what is listed below or seen later.")
     return "\n\n".join([*parts, " ".join(notes)] if notes else parts)
-
-
-def observed_wording(benchmark: Benchmark) -> Wording:
-    """How observations name things: as prompts of action sequencing do, with what else is observed."""
-    words = benchmark.wording(Ability.ACTION_SEQUENCING)
-    return replace(words, predicates=(*words.predicates, *benchmark.also_observed))
 
 
 class _Tried(NamedTuple):
@@ -230,7 +222,7 @@ _TOLD: Mapping[Feedback, str] = {
 
 def manual(benchmark: Benchmark, feedback: Feedback = Feedback.FACTS) -> str:
     """What there is to know of a world before one acts in it: what can be said of it, and its actions."""
-    wording = observed_wording(benchmark)
+    wording = benchmark.observed_wording()
     values = {
         "told": _TOLD[feedback],
         "vocabulary": wording.vocabulary(),
