@@ -31,7 +31,7 @@ def test_compare_prints_both_and_where_they_differ(runs: Path) -> None:
     assert "11 tasks of 4 names" in result.output
     assert "independent:" in result.output
     assert "Older records" not in result.output
-    assert "task success only in first (4): 0_1 3_1 … and 2 more" in result.output
+    assert "task success only in first (4): 0_1 name 0, 3_1 name 3 … and 2 more" in result.output
     assert "1.000" in result.output
 
 

@@ -24,6 +24,7 @@ def address(tmp_path_factory: pytest.TempPathFactory) -> str:
     background = Background(
         prompts={("virtualhome", "action_sequencing"): {"11_1": f"Do this. {HOSTILE}"}},
         operators={"virtualhome": {"open": "(:action open :precondition (and (closed ?o) (can_open ?o)))"}},
+        instructions={"virtualhome": {"1_1": "Switch\n it on."}},
     )
     data = ExplorerData(background)
     for run in read_runs([write_runs(folder, all_runs())]):
@@ -90,14 +91,16 @@ def test_keys_walk_the_list_and_the_address_follows(page: Any, address: str) -> 
     page.keyboard.press("j")
     page.keyboard.press("j")
     page.keyboard.press("k")
-    assert page.locator(".heading h2").inner_text() == "1_1"
+    assert page.locator(".heading h2").inner_text() == "name 1"
+    assert page.locator(".heading .id").inner_text() == "1_1"
+    assert page.locator(".heading .instruction").inner_text() == "Switch it on."
     here = page.url
     assert "task=1_1" in here
     page.goto("about:blank")
     page.goto(here)
-    assert page.locator(".heading h2").inner_text() == "1_1"
+    assert page.locator(".heading h2").inner_text() == "name 1"
     assert tally(page) == "12 answers"
-    assert page.locator('.row[aria-selected="true"] .task').inner_text() == "1_1"
+    assert page.locator('.row[aria-selected="true"] .task').inner_text() == "name 1\n1_1"
 
 
 def test_a_link_to_a_step_and_to_nothing(page: Any, address: str) -> None:

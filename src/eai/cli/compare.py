@@ -10,6 +10,7 @@ import typer
 from rich.text import Text
 
 from eai.abilities.protocol import Ability
+from eai.abilities.record import Record
 from eai.abilities.verdict import Json
 from eai.cli.console import errors, output, print_json, print_remark
 from eai.cli.options import AsJson
@@ -143,14 +144,16 @@ def _print(place: _Place, one: Run, other: Run, found: Comparison, listed: int) 
     output().print(_caption(found), highlight=False, style="italic")
     for side, coverage in coverages.items():
         print_remark(side, coverage)
+    named = {record.task_id: _with_name(record) for record in (*one.records, *other.records)}
     for difference in found.differences:
         for name, tasks in ((first.name, difference.only_first), (second.name, difference.only_second)):
             if tasks:
                 heading = f"{_name(difference.metric)} only in {name} ({len(tasks)})"
-                _print_tasks(heading, tasks, listed)
+                _print_tasks(heading, [named[task] for task in tasks], listed)
     for name, tasks in ((first.name, found.only_in_first), (second.name, found.only_in_second)):
         if tasks:
-            _print_tasks(f"left out, because only {name} has a scored answer ({len(tasks)})", tasks, listed)
+            heading = f"left out, because only {name} has a scored answer ({len(tasks)})"
+            _print_tasks(heading, [named[task] for task in tasks], listed)
 
 
 def _caption(found: Comparison) -> str:
@@ -161,9 +164,15 @@ def _caption(found: Comparison) -> str:
     return f"p: {', '.join(named)}" + (f",{together}" if found.names < found.tasks else "")
 
 
+def _with_name(record: Record) -> str:
+    """A task's id, and the name that it shares with others where the id does not say it."""
+    name = "" if record.task is None else record.task.name
+    return f"{record.task_id} {name}" if name and not record.task_id.startswith(name) else record.task_id
+
+
 def _print_tasks(heading: str, tasks: Sequence[str], listed: int) -> None:
     more = f" … and {len(tasks) - listed} more" if len(tasks) > listed else ""
-    text = Text(f"{heading}: ", style="bold").append(" ".join(tasks[:listed]) + more, style="not bold")
+    text = Text(f"{heading}: ", style="bold").append(", ".join(tasks[:listed]) + more, style="not bold")
     output().print(text, soft_wrap=True)
 
 

@@ -96,6 +96,10 @@ def background(source: Store, domains: Iterable[str]) -> Background:
             for ability in Ability
         },
         operators={benchmark.name: _operators(benchmark, source) for benchmark in known},
+        instructions={
+            benchmark.name: {task.id: task.instruction for task in benchmark.tasks(Source(source)).values()}
+            for benchmark in known
+        },
     )
 
 

@@ -35,10 +35,12 @@ class Background:
     Attributes:
         prompts: domain and ability -> task -> prompt.
         operators: domain -> operator -> its definition in the data set.
+        instructions: domain -> task -> what it is in natural language.
     """
 
     prompts: Mapping[Suite, Mapping[str, str]] = field(default_factory=dict)
     operators: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
+    instructions: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
 
 
 class ExplorerData:
@@ -51,6 +53,7 @@ class ExplorerData:
         self._operators: dict[str, int] = {}
         self._runs: dict[RunKey, Json] = {}
         self._prompts: dict[str, dict[str, Json]] = {}
+        self._tasks: dict[str, dict[str, Json]] = {}
 
     def add(self, run: Run) -> None:
         """Add the records of a run."""
@@ -64,7 +67,12 @@ class ExplorerData:
         }
         asked = self._background.prompts.get((key.domain, key.ability.value), {})
         kept = self._prompts.setdefault(f"{key.domain}/{key.ability.value}", {})
+        instructions = self._background.instructions.get(key.domain, {})
+        tasks = self._tasks.setdefault(key.domain, {})
         for record in run.records:
+            if record.task is not None and record.task_id not in tasks:
+                told = " ".join(instructions.get(record.task_id, "").split())
+                tasks[record.task_id] = [self._text(record.task.name), self._text(told)]
             prompt = (record.origin and record.origin.prompt) or asked.get(record.task_id)
             if prompt and record.task_id not in kept:
                 kept[record.task_id] = [self._text(line) for line in prompt.split("\n")]
@@ -75,6 +83,7 @@ class ExplorerData:
             "version": VERSION,
             "runs": [self._runs[key] for key in sorted(self._runs, key=lambda key: key.order)],
             "prompts": {suite: lines for suite, lines in self._prompts.items() if lines},
+            "tasks": {domain: tasks for domain, tasks in self._tasks.items() if tasks},
             "titles": {key.domain: title_of(key.domain) for key in self._runs},
             "gold": {domain: dict(names) for domain, names in self._background.operators.items()},
             "texts": list(self._texts),

@@ -20,7 +20,7 @@ function inCell(pair, cell) {
 
 function pairRow(pair) {
   return [element('span', { class: 'swatches' }, swatch(pair.left.outcome), swatch(pair.right.outcome)),
-    element('span', { class: 'task' }, shortTask(pair.task)),
+    nameOf(pair.left),
     element('span', { class: 'why' }, `${words(pair.left.outcome)} → ${words(pair.right.outcome)}`)];
 }
 

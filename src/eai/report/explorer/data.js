@@ -34,6 +34,12 @@ packed.runs.forEach((run, number) => {
 const othersOf = (answer) => byTask.get(`${answer.run.suite}/${answer.task}`);
 const answerOf = (run, task) => (byTask.get(`${run.suite}/${task}`) || []).find((other) => other.run === run);
 
+// A task's name and what it is in words, as far as they are known; its id where the name is not.
+const taskOf = (answer) => {
+  const [name, instruction] = (packed.tasks[answer.run.domain] || {})[answer.task] || [];
+  return { name: name === undefined ? answer.task : words(text(name)), instruction: instruction === undefined ? '' : text(instruction) };
+};
+
 const errorOf = (answer) => {
   const error = answer.row.f;
   return error ? { kind: error[0], step: error[1], detail: text(error[2]) } : null;
@@ -63,7 +69,8 @@ const wholeText = (answer) => {
   if (answer.text === undefined) {
     const error = errorOf(answer);
     const goals = goalsOf(answer).map((goal) => goal.goal);
-    answer.text = [answer.task, answer.run.model, error ? error.detail : '', ...notesOf(answer), ...goals,
+    const { name, instruction } = taskOf(answer);
+    answer.text = [answer.task, name, instruction, answer.run.model, error ? error.detail : '', ...notesOf(answer), ...goals,
       responseOf(answer)].join('\n').toLowerCase();
   }
   return answer.text;

@@ -27,10 +27,12 @@ function closeDetail() {
 
 function heading(answer) {
   const { run } = answer;
+  const task = taskOf(answer);
   const parts = [title(run.domain), words(run.ability), ...(state.pair ? [] : [run.model, `protocol ${run.protocol}`])];
-  return element('header', { class: 'heading' }, element('h2', {}, shortTask(answer.task)),
+  return element('header', { class: 'heading' }, element('h2', {}, task.name),
     element('p', { class: 'where' }, parts.join(' · ')),
-    shortTask(answer.task) !== answer.task ? element('p', { class: 'id' }, answer.task) : null);
+    task.name === answer.task ? null : element('p', { class: 'id' }, answer.task),
+    task.instruction ? element('p', { class: 'instruction' }, task.instruction) : null);
 }
 
 function body(answer, narrow) {

@@ -45,7 +45,7 @@ function rowAt(index, selected) {
 function answerRow(answer) {
   const error = errorOf(answer);
   const where = state.varying.map((key) => (key === 'model' || key === 'protocol' ? answer.run[key] : title(answer.run[key])));
-  return [swatch(answer.outcome), element('span', { class: 'task' }, shortTask(answer.task)),
+  return [swatch(answer.outcome), nameOf(answer),
     element('span', { class: 'what' }, words(answer.outcome)),
     element('span', { class: 'why' }, [...where, where.length < 2 ? reasonOf(answer, error) : ''].filter(Boolean).join(' · '))];
 }
@@ -58,8 +58,13 @@ function reasonOf(answer, error) {
   return answer.row.n ? `${sums[0]} right, ${sums[1]} wrong, ${sums[2]} missed` : '';
 }
 
-// Some ids end in a scene and a date, which tell nobody anything.
-const shortTask = (task) => task.replace(/_\d+_[A-Z]\w*_int_.*$/, '').replace(/_(?=[a-z])/g, ' ');
+// The name of an answer's task, and its id where other tasks have that name too: some ids end in a scene and a date,
+// which tell nobody anything.
+function nameOf(answer) {
+  const { name } = taskOf(answer);
+  const tells = name !== answer.task && !answer.task.startsWith(name.replace(/ /g, '_'));
+  return element('span', { class: 'task' }, element('span', { class: 'called' }, name), tells ? element('span', { class: 'id' }, answer.task) : null);
+}
 
 // What tells the answers in the list apart, besides their tasks.
 const varyingIn = (shown) => ['model', 'protocol', 'ability', 'domain'].filter(
