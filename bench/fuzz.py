@@ -6,14 +6,18 @@
 Answers are those of `mutated_answers`, one in four of them made worse: cut off, repeated, nested, with
 quantifiers around a formula, or with characters that no answer has. They are a pure function of the seed.
 Each is scored twice and explained, under both protocols, with the built-in planner. For each suite and
-protocol come the answers that raise or have two verdicts, and CPU milliseconds: the median, the 99.9th
-percentile and the most, with the beginning of that answer. Exits with status 1 where anything is wrong.
+protocol come the answers that raise or have two verdicts; a digest of all verdicts, which must not depend on
+PYTHONHASHSEED; the most memory (MB) that the process has had so far; and CPU milliseconds of the dearest of
+the three calls: the median, the 99.9th percentile and the most, with the beginning of that answer. Exits with
+status 1 where anything is wrong.
 """
 
 from __future__ import annotations
 
 import argparse
+import hashlib
 import json
+import resource
 import sys
 import time
 from collections.abc import Sequence
@@ -33,15 +37,24 @@ LONGEST = 20_000
 ODD = ("\0", "\u202e", "\ud800", "\U0001f9fd", "}" * 50, '"', "\\u0000", "<think>", "```", "NaN", "1e999")
 
 
-class Costs(NamedTuple):
-    """What scoring and explaining some answers took, in CPU milliseconds, and which was the dearest."""
+class Fuzzed(NamedTuple):
+    """What came of some answers.
 
-    sorted: Sequence[float]
+    Attributes:
+        wrong: what went wrong.
+        verdicts: a digest of all verdicts.
+        milliseconds: what the dearest call of each answer took, ascending.
+        dearest: the beginning of the dearest answer.
+    """
+
+    wrong: Sequence[str]
+    verdicts: str
+    milliseconds: Sequence[float]
     dearest: str
 
     def at(self, share: float) -> float:
         """The cost that so many of the answers do not exceed."""
-        return self.sorted[min(len(self.sorted) - 1, int(share * len(self.sorted)))]
+        return self.milliseconds[min(len(self.milliseconds) - 1, int(share * len(self.milliseconds)))]
 
 
 def worse(dice: Dice, text: str) -> str:
@@ -77,24 +90,31 @@ def answers(suite: str, task_ids: Sequence[str], rows: int, seed: int) -> list[t
     return made
 
 
-def fuzz(suite: Suite, rows: Sequence[tuple[str, str]]) -> tuple[list[str], Costs]:
-    """What went wrong, and what it cost."""
+def fuzz(suite: Suite, rows: Sequence[tuple[str, str]]) -> Fuzzed:
+    """Score and explain answers."""
     wrong: list[str] = []
     costs: list[tuple[float, str]] = []
+    digest = hashlib.sha256()
     for task_id, text in rows:
-        scorer = suite.scorer(task_id)
-        start = time.process_time()
+        scorer, took = suite.scorer(task_id), []
         try:
-            first, again = scorer.score(text), scorer.score(text)
+            verdicts = []
+            for _ in range(2):
+                start = time.process_time()
+                verdicts.append(json.dumps(fields_of(scorer.score(text))))
+                took.append((time.process_time() - start) * 1000)
+            start = time.process_time()
             scorer.explain(text)
+            took.append((time.process_time() - start) * 1000)
         except Exception as error:
             wrong.append(f"{task_id}: {type(error).__name__}: {error}: {text[:80]!r}")
             continue
-        costs.append(((time.process_time() - start) * 1000 / 3, f"{task_id} {text[:60]!r}"))
-        if json.dumps(fields_of(first)) != json.dumps(fields_of(again)):
+        costs.append((max(took), f"{task_id} {text[:60]!r}"))
+        digest.update(verdicts[0].encode())
+        if len(set(verdicts)) > 1:
             wrong.append(f"{task_id}: two verdicts: {text[:80]!r}")
     costs.sort()
-    return wrong, Costs([cost for cost, _ in costs], costs[-1][1])
+    return Fuzzed(wrong, digest.hexdigest()[:12], [cost for cost, _ in costs], costs[-1][1])
 
 
 def main() -> int:
@@ -113,16 +133,17 @@ def main() -> int:
             suite = open_suite(
                 domain, Ability(ability), protocol, source=Source(planner=PlannerChoice.BUILT_IN)
             )
-            wrong, costs = fuzz(suite, answers(name, suite.task_ids, arguments.rows, arguments.seed))
+            fuzzed = fuzz(suite, answers(name, suite.task_ids, arguments.rows, arguments.seed))
+            megabytes = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss // 1024
             print(
-                f"{name:35} {protocol.value:10} {arguments.rows} answers, {len(wrong)} wrong; "
-                f"ms {costs.at(0.5):.2f} median, {costs.at(0.999):.0f} p99.9, {costs.at(1):.0f} most: "
-                f"{costs.dearest}",
+                f"{name:35} {protocol.value:10} {arguments.rows} answers, {len(fuzzed.wrong)} wrong; "
+                f"{fuzzed.verdicts} {megabytes} MB; ms {fuzzed.at(0.5):.2f} median, "
+                f"{fuzzed.at(0.999):.0f} p99.9, {fuzzed.at(1):.0f} most: {fuzzed.dearest}",
                 flush=True,
             )
-            for line in wrong[:5]:
+            for line in fuzzed.wrong[:5]:
                 print("   ", line.encode("ascii", "backslashreplace").decode())
-            failed |= bool(wrong)
+            failed |= bool(fuzzed.wrong)
     return int(failed)
 
 

@@ -11,6 +11,7 @@ from eai.benchmarks.behavior.subgoal_writer import carried_out
 from eai.benchmarks.behavior.tasks import BehaviorTask, BehaviorTasks
 from eai.planning.planner import Planner
 from eai.world.execution import Action, attempt
+from eai.world.past import Past
 from eai.world.state import State
 from subgoal_scorers import behavior_subgoals
 
@@ -33,7 +34,7 @@ def reaches(task: BehaviorTask, steps: Sequence[Action]) -> bool:
     """Whether a plan, without the steps that are impossible, reaches all goals."""
     state = task.initial
     for step in steps:
-        after = attempt(DOMAIN, [state], step)
+        after = attempt(DOMAIN, Past(state), step)
         state = after if isinstance(after, State) else state
     return all(DOMAIN.holds(goal.formula, state) for goal in task.goals)
 

@@ -25,6 +25,7 @@ from eai.pddl.planning import PlannerOutcome, PlanningTask
 from eai.world.domain import Domain
 from eai.world.execution import Fault, attempt, execute
 from eai.world.fault import FaultKind
+from eai.world.past import Past
 
 
 def sample(tasks: Mapping[str, Task], count: int) -> list[Task]:
@@ -42,12 +43,12 @@ def disagreements(domain: Domain, task: Task) -> tuple[int, list[frozenset[str]]
     state: PddlState = executor.initial
     static = state - exported.state(task.initial)
     executed, differing = 0, []
-    states = [task.initial]
+    past = Past(task.initial)
     for action in task.script:
         operator = domain.operator(action.operator)
         if operator is None or operator.arity != len(action.arguments):
             break
-        outcome = attempt(domain, states, action)
+        outcome = attempt(domain, past, action)
         reached = executor.successor(state, exported.step(action))
         if isinstance(outcome, Fault):
             assert isinstance(reached, str), action
@@ -56,7 +57,7 @@ def disagreements(domain: Domain, task: Task) -> tuple[int, list[frozenset[str]]
             break
         assert not isinstance(reached, str), reached
         executed += 1
-        states.append(outcome)
+        past = past.then(outcome)
         state = exported.state(outcome) | static
         found = {atom.predicate for atom in reached ^ state if not atom.predicate.startswith("done-")}
         if found:

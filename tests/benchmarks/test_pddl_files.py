@@ -19,6 +19,7 @@ from eai.world.conformance import check
 from eai.world.domain import Domain
 from eai.world.execution import Action, Fault, attempt, describe, execute
 from eai.world.fault import FaultKind
+from eai.world.past import Past
 
 FOLDER = Path(__file__).parents[1] / "pddl" / "domains"
 NAMES = ("blocksworld", "logistics", "gripper", "library")
@@ -84,7 +85,7 @@ def test_engine_and_pddl_agree_on_random_walks(name: str, problem: str) -> None:
     exported = export(domain, task.initial, ())
     declared = {predicate.name for predicate in source.predicates}
     rng = random.Random(problem)
-    states, state, taken = [task.initial], executor.initial, 0
+    past, state, taken = Past(task.initial), executor.initial, 0
     for _ in range(4_000):
         operator = rng.choice(domain.operators)
         action = Action(
@@ -92,7 +93,7 @@ def test_engine_and_pddl_agree_on_random_walks(name: str, problem: str) -> None:
         )
         names = tuple(task.scene.objects[i].name for i in action.arguments)
         outcome, after = (
-            attempt(domain, states, action),
+            attempt(domain, past, action),
             executor.successor(state, PlanStep(operator.name, names)),
         )
         assert isinstance(outcome, Fault) is isinstance(after, str), action
@@ -101,7 +102,7 @@ def test_engine_and_pddl_agree_on_random_walks(name: str, problem: str) -> None:
             continue
         assert not isinstance(after, str)
         assert {atom for atom in exported.state(outcome) if atom.predicate in declared} == after
-        states.append(outcome)
+        past = past.then(outcome)
         state, taken = after, taken + 1
     assert taken > 3
 

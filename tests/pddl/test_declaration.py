@@ -15,6 +15,7 @@ from eai.pddl.model import PddlDomain, PddlProblem
 from eai.pddl.reader import read_domain, read_problem
 from eai.world.execution import Action, Fault, attempt
 from eai.world.fault import FaultKind
+from eai.world.past import Past
 from eai.world.state import State
 from pddl.random_pddl import DOMAINS, PROBLEMS
 
@@ -39,7 +40,7 @@ def test_a_declared_domain_does_what_the_pddl_does_and_so_does_its_export(
     assert goal == again.holds(exported.problem.goal, again.initial, {})
     for action in _actions(domain.arities, len(source.constants)):
         names = tuple(source.constants[i].name for i in action.arguments)
-        outcome = attempt(domain, [found.initial], action)
+        outcome = attempt(domain, Past(found.initial), action)
         engine = None if isinstance(outcome, Fault) else exported.state(outcome)
         expected = reached(original.successor(original.initial, PlanStep(action.operator, names)), declared)
         assert (None if engine is None else reached(engine, declared)) == expected
@@ -96,7 +97,9 @@ def test_types_are_categories_and_those_above_static_predicates(zoo: DeclaredDom
 def test_an_object_named_agent_is_the_object_that_formulas_mean_by_it(zoo: DeclaredDomain) -> None:
     initial = zoo.problem(PROBLEM).initial
     index = initial.scene.index
-    assert isinstance(attempt(zoo.domain, [initial], Action("feed", (index["sam"], index["pool"]))), State)
+    assert isinstance(
+        attempt(zoo.domain, Past(initial), Action("feed", (index["sam"], index["pool"]))), State
+    )
 
 
 def test_checks_are_affordances_where_nothing_changes_what_they_say(zoo: DeclaredDomain) -> None:
@@ -114,7 +117,7 @@ def test_checks_are_affordances_where_nothing_changes_what_they_say(zoo: Declare
 def test_an_addition_wins_over_a_deletion(zoo: DeclaredDomain) -> None:
     initial = zoo.problem(PROBLEM).initial
     index = initial.scene.index
-    after = attempt(zoo.domain, [initial], Action("feed", (index["sam"], index["pool"])))
+    after = attempt(zoo.domain, Past(initial), Action("feed", (index["sam"], index["pool"])))
     assert isinstance(after, State)
     assert after.has("fed", index["sam"])
 

@@ -10,6 +10,7 @@ from eai.planning.additive_heuristic import AdditiveHeuristic
 from eai.planning.planner import Planned, Planner, PlanningEnd, PlanningGoal, PlanningLimits
 from eai.planning.successor_generator import applicable_actions
 from eai.world.execution import Action, attempt, execute
+from eai.world.past import Past
 from eai.world.state import State
 from world import toy
 from world.toy import X, at, holding
@@ -131,7 +132,7 @@ def reaches(steps: list[Action], goal: PlanningGoal) -> bool:
     """Whether a plan, without the steps that are impossible, reaches the goal."""
     state, taken = START, 0
     for step in steps:
-        after = attempt(toy.DOMAIN, [state], step)
+        after = attempt(toy.DOMAIN, Past(state), step)
         if isinstance(after, State):
             state = after
             taken += taken < len(goal.actions) and step.operator in goal.actions[taken]

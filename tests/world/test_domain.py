@@ -7,13 +7,14 @@ from dataclasses import replace
 import pytest
 
 from eai.logic.formula import FALSE, Formula
-from eai.world.derived import is_a
-from eai.world.domain import Domain, each_held_before, was_possible_before
+from eai.world.derived import Computed, is_a
+from eai.world.domain import Domain, HistoryRule, each_held_before, was_possible_before
 from eai.world.effect import Add, Delete
-from eai.world.execution import Action, Trajectory, execute
+from eai.world.execution import Action, Fault, Trajectory, attempt, execute
 from eai.world.fault import FaultKind
 from eai.world.operator import Operator, Try, additional, affordance, in_paper_order, missing
-from eai.world.state import Scene, WorldObject
+from eai.world.past import Past
+from eai.world.state import Scene, State, WorldObject
 from eai.world.vocabulary import Predicate, Vocabulary
 from world import toy
 
@@ -130,6 +131,28 @@ def test_an_action_that_was_possible_before_is_in_the_wrong_order(
     fault = run(before, *names).steps[-1].fault
     assert fault is not None
     assert (fault.kind, fault.earlier) == expected
+
+
+@pytest.mark.parametrize("rule", [each_held_before, was_possible_before])
+def test_a_step_that_fails_again_and_again_looks_at_every_state_once(rule: HistoryRule) -> None:
+    times = 0
+
+    def never(state: State, arguments: tuple[int, ...]) -> bool:
+        nonlocal times
+        times += 1
+        return False
+
+    ready = Computed("ready", 0, never, ())
+    vocabulary = Vocabulary((WET, DIRTY, MUDDY, SOAP), (ready,))
+    dry = Operator("DRY", (), (missing(ready(), "not ready"),), ())
+    domain = Domain("bath", vocabulary, (TAKE, LOSE, dry), rule)
+    past = Past(Scene(vocabulary, (WorldObject("it", "thing"),)).state(()))
+    for number in range(300):
+        after = attempt(domain, past, Action(("TAKE", "LOSE")[number % 2], ()))
+        assert isinstance(after, State)
+        past = past.then(after)
+        assert isinstance(attempt(domain, past, Action("DRY", ())), Fault)
+    assert times < 10 * 300
 
 
 def test_a_check_that_seeks_nothing_possible_is_never_in_the_wrong_order() -> None:

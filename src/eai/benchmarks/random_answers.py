@@ -28,6 +28,7 @@ from eai.planning.successor_generator import applicable_actions
 from eai.prompts.wording import Wording, subjects
 from eai.world.domain import Domain
 from eai.world.execution import Action, attempt, execute
+from eai.world.past import Past
 from eai.world.state import Fact, State
 
 _TRIES = 5_000
@@ -96,7 +97,7 @@ def _possible_action(
     sizes = [len(objects) ** operator.arity for operator in domain.operators]
     for operator in rng.choices(domain.operators, sizes, k=_TRIES):
         action = Action(operator.name, tuple(rng.choices(objects, k=operator.arity)))
-        if isinstance(attempt(domain, [state], action), State):
+        if isinstance(attempt(domain, Past(state), action), State):
             return action
     found = chain.from_iterable(applicable_actions(domain, each, state, objects) for each in domain.operators)
     possible = list(found)

@@ -31,6 +31,7 @@ from eai.world.execution import Action, Fault, Step, Trajectory, attempt, descri
 from eai.world.fault import FaultKind
 from eai.world.frame import AGENT
 from eai.world.operator import Check, Operator, Role, Try, additional, affordance, in_paper_order, missing
+from eai.world.past import Past
 from eai.world.state import Change, Fact, Scene, State, WorldObject, change
 from eai.world.vocabulary import Predicate, Vocabulary
 
@@ -71,6 +72,7 @@ __all__ = [
     "Notice",
     "Operator",
     "Or",
+    "Past",
     "Predicate",
     "Role",
     "Scene",

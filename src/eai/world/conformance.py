@@ -31,6 +31,7 @@ from eai.world.execution import Action, Fault, attempt, describe
 from eai.world.fault import FaultKind
 from eai.world.frame import Frame
 from eai.world.operator import Operator
+from eai.world.past import Past
 from eai.world.state import State, change
 from eai.world.vocabulary import Vocabulary
 
@@ -110,23 +111,23 @@ def _walk(domain: Domain, initial: State, rng: random.Random, steps: int) -> Ite
     if initial.scene.vocabulary.predicates != domain.vocabulary.predicates:
         yield Defect(domain.name, "a state belongs to another vocabulary")
         return
-    states = [initial]
+    past = Past(initial)
     static = {predicate.name for predicate in domain.vocabulary.predicates if predicate.static}
     for _ in range(steps):
         action = _random_action(domain.operators, initial, rng)
-        before = _fingerprint(states[-1])
-        outcome, again = attempt(domain, states, action), attempt(domain, states, action)
+        before = _fingerprint(past.state)
+        outcome, again = attempt(domain, past, action), attempt(domain, past, action)
         if outcome != again:
             yield Defect(action.operator, "the same action in the same state has two outcomes")
-        if _fingerprint(states[-1]) != before:
+        if _fingerprint(past.state) != before:
             yield Defect(action.operator, "trying the action changed the state in which it was tried")
         if isinstance(outcome, Fault):
-            yield from _fault(domain, states, action, outcome)
+            yield from _fault(domain, past, action, outcome)
             continue
-        changed = {fact.predicate for facts in change(states[-1], outcome) for fact in facts}
+        changed = {fact.predicate for facts in change(past.state, outcome) for fact in facts}
         for name in sorted(changed & static):
             yield Defect(action.operator, f"it changes {name}, which is declared static")
-        states.append(outcome)
+        past = past.then(outcome)
 
 
 def _fingerprint(state: State) -> int:
@@ -134,15 +135,15 @@ def _fingerprint(state: State) -> int:
     return hash(State(state.scene, state.unary, state.binary))
 
 
-def _fault(domain: Domain, states: Sequence[State], action: Action, fault: Fault) -> Iterator[Defect]:
-    if not describe(fault, domain, action, states[-1].scene):
+def _fault(domain: Domain, past: Past, action: Action, fault: Fault) -> Iterator[Defect]:
+    if not describe(fault, domain, action, past.state.scene):
         yield Defect(action.operator, "a failure has no reason")
     if (fault.kind is FaultKind.WRONG_ORDER) != (fault.earlier is not None):
         yield Defect(action.operator, "a wrong order comes without the earlier state, or the other way round")
-    if fault.earlier is not None and not 0 <= fault.earlier < len(states):
+    if fault.earlier is not None and not 0 <= fault.earlier <= past.number:
         yield Defect(action.operator, "the history rule points outside the trajectory")
     if fault.kind is FaultKind.ADDITIONAL_STEP:
-        yield from _needed(domain, states[-1], action)
+        yield from _needed(domain, past.state, action)
 
 
 def _needed(domain: Domain, before: State, action: Action) -> Iterator[Defect]:

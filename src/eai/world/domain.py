@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import NamedTuple, TypeAlias
 
 from eai.errors import DomainError
@@ -15,13 +15,17 @@ from eai.world.effect import Apply, Effects
 from eai.world.fault import FaultKind
 from eai.world.frame import Binding, Frame, Truth
 from eai.world.operator import Check, Operator
+from eai.world.past import Past
 from eai.world.state import Draft, State
 from eai.world.vocabulary import Vocabulary
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class CompiledCheck:
-    """A check with its condition, and each formula of what it seeks in the past, as functions."""
+    """A check with its condition, and each formula of what it seeks in the past, as functions.
+
+    It is equal to itself alone, and belongs to one list of checks.
+    """
 
     check: Check
     holds: Truth
@@ -37,10 +41,11 @@ class CompiledTry(NamedTuple):
 
 
 class Failure(NamedTuple):
-    """A check that fails, and the list of checks in which it does: the operator's or those of one try."""
+    """A check that fails of some objects, in the list of checks of the operator or of one of its tries."""
 
     check: CompiledCheck
     checks: tuple[CompiledCheck, ...]
+    arguments: tuple[int, ...]
 
 
 class Undone(NamedTuple):
@@ -92,7 +97,7 @@ class CompiledOperator:
         """All that is wrong: the first check that fails, or that of every try; empty if it is possible."""
         failed = first_failing(self.checks, state, binding)
         if failed is not None:
-            return (Failure(failed, self.checks),)
+            return (Failure(failed, self.checks, self._arguments(binding)),)
         return self._failed_tries(state, binding)
 
     def apply(self, state: State, binding: Binding) -> State:
@@ -125,8 +130,12 @@ class CompiledOperator:
                 failed = first_failing(each.checks, state, binding)
                 if failed is None:
                     return ()
-                failures.append(Failure(failed, each.checks))
+                failures.append(Failure(failed, each.checks, self._arguments(binding)))
         return tuple(failures)
+
+    def _arguments(self, binding: Binding) -> tuple[int, ...]:
+        """What a binding was made for."""
+        return tuple(binding[1 : 1 + self.operator.arity])
 
 
 def first_failing(checks: Sequence[CompiledCheck], state: State, binding: Binding) -> CompiledCheck | None:
@@ -137,15 +146,15 @@ def first_failing(checks: Sequence[CompiledCheck], state: State, binding: Bindin
     return None
 
 
-HistoryRule: TypeAlias = Callable[[Failure, Binding, Sequence[State]], int | None]
-"""Judges a failed check against the past: the index of the earlier state that makes it a wrong order.
+HistoryRule: TypeAlias = Callable[[Failure, Binding, Past], int | None]
+"""Judges a failed check against the past: the number of the earlier state that makes it a wrong order.
 
 Its last argument is the trajectory so far: the initial state, then the state after each executed step. None
 means that the step which should have prepared the action was never taken.
 """
 
 
-def each_held_before(failure: Failure, binding: Binding, states: Sequence[State]) -> int | None:
+def each_held_before(failure: Failure, binding: Binding, past: Past) -> int | None:
     """A history rule: all that a missing step's check seeks held at some time, not necessarily at once.
 
     Returns the latest state by which all of it had been seen.
@@ -153,25 +162,32 @@ def each_held_before(failure: Failure, binding: Binding, states: Sequence[State]
     if failure.check.check.fault is not FaultKind.MISSING_STEP:
         return None
     latest = 0
-    for sought in failure.check.sought:
-        index = next((i for i in reversed(range(len(states))) if sought(states[i], binding)), None)
-        if index is None:
+    for number, sought in enumerate(failure.check.sought):
+        question = (failure.check, number, failure.arguments)
+        found = past.latest(question, partial(_in_state, sought, binding))
+        if found is None:
             return None
-        latest = max(latest, index)
+        latest = max(latest, found)
     return latest
 
 
-def was_possible_before(failure: Failure, binding: Binding, states: Sequence[State]) -> int | None:
+def _in_state(truth: Truth, binding: Binding, state: State) -> bool:
+    return truth(state, binding)
+
+
+def was_possible_before(failure: Failure, binding: Binding, past: Past) -> int | None:
     """A history rule: in a state before the last one no check failed, and all that this check seeks held.
 
     Returns the latest such state.
     """
+    if past.before is None:
+        return None
     had_it = all_of(failure.check.sought)
-    for index in reversed(range(len(states) - 1)):
-        state = states[index]
-        if had_it(state, binding) and first_failing(failure.checks, state, binding) is None:
-            return index
-    return None
+
+    def sufficed(state: State) -> bool:
+        return had_it(state, binding) and first_failing(failure.checks, state, binding) is None
+
+    return past.before.latest((failure.check, failure.arguments), sufficed)
 
 
 PRECEDENCE = (

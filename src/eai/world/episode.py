@@ -13,6 +13,7 @@ from eai.errors import InputError
 from eai.world.domain import Domain
 from eai.world.execution import Action, Fault, Step, Trajectory, attempt
 from eai.world.fault import FaultKind
+from eai.world.past import Past
 from eai.world.state import State
 
 
@@ -102,18 +103,18 @@ class Episode:
     def __init__(self, domain: Domain, initial: State, luck: Luck | None = None) -> None:
         self.domain = domain
         self._luck = luck
-        self._states = [initial]
+        self._past = Past(initial)
         self._steps: list[Step] = []
 
     @property
     def state(self) -> State:
         """What is true now."""
-        return self._states[-1]
+        return self._past.state
 
     @property
     def trajectory(self) -> Trajectory:
         """All that has happened so far."""
-        return Trajectory(tuple(self._states), tuple(self._steps))
+        return Trajectory(self._past.states, tuple(self._steps))
 
     def since(self, start: int) -> Trajectory:
         """What has happened from a step on, as a trajectory of its own; what it lacks may be before that.
@@ -123,17 +124,17 @@ class Episode:
         """
         offset = sum([step.executed for step in self._steps[:start]])
         steps = [_later(step, offset) for step in self._steps[start:]]
-        return Trajectory(tuple(self._states[offset:]), tuple(steps))
+        return Trajectory(self._past.states[offset:], tuple(steps))
 
     def act(self, action: Action) -> Outcome:
         """Try one action; it must name an operator of the domain and have as many arguments."""
-        tried = attempt(self.domain, self._states, action)
+        tried = attempt(self.domain, self._past, action)
         if isinstance(tried, Fault):
             self._steps.append(Step(action, tried))
             return tried
         if self._luck is not None and self._luck.strikes():
             return self.slip(action)
-        self._states.append(tried)
+        self._past = self._past.then(tried)
         self._steps.append(Step(action, None))
         return tried
 

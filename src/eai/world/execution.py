@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -10,6 +10,7 @@ from eai.world.domain import CompiledOperator, Domain
 from eai.world.fault import FaultKind
 from eai.world.frame import Binding
 from eai.world.operator import Check
+from eai.world.past import Past
 from eai.world.state import Scene, State
 
 
@@ -92,38 +93,38 @@ def execute(domain: Domain, initial: State, plan: Iterable[Action]) -> Trajector
 
     Every action must name an operator of the domain and have as many arguments as it has parameters.
     """
-    states = [initial]
+    past = Past(initial)
     steps: list[Step] = []
     for action in plan:
-        outcome = attempt(domain, states, action)
+        outcome = attempt(domain, past, action)
         if isinstance(outcome, State):
-            states.append(outcome)
+            past = past.then(outcome)
             steps.append(Step(action, None))
             continue
         steps.append(Step(action, outcome))
         if outcome.kind is not FaultKind.ADDITIONAL_STEP:
             break
-    return Trajectory(tuple(states), tuple(steps))
+    return Trajectory(past.states, tuple(steps))
 
 
-def attempt(domain: Domain, states: Sequence[State], action: Action) -> State | Fault:
-    """Try one action in the last of ``states``: the state after it, or the diagnosis of its failure."""
+def attempt(domain: Domain, past: Past, action: Action) -> State | Fault:
+    """Try one action in the last state of a past: the state after it, or the diagnosis of its failure."""
     operator = domain.compiled[action.operator]
-    state = states[-1]
+    state = past.state
     binding = operator.bind(state, action.arguments)
     if operator.is_possible(state, binding):
         return operator.apply(state, binding)
-    return _diagnose(domain, states, operator, binding)
+    return _diagnose(domain, past, operator, binding)
 
 
-def _diagnose(domain: Domain, states: Sequence[State], operator: CompiledOperator, binding: Binding) -> Fault:
+def _diagnose(domain: Domain, past: Past, operator: CompiledOperator, binding: Binding) -> Fault:
     """What counts of all that is wrong; what the history rule finds in the past is a wrong order besides."""
     kinds: dict[FaultKind, Check] = {}
     earlier = None
-    for failure in operator.failures(states[-1], binding):
+    for failure in operator.failures(past.state, binding):
         check = failure.check.check
         kinds.setdefault(check.fault, check)
-        index = domain.history_rule(failure, binding, states)
+        index = domain.history_rule(failure, binding, past)
         if index is not None:
             kinds.setdefault(FaultKind.WRONG_ORDER, check)
             earlier = index if earlier is None else max(earlier, index)

@@ -8,6 +8,7 @@ from eai.benchmarks.virtualhome import domain as virtualhome
 from eai.world.domain import Domain
 from eai.world.execution import Fault, attempt
 from eai.world.fault import FaultKind
+from eai.world.past import Past
 from eai.world.state import State, change
 
 STRICT, REFERENCE = virtualhome.as_meant(), virtualhome_domain.as_in_reference()
@@ -31,7 +32,7 @@ A, D, M, W, U = (
 
 def fault_of(domain: Domain, facts: tuple[str, ...], action: str) -> FaultKind | None:
     scene = flat.scene()
-    outcome = attempt(domain, [flat.state(*facts, over=scene)], flat.action(action, scene))
+    outcome = attempt(domain, Past(flat.state(*facts, over=scene)), flat.action(action, scene))
     return outcome.kind if isinstance(outcome, Fault) else None
 
 
@@ -39,7 +40,7 @@ def after(domain: Domain, facts: tuple[str, ...], action: str) -> tuple[set[str]
     """What an action adds and removes."""
     scene = flat.scene()
     before = flat.state(*facts, over=scene)
-    outcome = attempt(domain, [before], flat.action(action, scene))
+    outcome = attempt(domain, Past(before), flat.action(action, scene))
     assert isinstance(outcome, State), outcome
     difference = change(before, outcome)
     return flat.told(difference.added, scene), flat.told(difference.removed, scene)
@@ -300,11 +301,11 @@ def test_quirk_what_the_reference_cannot_execute(
 def test_quirk_sought_is_not_the_condition(plan: list[str], strict: FaultKind, reference: FaultKind) -> None:
     for domain, kind in ((STRICT, strict), (REFERENCE, reference)):
         scene = flat.scene()
-        states = [flat.state(over=scene)]
+        past = Past(flat.state(over=scene))
         outcome: State | Fault | None = None
         for step in plan:
-            outcome = attempt(domain, states, flat.action(step, scene))
+            outcome = attempt(domain, past, flat.action(step, scene))
             if isinstance(outcome, State):
-                states.append(outcome)
+                past = past.then(outcome)
         assert isinstance(outcome, Fault)
         assert outcome.kind is kind, domain

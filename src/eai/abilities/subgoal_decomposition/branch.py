@@ -5,35 +5,57 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from eai.world.execution import Fault, Step, Trajectory
+from eai.world.past import Past
 from eai.world.state import State
 
 _FEW = 5
 """With fewer branches than this it is cheaper to explore twins than to look for them."""
 
 
+class Tried(NamedTuple):
+    """A step, and those that were tried before it, which are shared by all branches that begin with them."""
+
+    step: Step
+    before: Tried | None
+
+
 class Branch(NamedTuple):
     """One way of carrying out the subgoals, so far.
 
     Attributes:
-        states: the initial state, then the state after each executed action.
-        steps: every action tried, in order, with its fault if it was not executed.
+        past: the initial state, then the state after each executed action.
+        tried: every action tried, with its fault if it was not executed.
         errors: the number of faults.
         met: the goal's summary of the branch.
         subgoal: the number of the subgoal that was carried out last.
         failure: the fault that ended the branch.
     """
 
-    states: tuple[State, ...]
-    steps: tuple[Step, ...] = ()
+    past: Past
+    tried: Tried | None = None
     errors: int = 0
     met: int = 0
     subgoal: int = 0
     failure: Fault | None = None
 
     @property
+    def state(self) -> State:
+        """The last state reached."""
+        return self.past.state
+
+    @property
+    def steps(self) -> tuple[Step, ...]:
+        """Every action tried, in order."""
+        found, tried = [], self.tried
+        while tried is not None:
+            found.append(tried.step)
+            tried = tried.before
+        return tuple(reversed(found))
+
+    @property
     def trajectory(self) -> Trajectory:
         """What was tried and what came of it."""
-        return Trajectory(self.states, self.steps)
+        return Trajectory(self.past.states, self.steps)
 
     @property
     def faults(self) -> tuple[Fault, ...]:
@@ -59,7 +81,7 @@ class BestBranch:
             self.branch = branch
 
     def _rank(self, branch: Branch) -> tuple[int, int]:
-        return branch.errors, -len(branch.states) if self._longer else 0
+        return branch.errors, -branch.past.number if self._longer else 0
 
 
 def without_twins(branches: list[Branch]) -> list[Branch]:
@@ -68,7 +90,7 @@ def without_twins(branches: list[Branch]) -> list[Branch]:
         return branches
     best: dict[tuple[State, int], tuple[BestBranch, BestBranch]] = {}
     for branch in branches:
-        key = (branch.states[-1], branch.met)
+        key = (branch.state, branch.met)
         if key not in best:
             best[key] = (BestBranch(longer=False), BestBranch(longer=True))
         for each in best[key]:

@@ -39,8 +39,8 @@ _TESTED_AT_ONCE = 100
 _REMEMBERED = 32
 """How many subgoals of a task are remembered."""
 
-_STATES = 4
-"""For how many states it is remembered what was done for one of them."""
+_STATES = 16
+"""For how many states it is remembered what was done for one of them: those of all branches of a search."""
 
 
 class _Why(NamedTuple):

@@ -18,6 +18,7 @@ from eai.planning.planner import Planner
 from eai.planning.subgoal import GroundAtom
 from eai.world.domain import Domain
 from eai.world.execution import Action, attempt
+from eai.world.past import Past
 from eai.world.state import Scene, State, change
 
 
@@ -89,7 +90,7 @@ class SubgoalNotation:
         subgoals: list[str] = []
         state = task.initial
         for action in plan:
-            after = attempt(self.domain, [state], action)
+            after = attempt(self.domain, Past(state), action)
             if isinstance(after, State):
                 literals = [lexicon.said(literal) for literal in _visible_changes(state, after)]
                 subgoals.append(print_ltl(_subgoal(literals) or lexicon.said_action(action)))

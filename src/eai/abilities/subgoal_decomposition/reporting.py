@@ -23,7 +23,8 @@ def error_of(branch: Branch, domain: Domain, scene: Scene) -> ErrorReport | None
     failure = branch.failure
     if failure is None:
         return None
-    if branch.steps and branch.steps[-1].fault is failure:
-        return error_report(failure, branch.subgoal, domain, branch.steps[-1].action, scene)
+    last = branch.tried
+    if last is not None and last.step.fault is failure:
+        return error_report(failure, branch.subgoal, domain, last.step.action, scene)
     check = failure.check
     return ErrorReport(failure.kind, branch.subgoal, check.reason, check.id, objects(check.condition))

@@ -155,7 +155,7 @@ class SubgoalDecomposition(Scorer):
 
     def _reached(self, branch: Branch) -> tuple[bool, ...]:
         """For each goal, in order, whether a branch reaches it."""
-        return self.goals.reached(branch.states[-1], executed(branch))
+        return self.goals.reached(branch.state, executed(branch))
 
     def _reached_without_running(self) -> tuple[bool, ...]:
         """For each goal, in order, whether an answer that is not carried out reaches it."""

@@ -17,7 +17,7 @@ from typing import Protocol
 
 from typing_extensions import assert_never
 
-from eai.abilities.subgoal_decomposition.branch import BestBranch, Branch, without_twins
+from eai.abilities.subgoal_decomposition.branch import BestBranch, Branch, Tried, without_twins
 from eai.abilities.subgoal_decomposition.program import (
     Do,
     End,
@@ -31,7 +31,11 @@ from eai.abilities.subgoal_decomposition.program import (
 from eai.world.domain import Domain
 from eai.world.execution import Action, Fault, Step, attempt
 from eai.world.fault import FaultKind
+from eai.world.past import Past
 from eai.world.state import State
+
+_LOOKED_AT_ONCE = 16
+"""How many states of the past are looked at in the time in which an action is applied."""
 
 
 class BranchGoal(Protocol):
@@ -113,7 +117,7 @@ def search(
 
     ``halts`` says which faults end the whole search and not only their branch.
     """
-    return _Search(domain, program, goal, limits, halts).run(Branch((initial,)))
+    return _Search(domain, program, goal, limits, halts).run(Branch(Past(initial)))
 
 
 class _Search:
@@ -181,7 +185,7 @@ class _Search:
             case Halt(reason):
                 self._halt(reason)
             case End():
-                reached = self._goal.reached(branch.met, branch.states[-1])
+                reached = self._goal.reached(branch.met, branch.state)
                 self._finish(branch, self._successful if reached else self._executable)
             case _:
                 assert_never(instruction)
@@ -189,7 +193,7 @@ class _Search:
     def _do(self, branch: Branch, instruction: Do) -> None:
         if self._is_exhausted():
             return
-        plans, effort = instruction.plans(branch.states[-1])
+        plans, effort = instruction.plans(branch.state)
         self._effort += effort
         if not plans:
             self._waiting[instruction.then].append(branch)
@@ -204,36 +208,47 @@ class _Search:
 
     def _follow(self, branch: Branch, plan: Plan, subgoal: int) -> Branch:
         """The branch after a plan, or after the first step of it that fails."""
-        states, steps, errors, met = [*branch.states], [*branch.steps], branch.errors, branch.met
+        past, tried, errors, met = branch.past, branch.tried, branch.errors, branch.met
         for action in plan:
             self._attempts += 1
-            outcome = attempt(self._domain, states, action)
+            outcome = attempt(self._domain, past, action)
             if isinstance(outcome, State):
-                met = self._goal.advance(met, states[-1], action)
-                states.append(outcome)
-                steps.append(Step(action, None))
+                met = self._goal.advance(met, past.state, action)
+                past, tried = past.then(outcome), Tried(Step(action, None), tried)
                 continue
             errors += 1
-            steps.append(Step(action, outcome))
+            tried = Tried(Step(action, outcome), tried)
             if self._halts(outcome):
                 self._halt(outcome.check.reason)
             if outcome.kind is not FaultKind.ADDITIONAL_STEP:
-                return Branch(tuple(states), tuple(steps), errors, met, subgoal, outcome)
-        return Branch(tuple(states), tuple(steps), errors, met, subgoal)
+                self._effort += past.number // _LOOKED_AT_ONCE
+                return Branch(past, tried, errors, met, subgoal, outcome)
+        return Branch(past, tried, errors, met, subgoal)
 
     def _require(self, branch: Branch, instruction: Require) -> None:
         if self._is_exhausted():
             return
-        holds, check = instruction.holds, instruction.check
         self._effort += instruction.effort
-        if holds(branch.states[-1]):
+        if instruction.holds(branch.state):
             self._waiting[instruction.then].append(branch)
             return
-        held = [i for i, state in enumerate(branch.states) if holds(state)]
-        fault = Fault(FaultKind.WRONG_ORDER, check, held[-1]) if held else Fault(check.fault, check)
-        errors = branch.errors + 1
-        failed = Branch(branch.states, branch.steps, errors, branch.met, instruction.subgoal, fault)
+        check, earlier = instruction.check, self._held_before(branch, instruction)
+        if self._is_exhausted():
+            return
+        fault = Fault(check.fault, check)
+        if earlier is not None:
+            fault = Fault(FaultKind.WRONG_ORDER, check, earlier)
+        failed = branch._replace(errors=branch.errors + 1, subgoal=instruction.subgoal, failure=fault)
         self._finish(failed, self._failed)
+
+    def _held_before(self, branch: Branch, instruction: Require) -> int | None:
+        """The number of the latest state in which what is required held; any where that takes too long."""
+
+        def held(state: State) -> bool:
+            self._effort += instruction.effort
+            return self._is_exhausted() or instruction.holds(state)
+
+        return branch.past.latest(instruction.holds, held)
 
     def _finish(self, branch: Branch, among: BestBranch) -> None:
         """A branch has come to its end, and may be the best of its kind."""

@@ -14,6 +14,7 @@ from eai.benchmarks.behavior.subgoal_vocabulary import object_names
 from eai.benchmarks.reference.behavior_translation import held
 from eai.planning.planner import Planner
 from eai.world.execution import Action, attempt
+from eai.world.past import Past
 from eai.world.state import State
 
 STATES = {
@@ -60,7 +61,7 @@ def write_subgoals(task: Task, plan: Iterable[Action]) -> tuple[str, ...]:
     for action in plan:
         if action.operator not in domain.compiled:
             continue
-        outcome = attempt(domain, [state], action)
+        outcome = attempt(domain, Past(state), action)
         after = outcome if isinstance(outcome, State) else state
         subgoals += writer.subgoals(action, state, after)
         state = after
