@@ -117,6 +117,17 @@ def test_what_was_answered_is_not_asked_again(ask: Callable[..., Answers]) -> No
     assert served.log.asked == {"good": 2, "broken": 2}
 
 
+def test_how_to_sample_reaches_the_server_and_makes_another_request(ask: Callable[..., Answers]) -> None:
+    sampling = Decoding(temperature=0.7, sampling={"seed": 7, "top_p": 0.9})
+    with serve({"good": [Reply(PLAN)]}) as served:
+        plain, sampled = ask(served.url, ("good",)), ask(served.url, ("good",), decoding=sampling)
+    assert plain.given["good", 1].request_sha256 != sampled.given["good", 1].request_sha256
+    asked = [
+        (request["temperature"], request.get("seed"), request.get("top_p")) for request in served.log.requests
+    ]
+    assert asked == [(0.0, None, None), (0.7, 7, 0.9)]
+
+
 def test_reasoning_is_kept_apart_and_tokens_are_counted(run: Run) -> None:
     answers, _ = run(
         {

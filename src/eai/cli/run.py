@@ -60,7 +60,7 @@ from eai.cli.table import Result, print_rates
 from eai.errors import InputError, InterruptError
 from eai.pddl.planning import PlannerChoice
 from eai.prompts.prompt import Prompt, PromptSet
-from eai.run.job import Decoding, Endpoint, Pace, check_model
+from eai.run.job import Decoding, Effort, Endpoint, Pace, check_model
 from eai.scoring.batch import Settings
 from eai.scoring.trials import Trials, open_trials
 from eai.world.episode import Notice
@@ -110,6 +110,24 @@ def run(
     ] = 0.0,
     max_tokens: Annotated[
         int | None, typer.Option(min=1, metavar="N", help="The most of an answer.", rich_help_panel=_MODEL)
+    ] = None,
+    top_p: Annotated[
+        float | None,
+        typer.Option(min=0.0, max=1.0, metavar="P", help="For sampling.", rich_help_panel=_MODEL),
+    ] = None,
+    seed: Annotated[
+        int | None,
+        typer.Option(metavar="N", help="For sampling, where a provider takes one.", rich_help_panel=_MODEL),
+    ] = None,
+    reasoning_effort: Annotated[
+        Effort | None,
+        typer.Option(
+            metavar="HOW", help="none, minimal, low, medium, high, xhigh, max.", rich_help_panel=_MODEL
+        ),
+    ] = None,
+    reasoning_tokens: Annotated[
+        int | None,
+        typer.Option(min=1, metavar="N", help="The most of its reasoning.", rich_help_panel=_MODEL),
     ] = None,
     stop: Annotated[
         bool, typer.Option(help="Stop sequences as in the paper's runs.", rich_help_panel=_MODEL)
@@ -221,11 +239,18 @@ def run(
     if goals is not None and experiment is not None:
         raise InputError("--goals: not with attempts or slips; feedback would tell the goals of the task")
     wanted = _wanted(ability, experiment) if goals is None else stage_two(ability)
+    given = {
+        "top_p": top_p,
+        "seed": seed,
+        "reasoning_effort": None if reasoning_effort is None else reasoning_effort.value,
+        "reasoning_tokens": reasoning_tokens,
+    }
+    sampling = {name: value for name, value in given.items() if value is not None}
     arguments = dict(_pair(text) for text in model_arg or ())
     order = Order(
         endpoints=[Endpoint(name, arguments, model_base_url, prices) for name in model],
         epochs=epochs,
-        decoding=Decoding(temperature, max_tokens, stop, structured),
+        decoding=Decoding(temperature, max_tokens, stop, structured, sampling),
         pace=Pace(max_connections, max_retries, timeout, batch),
         settings=Settings(workers, explanations, allow_missing),
         out=out,

@@ -96,6 +96,7 @@ def _evaluate(job: Job, task: inspect_ai.Task, log_dir: Path) -> EvalLog | None:
     There is no log where the run was interrupted before it began.
     """
     pace, model = job.pace, _model(job.endpoint)
+    sampling: dict[str, Any] = dict(job.decoding.sampling)
     if job.endpoint.prices is not None:
         set_price(model, read_prices(job.endpoint.prices))
     logs = inspect_ai.eval(
@@ -108,6 +109,7 @@ def _evaluate(job: Job, task: inspect_ai.Task, log_dir: Path) -> EvalLog | None:
         score=False,
         temperature=job.decoding.temperature,
         max_tokens=job.decoding.max_tokens,
+        **sampling,
         max_connections=pace.max_connections,
         max_retries=pace.max_retries,
         attempt_timeout=pace.timeout,

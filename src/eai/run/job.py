@@ -6,6 +6,7 @@ import hashlib
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from enum import Enum
 from pathlib import Path
 
 from eai.abilities.protocol import Ability
@@ -51,6 +52,18 @@ class Endpoint:
     prices: Path | None = None
 
 
+class Effort(Enum):
+    """How much a model is to reason, in Inspect's words."""
+
+    NONE = "none"
+    MINIMAL = "minimal"
+    LOW = "low"
+    MEDIUM = "medium"
+    HIGH = "high"
+    XHIGH = "xhigh"
+    MAX = "max"
+
+
 @dataclass(frozen=True, slots=True)
 class Decoding:
     """What decides an answer besides the prompt.
@@ -60,12 +73,15 @@ class Decoding:
         max_tokens: the most an answer may take; None for the provider's limit.
         stop: cut answers where the paper's runs did.
         structured: ask for JSON where the provider can enforce it.
+        sampling: what else providers know, by the names of Inspect's ``GenerateConfig``: ``seed``, ``top_p``,
+            ``reasoning_effort``, ``reasoning_tokens``.
     """
 
     temperature: float = 0.0
     max_tokens: int | None = None
     stop: bool = True
     structured: bool = False
+    sampling: Mapping[str, int | float | str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)
@@ -132,6 +148,7 @@ class Job:
             (endpoint.model, sorted(endpoint.arguments.items()), endpoint.base_url),
             (decoding.temperature, decoding.max_tokens, decoding.stop, decoding.structured),
             (prompt.sha256, prompt.stop),
+            *sorted(decoding.sampling.items()),
             *((attempt,) if attempt > 1 else ()),
         )
         return hashlib.sha256(json.dumps(decisive).encode()).hexdigest()
