@@ -2,6 +2,7 @@
 # make test    install, then run the tests (ARGS="-k name" reaches pytest)
 # make lint | type | docs | bench | clean
 # make site    the documentation as a site, build/site/html
+# make packages mypy, tests and example of what is published from packages/, each in an environment of its own
 # make release build the package, check it as an index does, and write what is new; nothing is uploaded
 
 PYTHON ?= python3 python3.13 python3.12 python3.11 python3.10
@@ -15,7 +16,7 @@ WITH_DEV := $(VENV)/.with-dev
 WITH_RELEASE := $(VENV)/.with-release
 WITH_SITE := $(VENV)/.with-site
 
-.PHONY: demo test lint type bench docs site release clean
+.PHONY: demo test lint type bench docs site packages release clean
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
 
@@ -45,6 +46,15 @@ docs: $(WITH_DEV)
 site: $(WITH_SITE)
 	$(BIN)/python tools/site.py
 
+# Their libraries exclude each other, and those of the core: hence an environment for each.
+packages: $(patsubst %,%/.venv/.tested,$(wildcard packages/*))
+
+packages/%/.venv/.tested: $(shell find packages src -name .venv -prune -o -name '*.py' -print)
+	@test -x $(@D)/bin/python || $(MAKE) --no-print-directory VENV=$(@D) $(@D)/.created
+	$(@D)/bin/python -m pip install --quiet --disable-pip-version-check --editable . --editable 'packages/$*[dev]'
+	cd packages/$* && .venv/bin/mypy && .venv/bin/pytest && PYTHONPATH=$(CURDIR)/examples/lamps .venv/bin/python example.py
+	@touch $@
+
 release: $(WITH_RELEASE)
 	rm -rf dist
 	$(BIN)/python -m build --outdir dist
@@ -53,7 +63,7 @@ release: $(WITH_RELEASE)
 	@echo "made dist/; to publish: $(BIN)/twine upload dist/*.whl dist/*.tar.gz"
 
 clean:
-	rm -rf $(VENV) build dist .mypy_cache .pytest_cache .ruff_cache .hypothesis
+	rm -rf $(VENV) packages/*/.venv build dist .mypy_cache .pytest_cache .ruff_cache .hypothesis
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
 
 # The standard library's venv with the first Python that will do (Debian splits venv off), else uv's.

@@ -97,6 +97,14 @@ def test_several_answers_of_openrlhf_come_as_lists() -> None:
     assert paid["extra_logs"]["fault.parsing"] == [0, 1]
 
 
+def test_an_answer_of_openrlhf_is_what_follows_the_prompt_where_that_stands_first() -> None:
+    task, text = gold("behavior", Ability.ACTION_SEQUENCING)
+    assert reward_func([text], [""], [task])["rewards"] == 1
+    assert reward_func([f"<s>{PROMPT}{text}"], [PROMPT], [task])["rewards"] == 1
+    thought = f"{PROMPT}<think>I was asked: {PROMPT}{text}"
+    assert reward_func([thought], [PROMPT], [task])["rewards"] == 0
+
+
 def test_trl_is_told_the_metrics() -> None:
     task, text = gold("behavior", Ability.ACTION_SEQUENCING)
     told: dict[str, float] = {}

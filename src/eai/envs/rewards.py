@@ -182,8 +182,8 @@ def reward_func(
 
 
 def _after(prompt: str, query: str) -> str:
-    """What follows a prompt in a query, without special tokens at its end."""
-    return _SPECIAL.sub("", query.rpartition(prompt)[2] if prompt in query else query)
+    """What follows a prompt in a query, where it stands first, without special tokens at the end."""
+    return _SPECIAL.sub("", query.partition(prompt)[2] if prompt and prompt in query else query)
 
 
 class SkyRlTask:

@@ -1,0 +1,122 @@
+"""Latencies of the server on this machine: a step of one client, a reward of many.
+
+    python bench.py [--domain virtualhome] [--clients 64] [--requests 2000]
+
+The server is a process of its own; all clients are one other process, whose own time is part of what they
+see. On a busy machine look at the processor time of the server, which is told beside.
+"""
+
+from __future__ import annotations
+
+import argparse
+import asyncio
+import os
+import statistics
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import httpx
+from openenv import GenericEnvClient
+
+from eai.abilities.protocol import Ability
+from eai.benchmarks.gold_answers import open_answer_book
+from eai.benchmarks.task_reference import TaskReference
+from eai.scoring.reward import suite_of
+
+PORT = 8765
+
+
+def cpu_seconds(pid: int) -> float:
+    """The processor time that a process has used (Linux)."""
+    fields = Path(f"/proc/{pid}/stat").read_text(encoding="ascii").rpartition(")")[2].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+
+def quantiles(seconds: list[float]) -> str:
+    """The median and the 99th percentile in ms."""
+    cuts = statistics.quantiles(seconds, n=100)
+    return f"p50 {cuts[49] * 1e3:.2f} ms, p99 {cuts[98] * 1e3:.2f} ms of {len(seconds)}"
+
+
+def step_times(address: str, domain: str, number: int) -> list[float]:
+    """Of steps one after the other: first possible actions, then what cannot be read."""
+    times: list[float] = []
+    with GenericEnvClient(base_url=address).sync() as client:
+        while len(times) < number:
+            client.reset(split=domain, index=len(times) // 20 % 20)
+            for turn in range(20):
+                begun = time.perf_counter()
+                client.step({"command": f"WALK(bed.{turn})"})
+                times.append(time.perf_counter() - begun)
+    return times
+
+
+async def reward_times(address: str, batches: list[dict[str, list[str]]], clients: int) -> list[float]:
+    """Of single answers asked about by many clients at once, each over a connection of its own."""
+    times: list[float] = []
+    waiting = iter(batches)
+
+    async def one_client() -> None:
+        async with httpx.AsyncClient(base_url=address, timeout=60) as client:
+            for batch in waiting:
+                begun = time.perf_counter()
+                (await client.post("/reward", json=batch)).raise_for_status()
+                times.append(time.perf_counter() - begun)
+
+    await asyncio.gather(*[one_client() for _ in range(clients)])
+    return times
+
+
+def gold_batches(domain: str, number: int) -> list[dict[str, list[str]]]:
+    """Gold plans after a prompt of usual length."""
+    suite = suite_of(TaskReference(domain, Ability.ACTION_SEQUENCING, ""))
+    book, prompt = open_answer_book(suite.benchmark, suite.ability), "x" * 14_000
+    batches = []
+    for place in range(number):
+        task_id = suite.task_ids[place % len(suite.task_ids)]
+        query = f"{prompt}{book.gold(task_id).text}"
+        batches.append({"query": [query], "prompts": [prompt], "labels": [suite.reference(task_id)]})
+    return batches
+
+
+def main() -> None:
+    """Start a server, ask, print, stop."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    parser.add_argument("--domain", default="virtualhome")
+    parser.add_argument("--clients", type=int, default=64)
+    parser.add_argument("--requests", type=int, default=2000)
+    options = parser.parse_args()
+    address = f"http://127.0.0.1:{PORT}"
+    command = [sys.executable, "-m", "eai_openenv", "--domain", options.domain, "--port", str(PORT)]
+    with subprocess.Popen(command) as server:
+        try:
+            while True:
+                try:
+                    httpx.get(f"{address}/health")
+                    break
+                except httpx.ConnectError:
+                    time.sleep(0.1)
+            step_times(address, options.domain, 400)  # the tasks are made
+            used = cpu_seconds(server.pid)
+            told = quantiles(step_times(address, options.domain, options.requests))
+            used = (cpu_seconds(server.pid) - used) / options.requests
+            print(f"a step: {told}, {used * 1e3:.2f} CPU ms of the server")
+            batches = gold_batches(options.domain, options.requests)
+            asyncio.run(reward_times(address, batches, options.clients))
+            for clients in (1, options.clients):
+                used, begun = cpu_seconds(server.pid), time.perf_counter()
+                told = quantiles(asyncio.run(reward_times(address, batches, clients)))
+                rate = len(batches) / (time.perf_counter() - begun)
+                used = (cpu_seconds(server.pid) - used) / len(batches)
+                print(
+                    f"a reward, {clients} clients: {told}, {rate:,.0f} a second, "
+                    f"{used * 1e3:.2f} CPU ms of the server"
+                )
+        finally:
+            server.terminate()
+
+
+if __name__ == "__main__":
+    main()

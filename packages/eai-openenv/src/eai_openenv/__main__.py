@@ -1,0 +1,65 @@
+"""``eai-openenv``: start the server."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+import uvicorn
+
+from eai.envs.rules import Feedback, Observe, Rules
+from eai.errors import EaiError
+from eai.scoring.shaping import Shaping
+from eai_openenv.limits import Limits
+from eai_openenv.server import create_app
+from eai_openenv.tasks import Tasks
+
+app = typer.Typer(add_completion=False)
+
+
+@app.command()
+def serve(
+    domain: Annotated[
+        list[str],
+        typer.Option(
+            help="[SPLIT=]DOMAIN, such as test=tasks/test.jsonl: virtualhome, behavior, module:object or a "
+            "task file. A split without a name is called as its domain. Repeat it for several."
+        ),
+    ],
+    shaping: Annotated[
+        Shaping, typer.Option(help="What answers and episodes are paid for.")
+    ] = Shaping.SUCCESS,
+    turns: Annotated[int, typer.Option(min=1, help="After how many actions an episode is cut off.")] = 50,
+    observe: Annotated[Observe, typer.Option(help="How much of the world is seen.")] = Observe.FULL,
+    feedback: Annotated[Feedback, typer.Option(help="What is told of each turn.")] = Feedback.FACTS,
+    host: Annotated[
+        str,
+        typer.Option(help="Where to listen. There is no password: other than this machine at your own risk."),
+    ] = "127.0.0.1",
+    port: Annotated[int, typer.Option(min=0, max=65535, help="Where to listen; 0 for any.")] = 8000,
+    sessions: Annotated[int, typer.Option(min=1, help="How many may be open at once.")] = 64,
+    idle: Annotated[float, typer.Option(min=1, help="Seconds after which an idle session is closed.")] = 600,
+    answers: Annotated[int, typer.Option(min=1, help="How many answers one request may bring.")] = 1024,
+) -> None:
+    """Serve household tasks to OpenEnv's clients, and rewards to anybody.
+
+    Example: eai-openenv --domain virtualhome --domain test=tasks/fresh.jsonl
+    """
+    limits = Limits(sessions=sessions, idle_seconds=idle, answers=answers)
+    try:
+        rules = Rules(max_steps=turns, observe=observe, feedback=feedback)
+        made = create_app(Tasks(dict(map(_split, domain))), shaping, rules, limits)
+    except EaiError as error:
+        typer.echo(f"eai-openenv: {error}", err=True)
+        raise typer.Exit(2) from error
+    uvicorn.run(made, host=host, port=port, ws_max_size=limits.message_bytes, log_level="warning")
+
+
+def _split(text: str) -> tuple[str, str]:
+    """A split and its benchmark."""
+    split, separator, benchmark = text.partition("=")
+    return (split, benchmark) if separator else (text, text)
+
+
+if __name__ == "__main__":
+    app()

@@ -1,0 +1,189 @@
+"""The environment that OpenEnv plays: a thin translation of `eai.envs.rollout.Rollout`."""
+
+from __future__ import annotations
+
+import json
+from typing import Any, ClassVar
+
+from openenv.core.env_server import Environment
+from openenv.core.env_server.types import Action, EnvironmentMetadata, Observation, State
+from pydantic import Field, model_validator
+
+from eai.envs.rollout import RULES, Rollout, stage_of
+from eai.envs.rules import Rules
+from eai.errors import InputError
+from eai.scoring.shaping import Shaping
+from eai_openenv.meters import Meters
+from eai_openenv.tasks import Tasks
+
+
+class Act(Action):
+    """One action as text."""
+
+    command: str = Field(description="The action with its objects on one line, such as OPEN(fridge.7).")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _one_that_a_client_has_parsed(cls, value: Any) -> Any:
+        """A step of an answer is JSON, which some clients send as an object of its own."""
+        is_command = not isinstance(value, dict) or "command" in value
+        return value if is_command else {"command": json.dumps(value)}
+
+
+class Seen(Observation):
+    """What an agent is told; ``metadata`` is for whoever watches it."""
+
+    text: str = Field(description="What became of the action, and what is seen now.")
+
+
+class Standing(State):
+    """Where an episode stands."""
+
+    task: str | None = Field(default=None, description="The task that is played.")
+    over: bool = Field(default=True, description="Whether no action can be taken.")
+
+
+class Household(Environment[Act, Seen, Standing]):
+    """One session: episodes one after the other, each of one task.
+
+    The reward is paid when the episode ends, and is what `eai.Reward` pays; until then it is 0.
+
+    Args:
+        tasks: what may be played.
+        shaping: what an episode is paid for.
+        rules: how tasks are played.
+        meters: told of every episode and turn.
+    """
+
+    SUPPORTS_CONCURRENT_SESSIONS: bool = True
+    DESCRIPTION: ClassVar[str] = "Household tasks, played by text one action at a time."
+
+    def __init__(
+        self,
+        tasks: Tasks,
+        shaping: Shaping | str = Shaping.SUCCESS,
+        rules: Rules = RULES,
+        meters: Meters | None = None,
+    ) -> None:
+        super().__init__()
+        self._tasks = tasks
+        self._shaping = shaping
+        self._rules = rules
+        self._meters = meters or Meters()
+        self._rollout: Rollout | None = None
+        self._standing = Standing()
+        self._closed = False
+
+    def reset(
+        self,
+        seed: int | None = None,
+        episode_id: str | None = None,
+        *,
+        task: str | None = None,
+        split: str | None = None,
+        index: int | None = None,
+        **others: Any,
+    ) -> Seen:
+        """Begin an episode.
+
+        Args:
+            seed: of the choice of a task where none is meant, and of slips.
+            episode_id: what the client calls the episode.
+            task: the task, as `Suite.reference` writes it.
+            split: where it is chosen from; the first split if None.
+            index: its place there, from 0; one at random if None.
+            others: refused.
+
+        Raises:
+            InputError: there is no such task.
+        """
+        if others:
+            raise InputError(f"reset takes task, split, index and seed, not {', '.join(sorted(others))}")
+        self._refuse_if_closed()
+        chosen = self._tasks.chosen(task, split, index, seed)
+        self._rollout = Rollout(stage_of(chosen, self._rules), self._shaping, self._rules, seed or 0)
+        self._standing = Standing(episode_id=episode_id, task=chosen, over=False)
+        self._meters.begun()
+        return Seen(text=self._rollout.opening, metadata={"task": chosen})
+
+    def step(self, action: Act, timeout_s: float | None = None, **others: Any) -> Seen:
+        """Play one turn; a turn takes milliseconds, so that no time is watched.
+
+        Raises:
+            InputError: no episode has begun, or the last one is over.
+        """
+        self._refuse_if_closed()
+        if self._rollout is None:
+            raise InputError("no episode has begun: reset first, and in the same WebSocket session")
+        turn = self._rollout.act(action.command)
+        self._standing.step_count += 1
+        self._standing.over = self._rollout.over
+        self._meters.turned(turn.info["fault"])
+        told: dict[str, Any] = {"fault": turn.info["fault"]}
+        if not self._rollout.over:
+            return Seen(text=turn.observation, reward=0.0, metadata=told)
+        self._meters.ended(won=turn.info["won"])
+        metrics = dict(self._rollout.metrics)
+        return Seen(
+            text=turn.observation,
+            reward=self._rollout.worth,
+            done=True,
+            metadata={**told, "metrics": metrics},
+        )
+
+    async def reset_async(
+        self, seed: int | None = None, episode_id: str | None = None, **kwargs: Any
+    ) -> Seen:
+        """As `reset`, without a thread: it takes milliseconds."""
+        return self.reset(seed, episode_id, **kwargs)
+
+    async def step_async(self, action: Act, timeout_s: float | None = None, **kwargs: Any) -> Seen:
+        """As `step`, without a thread: it takes less than to change to one."""
+        return self.step(action, timeout_s, **kwargs)
+
+    @property
+    def state(self) -> Standing:
+        """Where the episode stands."""
+        return self._standing
+
+    def close(self) -> None:
+        """End the session, also where it was idle for too long."""
+        self._closed = True
+        self._rollout = None
+
+    def _refuse_if_closed(self) -> None:
+        if self._closed:
+            raise InputError("the session is closed: it ended or was idle for too long")
+
+    def get_metadata(self) -> EnvironmentMetadata:
+        """What the server says of itself."""
+        return EnvironmentMetadata(name="eai", description=self.DESCRIPTION, version="0.1.0")
+
+    def list_splits(self) -> list[str]:
+        """The splits, in order."""
+        return list(self._tasks.splits)
+
+    def num_tasks(self, split: str) -> int:
+        """How many tasks of a split can be played."""
+        return len(self._tasks.of(split))
+
+    def get_task(self, split: str, index: int) -> dict[str, Any]:
+        """One task: its place, its name for `reset`, and what it asks for."""
+        tasks = self._tasks.of(split)
+        if not 0 <= index < len(tasks):
+            raise IndexError(index)
+        return {
+            "index": index,
+            "task": tasks[index],
+            "instruction": self._tasks.instruction(split, tasks[index]),
+        }
+
+    def get_task_range(
+        self, split: str, start: int | None = None, stop: int | None = None
+    ) -> list[dict[str, Any]]:
+        """Tasks by their places, as Python slices."""
+        return [self.get_task(split, i) for i in range(self.num_tasks(split))[start:stop]]
+
+    def list_tasks(self, split: str) -> list[dict[str, Any]]:
+        """The tasks of a split, at most the first thousand."""
+        return self.get_task_range(split, 0, 1000)

@@ -1,0 +1,53 @@
+"""What a server counts, in the form that Prometheus reads."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from prometheus_client import CollectorRegistry, Counter, Gauge, Histogram, generate_latest
+
+_SECONDS = (0.0005, 0.001, 0.005, 0.01, 0.05, 0.1, 0.5, 1, 5, 10, 60)
+
+
+class Meters:
+    """The counters of one server; several of them do not share any."""
+
+    def __init__(self) -> None:
+        self._registry = CollectorRegistry()
+        self._episodes = Counter("eai_episodes", "Episodes that were begun.", registry=self._registry)
+        self._ended = Counter("eai_episodes_ended", "Episodes that ended.", ["won"], registry=self._registry)
+        self._turns = Counter(
+            "eai_turns", "Turns, by the fault of the action.", ["fault"], registry=self._registry
+        )
+        self._answers = Counter("eai_answers", "Answers that were rewarded.", registry=self._registry)
+        self._seconds = Histogram(
+            "eai_reward_seconds",
+            "From a request for rewards to its reply.",
+            buckets=_SECONDS,
+            registry=self._registry,
+        )
+
+    def watch_sessions(self, number: Callable[[], float]) -> None:
+        """Report how many sessions there are, asked when the meters are read."""
+        Gauge("eai_sessions", "Sessions that are open.", registry=self._registry).set_function(number)
+
+    def begun(self) -> None:
+        """An episode has begun."""
+        self._episodes.inc()
+
+    def turned(self, fault: str | None) -> None:
+        """A turn was played."""
+        self._turns.labels(fault or "none").inc()
+
+    def ended(self, *, won: bool) -> None:
+        """An episode has ended."""
+        self._ended.labels(str(won).lower()).inc()
+
+    def rewarded(self, answers: int, seconds: float) -> None:
+        """Answers were rewarded."""
+        self._answers.inc(answers)
+        self._seconds.observe(seconds)
+
+    def text(self) -> bytes:
+        """All of them as text."""
+        return generate_latest(self._registry)

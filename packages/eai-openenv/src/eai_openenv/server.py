@@ -1,0 +1,70 @@
+"""The server: OpenEnv's routes over households, the reward, health and meters."""
+
+from __future__ import annotations
+
+from functools import partial
+from importlib.metadata import version
+
+from fastapi import FastAPI, Request, Response
+from fastapi.responses import JSONResponse
+from openenv.core.env_server import ConcurrencyConfig, HTTPEnvServer
+
+from eai.abilities.protocol import member
+from eai.envs.rollout import RULES
+from eai.envs.rules import Rules
+from eai.errors import EaiError
+from eai.scoring.shaping import Shaping
+from eai_openenv.household import Act, Household, Seen, Standing
+from eai_openenv.limits import Limits
+from eai_openenv.meters import Meters
+from eai_openenv.rewards import reward_route
+from eai_openenv.tasks import Tasks
+
+__version__ = version("eai-openenv")
+"""Of this package."""
+
+
+def create_app(
+    tasks: Tasks,
+    shaping: Shaping | str = Shaping.SUCCESS,
+    rules: Rules = RULES,
+    limits: Limits | None = None,
+) -> FastAPI:
+    """The application, for any ASGI server.
+
+    Args:
+        tasks: what it plays and rewards.
+        shaping: what answers and episodes are paid for.
+        rules: how tasks are played.
+        limits: what clients may ask for.
+
+    Raises:
+        InputError: there is no such shaping.
+    """
+    limits, meters, paid_for = limits or Limits(), Meters(), member(Shaping, shaping, "shaping")
+    app = FastAPI(title="Embodied Agent Interface", version=__version__, max_body_size=limits.body_bytes)
+    server = HTTPEnvServer(
+        partial(Household, tasks, paid_for, rules, meters),
+        Act,
+        Seen,
+        concurrency_config=ConcurrencyConfig(
+            max_concurrent_envs=limits.sessions, session_timeout=limits.idle_seconds
+        ),
+        env_name="eai",
+        state_cls=Standing,
+    )
+    server.register_routes(app)
+    meters.watch_sessions(lambda: server.active_sessions)
+    app.include_router(reward_route(tasks, paid_for, limits, meters))
+
+    @app.exception_handler(EaiError)
+    async def refuse(request: Request, error: EaiError) -> Response:
+        """What a client asked for that there is not."""
+        return JSONResponse({"detail": str(error)}, status_code=422)
+
+    @app.get("/metrics", tags=["Health"])
+    async def read_meters() -> Response:
+        """The meters, for Prometheus."""
+        return Response(meters.text(), media_type="text/plain; version=0.0.4")
+
+    return app

@@ -1,0 +1,90 @@
+"""The tasks that a server plays and rewards: those it was started with, and no others."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Mapping, Sequence
+
+from eai.abilities.protocol import Ability
+from eai.abilities.task import Task
+from eai.benchmarks.task_reference import TaskReference
+from eai.errors import InputError
+from eai.scoring.reward import suite_of
+
+
+class Tasks:
+    """The tasks of some benchmarks, by split.
+
+    A task that names another benchmark is refused: to look for one could import a module or open a file.
+
+    Args:
+        splits: for each split the benchmark whose tasks it has, as `eai.open` takes it. They are opened now.
+
+    Raises:
+        InputError: there is no split, no such benchmark, or no task in it that can be played.
+        DataError: the data cannot be had.
+    """
+
+    def __init__(self, splits: Mapping[str, str]) -> None:
+        if not splits:
+            raise InputError("expected at least one benchmark")
+        self._benchmarks = frozenset(splits.values())
+        self._of_split: dict[str, Mapping[str, Task]] = {}
+        for split, benchmark in splits.items():
+            suite = suite_of(TaskReference(benchmark, Ability.ACTION_SEQUENCING, ""))
+            played = {
+                f"{benchmark}/{suite.ability.value}/{task_id}": suite.tasks[task_id]
+                for task_id in suite.task_ids
+                if suite.tasks[task_id].goals
+            }
+            if not played:
+                raise InputError(f"{benchmark} has no task that can be played")
+            self._of_split[split] = played
+        self._names = {split: tuple(played) for split, played in self._of_split.items()}
+
+    @property
+    def splits(self) -> Sequence[str]:
+        """The names of the splits, in order."""
+        return tuple(self._names)
+
+    def of(self, split: str) -> Sequence[str]:
+        """The tasks of a split that can be played, in the order of the data set.
+
+        Raises:
+            IndexError: there is no such split.
+        """
+        if split not in self._names:
+            raise IndexError(f"there is no split {split!r}")
+        return self._names[split]
+
+    def instruction(self, split: str, task: str) -> str:
+        """What a task asks for, in words."""
+        return self._of_split[split][task].instruction
+
+    def known(self, task: str) -> str:
+        """The task itself, if it is of a benchmark that the server has.
+
+        Raises:
+            InputError: it is not.
+        """
+        if TaskReference.parse(task).benchmark not in self._benchmarks:
+            raise InputError(f"{task[:200]!r} is of no benchmark that this server has")
+        return task
+
+    def chosen(self, task: str | None, split: str | None, index: int | None, seed: int | None) -> str:
+        """The task that is meant: named, by its place in a split, or one of the split's at random.
+
+        Raises:
+            InputError: there is no such task.
+        """
+        if task is not None:
+            return self.known(task)
+        name = split or self.splits[0]
+        if name not in self._names:
+            raise InputError(f"there is no split {name!r}: expected one of {', '.join(self.splits)}")
+        tasks = self._names[name]
+        if index is None:
+            return random.Random(seed).choice(tasks)  # noqa: S311 - chance, not secrets
+        if not 0 <= index < len(tasks):
+            raise InputError(f"{name} has {len(tasks)} tasks, numbered from 0, and none of number {index}")
+        return tasks[index]

@@ -1,0 +1,227 @@
+"""The server as its clients see it: over HTTP, over WebSockets, with too much, and cut off."""
+
+from __future__ import annotations
+
+import json
+import socket
+import threading
+import time
+from collections.abc import Iterator
+
+import httpx
+import pytest
+import uvicorn
+from fastapi.testclient import TestClient
+from openenv import GenericEnvClient
+
+import eai
+from eai.errors import InputError
+from eai.scoring.reward import METRICS
+from eai_openenv import Act, Household, Limits, Tasks, create_app
+
+LAMPS = "lamps:lamps"
+LIGHT = f"{LAMPS}/action_sequencing/light"
+WON = ("GO(lamp_1)", "PRESS(lamp_1)", "GO(lamp_2)", "PRESS(lamp_2)")
+STEPS = [command.rstrip(")").split("(") for command in WON]
+PLAN = json.dumps([{"action": action, "object": thing} for action, thing in STEPS])
+TASKS = Tasks({"all": LAMPS})
+LIMITS = Limits(sessions=2, message_bytes=20_000, body_bytes=200_000, answers=300)
+
+
+@pytest.fixture
+def client() -> Iterator[TestClient]:
+    with TestClient(create_app(TASKS, "progress", limits=LIMITS)) as client:
+        yield client
+
+
+@pytest.fixture
+def address() -> Iterator[str]:
+    """A server of its own, on a free port."""
+    app = create_app(TASKS, "progress", limits=LIMITS)
+    server = uvicorn.Server(uvicorn.Config(app, port=0, log_level="error", ws_max_size=LIMITS.message_bytes))
+    thread = threading.Thread(target=server.run)
+    thread.start()
+    while not server.started:
+        time.sleep(0.01)
+    yield f"127.0.0.1:{server.servers[0].sockets[0].getsockname()[1]}"
+    server.should_exit = True
+    thread.join()
+
+
+def batch(*answers: str, label: str = LIGHT) -> dict[str, list[str]]:
+    return {
+        "query": [f"Light up.\n{answer}" for answer in answers],
+        "prompts": ["Light up.\n"] * len(answers),
+        "labels": [label] * len(answers),
+    }
+
+
+def sessions(client: TestClient | httpx.Client) -> float:
+    return meter(client, "eai_sessions")
+
+
+def meter(client: TestClient | httpx.Client, name: str) -> float:
+    lines = client.get("/metrics").text.splitlines()
+    return sum(float(line.rpartition(" ")[2]) for line in lines if line.startswith(name))
+
+
+def test_openenvs_own_client_wins_an_episode(address: str) -> None:
+    with GenericEnvClient(base_url=f"http://{address}").sync() as client:
+        opening = client.reset(split="all", index=0, seed=1, episode_id="first")
+        assert "Switch both lamps on." in opening.observation["text"]
+        results = [client.step({"command": command}) for command in WON]
+        assert [(result.reward, result.done) for result in results] == [(0, False)] * 3 + [(1, True)]
+        assert tuple(results[-1].metadata["metrics"]) == METRICS
+        assert client.state() == {"episode_id": "first", "step_count": 4, "task": LIGHT, "over": True}
+
+
+def test_a_session_is_one_episode_after_the_other(client: TestClient) -> None:
+    with client.websocket_connect("/ws") as session:
+
+        def ask(kind: str, **data: object) -> dict:
+            session.send_json({"type": kind, "data": data})
+            return session.receive_json()
+
+        assert "no episode has begun" in ask("step", command="GO(box)")["data"]["message"]
+        ask("reset", task=LIGHT)
+        failed = ask("step", command="PRESS(lamp_1)")["data"]
+        assert (failed["reward"], failed["metadata"]["fault"]) == (0, "missing_step")
+        assert ask("step", action="GO", object="lamp_1")["data"]["metadata"]["fault"] is None  # parsed JSON
+        for command in WON[1:]:
+            last = ask("step", command=command)
+        assert last["data"]["reward"] == 1
+        assert last["data"]["metadata"]["metrics"]["fault.missing_step"] == 1
+        assert "the episode is over" in ask("step", command="GO(box)")["data"]["message"]
+        assert ask("reset", task=LIGHT)["data"]["done"] is False
+        assert sessions(client) == 1
+    assert (meter(client, "eai_episodes_total"), meter(client, "eai_turns_total")) == (2, 5)
+
+
+@pytest.mark.parametrize(
+    ("data", "told"),
+    [
+        ({"task": "os:path/action_sequencing/x"}, "is of no benchmark that this server has"),
+        ({"task": "nonsense"}, "is no task: expected BENCHMARK/ABILITY/TASK"),
+        ({"task": f"{LAMPS}/action_sequencing/dark"}, "lamps has no task 'dark'"),
+        ({"task": f"{LAMPS}/goal_interpretation/light"}, "only tasks of action_sequencing are played"),
+        ({"split": "test"}, "there is no split 'test': expected one of all"),
+        ({"split": "all", "index": 2}, "all has 2 tasks, numbered from 0, and none of number 2"),
+        ({"index": -1}, "none of number -1"),
+        ({"difficulty": 3}, "not difficulty"),
+    ],
+)
+def test_what_there_is_not_is_refused_in_words(client: TestClient, data: dict, told: str) -> None:
+    assert told in client.post("/reset", json=data).json()["detail"]
+    with client.websocket_connect("/ws") as session:
+        session.send_json({"type": "reset", "data": data})
+        assert told in session.receive_json()["data"]["message"]
+
+
+def test_tasks_can_be_listed(client: TestClient) -> None:
+    assert client.get("/eai/splits").json() == [{"name": "all", "type": "validation"}]
+    assert client.post("/eai/num_tasks", json={"split": "all"}).json() == {"num_tasks": 2}
+    first = {"index": 0, "task": LIGHT, "instruction": "Switch both lamps on."}
+    assert client.post("/eai/task", json={"split": "all", "index": 0}).json() == {"task": first}
+    assert client.post("/eai/task_range", json={"split": "all", "stop": 1}).json() == {"tasks": [first]}
+    assert client.post("/eai/task", json={"split": "all", "index": 2}).status_code == 400
+    assert client.post("/eai/num_tasks", json={"split": "none"}).status_code == 400
+
+
+def test_it_is_well_and_says_so(client: TestClient) -> None:
+    assert client.get("/health").json() == {"status": "healthy"}
+    assert client.get("/schema").json()["action"]["required"] == ["command"]
+
+
+def test_the_reward_is_the_librarys_for_every_ability(client: TestClient) -> None:
+    for ability in ("action_sequencing", "goal_interpretation", "subgoal_decomposition"):
+        task = f"{LAMPS}/{ability}/light"
+        for answer in (PLAN, '{"output": ["lit(lamp_1)"]}', '{"node goals": [["lit", "lamp_1"]]}', ""):
+            reply = client.post("/reward", json=batch(answer, answer, label=task)).json()
+            assert reply["rewards"] == reply["scores"] == [eai.reward(task, answer, "progress")] * 2
+            assert tuple(reply["extra_logs"]) == METRICS
+
+
+def test_another_shaping_can_be_asked_for(client: TestClient) -> None:
+    longer = json.dumps([*json.loads(PLAN)[:1], *json.loads(PLAN)])
+    asked = {"shaping": "diagnosis", **batch(longer)}
+    assert client.post("/reward", json=asked).json()["rewards"] == [0.5]
+    assert client.post("/reward", json={**asked, "shaping": "much"}).status_code == 422
+
+
+@pytest.mark.parametrize(
+    ("asked", "status"),
+    [
+        ({"query": ["x"], "prompts": [], "labels": [LIGHT]}, 422),
+        ({"query": [], "prompts": [], "labels": []}, 422),
+        ({"query": ["x"], "prompts": ["x"], "labels": ["os:path/action_sequencing/x"]}, 422),
+        ({"query": ["x"], "prompts": ["x"], "labels": [f"{LAMPS}/action_sequencing/dark"]}, 422),
+        (batch(*["x"] * 301), 413),
+        (batch("x" * 200_001), 413),
+    ],
+)
+def test_what_cannot_be_rewarded_is_refused(client: TestClient, asked: dict, status: int) -> None:
+    assert client.post("/reward", json=asked).status_code == status
+
+
+def test_a_body_that_does_not_say_how_long_it_is_is_cut_off_too(client: TestClient) -> None:
+    pieces = (b" " * 10_000 for _ in range(100))
+    assert client.post("/reward", content=pieces).status_code == 413
+
+
+def test_there_are_only_so_many_sessions(client: TestClient) -> None:
+    with client.websocket_connect("/ws") as first, client.websocket_connect("/ws") as second:
+        for session in (first, second):
+            session.send_json({"type": "reset", "data": {}})
+            assert session.receive_json()["type"] == "observation"
+        with client.websocket_connect("/ws") as third:
+            assert third.receive_json()["data"]["code"] == "CAPACITY_REACHED"
+
+
+def test_a_session_that_was_closed_for_idleness_plays_no_more() -> None:
+    household = Household(TASKS)
+    household.reset(task=LIGHT)
+    household.close()
+    with pytest.raises(InputError, match="idle for too long"):
+        household.step(Act(command="GO(box)"))
+
+
+def test_a_message_that_is_too_long_ends_its_session_alone(address: str) -> None:
+    with GenericEnvClient(base_url=f"http://{address}").sync() as other:
+        other.reset(task=LIGHT)
+        with GenericEnvClient(base_url=f"http://{address}").sync() as client:
+            client.reset(task=LIGHT)
+            with pytest.raises(Exception, match=r"1009|too big|closed"):
+                client.step({"command": "x" * 30_000})
+        assert other.step({"command": "GO(box)"}).done is False
+
+
+def test_a_client_that_dies_in_the_middle_loses_and_doubles_nothing(address: str) -> None:
+    """Of a batch and of an episode; what is sent again is answered as it would have been."""
+    asked = batch(PLAN, *["[]"] * 299)
+    body = json.dumps(asked).encode()
+    head = f"POST /reward HTTP/1.1\r\nHost: {address}\r\nContent-Type: application/json\r\n"
+    host, _, port = address.partition(":")
+    with httpx.Client(base_url=f"http://{address}", timeout=60) as client:
+        whole = client.post("/reward", json=asked).json()
+        for cut in (len(body) // 2, len(body)):
+            with socket.create_connection((host, int(port))) as dying:
+                dying.sendall(f"{head}Content-Length: {len(body)}\r\n\r\n".encode() + body[:cut])
+        with GenericEnvClient(base_url=f"http://{address}").sync() as player:
+            player.reset(task=LIGHT)
+            player.step({"command": WON[0]})
+        assert client.post("/reward", json=asked).json() == whole
+        with GenericEnvClient(base_url=f"http://{address}").sync() as player:
+            player.reset(task=LIGHT)
+            assert [player.step({"command": command}).reward for command in WON] == [0, 0, 0, 1]
+        deadline = time.monotonic() + 30
+        while sessions(client) and time.monotonic() < deadline:
+            time.sleep(0.01)
+        assert sessions(client) == 0
+        assert 600 <= meter(client, "eai_answers_total") <= 900
+
+
+def test_no_split_and_no_task_are_refused() -> None:
+    with pytest.raises(InputError, match="at least one benchmark"):
+        Tasks({})
+    with pytest.raises(InputError, match="is no benchmark"):
+        Tasks({"train": "nowhere"})
