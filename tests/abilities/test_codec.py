@@ -209,7 +209,7 @@ def test_an_explanation_is_a_field_of_the_record() -> None:
                 "hidden_changes": 0,
             }
         ],
-        "goals": [{"kind": "state", "goal": "ON(light.2)", "satisfied": True}],
+        "goals": [{"kind": "state", "goal": "ON(light.2)", "satisfied": True, "why": ""}],
         "parts": [{"part": "ON(light.2) and TOUCH(x.3)", "met_after": None, "missing": ["TOUCH(x.3)"]}],
     }
     assert "explanation" not in record_to_json(record(PLAN))

@@ -193,7 +193,7 @@ def test_an_explanation_is_json() -> None:
     wire = json.loads(json.dumps(dataclass_to_json(explanation)))
     assert wire["notes"] == ["read with repair: code_fence"]
     assert wire["steps"][1]["added"] == ["OPEN(fridge.10)"]
-    assert wire["goals"] == [{"kind": "state", "goal": "OPEN(fridge.10)", "satisfied": True}]
+    assert wire["goals"] == [{"kind": "state", "goal": "OPEN(fridge.10)", "satisfied": True, "why": ""}]
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from eai.abilities.subgoal_decomposition.rewriting import substitute
 from eai.abilities.task import Goal, Task
-from eai.logic.evidence import explain
+from eai.logic.evidence import breach, explain
 from eai.logic.formula import (
     Atom,
     Constant,
@@ -64,11 +64,16 @@ class StepReport:
 
 @dataclass(frozen=True, slots=True)
 class GoalReport:
-    """A goal of the task as text, its kind, and whether it was reached."""
+    """A goal of the task as text, its kind, and whether it was reached.
+
+    Attributes:
+        why: of a goal over time that was not, which part of it was violated, and when.
+    """
 
     kind: str
     goal: str
     satisfied: bool
+    why: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -234,12 +239,32 @@ def fact_text(fact: Fact, scene: Scene) -> str:
     return f"{fact.predicate}({', '.join([scene.objects[i].name for i in fact.arguments])})"
 
 
-def goal_reports(goals: Sequence[Goal], satisfied: Sequence[bool]) -> tuple[GoalReport, ...]:
-    """A report on each goal."""
+def goal_reports(
+    goals: Sequence[Goal], satisfied: Sequence[bool], course: Trajectory | None = None
+) -> tuple[GoalReport, ...]:
+    """A report on each goal; goals over time are those of a course, if there was one."""
     return tuple(
-        GoalReport(goal.kind.value, formula_text(goal.formula), held)
+        GoalReport(
+            goal.kind.value,
+            formula_text(goal.formula),
+            held,
+            "" if held or course is None or not goal.is_over_time else _breach(goal.formula, course),
+        )
         for goal, held in zip(goals, satisfied, strict=True)
     )
+
+
+def _breach(formula: Formula, course: Trajectory) -> str:
+    """Which part of a goal over time was violated, and when."""
+    found = breach(formula, timeline(course))
+    what = formula_text(rename_variables(found.part))
+    if found.position is None:
+        follows = isinstance(formula, Then) and found.part != formula.parts[0]
+        return f"never after what comes first: {what}" if follows else f"never: {what}"
+    if found.position == 0:
+        return f"at the start not {what}"
+    action = action_text(course.executed[found.position - 1], course.final.scene)
+    return f"violated after {action}: {what}"
 
 
 def part_reports(goal: Formula | None, trajectory: Trajectory) -> tuple[PartReport, ...]:

@@ -9,16 +9,20 @@ from typing import NamedTuple
 from eai.abilities.task import Goal, GoalKind, Task
 from eai.abilities.verdict import GoalTallies, Tally
 from eai.logic.formula import Atom, Formula, Occurs, Or
-from eai.logic.traversal import walk
+from eai.logic.semantics import holds
+from eai.logic.traversal import is_state_formula, walk
 from eai.world.condition import Conditions
+from eai.world.execution import Trajectory
 from eai.world.frame import Binding, Frame, Truth
 from eai.world.state import Scene, State
+from eai.world.timeline import timeline
 
 
 class GoalTest:
     """The goals of a task, ready to be tested; any number of threads may ask one at a time.
 
-    A goal about states is reached if it holds in the final state. Action goals are reached in their order:
+    A goal about states is reached if it holds in the final state, one over time if it holds on the whole
+    course (`eai.logic.semantics`). Action goals are reached in their order:
     those of the longest run that the actions meet one after the other, and of equally long ones that which is
     met first. An answer that never ran reaches no goal.
 
@@ -29,34 +33,53 @@ class GoalTest:
 
     def __init__(self, task: Task, formulas: Sequence[Formula] | None = None) -> None:
         asked = [goal.formula for goal in task.goals] if formulas is None else formulas
-        is_action = [goal.kind is GoalKind.ACTION for goal in task.goals]
+        self._places = tuple([i for i, goal in enumerate(task.goals) if goal.kind is GoalKind.ACTION])
+        self._over_time = {i: formula for i, formula in enumerate(asked) if not is_state_formula(formula)}
+        passed_over = {*self._places, *self._over_time}
         self._tests = tuple(
             [
-                _Test(_in_no_state, []) if of_actions else _test(formula, task.scene)
-                for of_actions, formula in zip(is_action, asked, strict=True)
+                _Test(_in_no_state, []) if i in passed_over else _test(formula, task.scene)
+                for i, formula in enumerate(asked)
             ]
         )
-        self._lasting = tuple(
-            [t for t, of_actions in zip(self._tests, is_action, strict=True) if not of_actions]
-        )
-        self._places = tuple([i for i, of_actions in enumerate(is_action) if of_actions])
+        self._lasting = tuple([test for i, test in enumerate(self._tests) if i not in passed_over])
         self._actions = tuple([alternatives(goal) for goal in task.goals_of(GoalKind.ACTION)])
         shares = [_halves(goal) for goal in task.goals]
         self._shares = tuple([tuple([share[kind] for share in shares]) for kind in range(3)])
         self._totals = tuple([_of_halves(sum(of_kind)) for of_kind in self._shares])
         self.none_reached: tuple[bool, ...] = (False,) * len(task.goals)
 
-    def reached(self, final: State, actions: Sequence[str]) -> tuple[bool, ...]:
+    def reached(
+        self, final: State, actions: Sequence[str], course: Trajectory | None = None
+    ) -> tuple[bool, ...]:
         """For each goal, in order, whether a plan reaches it.
 
         Args:
             final: the state that the plan ends in.
             actions: the names of the actions that were carried out, in order.
+            course: all that has happened; None where nothing has.
         """
         reached = [truth(final, binding.copy()) for truth, binding in self._tests]
         for number in self._met(self._actions, actions) if self._actions else ():
             reached[self._places[number]] = True
+        if self._over_time:
+            self._watch(reached, course or Trajectory((final,), ()))
         return tuple(reached)
+
+    @property
+    def watches(self) -> bool:
+        """Whether there are goals over time."""
+        return bool(self._over_time)
+
+    def all_over_time(self, course: Trajectory) -> bool:
+        """Whether all goals over time hold on a course."""
+        trace = timeline(course)
+        return all(holds(formula, trace) for formula in self._over_time.values())
+
+    def _watch(self, reached: list[bool], course: Trajectory) -> None:
+        trace = timeline(course)
+        for place, formula in self._over_time.items():
+            reached[place] = holds(formula, trace)
 
     def all_lasting(self, final: State) -> bool:
         """Whether all goals about states hold in the final one."""

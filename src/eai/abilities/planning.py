@@ -8,7 +8,8 @@ from eai.planning.planner import Planned, Planner, PlanningGoal, PlanningLimits
 
 
 def planning_goal(task: Task) -> PlanningGoal:
-    """The goals of a task: states and relations at the end, and its actions in order."""
+    """The goals of a task: states and relations at the end, and its actions in order; none over time."""
+    task = task.at_the_end
     return PlanningGoal(
         conditions=tuple(goal.formula for goal in task.goals if goal.kind is not GoalKind.ACTION),
         actions=tuple(_alternatives(goal.formula) for goal in task.goals_of(GoalKind.ACTION)),

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 
 from eai.logic.formula import Atom, Formula, Occurs
-from eai.logic.traversal import walk
+from eai.logic.traversal import is_state_formula, walk
 from eai.world.execution import Action
 from eai.world.state import Scene, State
 
@@ -24,14 +24,20 @@ class GoalKind(str, Enum):
 
 @dataclass(frozen=True, slots=True)
 class Goal:
-    """One part of a task's goal: a formula on the final state, or on the actions taken.
+    """One part of a task's goal: a formula on the final state, on the actions taken, or on the whole course.
 
     An action goal is a disjunction of `Occurs` without arguments, in the order of the data set's
-    alternatives.
+    alternatives. A formula with temporal operators is a goal over time, of the kind of what it speaks of:
+    what has to come first, say, and what must never be (`eai.logic.semantics`).
     """
 
     kind: GoalKind
     formula: Formula
+
+    @property
+    def is_over_time(self) -> bool:
+        """Whether it speaks of more than the end and the names of the actions."""
+        return not is_state_formula(self.formula)
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,15 +71,24 @@ class Task:
         """The objects of the task."""
         return self.initial.scene
 
+    @property
+    def at_the_end(self) -> Task:
+        """The task without its goals over time."""
+        kept = tuple([goal for goal in self.goals if not goal.is_over_time])
+        return self if len(kept) == len(self.goals) else replace(self, goals=kept)
+
     def goals_of(self, kind: GoalKind) -> tuple[Goal, ...]:
         """The goals of one kind, in order."""
         return tuple(goal for goal in self.goals if goal.kind is kind)
 
 
 def goal(formula: Formula) -> Goal:
-    """The goal that a formula be true: of actions, of relations if it speaks of any, else of states."""
+    """The goal that a formula be true: of actions, of relations if it speaks of any, else of states.
+
+    One over time is of no actions: those that it may name have objects and a place in it.
+    """
     parts = tuple(walk(formula))
-    if any(isinstance(part, Occurs) for part in parts):
+    if is_state_formula(formula) and any(isinstance(part, Occurs) for part in parts):
         return Goal(GoalKind.ACTION, formula)
     relates = any(isinstance(part, Atom) and len(part.arguments) > 1 for part in parts)
     return Goal(GoalKind.RELATION if relates else GoalKind.STATE, formula)

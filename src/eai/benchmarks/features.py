@@ -102,7 +102,9 @@ class FeatureBook:
             relation_goals=kinds[GoalKind.RELATION],
             action_goals=kinds[GoalKind.ACTION],
             quantified_goals=sum(map(_is_quantified, task.goals)),
-            goal_options=prod(count_options(goal.formula, SceneObjects(task.scene)) for goal in task.goals),
+            goal_options=prod(
+                count_options(goal.formula, SceneObjects(task.scene)) for goal in task.at_the_end.goals
+            ),
             ground_goals=ground.total(),
             ground_state_goals=ground[GoalKind.STATE],
             ground_relation_goals=ground[GoalKind.RELATION],
@@ -116,7 +118,7 @@ class FeatureBook:
 
     def _conditions(self, task: Task) -> Iterator[Literal]:
         """The ground goals of a task."""
-        for goal in self._benchmark.goals.alternatives(task):
+        for goal in self._benchmark.goals.alternatives(task.at_the_end):
             yield from next(choice_options(goal.options), ())
 
 

@@ -159,7 +159,8 @@ def _problems(task: Task, domain: Domain) -> Iterator[str]:
             what = f"{step.fault.kind.value}, {why}"
             yield f"plan.{number}: expected a step that is possible and needed: {what}"
     if trajectory.failure is None:
-        reached = test.reached(trajectory.final, [action.operator for action in trajectory.executed])
+        operators = [action.operator for action in trajectory.executed]
+        reached = test.reached(trajectory.final, operators, trajectory)
         yield from (
             f"plan: expected to reach goals.{number}" for number, is_met in enumerate(reached) if not is_met
         )

@@ -16,6 +16,7 @@ from pydantic import BaseModel, ConfigDict, Field, JsonValue, ValidationError
 import eai.logic.formula as f
 from eai.abilities.subgoal_decomposition.lexicon import SubgoalLexicon
 from eai.abilities.subgoal_decomposition.notation import SubgoalNotation
+from eai.abilities.subgoal_decomposition.rewriting import rewrite_in_time
 from eai.abilities.task import Task, goal
 from eai.abilities.verdict import Json
 from eai.errors import InputError, ParseError
@@ -58,7 +59,9 @@ class TaskLine(BaseModel):
     ]
     goals: Annotated[
         list[str],
-        Field(min_length=1, description="Formulas about the end, or actions to be taken."),
+        Field(
+            min_length=1, description="Formulas about the end or the whole course, or actions to be taken."
+        ),
     ]
     plan: Annotated[
         list[Annotated[list[str], Field(min_length=1)]],
@@ -154,21 +157,30 @@ def _goals(line: TaskLine, domain: Domain, scene: Scene) -> Iterator[f.Formula]:
             raise InputError(f"{place}: {error}") from error
         if reading.offences:
             raise InputError(f"{place}: {reading.offences[0]}")
-        if not is_state_formula(reading.formula):
-            raise InputError(f"{place}: expected a formula about one state, or actions")
-        formula = lexicon.meaning(reading.formula)
+        try:
+            formula = rewrite_in_time(reading.formula, lexicon.meaning)
+        except InputError as error:
+            raise InputError(f"{place}: {error}") from error
         unknown = next((name for name in objects(formula) if name not in scene.index), None)
         if unknown is not None:
             raise InputError(f"{place}: there is no object {unknown}")
-        if any(isinstance(part, f.Occurs) for part in walk(formula)) and not _is_choice(formula):
+        actions = [part for part in walk(formula) if isinstance(part, f.Occurs)]
+        if not is_state_formula(formula):
+            misapplied = next((a for a in actions if len(a.arguments) != domain.arities[a.action]), None)
+            if misapplied is not None:
+                raise InputError(
+                    f"{place}: {misapplied.action} takes {domain.arities[misapplied.action]} objects, "
+                    f"not {len(misapplied.arguments)}"
+                )
+        elif actions and not _is_choice(formula):
             raise InputError(f"{place}: expected actions without objects, joined by 'or'")
         yield formula
 
 
 def _is_choice(formula: f.Formula) -> bool:
-    """Whether a formula is an action, or several of which one will do."""
+    """Whether a formula is an action, or several of which one will do, with whatever objects."""
     parts = formula.operands if isinstance(formula, f.Or) else (formula,)
-    return all(isinstance(part, f.Occurs) for part in parts)
+    return all(isinstance(part, f.Occurs) and not part.arguments for part in parts)
 
 
 def _plan(line: TaskLine, domain: Domain, scene: Scene) -> Iterator[Action]:
@@ -182,9 +194,9 @@ def _plan(line: TaskLine, domain: Domain, scene: Scene) -> Iterator[Action]:
 
 
 def _lexicon(domain: Domain, scene: Scene) -> SubgoalLexicon:
-    """The words of goals: those of subgoals; but actions stand for themselves, whatever their objects."""
+    """The words of goals: those of subgoals; but actions may stand there without objects."""
     lexicon = SubgoalNotation(domain).lexicon(scene)
-    signature = replace(lexicon.signature, actions=dict.fromkeys(lexicon.signature.actions, 0), known={})
+    signature = replace(lexicon.signature, actions=dict.fromkeys(lexicon.signature.actions), known={})
     return replace(lexicon, signature=signature)
 
 
@@ -210,11 +222,17 @@ def written(task: Task, base: str, domain: Domain, about: Mapping[str, Json] | N
     values |= {} if task.relevant == everything else {"relevant": [names[i] for i in task.relevant]}
     values["facts"] = facts_by_predicate(task.initial)
     values["goals"] = goal_texts([goal.formula for goal in task.goals], domain, scene)
-    plan = [[action.operator, *(names[i] for i in action.arguments)] for action in task.script]
+    plan = plan_of(task)
     sound = all(domain.arities.get(operator) == len(objects) for operator, *objects in plan)
     values |= {"plan": plan} if plan and sound else {}
     values |= {"about": about} if about else {}
     return json.dumps(values, ensure_ascii=False, separators=(",", ":"))
+
+
+def plan_of(task: Task) -> list[list[str]]:
+    """The plan of a task as task files list it."""
+    things = task.scene.objects
+    return [[action.operator, *(things[i].name for i in action.arguments)] for action in task.script]
 
 
 def facts_by_predicate(state: State) -> dict[str, list[str | Sequence[str]]]:
@@ -229,4 +247,5 @@ def facts_by_predicate(state: State) -> dict[str, list[str | Sequence[str]]]:
 def goal_texts(formulas: Iterable[f.Formula], domain: Domain, scene: Scene) -> list[str]:
     """Goals as task files state them."""
     lexicon = _lexicon(domain, scene)
-    return [print_ltl(lexicon.worded(rename_variables(formula))) for formula in formulas]
+    renamed = [rename_variables(formula) for formula in formulas]
+    return [print_ltl(rewrite_in_time(formula, lexicon.worded)) for formula in renamed]

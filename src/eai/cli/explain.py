@@ -134,6 +134,8 @@ def _print_explanation(console: Console, explanation: Explanation, background: T
     for goal in explanation.goals:
         mark, style = ("✓", "green") if goal.satisfied else ("✗", "red")
         console.print(Text(f"  {mark} {goal.kind:8} {goal.goal}", style=style))
+        if goal.why:
+            console.print(Text(f"             {goal.why}", style="yellow"))
         if goal.goal in near:
             console.print(Text(f"             got {', '.join(near[goal.goal])}", style="yellow"))
     if explanation.parts:

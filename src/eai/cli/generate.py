@@ -51,6 +51,9 @@ def generate_tasks(
     actions: Annotated[
         bool, typer.Option("--actions", help="Also ask for actions to be taken, where the data set does.")
     ] = False,
+    over_time: Annotated[
+        bool, typer.Option("--over-time", help="Also ask for an order, or that something never be so.")
+    ] = False,
     objects: Annotated[int, typer.Option(min=2, help="How many objects a scene has at most.")] = 30,
     compress: Annotated[bool, typer.Option("--gzip", help="Write FILE.jsonl.gz.")] = False,
     data: DataFolder = None,
@@ -64,7 +67,7 @@ def generate_tasks(
     with data_progress() as report:
         benchmark, source = find_benchmark(like), Source(store(data), report)
         tasks = benchmark.tasks(source)
-    spec = Spec(like, tasks.sha256, tier, forms, actions=actions, most_objects=objects)
+    spec = Spec(like, tasks.sha256, tier, forms, actions=actions, over_time=over_time, most_objects=objects)
     seeds = Seeds(file_name(split), seed, secret)
     file = out / f"{seeds.split}.jsonl{'.gz' if compress else ''}"
     known = fingerprints_in(out, without=file)

@@ -76,6 +76,8 @@ class Stage:
 def _opening(task: Task, wording: Wording, rules: Rules) -> str:
     """What an agent is told of a task."""
     parts = [f"{task.title}\n{task.instruction}", f"Goals:\n{wording.goals(task)}"]
+    if any(goal.is_over_time for goal in task.goals):
+        parts.append(Templates().text("over_time.txt"))
     agent = task.scene.agent
     notes = [] if agent is None else [f"You are {wording.object_name(task, agent)}."]
     if rules.observe is Observe.PARTIAL:
@@ -183,7 +185,7 @@ class Game:
         return told
 
     def _stand(self) -> Standing:
-        return Standing(self._stage.goals.reached(self._episode.state, self._taken))
+        return Standing(self._stage.goals.reached(self._episode.state, self._taken, self._episode.trajectory))
 
     def _info(self, tried: _Tried, repairs: tuple[str, ...]) -> Info:
         info = Info(

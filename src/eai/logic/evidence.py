@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from eai.logic.formula import And, Formula, Then
+from eai.logic.formula import Always, And, Formula, Then, Until
 from eai.logic.semantics import Evaluator
 from eai.logic.trace import Trace, positions_in
 
@@ -25,6 +25,34 @@ class Evidence:
     holds: bool
     positions: tuple[int, ...]
     failed: tuple[Formula, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Breach:
+    """What of a formula is violated: a part that should have held at a position, or (None) at some."""
+
+    part: Formula
+    position: int | None
+
+
+def breach(formula: Formula, trace: Trace) -> Breach:
+    """What of a formula that does not hold on the trace is violated.
+
+    Of what must always be so, and of what must be so until something else is, the first position at which it
+    is not; if that something never is, it; of a conjunction its first such part.
+    """
+    evaluator, end = Evaluator(formula, trace), trace.length - 1
+    match formula:
+        case And(parts) if parts:
+            failing = (part for part in parts if not evaluator.on(part, {}, end) & 1)
+            return breach(next(failing, formula), trace)
+        case Always(body) | Until(left=body):
+            lacking = ~evaluator.at(body, {}, end) & ((2 << end) - 1)
+            if lacking:
+                return Breach(body, next(positions_in(lacking)))
+            return Breach(formula.right if isinstance(formula, Until) else body, None)
+        case _:
+            return Breach(explain(formula, trace).failed[0], None)
 
 
 def explain(formula: Formula, trace: Trace) -> Evidence:

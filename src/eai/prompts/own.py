@@ -76,11 +76,14 @@ def _example_for(title: str, questions: Questions) -> str | None:
 
 
 def _question(name: str, wording: Wording, task: Task, templates: Templates) -> str:
+    goals = wording.goals(task)
+    if any(goal.is_over_time for goal in task.goals):
+        goals += f"\n\n{templates.text('over_time.txt')}"
     values = {
         "title": task.title,
         "instruction": task.instruction,
         "objects": wording.objects(task),
         "initial": wording.initial(task),
-        "goals": wording.goals(task),
+        "goals": goals,
     }
     return templates.fill(f"{name}_task.txt", values)

@@ -81,6 +81,11 @@ class Trajectory:
         """The actions that were executed."""
         return tuple(step.action for step in self.steps if step.executed)
 
+    def up_to(self, executed: int) -> Trajectory:
+        """What had been done when so many actions were executed."""
+        steps = [step for step in self.steps if step.executed][:executed]
+        return Trajectory(self.states[: executed + 1], tuple(steps))
+
     @property
     def additional_steps(self) -> int:
         """How many steps were skipped because they were not needed."""

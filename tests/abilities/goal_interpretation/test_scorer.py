@@ -16,7 +16,6 @@ from eai.abilities.goal_interpretation.notation import JsonGoals
 from eai.abilities.goal_interpretation.scorer import GoalInterpretation
 from eai.abilities.task import Task
 from eai.abilities.verdict import Confusion, GoalVerdict
-from eai.errors import InputError
 from eai.logic.formula import FALSE, Eventually, Or
 from eai.world.fault import FaultKind
 
@@ -230,9 +229,9 @@ def test_a_task_without_goals_can_only_be_answered_wrongly() -> None:
     assert judge("", scorer).error is not None
 
 
-def test_temporal_goals_cannot_be_interpreted() -> None:
-    with pytest.raises(InputError):
-        GoalInterpretation(make_task(Eventually(atom("lit", "lamp_0"))), DOMAIN, JsonGoals())
+def test_goals_over_time_are_not_asked_for() -> None:
+    scorer = GoalInterpretation(make_task(Eventually(atom("lit", "lamp_0"))), DOMAIN, JsonGoals())
+    assert scorer.task.goals == ()
 
 
 def test_the_tasks_own_goals_score_in_full() -> None:

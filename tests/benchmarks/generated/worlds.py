@@ -16,10 +16,15 @@ HOUSEHOLDS = ("virtualhome", "behavior")
 
 @cache
 def generator(
-    like: str, tier: Tier = Tier.DATA, forms: Forms = Forms.DATA, *, actions: bool = False
+    like: str,
+    tier: Tier = Tier.DATA,
+    forms: Forms = Forms.DATA,
+    *,
+    actions: bool = False,
+    over_time: bool = False,
 ) -> Generator:
     benchmark, source = find_benchmark(like), Source()
-    spec = Spec(like, benchmark.tasks(source).sha256, tier, forms, actions=actions)
+    spec = Spec(like, benchmark.tasks(source).sha256, tier, forms, actions=actions, over_time=over_time)
     return Generator(benchmark, spec, source)
 
 

@@ -15,11 +15,13 @@ class Course(NamedTuple):
         trajectory: of this plan alone, from the state in which it began.
         before: the actions that were executed earlier in the same world, by name.
         slipped: whether a slip ended it.
+        whole: all that has happened in this world, where it did not begin with this plan.
     """
 
     trajectory: Trajectory
     before: tuple[str, ...] = ()
     slipped: bool = False
+    whole: Trajectory | None = None
 
     @property
     def taken(self) -> list[str]:

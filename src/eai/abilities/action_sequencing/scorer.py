@@ -16,7 +16,7 @@ from eai.abilities.task import NO_GOALS, Task
 from eai.abilities.unreadable import Unreadable
 from eai.abilities.verdict import ErrorReport, PlanVerdict
 from eai.world.domain import Domain
-from eai.world.execution import Action, Trajectory, execute
+from eai.world.execution import Action, execute
 from eai.world.fault import FaultKind
 
 
@@ -106,7 +106,7 @@ class ActionSequencing(Scorer):
         """The assessment of a plan that can be run, as written and as ground actions."""
         course = carry_out(actions)
         verdict = self._judge(course, plan.repairs)
-        return Assessment(verdict, partial(self._explain, verdict, course.trajectory))
+        return Assessment(verdict, partial(self._explain, verdict, course))
 
     def _judge(self, course: Course, repairs: tuple[str, ...]) -> PlanVerdict:
         reached = self._reached(course)
@@ -128,11 +128,11 @@ class ActionSequencing(Scorer):
             goals_satisfied=reached,
         )
 
-    def _explain(self, verdict: PlanVerdict, trajectory: Trajectory) -> Explanation:
+    def _explain(self, verdict: PlanVerdict, course: Course) -> Explanation:
         return Explanation(
             self._notes(verdict.repairs),
-            step_reports(self.task, self.domain, trajectory),
-            goal_reports(self.task.goals, verdict.goals_satisfied),
+            step_reports(self.task, self.domain, course.trajectory),
+            goal_reports(self.task.goals, verdict.goals_satisfied, course.whole or course.trajectory),
         )
 
     def _notes(self, repairs: tuple[str, ...]) -> tuple[str, ...]:
@@ -142,7 +142,7 @@ class ActionSequencing(Scorer):
 
     def _reached(self, course: Course) -> tuple[bool, ...]:
         """For each goal, in order, whether a plan that ran reaches it."""
-        return self.goals.reached(course.trajectory.final, course.taken)
+        return self.goals.reached(course.trajectory.final, course.taken, course.whole or course.trajectory)
 
     def _reached_without_running(self, carry_out: CarryOut) -> tuple[bool, ...]:
         """For each goal, in order, whether an answer that cannot be run reaches it."""

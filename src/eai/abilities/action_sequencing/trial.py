@@ -13,7 +13,7 @@ from eai.abilities.record import Attempt
 from eai.abilities.task import Task
 from eai.abilities.verdict import PlanVerdict
 from eai.world.episode import Episode, Luck, Slip, Slips, Until
-from eai.world.execution import Action
+from eai.world.execution import Action, Trajectory
 
 
 class Trial:
@@ -108,26 +108,33 @@ class Trial:
         start, before = len(self.episode.trajectory.steps), self.episode.trajectory.executed
         until = self.reached if self.experiment.until is Until.GOAL else None
         ended = self.episode.run(actions, until)
-        return Course(self.episode.since(start), _names(before), slipped=isinstance(ended, Slip))
+        trajectory, slipped = self.episode.since(start), isinstance(ended, Slip)
+        return Course(trajectory, _names(before), slipped=slipped, whole=self.episode.trajectory)
 
     def reached(self, episode: Episode) -> bool:
         """Whether all goals hold in an episode now."""
-        return all(self.scorer.goals.reached(episode.state, _names(episode.trajectory.executed)))
+        course = episode.trajectory
+        return all(self.scorer.goals.reached(episode.state, _names(course.executed), course))
 
     def _goal_held_at(self, start: int) -> int | None:
         """After how many of the steps since a step all goals held for the first time."""
-        trajectory, goals = self.episode.since(start), self.scorer.goals
-        done = self.episode.trajectory.executed
-        taken = list(_names(done[: len(done) - len(trajectory.executed)]))
-        if all(goals.reached(trajectory.states[0], taken)):
+        whole, steps = self.episode.trajectory, self.episode.since(start).steps
+        taken = _names(whole.executed)
+        done = len(taken) - sum([step.executed for step in steps])
+        if self._held_after(done, taken, whole):
             return 0
-        states = iter(trajectory.states[1:])
-        for number, step in enumerate(trajectory.steps, 1):
+        for number, step in enumerate(steps, 1):
             if step.executed:
-                taken.append(step.action.operator)
-                if all(goals.reached(next(states), taken)):
+                done += 1
+                if self._held_after(done, taken, whole):
                     return number
         return None
+
+    def _held_after(self, done: int, taken: Sequence[str], whole: Trajectory) -> bool:
+        """Whether all goals held when so many actions had been executed."""
+        goals = self.scorer.goals
+        course = whole.up_to(done) if goals.watches else None
+        return all(goals.reached(whole.states[done], taken[:done], course))
 
 
 def _names(actions: Sequence[Action]) -> tuple[str, ...]:

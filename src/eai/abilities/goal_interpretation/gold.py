@@ -83,7 +83,8 @@ class GoldGoals:
 
 
 def write_goals(task: Task, domain: Domain, notation: GoalNotation) -> tuple[str, ...]:
-    """A right answer, in parts: the first option of each goal."""
+    """A right answer, in parts: the first option of each goal at the end."""
+    task = task.at_the_end
     lexicon = GoalLexicon(task, domain, notation)
     options = [next(choice_options(goal.options), ()) for goal in notation.alternatives(task)]
     conditions = dict.fromkeys(condition for option in options for condition in option)

@@ -51,10 +51,10 @@ class Stated(NamedTuple):
 
 
 class GoalInterpretation(Scorer):
-    """The scorer of one task."""
+    """The scorer of one task. Of its goals those over time are not asked for: answers cannot state them."""
 
     def __init__(self, task: Task, domain: Domain, notation: GoalNotation) -> None:
-        self.task = task
+        self.task = task = task.at_the_end
         self.notation = notation
         self.lexicon = GoalLexicon(task, domain, notation)
         self.gold = GoldGoals(notation.alternatives(task), self.lexicon)

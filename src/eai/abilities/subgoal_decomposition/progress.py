@@ -10,13 +10,14 @@ such sequences, step by step (held equal by a test).
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import NamedTuple
 
 import eai.logic.formula as f
 from eai.abilities.subgoal_decomposition.rewriting import Leaf, rewrite
 from eai.errors import InputError
 from eai.logic.traversal import is_state_formula, walk
 from eai.world.condition import Conditions
-from eai.world.execution import Action
+from eai.world.execution import Action, Step, Trajectory
 from eai.world.frame import UNBOUND, Frame, Truth
 from eai.world.state import Scene, State
 
@@ -121,3 +122,51 @@ class GoalProgress:
         missing = len(self._parts) - met
         met_by_now = missing == 0 or (missing == 1 and self._parts[-1].holds(final, None))
         return met_by_now and (self._at_end is None or self._at_end(final))
+
+
+class Watched:
+    """Progress with a goal on the whole course besides: of its past nothing may be forgotten.
+
+    Pasts are numbered, equal ones alike, so that no two branches meet that have come different ways. For one
+    search.
+
+    Args:
+        progress: the progress with the parts to be met.
+        holds: whether what is asked of a whole course holds on it.
+    """
+
+    def __init__(self, progress: GoalProgress, holds: Callable[[Trajectory], bool]) -> None:
+        self._progress = progress
+        self._holds = holds
+        self._pasts: list[_Past] = [_Past(0)]
+        self._numbers: dict[tuple[int, State, Action], int] = {}
+
+    def advance(self, met: int, state: State, action: Action) -> int:
+        """The number of the past that is another one with one step more."""
+        key = (met, state, action)
+        if key not in self._numbers:
+            self._numbers[key] = len(self._pasts)
+            progress = self._progress.advance(self._pasts[met].met, state, action)
+            self._pasts.append(_Past(progress, met, state, action))
+        return self._numbers[key]
+
+    def reached(self, met: int, final: State) -> bool:
+        """Whether a course with this past that ends here is as it must be."""
+        if not self._progress.reached(self._pasts[met].met, final):
+            return False
+        states, steps = [final], []
+        past = self._pasts[met]
+        while past.action is not None and past.state is not None:
+            states.append(past.state)
+            steps.append(Step(past.action, None))
+            past = self._pasts[past.before]
+        return self._holds(Trajectory(tuple(states[::-1]), tuple(steps[::-1])))
+
+
+class _Past(NamedTuple):
+    """How far a course has come, the number of the past before its last step, and that step."""
+
+    met: int
+    before: int = 0
+    state: State | None = None
+    action: Action | None = None

@@ -8,6 +8,7 @@ from typing import TypeAlias
 
 import eai.logic.formula as f
 from eai.errors import InputError
+from eai.logic.traversal import is_state_formula
 
 Leaf: TypeAlias = f.Atom | f.Occurs | f.Equals
 
@@ -37,6 +38,25 @@ def rewrite(
             return replace(formula, body=rewrite(body, change, bound | {first.name, second.name}))
         case _:
             raise InputError(f"{type(formula).__name__} is not an operator of goals and subgoals")
+
+
+def rewrite_in_time(formula: f.Formula, change: Callable[[f.Formula], f.Formula]) -> f.Formula:
+    """A formula of temporal logic in which each of the largest parts about one state is changed.
+
+    Raises:
+        InputError: it has a quantifier around a temporal operator.
+    """
+    if is_state_formula(formula):
+        return change(formula)
+    match formula:
+        case f.Not(operand) | f.Next(operand) | f.Eventually(operand) | f.Always(operand):
+            return type(formula)(rewrite_in_time(operand, change))
+        case f.And(parts) | f.Or(parts) | f.Then(parts):
+            return type(formula)(tuple([rewrite_in_time(part, change) for part in parts]))
+        case f.Until(left, right) | f.Implies(left, right):
+            return type(formula)(rewrite_in_time(left, change), rewrite_in_time(right, change))
+        case _:
+            raise InputError("expected temporal operators outside of quantifiers")
 
 
 def substitute(formula: f.Formula, values: Mapping[f.Term, f.Term]) -> f.Formula:

@@ -12,7 +12,7 @@ from eai.abilities.subgoal_decomposition.branch import Branch
 from eai.abilities.subgoal_decomposition.builder import Programs
 from eai.abilities.subgoal_decomposition.compiled import Compiled, Rejected, compile_each, unparseable
 from eai.abilities.subgoal_decomposition.notation import SubgoalNotation
-from eai.abilities.subgoal_decomposition.progress import GoalProgress
+from eai.abilities.subgoal_decomposition.progress import GoalProgress, Watched
 from eai.abilities.subgoal_decomposition.refinement import Refinement
 from eai.abilities.subgoal_decomposition.reporting import category_of, error_of
 from eai.abilities.subgoal_decomposition.search import Outcome, SearchEnd, SearchLimits, search, uncategorised
@@ -31,9 +31,9 @@ class SubgoalDecomposition(Scorer):
 
     Whole answers are tested before anything is executed: whether there are subgoals, then all names. Then
     every way to carry them out is tried (`search`). An answer succeeds if one way reaches the goal: the parts
-    of the task's temporal goal, or else its action goals, are met in order, and all goals about states hold
-    at the end. Errors are those of one way, the one reported; the goals are those of the way that reaches
-    most. One that is not carried out reaches no goal.
+    of the task's temporal goal, or else its action goals, are met in order, all goals about states hold at
+    the end, and those over time on the whole way. Errors are those of one way, the one reported; the goals
+    are those of the way that reaches most. One that is not carried out reaches no goal.
 
     Args:
         task: the task.
@@ -103,7 +103,8 @@ class SubgoalDecomposition(Scorer):
 
     def _carry_out(self, compiled: Compiled) -> Outcome | Rejected:
         initial, limits = self.task.initial, self._limits
-        outcome = search(self.domain, initial, compiled.program, self._goal, limits, self.halts)
+        goal = Watched(self._goal, self.goals.all_over_time) if self.goals.watches else self._goal
+        outcome = search(self.domain, initial, compiled.program, goal, limits, self.halts)
         return unparseable(outcome.reason) if outcome.end is SearchEnd.HALTED else outcome
 
     def _judge(self, compiled: Compiled, outcome: Outcome) -> SubgoalVerdict:
@@ -155,7 +156,8 @@ class SubgoalDecomposition(Scorer):
 
     def _reached(self, branch: Branch) -> tuple[bool, ...]:
         """For each goal, in order, whether a branch reaches it."""
-        return self.goals.reached(branch.state, executed(branch))
+        course = branch.trajectory if self.goals.watches else None
+        return self.goals.reached(branch.state, executed(branch), course)
 
     def _reached_without_running(self) -> tuple[bool, ...]:
         """For each goal, in order, whether an answer that is not carried out reaches it."""
@@ -176,7 +178,7 @@ class SubgoalDecomposition(Scorer):
         return Explanation(
             tuple(notes),
             step_reports(self.task, self.domain, branch.trajectory),
-            goal_reports(self.task.goals, self._reached(best)),
+            goal_reports(self.task.goals, self._reached(best), best.trajectory),
             part_reports(self.temporal_goal, branch.trajectory),
         )
 

@@ -79,7 +79,7 @@ def default_categories(domain: PddlDomain) -> dict[str, Category]:
 
 
 def _conditions(task: Task) -> Sequence[Goal]:
-    return [goal for goal in task.goals if goal.kind is not GoalKind.ACTION]
+    return [goal for goal in task.at_the_end.goals if goal.kind is not GoalKind.ACTION]
 
 
 def _without_operators(domain: PddlDomain) -> PddlDomain:

@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import random
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import Enum
 from typing import TypeAlias
 
 import eai.logic.formula as f
 from eai.abilities.goal_test import GoalTest
-from eai.abilities.task import Task
+from eai.abilities.protocol import Ability
+from eai.abilities.task import Task, goal
 from eai.abilities.verdict import Json
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.generated import fingerprint
 from eai.benchmarks.generated.goals import Proposals, clash, subjects_of
+from eai.benchmarks.generated.over_time import Seeker
 from eai.benchmarks.generated.prior import Prior, prior_of
 from eai.benchmarks.generated.reader import Reader
 from eai.benchmarks.generated.scene import closed_scene
@@ -24,6 +26,7 @@ from eai.benchmarks.generated.walk import Walk, certificate, one_action_solves, 
 from eai.benchmarks.generated.words import Words
 from eai.benchmarks.lookup import LookupTable
 from eai.benchmarks.source import Source
+from eai.benchmarks.task_lines import plan_of
 from eai.errors import InputError
 from eai.planning.planner import Planner
 from eai.world.execution import Action, execute
@@ -42,6 +45,9 @@ _LEAST_STEPS = 3
 _USUAL_STEPS = 5
 """How long a plan is taken to be where the data set has none."""
 
+_LONGER = 6
+"""How many steps more a certificate may have for the sake of a goal over time."""
+
 _IN_VAIN = 300
 """After so many seeds in a row that give no task there are no more."""
 
@@ -59,6 +65,7 @@ class Reason(str, Enum):
     ONE_ACTION = "one action solves it"
     NO_CERTIFICATE = "the certificate does not solve it"
     AMBIGUOUS = "the instruction does not say exactly the goals"
+    NO_ORDER = "no goal over time was found that matters"
     PUBLIC = "a public task has the same goals"
     PUBLIC_PLAN = "the plan of a public task with similar goals solves it"
     COPY = "another generated task is the same"
@@ -105,6 +112,8 @@ class Generator:
         self._table = LookupTable(self._tasks, self.benchmark.domain)
         self._usage = Usage(self.benchmark.domain, self.prior)
         self._planner = Planner(self._usage.domain)
+        listings = self.benchmark.wording(Ability.ACTION_SEQUENCING).listings
+        self._seeker = Seeker(self.benchmark.domain, self._usage.domain, self.prior, listings)
 
     def task(self, seed: str) -> Outcome:
         """The task of a seed: the same on every machine."""
@@ -127,11 +136,25 @@ class Generator:
             goals,
             certificate(walk, initial),
         )
+        about: dict[str, Json] = {}
         reason = self._objection(task, least, most)
+        if reason is None and self.spec.over_time:
+            found = self._seeker.find(task, initial, self._planner, self._proposals(initial), rng)
+            if found is None:
+                return Rejected(seed, Reason.NO_ORDER)
+            told = words.instruction([*goals, found.goal], rng)
+            asked = (*task.goals, goal(found.goal))
+            task = replace(task, goals=asked, script=tuple(found.plan), instruction=told)
+            about["temptation"] = plan_of(replace(task, script=tuple(found.temptation)))
+            reason = self._objection(task, least, most + _LONGER)
         if reason is not None:
             return Rejected(seed, reason)
+        return Generated(task, {**self._about(task, seed), **about})
+
+    def _about(self, task: Task, seed: str) -> dict[str, Json]:
+        """What is known of a task."""
         of_goals, of_scene = fingerprint.of_task(task)
-        about: dict[str, Json] = {
+        return {
             "tier": tier_of(len(task.script)).value,
             "goals_fingerprint": of_goals,
             "scene_fingerprint": of_scene,
@@ -139,7 +162,6 @@ class Generator:
             "seed": seed,
             "canary": CANARY,
         }
-        return Generated(task, about)
 
     def _scene(self, base: Task, rng: random.Random) -> State:
         """A closed scene in which some things were done before, none of which leaves anything in a hand."""
@@ -215,7 +237,8 @@ class Generator:
             return Reason.TOO_SHORT
         if len(task.script) > most:
             return Reason.TOO_LONG
-        if any(test.reached(task.initial, ())):
+        reached = zip(task.goals, test.reached(task.initial, ()), strict=True)
+        if any(holds for each, holds in reached if not each.is_over_time):
             return Reason.HOLDS_ALREADY
         if not self._is_solved(task, task.script):
             return Reason.NO_CERTIFICATE
@@ -231,7 +254,9 @@ class Generator:
         """Whether a plan runs to its end and reaches all goals."""
         trajectory = execute(self.benchmark.domain, task.initial, plan)
         operators = [action.operator for action in trajectory.executed]
-        return trajectory.failure is None and all(GoalTest(task).reached(trajectory.final, operators))
+        return trajectory.failure is None and all(
+            GoalTest(task).reached(trajectory.final, operators, trajectory)
+        )
 
     def _says_its_goals(self, task: Task) -> bool:
         """Whether the instruction, read again, gives the goals back."""
@@ -242,7 +267,7 @@ class Generator:
 
 
 def _formulas(task: Task) -> tuple[f.Formula, ...]:
-    return tuple([goal.formula for goal in task.goals])
+    return tuple([each.formula for each in task.goals])
 
 
 def generate(

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 
 import eai.logic.formula as f
 from eai.benchmarks.generated.words import (
+    AFTER,
     AT_LEAST_ONE,
     EVERY,
     EXACTLY,
@@ -15,6 +16,8 @@ from eai.benchmarks.generated.words import (
     OF_ITS_OWN,
     OPENINGS,
     SOME,
+    UNTIL,
+    WHILE,
     Words,
     plural,
 )
@@ -23,6 +26,7 @@ from eai.errors import InputError
 _X, _Y = f.Variable("x"), f.Variable("y")
 _QUANTIFIED = re.compile(rf"({EVERY}|{NO}|{AT_LEAST_ONE}|{EXACTLY} (\w+)) (.+)")
 _INNER = re.compile(rf"{SOME} (.+)|an? (.+) {OF_ITS_OWN}")
+_TAKEN = re.compile(r"the action (\w+) has been taken on (.+)")
 _ACTIONS = re.compile(r"the action (\w+(?: or \w+)*) has been taken")
 
 
@@ -53,23 +57,41 @@ class Reader:
         actions = _ACTIONS.fullmatch(text)
         if actions is not None:
             return f.Or(tuple(map(f.Occurs, actions[1].split(" or "))))
-        meanings = list(
-            self._either(text.removeprefix("either ")) if text.startswith("either ") else self._said(text)
+        over_time = next((word for word in (WHILE, UNTIL, AFTER) if f" {word} " in text), None)
+        if over_time is not None:
+            one, other = text.split(f" {over_time} ")
+            return self._over_time(over_time, one, other)
+        return _one(
+            self._either(text.removeprefix("either ")) if text.startswith("either ") else self._said(text),
+            text,
         )
-        if len(meanings) != 1:
-            raise InputError(f"expected a sentence with one meaning, found {len(meanings)} of {text!r}")
-        return meanings[0]
+
+    def _over_time(self, word: str, one: str, other: str) -> f.Formula:
+        """What two sentences joined by a word mean."""
+        if word == WHILE:
+            return f.Always(f.Not(f.And((_one(self._said(one, never=True), one), self._clause(other)))))
+        if word == AFTER:
+            return f.Then((self._clause(other), self._clause(one)))
+        taken = _TAKEN.fullmatch(other)
+        if taken is None:
+            return f.Until(self._clause(one), self._clause(other))
+        names = [self._objects.get(name) for name in taken[2].split(" with ")]
+        return f.Until(
+            self._clause(one), f.Occurs(taken[1], tuple([f.Constant(n) for n in names if n is not None]))
+        )
 
     def _either(self, text: str) -> Iterator[f.Formula]:
         for place in re.finditer(" or ", text):
             for first in self._said(text[: place.start()]):
                 yield from (f.Or((first, second)) for second in self._said(text[place.end() :]))
 
-    def _said(self, text: str) -> Iterator[f.Formula]:
-        """All that a sentence may mean."""
+    def _said(self, text: str, *, never: bool = False) -> Iterator[f.Formula]:
+        """All that a sentence may mean, or one of what is never so may say that it is not."""
+        forms = ((False, False),) if never else ((False, False), (True, False), (False, True))
         for predicate, arity in self._words.arities.items():
-            for negated, several in ((False, False), (True, False), (False, True)):
-                form = re.escape(self._words.phrase(predicate, negated=negated, several=several))
+            for negated, several in forms:
+                phrase = self._words.phrase(predicate, negated=negated, several=several, never=never)
+                form = re.escape(phrase)
                 pattern = form.replace(r"\{x\}", "(?P<x>.+)").replace(r"\{y\}", "(?P<y>.+)")
                 found = re.fullmatch(pattern, text)
                 if found is not None:
@@ -112,6 +134,14 @@ class Reader:
             if inner is not None and target is not None:
                 y = f.Variable("y", target)
                 yield f.ForAll(x, f.Exists(y, atom(_X, _Y))) if inner[1] else f.ForPairs(x, y, atom(_X, _Y))
+
+
+def _one(meanings: Iterator[f.Formula], text: str) -> f.Formula:
+    """The one meaning of a sentence."""
+    found = list(meanings)
+    if len(found) != 1:
+        raise InputError(f"expected a sentence with one meaning, found {len(found)} of {text!r}")
+    return found[0]
 
 
 def _quantified(

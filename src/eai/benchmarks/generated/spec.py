@@ -8,7 +8,7 @@ import random
 from dataclasses import asdict, dataclass
 from enum import Enum
 
-VERSION = 1
+VERSION = 2
 """Of the generator: what an equal specification and seed make may differ from one version to the next."""
 
 CANARY = "generated tasks of eai; no training data: 6b0f3f6e-8c1d-4f0a-9d35-2f7c51e0a9b4"
@@ -52,6 +52,7 @@ class Spec:
         tier: how long certificates are.
         forms: which shapes goals have.
         actions: whether goals may ask for actions, where the data set's do.
+        over_time: whether a goal over time is asked for besides: an order, or what must never be.
         most_objects: how many objects a scene has at most.
         disturbances: how many things are brought about at most in a scene before the task begins.
         version: of the generator.
@@ -62,6 +63,7 @@ class Spec:
     tier: Tier = Tier.DATA
     forms: Forms = Forms.DATA
     actions: bool = False
+    over_time: bool = False
     most_objects: int = 30
     disturbances: int = 4
     version: int = VERSION

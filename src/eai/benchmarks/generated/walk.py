@@ -6,14 +6,16 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import eai.logic.formula as f
+import eai.logic.semantics as semantics
 from eai.abilities.goal_test import GoalTest
 from eai.abilities.task import Task, goal
 from eai.planning.action_elimination import without_needless_actions
 from eai.planning.planner import Planner, PlanningEnd, PlanningGoal, PlanningLimits
 from eai.planning.successor_generator import Node, SuccessorGenerator, applicable_actions
 from eai.world.domain import Domain
-from eai.world.execution import Action
+from eai.world.execution import Action, Step, Trajectory
 from eai.world.state import State
+from eai.world.timeline import timeline
 
 _FOR_ONE = 8
 """How many states may be looked at to reach a goal, for each object that it is about."""
@@ -100,20 +102,23 @@ def _actions_of(wanted: f.Formula) -> tuple[str, ...]:
     return tuple([part.action for part in parts if isinstance(part, f.Occurs)])
 
 
-def certificate(walk: Walk, initial: State) -> Sequence[Action]:
+def certificate(walk: Walk, initial: State, over_time: f.Formula | None = None) -> Sequence[Action]:
     """What is left of a walk without needless steps, or a shorter plan that the planner finds for all goals.
 
-    The planner is asked where the walk was long; a short one it follows step by step.
+    The planner is asked where the walk was long; a short one it follows step by step. It knows nothing of
+    goals over time.
     """
     asked = PlanningGoal(tuple(walk.conditions), tuple(walk.actions))
-    walked = _without_needless(walk, initial, asked)
-    if len(walked) < _LONG:
+    walked = _without_needless(walk, initial, asked, over_time)
+    if len(walked) < _LONG or over_time is not None:
         return walked
     found = walk.planner.plan(initial, asked, walk.objects, _FOR_ALL).plan
     return found if 0 < len(found) < len(walked) else walked
 
 
-def _without_needless(walk: Walk, initial: State, asked: PlanningGoal) -> Sequence[Action]:
+def _without_needless(
+    walk: Walk, initial: State, asked: PlanningGoal, over_time: f.Formula | None
+) -> Sequence[Action]:
     successors = SuccessorGenerator(walk.domain, lambda action, state: (action,), walk.objects, asked.actions)
     start = end = Node(initial)
     for action in walk.trail:
@@ -121,9 +126,21 @@ def _without_needless(walk: Walk, initial: State, asked: PlanningGoal) -> Sequen
 
     def reached(node: Node) -> bool:
         holds = walk.domain.holds
-        return node.taken == len(asked.actions) and all(holds(c, node.state) for c in asked.conditions)
+        if node.taken < len(asked.actions) or not all(holds(c, node.state) for c in asked.conditions):
+            return False
+        return over_time is None or semantics.holds(over_time, timeline(_course(node)))
 
     return without_needless_actions(successors, start, end, reached).plan()
+
+
+def _course(node: Node) -> Trajectory:
+    """The way to a node."""
+    states, steps = [node.state], []
+    while node.parent is not None and node.action is not None:
+        steps.append(Step(node.action, None))
+        node = node.parent
+        states.append(node.state)
+    return Trajectory(tuple(states[::-1]), tuple(steps[::-1]))
 
 
 def one_action_solves(task: Task, domain: Domain) -> bool:
@@ -133,7 +150,8 @@ def one_action_solves(task: Task, domain: Domain) -> bool:
         compiled = domain.compiled[operator.name]
         for action in applicable_actions(domain, operator, task.initial, objects):
             after = compiled.apply(task.initial, compiled.bind(task.initial, action.arguments))
-            if all(test.reached(after, (operator.name,))):
+            course = Trajectory((task.initial, after), (Step(action, None),)) if test.watches else None
+            if all(test.reached(after, (operator.name,), course)):
                 return True
     return False
 

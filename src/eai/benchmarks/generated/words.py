@@ -31,6 +31,9 @@ EVERY, NO, SOME, AT_LEAST_ONE, EXACTLY, OF_ITS_OWN = (
     "of its own",
 )
 
+NEVER, WHILE, UNTIL, AFTER = "never", "while", "until", "some time after"
+"""What joins two sentences of a goal over time."""
+
 NUMBERS = {1: "one", 2: "two", 3: "three", 4: "four"}
 """Numbers that are written as words."""
 
@@ -59,11 +62,16 @@ class Words:
         predicates = benchmark.wording(Ability.ACTION_SEQUENCING).predicates
         return Words({name: arity(name) or 0 for name in predicates}, scene, benchmark.phrases)
 
-    def phrase(self, predicate: str, *, negated: bool = False, several: bool = False) -> str:
-        """The sentence of a predicate, denied or in the plural."""
+    def phrase(
+        self, predicate: str, *, negated: bool = False, several: bool = False, never: bool = False
+    ) -> str:
+        """The sentence of a predicate, denied (once or for ever) or in the plural."""
         first, verb, *rest = self._phrase(predicate).split(" ")
+        is_short = verb in ("is", "has")
+        if never:
+            verb = f"{verb} {NEVER}" if is_short else f"{NEVER} {verb}"
         if negated:
-            verb = f"{verb} not" if verb in ("is", "has") else f"does not {verb.removesuffix('s')}"
+            verb = f"{verb} not" if is_short else f"does not {verb.removesuffix('s')}"
         return " ".join([first, _PLURAL.get(verb, verb) if several else verb, *rest])
 
     def _phrase(self, predicate: str) -> str:
@@ -124,6 +132,21 @@ class Words:
                 return self._said(atom, self._ranges(goal))
             case f.Atom():
                 return self._said(goal, {})
+        return self._clause_over_time(goal)
+
+    def _clause_over_time(self, goal: f.Formula) -> str:
+        """A sentence that says a goal about the whole course."""
+        match goal:
+            case f.Always(f.Not(f.And((f.Atom() as one, other)))):
+                return f"{self._said(one, {}, never=True)} {WHILE} {self.clause(other)}"
+            case f.Until(f.Not(f.Atom() as then), f.Occurs(action, terms)):
+                named = " with ".join([self.name(term.name) for term in terms])
+                taken = f"the action {action} has been taken on {named}"
+                return f"{self._said(then, {}, negated=True)} {UNTIL} {taken}"
+            case f.Until(f.Not(f.Atom() as then), first):
+                return f"{self._said(then, {}, negated=True)} {UNTIL} {self.clause(first)}"
+            case f.Then((first, then)):
+                return f"{self.clause(then)} {AFTER} {self.clause(first)}"
         raise InputError(f"there is no sentence for {type(goal).__name__}")
 
     def _ranges(self, goal: f.Formula) -> dict[str, str]:
@@ -152,11 +175,17 @@ class Words:
         return self.nouns[variable.category or ""]
 
     def _said(
-        self, atom: f.Atom, values: Mapping[str, str], *, negated: bool = False, several: bool = False
+        self,
+        atom: f.Atom,
+        values: Mapping[str, str],
+        *,
+        negated: bool = False,
+        several: bool = False,
+        never: bool = False,
     ) -> str:
         """The sentence of an atom, its variables replaced by what they range over."""
         said = [values[t.name] if isinstance(t, f.Variable) else self.name(t.name) for t in atom.arguments]
-        phrase = self.phrase(atom.predicate, negated=negated, several=several)
+        phrase = self.phrase(atom.predicate, negated=negated, several=several, never=never)
         return phrase.format(**dict(zip("xy", said, strict=False)))
 
 

@@ -13,6 +13,7 @@ from collections.abc import Sequence
 
 from eai.abilities.goal_test import GoalTest
 from eai.abilities.task import GoalKind, Task
+from eai.world.execution import Trajectory
 from eai.world.state import State
 
 
@@ -31,9 +32,11 @@ class VirtualHomeGoalTest(GoalTest):
         self._relations = [i for i, goal in enumerate(task.goals) if goal.kind is GoalKind.RELATION]
         self.reorders = list(self._order) != list(numbers)
 
-    def reached(self, final: State, actions: Sequence[str]) -> tuple[bool, ...]:
+    def reached(
+        self, final: State, actions: Sequence[str], course: Trajectory | None = None
+    ) -> tuple[bool, ...]:
         """For each goal, in order, whether it counts: of relation goals the first that holds."""
-        reached = list(super().reached(final, actions))
+        reached = list(super().reached(final, actions, course))
         held = [number for number in self._relations if reached[number]]
         for number in held[1:]:
             reached[number] = False

@@ -1,0 +1,171 @@
+"""Goals over time: a plan is tested on its whole course, and the report says what of it was violated."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from eai.abilities.action_sequencing.scorer import ActionSequencing
+from eai.abilities.action_sequencing.trial import Trial
+from eai.abilities.experiment import Experiment, World
+from eai.abilities.goal_interpretation.gold import write_goals
+from eai.abilities.goal_interpretation.scorer import GoalInterpretation
+from eai.abilities.planning import planning_goal
+from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
+from eai.abilities.task import GoalKind, Task
+from eai.abilities.verdict import PlanVerdict
+from eai.benchmarks.benchmark import Benchmark
+from eai.benchmarks.registry import find_benchmark
+from eai.benchmarks.task_lines import TaskLine, task_of, written
+from eai.envs.game import Game, Stage
+from eai.envs.rules import Rules
+from eai.world.episode import Until
+from eai.world.execution import Action
+
+ORDERED = "not inside(ball, box) until lit(lamp_1)"
+NEVER = "always not (is_open(box) and lit(lamp_1))"
+LATER = "lit(lamp_2) then lit(lamp_1)"
+TAKEN = "not lit(lamp_1) until TAKE(ball)"
+BOTH = f"({ORDERED}) and eventually lit(lamp_2)"
+
+LIGHT = "GO lamp_1, PRESS lamp_1"
+OTHER = "GO lamp_2, PRESS lamp_2"
+PACK = "GO ball, TAKE ball, GO box, PUT ball box"
+OPEN = "GO box, OPEN box"
+
+
+@pytest.fixture
+def lamps(monkeypatch: pytest.MonkeyPatch) -> Benchmark:
+    monkeypatch.syspath_prepend(Path(__file__).parents[2] / "examples" / "lamps")
+    return find_benchmark("lamps:lamps")
+
+
+def task(lamps: Benchmark, *goals: str) -> Task:
+    line = TaskLine(
+        id="t",
+        base="lamps:lamps",
+        instruction="Pack the ball and light the lamp.",
+        objects={"robot": "robot", "lamp_1": "lamp", "lamp_2": "lamp", "ball": "ball", "box": "box"},
+        agent="robot",
+        facts={},
+        goals=list(goals),
+    )
+    return task_of(line, lamps.domain)
+
+
+def plan(lamps: Benchmark, asked: Task, text: str) -> str:
+    steps = [step.split() for step in text.split(", ")]
+    index = asked.scene.index
+    return lamps.plans.join(
+        lamps.plans.write([Action(o, tuple(index[n] for n in names)) for o, *names in steps], asked.scene)
+    )
+
+
+CASES = [
+    (ORDERED, f"{OPEN}, {LIGHT}, {PACK}", True, ""),
+    (ORDERED, f"{OPEN}, {PACK}, {LIGHT}", False, "violated after PUT(ball, box): not inside(ball, box)"),
+    (ORDERED, "GO ball", False, "never: lit(lamp_1)"),
+    (NEVER, f"{LIGHT}, GO lamp_2", True, ""),
+    (NEVER, f"{LIGHT}, {OPEN}", False, "violated after OPEN(box): not (is_open(box) and lit(lamp_1))"),
+    (LATER, f"{OTHER}, {LIGHT}", True, ""),
+    (LATER, f"{LIGHT}, {OTHER}", False, "never after what comes first: lit(lamp_1)"),
+    (LATER, f"{LIGHT}, {OTHER}, GO box", True, ""),  # lit for ever: also after the other
+    (LATER, f"{LIGHT}", False, "never: lit(lamp_2)"),
+    (TAKEN, f"GO ball, TAKE ball, {LIGHT}", True, ""),
+    (TAKEN, f"{LIGHT}, GO ball, TAKE ball", False, "violated after PRESS(lamp_1): not lit(lamp_1)"),
+    (TAKEN, LIGHT, False, "violated after PRESS(lamp_1): not lit(lamp_1)"),
+    (BOTH, f"{LIGHT}", False, "never: eventually lit(lamp_2)"),
+    (BOTH, f"{LIGHT}, {OTHER}", True, ""),
+]
+
+
+@pytest.mark.parametrize(("goal", "steps", "met", "why"), CASES)
+def test_plans_are_tested_on_their_course(
+    lamps: Benchmark, goal: str, steps: str, met: bool, why: str
+) -> None:
+    asked = task(lamps, goal)
+    scorer = ActionSequencing(asked, lamps.domain, lamps.plans)
+    assessment = scorer.assess(plan(lamps, asked, steps))
+    verdict = assessment.verdict
+    assert isinstance(verdict, PlanVerdict)
+    assert (verdict.executable, verdict.success, verdict.goals_satisfied) == (True, met, (met,))
+    (report,) = assessment.explain().goals
+    assert (report.satisfied, report.why) == (met, why)
+
+
+def test_the_end_is_asked_for_besides(lamps: Benchmark) -> None:
+    asked = task(lamps, "inside(ball, box)", "lit(lamp_1)", ORDERED, "GO()")
+    scorer = ActionSequencing(asked, lamps.domain, lamps.plans)
+    verdict = scorer.score(plan(lamps, asked, f"{OPEN}, {PACK}, {LIGHT}"))
+    assert verdict.goals_satisfied == (True, True, False, True)  # type: ignore[attr-defined]
+    assert not verdict.success  # type: ignore[attr-defined]
+    assert scorer.score(plan(lamps, asked, f"{LIGHT}, {OPEN}, {PACK}")).success  # type: ignore[attr-defined]
+    assert scorer.score("nothing").goals_satisfied == (False,) * 4  # type: ignore[attr-defined]
+
+
+def test_what_a_goal_over_time_is(lamps: Benchmark) -> None:
+    asked = task(lamps, "lit(lamp_1)", ORDERED, NEVER, TAKEN, "PRESS() or GO()")
+    kinds = [goal.kind for goal in asked.goals]
+    assert kinds == [*[GoalKind.STATE], GoalKind.RELATION, GoalKind.STATE, GoalKind.STATE, GoalKind.ACTION]
+    assert [goal.is_over_time for goal in asked.goals] == [False, True, True, True, False]
+    assert [goal.kind for goal in asked.at_the_end.goals] == [GoalKind.STATE, GoalKind.ACTION]
+    assert len(planning_goal(asked).conditions) == 1
+    again = written(asked, "lamps:lamps", lamps.domain)
+    assert all(text in again for text in (ORDERED, NEVER, TAKEN))
+
+
+def test_goal_interpretation_is_about_the_end(lamps: Benchmark) -> None:
+    asked = task(lamps, "lit(lamp_1)", ORDERED)
+    scorer = GoalInterpretation(asked, lamps.domain, lamps.goals)
+    gold = lamps.goals.join(write_goals(asked, lamps.domain, lamps.goals))
+    assert scorer.score(gold).counts["all"] == (1, 0, 0)  # type: ignore[attr-defined]
+
+
+LAMPS = "not lit(lamp_2) until lit(lamp_1)"
+EITHER = "lit(lamp_2) or lit(lamp_1)"
+PLACE = "at(robot, box) or at(robot, ball)"
+SUBGOALS = [
+    (LAMPS, ["lit(lamp_1)", "lit(lamp_2)"], True),
+    (LAMPS, ["lit(lamp_2)", "lit(lamp_1)"], False),
+    # branches that meet in one state have come different ways, and one of them is right
+    (LAMPS, [EITHER, "lit(lamp_1) and lit(lamp_2)", PLACE, PLACE, "at(robot, lamp_1)"], True),
+    (LATER, ["lit(lamp_1)"], False),
+]
+
+
+@pytest.mark.parametrize(("goal", "subgoals", "met"), SUBGOALS)
+def test_subgoals_are_tested_on_the_way_they_are_carried_out(
+    lamps: Benchmark, goal: str, subgoals: list[str], met: bool
+) -> None:
+    asked = task(lamps, goal)
+    assessment = SubgoalDecomposition(asked, lamps.domain).assess(json.dumps({"output": subgoals}))
+    assert (assessment.verdict.executable, assessment.verdict.success) == (True, met)  # type: ignore[attr-defined]
+    assert bool(assessment.explain().goals[0].why) != met
+
+
+def test_a_world_that_goes_on_remembers(lamps: Benchmark) -> None:
+    """In a further attempt the course begins with the first one."""
+    asked = task(lamps, "lit(lamp_1)", TAKEN)
+    scorer = ActionSequencing(asked, lamps.domain, lamps.plans)
+    trial = Trial(scorer, Experiment(replans=2, world=World.CONTINUE))
+    assert not trial.take(plan(lamps, asked, "GO ball, TAKE ball, GO lamp_1")).verdict.success
+    done = trial.take(plan(lamps, asked, "PRESS lamp_1"))
+    assert (done.verdict.success, done.goal_held_at) == (True, 1)
+
+
+def test_an_environment_goes_on_until_the_course_is_right(lamps: Benchmark) -> None:
+    asked = task(lamps, "lit(lamp_1)", LATER)
+    rules = Rules(until=Until.GOAL)
+    game = Game(Stage(asked, lamps, rules), rules, seed=0, epoch=0)
+    assert '"always c" says' in game.opening()[0]
+    turns = [game.act(command) for command in ("GO(lamp_1)", "PRESS(lamp_1)", "GO(lamp_2)", "PRESS(lamp_2)")]
+    assert [turn.info["goals"] for turn in turns] == [
+        [False, False],
+        [True, False],
+        [True, False],
+        [True, False],
+    ]
+    assert game.act("GO(ball)").info["goals"] == [True, True]
+    assert game.over
