@@ -113,7 +113,7 @@ def test_the_heat_map_is_written_twice_and_alike(tmp_path: Path) -> None:
     result = summarise(OUTCOMES, ("light", "open"))
     first = plot_sensitivity.save(result, "made up", tmp_path / "a.b")
     second = plot_sensitivity.save(result, "made up", tmp_path / "c.b")
-    assert [path.name for path in first] == ["a.b.svg", "a.b.png"]
+    assert [path.name for path in first] == ["a.b.svg", "a.b.png", "a.b.pdf"]
     assert [path.read_bytes() for path in first] == [path.read_bytes() for path in second]
     assert first[0].read_bytes().startswith(b"<?xml")
 

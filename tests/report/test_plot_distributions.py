@@ -36,7 +36,9 @@ def test_files_are_written_the_same_every_time(tmp_path: Path) -> None:
     assert [path.name for path in save(found, "Toy", tmp_path / "toy")] == [
         "toy-numbers.svg",
         "toy-numbers.png",
+        "toy-numbers.pdf",
         "toy-names.svg",
         "toy-names.png",
+        "toy-names.pdf",
     ]
     assert first == [path.read_bytes() for path in save(found, "Toy", tmp_path / "toy")]

@@ -3,6 +3,7 @@ from __future__ import annotations
 import csv
 import io
 import json
+import re
 import shutil
 import subprocess
 import sys
@@ -108,13 +109,54 @@ def test_latex_is_balanced(tmp_path: Path, runs: Path) -> None:
     assert plain.count("{") == plain.count("}")
 
 
+def test_latex_shows_what_is_asked_for(tmp_path: Path, runs: Path) -> None:
+    only = ("--models", "first, GPT-4o", "--columns", "success", "--no-intervals")
+    text = (write_report(tmp_path / "out", runs, "--paper", "--no-plots", *only) / "tables.tex").read_text(
+        "utf-8"
+    )
+    assert "first &" in text
+    assert "GPT-4o" in text
+    assert "second &" not in text
+    assert "Execution" in text
+    assert "Hallucination" not in text
+    assert "intervals" not in text
+    assert "scriptsize" not in text
+    marks = {int(n) for found in re.findall(r"textsuperscript\{([\d,]+)\}", text) for n in found.split(",")}
+    assert marks == set(range(1, len(marks) + 1))
+    whole = json.loads((tmp_path / "out" / "tables.json").read_text(encoding="utf-8"))
+    assert {"second", "first"} <= {row["model"] for table in whole["tables"] for row in table["rows"]}
+
+
+@pytest.mark.parametrize(("option", "name"), [("--models", "fist"), ("--columns", "sucess")])
+def test_what_no_table_has_is_named_with_the_near_one(
+    tmp_path: Path, runs: Path, option: str, name: str
+) -> None:
+    result = RUNNER.invoke(
+        app, ["report", str(runs), "--out", str(tmp_path / "out"), "--no-plots", option, name]
+    )
+    assert re.search(
+        rf"{option}: no table has '{name}'; did you mean (first|success)\?", str(result.exception)
+    )
+
+
+def test_a_table_longer_than_a_page_goes_on_in_another(tmp_path: Path) -> None:
+    runs = write_runs(tmp_path / "runs", [action_run(f"model{number}") for number in range(30)])
+    text = (write_report(tmp_path / "out", runs, "--no-plots") / "tables.tex").read_text("utf-8")
+    (first, *others) = [part for part in text.split("\\begin{table}") if "caption{Action sequencing" in part]
+    assert len(others) == 1
+    assert "(continued)" in others[0]
+    assert "(continued)" not in first
+    assert sum(part.count("model") for part in (first, *others)) >= 30
+    assert len(set(re.findall(r"label\{(.*?)\}", text))) == text.count("label{")
+
+
 def test_plots_are_drawn_and_the_same_each_time(tmp_path: Path, runs: Path) -> None:
     pytest.importorskip("matplotlib")
     one, other = (write_report(tmp_path / name, runs) / "plots" for name in ("one", "other"))
     names = sorted(path.name for path in one.iterdir())
     for kind in ("radar", "outcomes", "flow", "difficulty", "names"):
         assert any(name.startswith(kind) and name.endswith(".svg") for name in names), kind
-    assert {Path(name).suffix for name in names} == {".svg", ".png"}
+    assert {Path(name).suffix for name in names} == {".svg", ".png", ".pdf"}
     for name in names:
         assert (one / name).read_bytes() == (other / name).read_bytes(), name
     page = (tmp_path / "one" / "report.md").read_text(encoding="utf-8")

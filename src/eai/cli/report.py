@@ -24,6 +24,7 @@ from eai.prompts.prompt import PromptSet
 from eai.report.document import Plot
 from eai.report.explorer import explorer_html
 from eai.report.explorer_data import Background, ExplorerData
+from eai.report.narrow import Narrow
 from eai.report.plots import draw_plots
 from eai.report.run_summary import RunSummary, plain_runs, summary_of
 from eai.report.runs import as_asked_in_paper, read_runs
@@ -31,6 +32,7 @@ from eai.report.writer import make_tables, write_tables
 
 PLOTS = "plots"
 EXPLORER = "explorer.html"
+_LATEX = "Tables for a paper"
 
 
 def report(
@@ -43,6 +45,15 @@ def report(
     prompts: Annotated[
         bool, typer.Option(help="Put prompts and the data set's operators into the explorer.")
     ] = True,
+    models: Annotated[
+        str | None, typer.Option(metavar="NAME,...", help="Only these, in LaTeX.", rich_help_panel=_LATEX)
+    ] = None,
+    columns: Annotated[
+        str | None, typer.Option(metavar="HEADING,...", help="Only these, in LaTeX.", rich_help_panel=_LATEX)
+    ] = None,
+    intervals: Annotated[
+        bool, typer.Option(help="95 % intervals below the numbers, in LaTeX.", rich_help_panel=_LATEX)
+    ] = True,
     as_json: AsJson = False,
     data: DataFolder = None,
 ) -> None:
@@ -50,6 +61,7 @@ def report(
 
     Example: eai report scores --out report --paper
     """
+    narrow = Narrow(_names(models), _names(columns), intervals)
     runs = list(read_runs(records))
     known = background(store(data), [run.key.domain for run in runs]) if prompts else Background()
     explorer = ExplorerData(known)
@@ -63,7 +75,7 @@ def report(
     try:
         out.mkdir(parents=True, exist_ok=True)
         drawn = _draw(plain, out / PLOTS) if plots else []
-        written = write_tables(out, summaries, tables, drawn, with_paper=paper)
+        written = write_tables(out, summaries, tables, drawn, with_paper=paper, narrow=narrow)
         (out / EXPLORER).write_text(explorer_html(explorer.to_json()), encoding="utf-8")
     except OSError as error:
         raise InputError(f"{out}: cannot be written ({error.strerror})") from error
@@ -73,6 +85,10 @@ def report(
         return
     message = f"{len(summaries)} runs, {written} tables, {len(drawn)} plots; open {out / EXPLORER}"
     output().print(message, soft_wrap=True, highlight=False)
+
+
+def _names(text: str | None) -> list[str]:
+    return [name.strip() for name in (text or "").split(",") if name.strip()]
 
 
 def _draw(summaries: Sequence[RunSummary], folder: Path) -> list[Plot]:

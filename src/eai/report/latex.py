@@ -33,38 +33,69 @@ _ESCAPES = {
 }
 
 
-def table_latex(table: Table) -> str:
-    """A table environment, no wider than the page, with footnotes below it.
+_LINES = 38
+"""How many lines of numbers a page has room for in one table."""
+
+
+def table_latex(table: Table, *, intervals: bool = True) -> str:
+    """Table environments, none wider or longer than a page, the last with the footnotes.
 
     Needs the packages booktabs and graphicx.
+
+    Args:
+        table: the table.
+        intervals: whether 95 % intervals stand below the numbers.
     """
+    parts = list(_parts(table.rows, _LINES, intervals=intervals))
+    return "\n".join(
+        _environment(table, rows, number, last=number == len(parts), intervals=intervals)
+        for number, rows in enumerate(parts, 1)
+    )
+
+
+def _parts(rows: Sequence[Row], most: int, *, intervals: bool) -> Iterator[list[Row]]:
+    """The rows by page."""
+    part: list[Row] = []
+    lines = 0
+    for row in rows:
+        height = 2 if intervals and _has_interval(row) else 1
+        if part and lines + height > most:
+            yield part
+            part, lines = [], 0
+        part.append(row)
+        lines += height
+    yield part
+
+
+def _environment(table: Table, rows: Sequence[Row], number: int, *, last: bool, intervals: bool) -> str:
+    """One of the environments of a table."""
+    place = f"tab:eai:{table.name}:{_slug(table.domain)}:{_slug(table.protocol.value)}"
     lines = [
         r"\begin{table}[htbp]",
         r"\centering",
-        rf"\caption{{{_caption(table)}}}",
-        rf"\label{{tab:eai:{table.name}:{_slug(table.domain)}:{_slug(table.protocol.value)}}}",
+        rf"\caption{{{_caption(table, intervals=intervals)}{' (continued)' if number > 1 else ''}}}",
+        rf"\label{{{place}{f':{number}' if number > 1 else ''}}}",
         r"\resizebox{\ifdim\width>\linewidth\linewidth\else\width\fi}{!}{%",
         rf"\begin{{tabular}}{{rlr{'r' * len(table.columns)}}}",
         r"\toprule",
         *_heading(table),
         r"\midrule",
-        *(line for row in table.rows for line in _row(row)),
+        *(line for row in rows for line in _row(row, intervals=intervals)),
         r"\bottomrule",
         r"\end{tabular}}",
-        *_notes(table.notes),
+        *(_notes(table.notes) if last else ()),
         r"\end{table}",
     ]
     return "\n".join(lines) + "\n"
 
 
-def _caption(table: Table) -> str:
+def _caption(table: Table, *, intervals: bool) -> str:
     """The protocol and the intervals are those of runs, so a table of the paper's rows alone has none."""
     title = escaped(f"{table.title}, {domain_title(table.domain)}")
     if all(row.source is RowSource.PAPER for row in table.rows):
         return f"{title}. Percent."
-    return (
-        rf"{title}, protocol {escaped(table.protocol.value)}. Percent; below each run its 95\,\% intervals."
-    )
+    below = r"; below each run its 95\,\% intervals" if intervals else ""
+    return f"{title}, protocol {escaped(table.protocol.value)}. Percent{below}."
 
 
 def escaped(text: str) -> str:
@@ -93,14 +124,18 @@ def _heading(table: Table) -> Iterator[str]:
     yield _line([r"\#", "Model", "Answered", *labels])
 
 
-def _row(row: Row) -> Iterator[str]:
+def _row(row: Row, *, intervals: bool) -> Iterator[str]:
     name = escaped(row.model)
     rank = "" if row.rank is None else str(row.rank)
     if row.source is not RowSource.RUN:
         name = rf"\emph{{{name}}} ({row.source.value})"
     yield _line([rank, name + _marks(row.notes), row.answered or "--", *map(_number, row.cells)])
-    if any(cell.interval for cell in row.cells):
+    if intervals and _has_interval(row):
         yield _line(["", "", "", *(rf"{{\scriptsize {_interval(cell)}}}" for cell in row.cells)])
+
+
+def _has_interval(row: Row) -> bool:
+    return any(cell.interval for cell in row.cells)
 
 
 def _number(cell: Cell) -> str:

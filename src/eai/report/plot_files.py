@@ -13,7 +13,14 @@ from eai.errors import EaiError
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-FORMATS = ("svg", "png")
+FORMATS = ("svg", "png", "pdf")
+_UNDATED: dict[str, dict[str, None]] = {
+    "svg": {"Date": None},
+    "png": {"Software": None},
+    "pdf": {"CreationDate": None, "Creator": None, "Producer": None},
+}
+"""What a format would say of the day and the program, by format."""
+
 _DOTS_PER_INCH = 150
 _STYLE = "plots.mplstyle"
 
@@ -36,11 +43,10 @@ def styled() -> Iterator[None]:
 
 
 def write(figure: Figure, path: Path) -> tuple[Path, ...]:
-    """Write a figure as ``path``.svg and ``path``.png, without the date and the program's version."""
+    """Write a figure as ``path``.svg, ``.png`` and ``.pdf``, without the date and the program's version."""
     written = []
     for kind in FORMATS:
-        metadata = {"Date": None} if kind == "svg" else {"Software": None}
         target = path.with_name(f"{path.name}.{kind}")
-        figure.savefig(target, metadata=metadata, dpi=_DOTS_PER_INCH)
+        figure.savefig(target, metadata=_UNDATED[kind], dpi=_DOTS_PER_INCH)
         written.append(target)
     return tuple(written)

@@ -12,9 +12,13 @@ from eai.report.besides import tables_besides
 from eai.report.data_files import tables_csv, tables_json
 from eai.report.document import Plot, report_markdown
 from eai.report.experiments import experiment_tables
+from eai.report.narrow import Narrow
 from eai.report.run_summary import RunSummary, plain_runs
 from eai.report.table import Table, make_table
 from eai.report.table_specs import TABLES
+
+WHOLE = Narrow()
+"""All of every table."""
 
 
 def make_tables(runs: Sequence[RunSummary], *, with_paper: bool) -> list[Table]:
@@ -40,6 +44,7 @@ def write_tables(
     plots: Sequence[Plot],
     *,
     with_paper: bool,
+    narrow: Narrow = WHOLE,
 ) -> int:
     """Write ``report.md``, ``report.tex`` with ``tables.tex``, ``tables.json`` and ``tables.csv``.
 
@@ -51,6 +56,10 @@ def write_tables(
         tables: the tables of the plain runs.
         plots: the plots of the plain runs.
         with_paper: whether the paper's models appear beside ours.
+        narrow: what of them is shown in LaTeX, where a page has an end.
+
+    Raises:
+        InputError: a model or column to be shown is in none of them.
 
     Returns:
         how many tables were written.
@@ -62,7 +71,9 @@ def write_tables(
     compared = agreements(plain) if with_paper else []
     contents = {
         "report.md": report_markdown(runs, tables, experiments, besides, compared, plots),
-        "tables.tex": "\n".join(latex.table_latex(table) for table in written),
+        "tables.tex": "\n".join(
+            latex.table_latex(table, intervals=narrow.intervals) for table in narrow.tables(written)
+        ),
         "report.tex": f"{latex.PREAMBLE}\\input{{tables}}\n{latex.ENDING}",
         "tables.json": tables_json(written),
         "tables.csv": tables_csv(written),
