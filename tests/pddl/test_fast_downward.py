@@ -7,8 +7,6 @@ import signal
 import subprocess
 import sys
 import tempfile
-import time
-from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
@@ -29,6 +27,7 @@ from eai.pddl.planner import BuiltInPlanner, TieredPlanner
 from eai.pddl.planning import PlannerOutcome, PlanningTask
 from eai.pddl.reader import read_domain, read_problem
 from eai.pddl.search import Effort
+from processes import wait_until, working_in
 
 COUNTER = 18
 """Bits of a counter that has to be counted to its end: more than a second of work for any search."""
@@ -181,27 +180,6 @@ def test_a_launcher_whose_parent_has_ended_starts_nothing(tmp_path: Path) -> Non
             [sys.executable, "-I", limited.__file__, *limits, "/usr/bin/env", "touch", str(made)], check=False
         )
         assert (done.returncode == 0, made.exists()) == (starts, starts)
-
-
-def working_in(folder: Path) -> list[str]:
-    """The processes whose working directory is below a folder."""
-    found = []
-    for entry in Path("/proc").iterdir():
-        try:
-            if entry.name.isdigit() and str(folder) in str((entry / "cwd").readlink()):
-                found.append(entry.name)
-        except OSError:
-            continue
-    return found
-
-
-def wait_until(condition: Callable[[], object], seconds: float = 120) -> bool:
-    end = time.monotonic() + seconds
-    while time.monotonic() < end:
-        if condition():
-            return True
-        time.sleep(0.05)
-    return bool(condition())
 
 
 def full_task(task: TransitionTask) -> PlanningTask:

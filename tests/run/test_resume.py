@@ -90,7 +90,10 @@ def test_scores_under_another_protocol_replace_those_in_the_log(data_store: Stor
     assert numbers[0] != numbers[1]
 
 
-def test_a_run_that_is_interrupted_says_how_it_goes_on(data_store: Store, tmp_path: Path) -> None:
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_run_that_is_interrupted_says_how_it_goes_on(
+    data_store: Store, tmp_path: Path, number: signal.Signals
+) -> None:
     """An interrupt comes whenever it comes: at any time it is one line, and never a traceback."""
     prompts = dict(list(official_prompts(*SUITE, data_store).items())[:TASKS])
     script = {prompt.user: [Reply("{}", delay=0.3)] for prompt in prompts.values()}
@@ -99,9 +102,9 @@ def test_a_run_that_is_interrupted_says_how_it_goes_on(data_store: Store, tmp_pa
         deadline = time.monotonic() + 300
         while not served.log.asked and time.monotonic() < deadline:
             time.sleep(0.01)
-        run.send_signal(signal.SIGINT)
+        run.send_signal(number)
         printed, errors = run.communicate(timeout=300)
-    assert (run.returncode, printed) == (130, "")
+    assert (run.returncode, printed) == (128 + number, "")
     assert errors.splitlines()[-1] == "eai: interrupted; the same command goes on from here"
 
 

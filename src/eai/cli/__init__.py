@@ -30,9 +30,6 @@ from eai.cli import (
 from eai.cli.console import errors
 from eai.errors import EaiError, InterruptError
 
-INTERRUPTED = 128 + signal.SIGINT
-"""The exit status of what was interrupted."""
-
 
 class _Commands(TyperGroup):
     """The commands, of which any may be interrupted."""
@@ -94,15 +91,23 @@ def eai(
 def main() -> None:
     """Run the command line; unusable input ends with one line on standard error and exit status 2.
 
-    An interrupt ends with exit status 130, as of any program.
-
-    A request to terminate is an ordinary exit, so that planners are ended and their folders removed.
+    An interrupt ends with exit status 130, as of any program. A request to terminate is an interrupt, with
+    exit status 143: planners are ended, their folders removed, and what is done is kept.
     """
-    signal.signal(signal.SIGTERM, lambda number, frame: sys.exit(128 + number))
+    interrupted_by = signal.SIGINT
+
+    def interrupt(number: int, frame: object) -> None:
+        nonlocal interrupted_by
+        interrupted_by = signal.SIGTERM
+        if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # as in the background of a script
+            signal.signal(signal.SIGINT, signal.default_int_handler)
+        signal.raise_signal(signal.SIGINT)
+
+    signal.signal(signal.SIGTERM, interrupt)
     try:
         app(prog_name="eai")
     except EaiError as error:
         errors().print(f"eai: {error}", markup=False, highlight=False, soft_wrap=True)
-        sys.exit(INTERRUPTED if isinstance(error, InterruptError) else 2)
+        sys.exit(128 + interrupted_by if isinstance(error, InterruptError) else 2)
     except BrokenPipeError:
         sys.exit(1)

@@ -46,7 +46,7 @@ from eai.cli.options import (
 )
 from eai.cli.progress import scoring_progress
 from eai.cli.table import Result, print_rates
-from eai.errors import InputError
+from eai.errors import InputError, InterruptError
 from eai.metrics.coverage import coverage_of, planners_of
 from eai.metrics.summary import summarise
 from eai.pddl.planning import PlannerChoice
@@ -183,18 +183,30 @@ def _score_all(
 ) -> list[Json]:
     """Score everything, write the results, and print a table a suite, unless all is printed as JSON."""
     printed: list[Json] = []
-    for suite, group in groupby(shares, key=lambda share: share.suite):
-        results: dict[str, Result] = {}
-        for share in group:
-            records = _records(share, settings, goals, scoring, quiet=as_json)
-            rates = summarise([record.verdict for record in records], suite.ability)
-            results[share.answers.model] = Result(rates, coverage_of(records))
-            printed.append(_json(share, records, results[share.answers.model]))
-            if share.out is not None:
-                write_results(share.out, records, rates)
-        if not as_json:
-            _print(suite, results, wide=wide)
+    try:
+        for suite, group in groupby(shares, key=lambda share: share.suite):
+            results: dict[str, Result] = {}
+            for share in group:
+                records = _records(share, settings, goals, scoring, quiet=as_json)
+                rates = summarise([record.verdict for record in records], suite.ability)
+                results[share.answers.model] = Result(rates, coverage_of(records))
+                if share.out is not None:
+                    write_results(share.out, records, rates)
+                printed.append(_json(share, records, results[share.answers.model]))
+            if not as_json:
+                _print(suite, results, wide=wide)
+    except KeyboardInterrupt:
+        raise InterruptError(_interrupted(shares, len(printed))) from None
     return printed
+
+
+def _interrupted(shares: Sequence[_Share], done: int) -> str:
+    """What there is to say to whom interrupts scoring."""
+    if not done or shares[0].out is None:
+        return "interrupted; nothing is written"
+    left = shares[done]
+    names = f"{left.suite.domain} {left.suite.ability.value} {left.answers.model}"
+    return f"interrupted; {done} of {len(shares)} files are scored and written; go on with those from {names}"
 
 
 def _print(suite: Suite, results: dict[str, Result], *, wide: bool) -> None:

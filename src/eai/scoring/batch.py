@@ -7,12 +7,13 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 from eai.abilities.declarations import DECLARATIONS
+from eai.abilities.protocol import Ability
 from eai.abilities.record import NOT_ANSWERED, Record
 from eai.abilities.responses import Response, ResponseFile
 from eai.benchmarks.suite import Suite
 from eai.scoring.reward import Reward
 from eai.scoring.shards import Shard
-from eai.scoring.workers import Workers
+from eai.scoring.workers import LARGEST, SMALLEST, Workers
 
 NO_ROW = "the response file has no row of the task"
 """Why a task without an answer has none, where answers come from a file."""
@@ -86,7 +87,8 @@ class Scoring(Workers):
             allow_missing: leave tasks without an answer out of all rates instead of counting them as failed.
         """
         workers = self if suite.portable else Workers()  # what has no name cannot be opened elsewhere
-        return workers.each(_Records(suite, explanations, allow_missing), responses, model)
+        work = _Records(suite, explanations, allow_missing)
+        return workers.each(work, responses, model, at_a_time=_at_a_time(suite))
 
     def rewards(self, reward: Reward, answers: Iterable[tuple[str, str]]) -> Iterator[float | None]:
         """What answers are worth, in their order.
@@ -96,7 +98,12 @@ class Scoring(Workers):
             answers: ids of tasks with answers.
         """
         workers = self if reward.suite.portable else Workers()
-        return workers.each(_Rewards(reward), answers)
+        return workers.each(_Rewards(reward), answers, at_a_time=_at_a_time(reward.suite))
+
+
+def _at_a_time(suite: Suite) -> tuple[int, int]:
+    """How many answers a worker is given at first and at most: few where a planner may take minutes."""
+    return (1, 4) if suite.ability is Ability.TRANSITION_MODELING else (SMALLEST, LARGEST)
 
 
 @dataclass(frozen=True, slots=True)

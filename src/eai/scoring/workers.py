@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import multiprocessing
+import os
 import pickle
 import signal
+import sys
 import threading
+import time
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor
@@ -15,7 +18,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 from itertools import islice
 from multiprocessing.forkserver import ensure_running
-from types import TracebackType
+from types import FrameType, TracebackType
 from typing import Any, TypeVar
 
 from typing_extensions import Self
@@ -26,7 +29,7 @@ T = TypeVar("T")
 R = TypeVar("R")
 
 CLEANING_SECONDS = 1
-"""How long an interrupted worker may take to end its planner and to remove its files."""
+"""How long interrupted workers may take, all together, to end their planners and to remove their files."""
 
 SMALLEST, LARGEST = 16, 1024
 """How many items a worker is given at a time: few at first, so that all have some, then more."""
@@ -82,12 +85,19 @@ class Workers:
             processes = list((getattr(pool, "_processes", None) or {}).values())
             for process in processes:
                 process.terminate()
+            end = time.monotonic() + CLEANING_SECONDS
             for process in processes:
-                process.join(CLEANING_SECONDS)
+                process.join(max(0, end - time.monotonic()))
                 process.kill()
         pool.shutdown(cancel_futures=True)
 
-    def each(self, work: Callable[..., Sequence[R]], items: Iterable[T], *rest: object) -> Iterator[R]:
+    def each(
+        self,
+        work: Callable[..., Sequence[R]],
+        items: Iterable[T],
+        *rest: object,
+        at_a_time: tuple[int, int] = (SMALLEST, LARGEST),
+    ) -> Iterator[R]:
         """What a function makes of the items, in their order.
 
         Args:
@@ -95,17 +105,18 @@ class Workers:
                 as it is one of the last few.
             items: the items; pickled, as are results.
             rest: what the function is given besides.
+            at_a_time: how many items a worker is given at first, and at most.
 
         Raises:
             WorkerError: workers die whenever they come to certain items.
         """
         if self._number < 2:
-            for batch in _batches(items, 1):
-                yield from work(batch, *rest)
+            for item in items:
+                yield from work((item,), *rest)
             return
         content = pickle.dumps(work)
         ahead: deque[_Batch] = deque()
-        coming = _batches(items, self._number)
+        coming = _batches(items, self._number, *at_a_time)
         deaths = 0
         while True:
             for batch in islice(coming, self._number * AHEAD - len(ahead)):
@@ -148,7 +159,7 @@ class Workers:
             with _interrupts_held():  # until what starts all workers is there, who inherit that
                 if "forkserver" in methods:
                     ensure_running()
-            self._pool = ProcessPoolExecutor(self._number, context, initializer=_ignore_interrupts)
+            self._pool = ProcessPoolExecutor(self._number, context, initializer=_begin)
         return self._pool
 
     def _revive(self) -> None:
@@ -158,19 +169,22 @@ class Workers:
             pool.shutdown(cancel_futures=True)
 
 
-def _batches(items: Iterable[T], workers: int) -> Iterator[Sequence[T]]:
+def _batches(items: Iterable[T], workers: int, size: int, largest: int) -> Iterator[Sequence[T]]:
     """The items in batches that grow until they are large enough."""
-    source, size, made = iter(items), SMALLEST, 0
+    source, made = iter(items), 0
     while batch := list(islice(source, size)):
         yield batch
         made += 1
         if made % workers == 0:
-            size = min(2 * size, LARGEST)
+            size = min(2 * size, largest)
 
 
 def _done(content: bytes, items: Sequence[Any], rest: tuple[object, ...]) -> Sequence[Any]:
-    """In a worker: what some work makes of a batch."""
-    return _loaded(content)(items, *rest)
+    """In a worker: what some work makes of a batch; told to end, it does so when it has cleaned up."""
+    try:
+        return _loaded(content)(items, *rest)
+    except SystemExit:
+        os._exit(128 + signal.SIGTERM)
 
 
 @lru_cache(maxsize=8)
@@ -193,8 +207,25 @@ def _interrupts_held() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-def _ignore_interrupts() -> None:
+def _begin() -> None:
+    """In a worker: leave interrupts to who started it, and end with it, however it ends."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, _end)
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+
+
+def _end(number: int, frame: FrameType | None) -> None:
+    """End as an exception does, so that planners are ended and their folders removed."""
+    sys.exit(128 + number)
+
+
+def _end_with_parent() -> None:
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        parent.join()
+        os.kill(os.getpid(), signal.SIGTERM)
+        time.sleep(CLEANING_SECONDS)
+        os._exit(128 + signal.SIGTERM)
 
 
 def _told(items: Sequence[Any]) -> str:

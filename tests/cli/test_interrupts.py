@@ -1,0 +1,55 @@
+"""Scoring that is interrupted, asked to end or killed: no planner and no folder of one stays."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from eai.abilities.protocol import Ability
+from eai.data.store import Store
+from eai.pddl.fast_downward import FastDownward
+from processes import wait_until, working_in
+from suites import answer_book
+
+SUITE = ("behavior", Ability.TRANSITION_MODELING)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="looks for processes in /proc")
+@pytest.mark.skipif(not FastDownward.is_installed(), reason="Fast Downward is not installed")
+@pytest.mark.parametrize("workers", [1, 3])
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
+def test_nothing_outlives_scoring_that_ends_early(
+    data_store: Store, tmp_path: Path, number: signal.Signals, workers: int
+) -> None:
+    book, scratch = answer_book(*SUITE, data_store), tmp_path / "scratch"
+    scratch.mkdir()
+    rows = [{"identifier": task_id, "llm_output": book.gold(task_id).text} for task_id in book.task_ids]
+    (tmp_path / "gold_outputs.json").write_text(json.dumps(rows))
+    arguments = f"score {tmp_path}/gold_outputs.json --domain {SUITE[0]} --ability {SUITE[1].value}"
+    arguments += f" --planner fast_downward --workers {workers}"
+    process = subprocess.Popen(
+        [sys.executable, "-c", "from eai.cli import main; main()", *arguments.split()],
+        env={**os.environ, "TMPDIR": str(scratch)},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
+    try:
+        assert wait_until(lambda: working_in(scratch)), "no planner ever started"
+        os.killpg(process.pid, number) if number is signal.SIGINT else process.send_signal(number)
+        printed, errors = process.communicate(timeout=120)
+        assert wait_until(lambda: not working_in(scratch)), "a planner is still alive"
+        if number is not signal.SIGKILL:
+            assert (process.returncode, printed) == (128 + number, "")
+            assert errors.splitlines()[-1] == "eai: interrupted; nothing is written"
+            assert list(scratch.iterdir()) == []
+    finally:
+        process.kill()
+        process.communicate()
