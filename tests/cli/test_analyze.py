@@ -11,6 +11,8 @@ from eai.abilities.protocol import Ability
 from eai.benchmarks.source import Source
 from eai.benchmarks.suite import open_suite
 from eai.data.store import Store
+from eai.pddl.planning import PlannerChoice
+from metrics.verdicts import record
 from report.samples import action_run, goal_run, operator_run, write_runs
 from suites import answer_book
 
@@ -41,6 +43,45 @@ def test_analyses_have_the_same_bytes_each_time(eai: Command, tmp_path: Path, na
         (tmp_path / "two" / file.name).read_bytes() for file in written
     ]
     assert {f"{name}.md", f"{name}.json"} < {file.name for file in written}
+
+
+def test_operators_are_tried_and_written_with_the_same_bytes(
+    eai: Command, data_store: Store, tmp_path: Path
+) -> None:
+    """Gold operators, but that the second model has none: what is asked for and not written breaks plans."""
+    ability = Ability.TRANSITION_MODELING
+    source = Source(data_store, planner=PlannerChoice.NONE)
+    suite, book = (
+        open_suite("virtualhome", ability, source=source),
+        answer_book("virtualhome", ability, data_store),
+    )
+    task = suite.task_ids[0]
+    runs = [
+        [record(task, suite.scorer(task).score(text), ability=ability, model=model, response=text)]
+        for model, text in (("gold", book.gold(task).text), ("none", '{"output": ""}'))
+    ]
+    folder = write_runs(tmp_path / "runs", runs)
+    for name in ("one", "two"):
+        ways = ("--replace", "operator", "--replace", "effect", "--planner", "built_in")
+        done = eai("analyze", "sensitivity", folder, *ways, "--out", tmp_path / name)
+        assert done.status == 0, done.err
+    written = sorted((tmp_path / "one").iterdir())
+    assert [file.read_bytes() for file in written] == [
+        (tmp_path / "two" / file.name).read_bytes() for file in written
+    ]
+    tables = json.loads((tmp_path / "one" / "sensitivity.json").read_text())["tables"]
+    solved = {(row["model"], row["solved"]["value"]) for row in tables["sensitivity"]["rows"]}
+    assert solved == {("all models", 50), ("gold", 100), ("none", 0)}
+
+
+def test_sensitivity_needs_operators_and_a_planner(eai: Command, tmp_path: Path) -> None:
+    runs = write_runs(tmp_path / "runs", [action_run("first")])
+    assert (
+        "expected records of transition modeling"
+        in eai("analyze", "sensitivity", runs, "--out", tmp_path / "a").err
+    )
+    none = eai("analyze", "sensitivity", runs, "--planner", "none", "--out", tmp_path / "a")
+    assert none.err == "eai: --planner none: operators are tried by a planner\n"
 
 
 def test_a_missing_extra_is_one_line(eai: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -9,6 +9,7 @@ from math import comb
 from claim import Claim, Finding, Row, Status, by_degree
 from evidence import GPT_4O, NAMED, TM, B, Evidence, Suite, V
 
+from eai.analysis.sensitivity import OVERALL
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.statistics import table_of
 from eai.metrics.average import average_performance, average_weights
@@ -52,10 +53,10 @@ def sensitivity_b(evidence: Evidence) -> Finding:
 
 
 def _sensitivity(evidence: Evidence, domain: str, printed: dict[tuple[str, str], float]) -> Finding:
-    found = evidence.sensitivity(domain, [GPT_4O]).rates
+    found = evidence.sensitivity(domain, [GPT_4O])
     rows, same = [], 0
     for (category, operator), said in printed.items():
-        ours = found[category][MISNAMED.get((category, operator), operator)]
+        ours = found[MISNAMED.get((category, operator), operator), category]
         equal = ours.share is not None and abs(ours.share - said) < 0.005 + 1e-9
         same += equal
         named = MISNAMED.get((category, operator))
@@ -99,7 +100,8 @@ def carving(evidence: Evidence) -> Finding:
 
 def low_operators(evidence: Evidence) -> Finding:
     models = list(evidence.suites[Suite(V, TM)])
-    pooled = evidence.sensitivity(V, models).rates["overall"]
+    cells = evidence.sensitivity(V, models)
+    pooled = {operator: rate for (operator, category), rate in cells.items() if category == OVERALL}
     order = sorted(pooled, key=lambda name: pooled[name].share or 0)
     rows = [
         Row(f"{name}, all models", "low" if name in ("plug_in", "walk_towards") else "", _rate(pooled[name]))

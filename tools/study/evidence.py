@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import cached_property
 from statistics import fmean
 from typing import NamedTuple, TypeVar
@@ -13,15 +13,15 @@ from eai.abilities.share import Share
 from eai.abilities.transition_modeling.scorer import TransitionModeling
 from eai.analysis.correlation import rank_correlation
 from eai.analysis.lines import AnswerLine, Line
-from eai.analysis.sensitivity import OperatorOutcome, Sensitivity, summarise, try_operators
+from eai.analysis.sensitivity import Trial, cells_of, try_operators
 from eai.analysis.suites import case_of
 from eai.analysis.table import Estimate
 from eai.analysis.tidy import TableMaker, Tables
-from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.source import Source
 from eai.benchmarks.suite import Suite as ScoredSuite
 from eai.benchmarks.suite import open_suite
 from eai.metrics.paper_tables import paper_models
+from eai.metrics.rate import Rate, rate_of
 from eai.pddl.planning import PlannerChoice
 
 V, B = "virtualhome", "behavior"
@@ -52,7 +52,7 @@ class Evidence:
         self.source = source
         self.suites: dict[Suite, dict[str, list[Record]]] = {}
         self._maker = TableMaker(source)
-        self._tried: dict[tuple[str, str], list[OperatorOutcome]] = {}
+        self._tried: dict[tuple[str, str], list[Trial]] = {}
 
     def add(self, records: Sequence[Record]) -> None:
         """Add a run."""
@@ -81,32 +81,24 @@ class Evidence:
             each for each in lines if (each.domain, each.ability) == suite and model in (None, each.model)
         ]
 
-    def sensitivity(self, domain: str, models: Sequence[str]) -> Sensitivity:
-        """What comes of single operators of answers among gold ones, by the built-in planner."""
-        found = [outcome for model in models for outcome in self._outcomes(domain, model)]
-        library = next(iter(find_benchmark(domain).operators(self.source).values())).domain
-        return summarise(
-            found, tuple(dict.fromkeys((*library.operators, *(each.operator for each in found))))
-        )
+    def sensitivity(self, domain: str, models: Sequence[str]) -> Mapping[tuple[str, str], Rate]:
+        """By operator and category, how many problems are solved with it among gold ones."""
+        found = [trial for model in models for trial in self._trials(domain, model)]
+        return {key: rate_of(case.share for case in cases) for key, cases in cells_of(found).items()}
 
-    def _outcomes(self, domain: str, model: str) -> list[OperatorOutcome]:
+    def _trials(self, domain: str, model: str) -> list[Trial]:
         """Those of one model, found once."""
         if (domain, model) not in self._tried:
             records = self.suites[Suite(domain, TM)][model]
             source = Source(self.source.store, planner=PlannerChoice.BUILT_IN)
             suite = open_suite(domain, Ability.TRANSITION_MODELING, records[0].protocol, source=source)
-            self._tried[domain, model] = [
-                outcome
-                for record in records
-                if record.unanswered is None
-                for outcome in _tried(suite, record)
-            ]
+            self._tried[domain, model] = [trial for record in records for trial in _tried(suite, record)]
         return self._tried[domain, model]
 
 
-def _tried(suite: ScoredSuite, record: Record) -> list[OperatorOutcome]:
+def _tried(suite: ScoredSuite, record: Record) -> Iterator[Trial]:
     scorer = suite.scorer(record.task_id)
-    return try_operators(scorer, record.response) if isinstance(scorer, TransitionModeling) else []
+    return try_operators(scorer, record) if isinstance(scorer, TransitionModeling) else iter(())
 
 
 def rate(lines: Iterable[L], hit: Callable[[L], bool]) -> Estimate:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, fields
 from functools import cached_property, partial
-from typing import Any, TypedDict
+from typing import Any, TypeAlias
 
 from eai.abilities.declarations import DECLARATIONS
 from eai.abilities.protocol import Ability
@@ -14,7 +14,7 @@ from eai.abilities.share import NOTHING, Shares
 from eai.abilities.task import Task
 from eai.abilities.transition_modeling.task import Category
 from eai.abilities.verdict import GoalVerdict, OperatorVerdict, PlanVerdict
-from eai.analysis.lines import AnswerLine, AtomLine, ClauseLine, GoalLine, StepLine
+from eai.analysis.lines import AnswerLine, AtomLine, ClauseLine, GoalLine, Line, StepLine
 from eai.analysis.words import names_in, read_call
 from eai.analysis.wrong_goals import WrongGoals
 from eai.benchmarks.benchmark import Benchmark
@@ -60,8 +60,8 @@ class TableMaker:
         adds = {record.task_id: share for record, share in zip(scored, shares, strict=True)}
         for record in records:
             task = None if book is None else book.tasks.get(record.task_id)
-            key = _key(record)
-            self.tables.answers.append(_answer(record, adds.get(record.task_id, {}), book, task))
+            key = beginning_of(record)
+            self.tables.answers.append(_answer(record, key, adds.get(record.task_id, {}), book, task))
             if record.verdict.excluded is not None or record.unanswered is not None:
                 continue
             self.tables.steps.extend(_steps(record, key))
@@ -83,7 +83,14 @@ class _Book:
         self._benchmark = benchmark
         self._source = source
         self.tasks = benchmark.tasks(source)
-        self.features = FeatureBook(benchmark)
+        self._features = FeatureBook(benchmark)
+        self._columns: dict[str, Mapping[str, int | None]] = {}
+
+    def features_of(self, task: Task) -> Mapping[str, int | None]:
+        """What a task is like, by column."""
+        if task.id not in self._columns:
+            self._columns[task.id] = asdict(self._features.of(task))
+        return self._columns[task.id]
 
     @cached_property
     def wrong_goals(self) -> WrongGoals:
@@ -97,19 +104,13 @@ class _Book:
         return next((task.domain.categories for task in tasks), {})
 
 
-class _Key(TypedDict):
-    """What every line begins with."""
-
-    protocol: str
-    domain: str
-    ability: str
-    model: str
-    task: str
-    name: str
+Beginning: TypeAlias = dict[str, Any]
+"""The columns of `Line`."""
 
 
-def _key(record: Record) -> _Key:
-    return _Key(
+def beginning_of(record: Record) -> Beginning:
+    """What every line of a record begins with."""
+    line = Line(
         protocol=record.protocol.value,
         domain=record.domain,
         ability=record.ability.value,
@@ -117,14 +118,17 @@ def _key(record: Record) -> _Key:
         task=record.task_id,
         name=name_of(record),
     )
+    return {column.name: getattr(line, column.name) for column in fields(line)}
 
 
-def _answer(record: Record, shares: Shares, book: _Book | None, task: Task | None) -> AnswerLine:
+def _answer(
+    record: Record, key: Beginning, shares: Shares, book: _Book | None, task: Task | None
+) -> AnswerLine:
     verdict, error = record.verdict, record.verdict.error
     usage = None if record.origin is None else record.origin.usage
     steps = None if record.explanation is None or not _has_plans(record) else record.explanation.steps
     values: dict[str, Any] = {
-        **_key(record),
+        **key,
         "outcome": outcome(record).value,
         "success": _success(record.ability, shares),
         "error_kind": None if error is None else error.kind.value,
@@ -181,13 +185,13 @@ def _counts(ability: Ability, shares: Shares) -> dict[str, int]:
 
 def _features(record: Record, book: _Book | None, task: Task | None) -> Mapping[str, int | None]:
     if book is not None and task is not None:
-        return asdict(book.features.of(task))
+        return book.features_of(task)
     if record.task is None:
         return {}
     return {"annotated_steps": record.task.annotated_steps, "goals": record.task.goals}
 
 
-def _steps(record: Record, key: _Key) -> Iterator[StepLine]:
+def _steps(record: Record, key: Beginning) -> Iterator[StepLine]:
     if record.explanation is None or not _has_plans(record):
         return
     for number, step in enumerate(record.explanation.steps):
@@ -202,7 +206,7 @@ def _steps(record: Record, key: _Key) -> Iterator[StepLine]:
         )
 
 
-def _goals(record: Record, key: _Key) -> Iterator[GoalLine]:
+def _goals(record: Record, key: Beginning) -> Iterator[GoalLine]:
     verdict = record.verdict
     if record.explanation is None or not isinstance(verdict, PlanVerdict):
         return
@@ -217,7 +221,7 @@ def _goals(record: Record, key: _Key) -> Iterator[GoalLine]:
         )
 
 
-def _atoms(record: Record, key: _Key, book: _Book | None, task: Task | None) -> Iterator[AtomLine]:
+def _atoms(record: Record, key: Beginning, book: _Book | None, task: Task | None) -> Iterator[AtomLine]:
     verdict = record.verdict
     if not isinstance(verdict, GoalVerdict):
         return
@@ -231,7 +235,7 @@ def _atoms(record: Record, key: _Key, book: _Book | None, task: Task | None) -> 
             )
 
 
-def _clauses(record: Record, key: _Key, book: _Book | None) -> Iterator[ClauseLine]:
+def _clauses(record: Record, key: Beginning, book: _Book | None) -> Iterator[ClauseLine]:
     if not isinstance(record.verdict, OperatorVerdict):
         return
     known = {} if book is None else book.categories

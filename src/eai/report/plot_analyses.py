@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from eai.analysis.suites import SuiteKey
+from eai.analysis.suites import MODEL, SuiteKey
 from eai.analysis.table import Cell, Estimate, Table
 from eai.report.palette import ACCENT, INK, MUTED, RULE
 from eai.report.plot_text import clipped
@@ -36,7 +36,7 @@ def rows_of(table: Table) -> dict[SuiteKey, list[dict[str, Cell]]]:
     return found
 
 
-def value_of(cell: Cell) -> float:
+def value_of(cell: Cell | None) -> float:
     """The number of an estimate; not a number where there is none."""
     return cell.value if isinstance(cell, Estimate) and cell.value is not None else math.nan
 
@@ -87,7 +87,7 @@ def draw_names(rows: Sequence[Mapping[str, Cell]], column: str, rate: str, label
     return figure
 
 
-def _cases(cell: Cell) -> float:
+def _cases(cell: Cell | None) -> float:
     return (cell.denominator or 0) if isinstance(cell, Estimate) else 0
 
 
@@ -96,42 +96,58 @@ def _counted(cell: Cell) -> float:
 
 
 def draw_matrix(
-    rows: Sequence[Mapping[str, Cell]], levels: Sequence[str], rate: str, label: str
+    rows: Sequence[Mapping[str, Cell]],
+    levels: Sequence[str],
+    rate: str,
+    label: str,
+    *,
+    across: str = MODEL,
+    zeros: bool = False,
 ) -> Figure | None:
     """Rates as a matrix, a row a name and a column a model, with the numbers in it; None if there are none.
+
+    Numbers of few cases are in brackets.
 
     Args:
         rows: those of a suite.
         levels: the columns whose values together are the names.
         rate: that of the rates.
         label: what they are.
+        across: the column whose values are those of the matrix.
+        zeros: whether zero is written too, so that only what is of nothing is blank.
     """
     from matplotlib.figure import Figure
 
-    models = list(dict.fromkeys(str(row["model"]) for row in rows))
+    models = list(dict.fromkeys(str(row[across]) for row in rows))
     names = list(dict.fromkeys(_name(row, levels) for row in rows))
     if not names:
         return None
-    values = {(_name(row, levels), str(row["model"])): value_of(row[rate]) for row in rows}
+    cells = {(_name(row, levels), str(row[across])): row[rate] for row in rows}
     size = (1.7 + 0.42 * len(models), 1.3 + 0.19 * len(names))
     figure = Figure(figsize=size, layout="constrained")
     panel = figure.subplots()
-    grid = [[values.get((name, model), math.nan) for model in models] for name in names]
-    panel.imshow(grid, vmin=0, vmax=100, cmap="Greys", aspect="auto")
-    panel.set_xticks(
-        range(len(models)), labels=list(map(clipped, models)), rotation=55, ha="right", fontsize=6.5
-    )
+    grid = [[cells.get((name, model)) for model in models] for name in names]
+    shades = [[value_of(cell) for cell in line] for line in grid]
+    panel.imshow(shades, vmin=0, vmax=100, cmap="Greys", aspect="auto")
+    labels = [clipped(model.replace("_", " ")) for model in models]
+    panel.set_xticks(range(len(models)), labels=labels, rotation=55, ha="right", fontsize=6.5)
     panel.set_yticks(range(len(names)), labels=list(map(clipped, names)), fontsize=6.5)
     panel.set_title(label, fontsize=7.5)
     panel.tick_params(length=0)
     panel.spines[:].set_visible(False)
     for y, line in enumerate(grid):
-        for x, value in enumerate(line):
-            if value > 0:
+        for x, cell in enumerate(line):
+            value = value_of(cell)
+            if value > 0 or (zeros and value == 0):
                 color = "white" if value > _DARK else INK
-                text = f"{value:.0f}" if value >= 0.5 else "<1"
-                panel.text(x, y, text, ha="center", va="center", color=color, fontsize=6)
+                panel.text(x, y, _told(cell), ha="center", va="center", color=color, fontsize=6)
     return figure
+
+
+def _told(cell: Cell | None) -> str:
+    value = value_of(cell)
+    text = f"{value:.0f}" if value >= 0.5 or not value else "<1"
+    return f"({text})" if _cases(cell) < FEW else text
 
 
 def _name(row: Mapping[str, Cell], levels: Sequence[str]) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Mapping
 from dataclasses import dataclass, field
+from enum import Enum
 from typing import Protocol
 
 from eai.abilities.transition_modeling.memory import Memory
@@ -74,6 +75,18 @@ def _solved(planner: PddlPlanner, task: PlanningTask | PlannerResult) -> Planner
     return task if isinstance(task, PlannerResult) else planner.solve(task)
 
 
+class Replaced(str, Enum):
+    """What of a gold operator gives way to the answer's, where one operator is tried among gold ones.
+
+    With one side alone the parameters stay the gold ones, so that an answer that calls them otherwise has
+    unbound variables.
+    """
+
+    OPERATOR = "operator"
+    PRECONDITION = "precondition"
+    EFFECT = "effect"
+
+
 class Rules(Protocol):
     """How answers are read, compared and planned with."""
 
@@ -87,7 +100,9 @@ class Rules(Protocol):
         """Whether operators are compared clause by clause; else what is compared are predicates."""
         ...
 
-    def plan_one_at_a_time(self, task: TransitionTask, text: str) -> dict[str, PlannerResult | None]:
+    def plan_one_at_a_time(
+        self, task: TransitionTask, text: str, replaced: Replaced
+    ) -> dict[str, PlannerResult | None]:
         """What comes of each operator that is asked for among gold operators: name -> result.
 
         An operator that the answer does not have has none. Empty for an answer that the rules leave out.

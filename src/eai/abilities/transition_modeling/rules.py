@@ -13,7 +13,7 @@ from dataclasses import dataclass, field, replace
 
 from eai.abilities.share import add
 from eai.abilities.transition_modeling.extraction import WrittenOperator, extract
-from eai.abilities.transition_modeling.judgement import UNREADABLE, Judgement, PlanMemory
+from eai.abilities.transition_modeling.judgement import UNREADABLE, Judgement, PlanMemory, Replaced
 from eai.abilities.transition_modeling.memory import Memory
 from eai.abilities.transition_modeling.report import OperatorReport, OperatorStatus
 from eai.abilities.transition_modeling.task import TransitionTask
@@ -62,19 +62,23 @@ class PaperRules:
         missing = tuple(self._report(task, name, None, match) for name, match in matches.items())
         return Judgement(missing, self.plans.without_operators, _literals(matches.values()))
 
-    def plan_one_at_a_time(self, task: TransitionTask, text: str) -> dict[str, PlannerResult | None]:
+    def plan_one_at_a_time(
+        self, task: TransitionTask, text: str, replaced: Replaced
+    ) -> dict[str, PlannerResult | None]:
         """What comes of each operator that is asked for, among the other gold ones that are asked for."""
         written = extract(text)
         by_name = {} if written is None else {each.name: each for each in written.operators}
         return {
-            name: self._plan_with(task, name, by_name[name]) if name in by_name else None
+            name: self._plan_with(task, _mixed(by_name[name], task.gold[name], replaced))
+            if name in by_name
+            else None
             for name in task.operators
         }
 
-    def _plan_with(self, task: TransitionTask, name: str, written: WrittenOperator) -> PlannerResult:
-        actions = (written.reading if other == name else gold for other, gold in task.gold.items())
+    def _plan_with(self, task: TransitionTask, tried: WrittenOperator) -> PlannerResult:
+        actions = (tried.reading if name == tried.name else gold for name, gold in task.gold.items())
         readable = tuple(each for each in actions if isinstance(each, PddlAction))
-        return self._solve(task, readable, self._findings(task, written))
+        return self._solve(task, readable, self._findings(task, tried))
 
     def _report(
         self, task: TransitionTask, name: str, written: WrittenOperator | None, match: OperatorMatch
@@ -115,6 +119,16 @@ class PaperRules:
         refusals = tuple(finding for finding in findings if finding.offence.stops_planner)
         key = (task.problem_text, actions, refusals)
         return self.plans.solve(key, lambda: _planning(task, actions, refusals))
+
+
+def _mixed(written: WrittenOperator, gold: PddlAction, replaced: Replaced) -> WrittenOperator:
+    """An operator of an answer, of which only what is to replace the gold one's is its own."""
+    own = written.reading
+    if replaced is Replaced.OPERATOR or not isinstance(own, PddlAction):
+        return written
+    if replaced is Replaced.PRECONDITION:
+        return replace(written, reading=replace(gold, precondition=own.precondition))
+    return replace(written, reading=replace(gold, effect=own.effect))
 
 
 def _literals(matches: Iterable[OperatorMatch]) -> dict[str, Confusion]:

@@ -8,7 +8,7 @@ from functools import partial
 from eai.abilities.explanation import Explanation, StepReport
 from eai.abilities.scorer import Assessment, Scorer
 from eai.abilities.transition_modeling.counting import count_by_category
-from eai.abilities.transition_modeling.judgement import Judgement, Rules
+from eai.abilities.transition_modeling.judgement import Judgement, Replaced, Rules
 from eai.abilities.transition_modeling.report import OperatorReport
 from eai.abilities.transition_modeling.task import TransitionTask
 from eai.abilities.verdict import Confusion, OperatorVerdict
@@ -36,12 +36,14 @@ class TransitionModeling(Scorer):
         """The verdict where there is no answer: all operators are missing."""
         return self._verdict(self._rules.unanswered(self.task))
 
-    def plan_one_at_a_time(self, text: str) -> Mapping[str, PlannerResult | None]:
+    def plan_one_at_a_time(
+        self, text: str, replaced: Replaced = Replaced.OPERATOR
+    ) -> Mapping[str, PlannerResult | None]:
         """What comes of each operator that is asked for, as the answer has it, among gold operators.
 
         None for one that the answer does not have; empty for an answer that is left out of all statistics.
         """
-        return self._rules.plan_one_at_a_time(self.task, text)
+        return self._rules.plan_one_at_a_time(self.task, text, replaced)
 
     def _verdict(self, judgement: Judgement) -> OperatorVerdict:
         categories = tuple(category.value for category in self.task.categories)

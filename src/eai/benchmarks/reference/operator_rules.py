@@ -10,10 +10,10 @@ without a category), the predicate is ignored.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 
-from eai.abilities.transition_modeling.judgement import NOT_RUN, UNREADABLE, Judgement, PlanMemory
+from eai.abilities.transition_modeling.judgement import NOT_RUN, UNREADABLE, Judgement, PlanMemory, Replaced
 from eai.abilities.transition_modeling.memory import Memory
 from eai.abilities.transition_modeling.report import OperatorReport, OperatorStatus
 from eai.abilities.transition_modeling.task import TransitionTask
@@ -64,19 +64,20 @@ class ReferenceRules:
         precondition, effect = _compare("()", gold.precondition), _compare("()", gold.effect)
         return OperatorReport(name, OperatorStatus.MISSING, precondition, effect)
 
-    def plan_one_at_a_time(self, task: TransitionTask, text: str) -> dict[str, PlannerResult | None]:
+    def plan_one_at_a_time(
+        self, task: TransitionTask, text: str, replaced: Replaced
+    ) -> dict[str, PlannerResult | None]:
         """What comes of each operator that is asked for, among all gold operators.
 
         The reference counts one that is not written as a failure, and passes over answers with its format
-        error (``evaluate_results_sequential``).
+        error (``evaluate_results_sequential``); it counts, but never fills, ``task_variate_control_precond``.
         """
         written = extract_as_reference(text)
         if written is None:
             return {}
-        by_name = {operator.name: operator for operator in written}
-        return {
-            name: self._plan(task, (by_name[name],)) if name in by_name else None for name in task.operators
-        }
+        gold = task.domain.operators
+        tried = {each.name: _mixed(each, gold[each.name], replaced) for each in written if each.name in gold}
+        return {name: self._plan(task, (tried[name],)) if name in tried else None for name in task.operators}
 
     def _report(self, task: TransitionTask, operator: OperatorText) -> OperatorReport:
         if operator.name not in task.operators:
@@ -112,6 +113,16 @@ def _compared(operator: OperatorText, gold: OperatorText) -> OperatorReport:
         _compare(operator.precondition, gold.precondition),
         _compare(operator.effect, gold.effect),
     )
+
+
+def _mixed(written: OperatorText, gold: OperatorText, replaced: Replaced) -> OperatorText:
+    match replaced:
+        case Replaced.PRECONDITION:
+            return replace(gold, precondition=written.precondition)
+        case Replaced.EFFECT:
+            return replace(gold, effect=written.effect)
+        case _:
+            return written
 
 
 def _compare(predicted: str, gold: str) -> SideMatch:
