@@ -14,8 +14,10 @@ from importlib import import_module
 from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 
+from eai.abilities.task import Task
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.pddl_files import open_pddl
+from eai.benchmarks.source import OpenTasks
 from eai.benchmarks.task_files import ENDINGS, open_task_files
 from eai.errors import InputError, did_you_mean
 
@@ -97,11 +99,23 @@ def _open_tasks(path: Path) -> Benchmark:
     """
     files = open_task_files(path)
     base = find_benchmark(files.base)
+    return with_tasks(base, files.name, lambda source: files.tasks(base.domain))
+
+
+def with_tasks(base: Benchmark, name: str, open_tasks: OpenTasks[Task]) -> Benchmark:
+    """The benchmark of other tasks in the world of a base; it cannot be referred to.
+
+    Args:
+        base: the base.
+        name: what sets these tasks apart, in the name of the benchmark.
+        open_tasks: opens them.
+    """
     return replace(
         base,
-        name=f"{base.name}-{files.name}",
-        title=f"{base.title or base.name}, {files.name}",
-        open_tasks=lambda source: files.tasks(base.domain),
+        name=f"{base.name}-{name}",
+        title=f"{base.title or base.name}, {name}",
+        reference="",
+        open_tasks=open_tasks,
         wings={},
         asks={},
         open_public=base.open_tasks,

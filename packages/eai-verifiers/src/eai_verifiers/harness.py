@@ -1,0 +1,52 @@
+"""A harness that asks the model in this process: no sandbox, no program to start, one request a turn."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import httpx
+import verifiers.v1 as vf
+from verifiers.v1.dialects.chat import message_to_wire
+from verifiers.v1.types import UserMessage
+
+
+class InProcessHarnessConfig(vf.HarnessConfig):
+    """There is nothing to choose."""
+
+
+class InProcessHarness(vf.Harness[InProcessHarnessConfig]):
+    """Asks once for each turn of the user, without tools.
+
+    What the stock harness starts a program for costs a rollout some hundred times the verdict.
+    """
+
+    APPENDS_SYSTEM_PROMPT = True
+    SUPPORTS_RESUME = True
+    EXECUTES_CODE = False
+    NEEDS_CONTAINER = False
+
+    async def launch(
+        self,
+        ctx: vf.ModelContext,
+        trace: vf.Trace,
+        runtime: vf.Runtime,
+        endpoint: str,
+        secret: str,
+        mcp_urls: dict[str, str],
+        data: vf.TaskData,
+        tool_interception_url: str | None = None,
+    ) -> vf.ProgramResult:
+        """Ask the model about the conversation so far."""
+        system, prompt = self.resolve_prompt(data)
+        messages = [UserMessage(content=prompt)] if isinstance(prompt, str) else prompt or []
+        asked: list[dict[str, Any]] = [message_to_wire(message) for message in messages]
+        if system is not None:
+            asked.insert(0, {"role": "system", "content": system})
+        # An address of this machine needs no certificates, and reading them takes longer than all the rest.
+        async with httpx.AsyncClient(timeout=None, verify=endpoint.startswith("https:")) as client:  # noqa: S113
+            reply = await client.post(
+                f"{endpoint}/chat/completions",
+                json={"model": ctx.model, "messages": asked},
+                headers={"Authorization": f"Bearer {secret}"},
+            )
+        return vf.ProgramResult(0 if reply.is_success else 1, "", "" if reply.is_success else reply.text)

@@ -1,0 +1,87 @@
+"""Tasks played step by step: the household answers every action of the agent."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import lru_cache
+
+import verifiers.v1 as vf
+
+from eai.abilities.protocol import Ability
+from eai.envs.game import Stage
+from eai.envs.rewards import answer_of
+from eai.envs.rollout import Rollout, stage_of
+from eai.envs.rules import Feedback, Observe, Rules
+from eai_verifiers.tasks import suite_of_one
+from eai_verifiers.taskset import HouseholdConfig, HouseholdData, HouseholdTaskConfig, HouseholdTaskset
+
+_KEPT = 4096
+"""How many new tasks are kept ready in a process."""
+
+
+class StepsTaskConfig(HouseholdTaskConfig):
+    """How tasks are played, and what is paid for."""
+
+    turns: int = 50
+    """After how many actions an episode ends."""
+    observe: Observe = Observe.FULL
+    """``full``: all that the task is about; ``partial``: what can be seen."""
+    feedback: Feedback = Feedback.FACTS
+    """What is told of each turn: all ``facts``, ``changes``, or the ``outcome`` alone."""
+
+
+class StepsConfig(HouseholdConfig):
+    """Which tasks there are; the ability is action sequencing."""
+
+    task: StepsTaskConfig = StepsTaskConfig()
+
+
+class StepsTask(vf.Task[HouseholdData, vf.State, StepsTaskConfig]):
+    """One task; the environment pays for it."""
+
+    def rollout(self) -> Rollout:
+        """An episode that begins."""
+        config = self.config
+        rules = Rules(max_steps=config.turns, observe=config.observe, feedback=config.feedback)
+        line = self.data.line
+        stage = stage_of(self.data.task, rules) if line is None else _stage_of_one(line, rules)
+        return Rollout(stage, config.shaping, rules)
+
+
+@lru_cache(_KEPT)
+def _stage_of_one(line: str, rules: Rules) -> Stage:
+    suite = suite_of_one(line, Ability.ACTION_SEQUENCING)
+    return Stage(suite.tasks[suite.task_ids[0]], suite.benchmark, rules)
+
+
+class StepsTaskset(HouseholdTaskset, vf.Taskset[StepsTask, StepsConfig]):
+    """Tasks of action sequencing; the prompt is what is seen at first."""
+
+    def load(self) -> Iterator[StepsTask]:
+        """The tasks that can be played, in order."""
+        for whole in super().load():
+            task = StepsTask(whole.data, self.config.task)
+            yield task.with_data(prompt=task.rollout().opening, system_prompt=None)
+
+
+class StepsEnvConfig(vf.EnvConfig):
+    """The one agent; nothing that it says is executed, so that it needs no sandbox."""
+
+    agent: vf.AgentConfig = vf.AgentConfig(runtime=vf.SubprocessConfig())
+
+
+class StepsEnv(vf.Env[StepsEnvConfig]):
+    """One agent acts until all goals are reached or its turns are spent."""
+
+    async def run(self, task: StepsTask, agents: vf.Agents) -> None:
+        """Play one episode; its worth is the reward, its faults are metrics."""
+        rollout = task.rollout()
+        async with agents.agent.interaction(task) as interaction:
+            segment = await interaction.turn()
+            while not segment.terminated:
+                turn = rollout.act(answer_of(segment.last_reply))
+                if rollout.over:
+                    break
+                segment = await interaction.turn(turn.observation)
+        interaction.trace.record_reward("household", rollout.worth)
+        interaction.trace.record_metrics(rollout.metrics)

@@ -1,0 +1,105 @@
+"""The taskset of whole answers, in all four abilities."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import verifiers.v1 as vf
+
+from eai.abilities.protocol import Ability
+from eai.benchmarks.generated.sets import Seeds
+from eai.benchmarks.generated.spec import Tier
+from eai.benchmarks.task_reference import TaskReference
+from eai.envs.rewards import answer_of
+from eai.prompts.prompt import PromptSet
+from eai.scoring.reward import Grade, Reward, reward_of
+from eai.scoring.shaping import Shaping
+from eai_verifiers.tasks import Asked, new_tasks, own_tasks, suite_of_one
+
+
+class HouseholdData(vf.TaskData):
+    """One task: its name, and all of it where it has been made anew."""
+
+    task: str
+    line: str | None = None
+
+
+class HouseholdTaskConfig(vf.TaskConfig):
+    """What is paid for."""
+
+    shaping: Shaping = Shaping.SUCCESS
+    """``success``, ``goals``, ``progress`` or ``diagnosis``."""
+
+
+class HouseholdConfig(vf.TasksetConfig):
+    """Which tasks there are."""
+
+    domain: str = "virtualhome"
+    """A benchmark: ``virtualhome``, ``behavior``, ``module:object``, a task file or a folder of them."""
+    ability: Ability = Ability.ACTION_SEQUENCING
+    """Which of the four abilities is asked for."""
+    prompts: PromptSet = PromptSet.OFFICIAL
+    """The data set's prompts, where it has some, or ours; about new tasks ours."""
+    generated: bool = False
+    """Instead of the benchmark's own tasks, new ones in its world, without end."""
+    seed: int = 0
+    """Of new tasks."""
+    split: str = "train"
+    """Of new tasks: splits of different names have nothing in common."""
+    tier: Tier = Tier.DATA
+    """Of new tasks: how long plans are, from ``S`` to ``XXL``; ``data`` is as in the data set."""
+    task: HouseholdTaskConfig = HouseholdTaskConfig()
+
+
+class HouseholdTask(vf.Task[HouseholdData, vf.State, HouseholdTaskConfig]):
+    """One task, of which the last reply is the answer, without what was thought."""
+
+    @vf.reward
+    async def household(self, trace: vf.Trace) -> float:
+        """What the answer is worth; 0 where nothing can be earned."""
+        return self.grade(trace.last_reply).value or 0.0
+
+    @vf.metric
+    async def faults(self, trace: vf.Trace) -> dict[str, float]:
+        """How often each kind of fault was diagnosed, success and progress."""
+        return dict(self.grade(trace.last_reply).metrics)
+
+    def grade(self, reply: str) -> Grade:
+        """What a reply is worth, and why."""
+        task, shaping = TaskReference.parse(self.data.task), self.config.shaping
+        if self.data.line is None:
+            reward = reward_of(task, shaping)
+        else:
+            reward = Reward(suite_of_one(self.data.line, task.ability), shaping)
+        return reward.grade(task.task_id, answer_of(reply))
+
+
+class HouseholdTaskset(vf.Taskset[HouseholdTask, HouseholdConfig]):
+    """The tasks of a benchmark, or new ones in its world without end."""
+
+    def __init__(self, config: HouseholdConfig) -> None:
+        super().__init__(config)
+        self.INFINITE = config.generated
+
+    def asked(self) -> Iterator[Asked]:
+        """The tasks with their prompts."""
+        config = self.config
+        if config.generated:
+            yield from new_tasks(config.domain, config.ability, Seeds(config.split, config.seed), config.tier)
+        else:
+            yield from own_tasks(config.domain, config.ability, config.prompts)
+
+    def load(self) -> Iterator[HouseholdTask]:
+        """The tasks in which something can be earned, in order."""
+        for each in self.asked():
+            data = HouseholdData(
+                id=each.task,
+                name=each.task,
+                prompt=each.prompt.user,
+                system_prompt=each.prompt.system,
+                task=each.task,
+                line=each.line,
+            )
+            task = HouseholdTask(data, self.config.task)
+            if task.grade("").value is not None:
+                yield task
