@@ -102,6 +102,20 @@ def read_responses(
     return ResponseFile(model_name(path), tuple(responses.values()), elsewhere)
 
 
+def write_responses(folder: Path, file: ResponseFile) -> None:
+    """Write answers as a response file, so that they can be scored again and elsewhere.
+
+    Raises:
+        InputError: the folder cannot be written.
+    """
+    rows = [{"identifier": r.task_id, "llm_output": r.text} for r in file.responses]
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        (folder / f"{file.model}{SUFFIX}").write_text(json.dumps(rows, indent=1) + "\n", encoding="utf-8")
+    except OSError as error:
+        raise InputError(f"{folder}: cannot be written ({error.strerror})") from error
+
+
 def model_name(path: Path) -> str:
     """The model that a response file is named after.
 

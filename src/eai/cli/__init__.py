@@ -21,6 +21,7 @@ from eai.cli import (
     leaderboard,
     merge,
     prompts,
+    questions,
     report,
     run,
     score,
@@ -65,6 +66,7 @@ app.add_typer(data.app, name="data", rich_help_panel=MATERIAL)
 app.command(no_args_is_help=True, rich_help_panel=MATERIAL)(prompts.prompts)
 app.add_typer(tasks.app, name="tasks", rich_help_panel=MATERIAL)
 app.command("generate", no_args_is_help=True, rich_help_panel=MATERIAL)(generate.generate_tasks)
+app.add_typer(questions.app, name="questions", rich_help_panel=MATERIAL)
 app.add_typer(human.app, name="human", rich_help_panel=MATERIAL)
 app.add_typer(export.app, name="export", rich_help_panel=MATERIAL)
 

@@ -246,7 +246,7 @@ def run(
         "reasoning_tokens": reasoning_tokens,
     }
     sampling = {name: value for name, value in given.items() if value is not None}
-    arguments = dict(_pair(text) for text in model_arg or ())
+    arguments = dict(pair(text) for text in model_arg or ())
     order = Order(
         endpoints=[Endpoint(name, arguments, model_base_url, prices) for name in model],
         epochs=epochs,
@@ -354,7 +354,7 @@ def _check_replay(endpoints: Sequence[Endpoint], suites: Sequence[Suite]) -> Non
             raise InputError(f"-M path={path}: one file cannot answer {len(files)} suites; {hint}")
 
 
-def _pair(text: str) -> tuple[str, Json]:
+def pair(text: str) -> tuple[str, Json]:
     """An argument of a model; what is a JSON value is taken as one."""
     name, separator, value = text.partition("=")
     if not separator:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cache
 from importlib.resources import files
 from pathlib import Path
 from string import Template
@@ -25,6 +26,13 @@ def template_names() -> frozenset[str]:
             [f"{entry.name}/{each.name}" for each in entry.iterdir()] if entry.is_dir() else [entry.name]
         )
     )
+
+
+@cache
+def _packaged(name: str) -> str:
+    """The text of a template of the package."""
+    ours = files("eai.prompts") / "templates" / name
+    return ours.read_text(encoding="utf-8").removesuffix("\n")
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,8 +54,7 @@ class Templates:
         own = self.own(name)
         if own is not None:
             return own
-        ours = files("eai.prompts") / "templates" / name
-        return ours.read_text(encoding="utf-8").removesuffix("\n")
+        return _packaged(name)
 
     def own(self, name: str) -> str | None:
         """The user's own text of this name, or None.

@@ -95,7 +95,7 @@ def _evaluate(job: Job, task: inspect_ai.Task, log_dir: Path) -> EvalLog | None:
 
     There is no log where the run was interrupted before it began.
     """
-    pace, model = job.pace, _model(job.endpoint)
+    pace, model = job.pace, find_model(job.endpoint)
     sampling: dict[str, Any] = dict(job.decoding.sampling)
     if job.endpoint.prices is not None:
         set_price(model, read_prices(job.endpoint.prices))
@@ -118,7 +118,12 @@ def _evaluate(job: Job, task: inspect_ai.Task, log_dir: Path) -> EvalLog | None:
     return next(iter(logs), None)
 
 
-def _model(endpoint: Endpoint) -> Model:
+def find_model(endpoint: Endpoint) -> Model:
+    """The model at an endpoint.
+
+    Raises:
+        EaiError: there is none, or what it needs is missing.
+    """
     arguments: dict[str, Any] = dict(endpoint.arguments)
     try:
         return get_model(endpoint.model, base_url=endpoint.base_url, **arguments)

@@ -9,6 +9,9 @@ from inspect_ai.model import ChatMessage, ChatMessageAssistant, ChatMessageSyste
 
 from eai.prompts.prompt import Prompt
 
+QUESTION = "question"
+"""The field of a message's metadata that has the world-model question that it asks."""
+
 STATED = "stated"
 """The field of a message's metadata that has the answer whose goals it states in the place of the task's."""
 

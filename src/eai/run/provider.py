@@ -6,6 +6,7 @@ message, which `eai.run.tasks` puts there; a question from elsewhere they cannot
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -36,8 +37,10 @@ from eai.benchmarks.noisy_answers import Noise, heeding_answer, noisy_answer
 from eai.benchmarks.random_answers import open_random_answers
 from eai.benchmarks.registry import find_benchmark
 from eai.errors import InputError, did_you_mean
+from eai.questions.answers import gold_text, noisy_text
+from eai.questions.question import Question
 from eai.run.job import PROVIDER, check_model
-from eai.run.messages import STATED
+from eai.run.messages import QUESTION, STATED
 from eai.run.refusal import refusing
 from eai.scoring.batch import NO_ROW
 from eai.world.execution import Action
@@ -126,6 +129,8 @@ class BuiltInModel(ModelAPI):
     ) -> ModelOutput:
         """Answer the last message."""
         about = input[-1].metadata or {}
+        if QUESTION in about:
+            return self._output(input, self._answer_question(Question.model_validate(about[QUESTION])))
         if not {"domain", "ability", "task_id"} <= about.keys():
             raise InputError(f"eai/{self.model_name} can only answer the questions of eai's own tasks")
         question = _Question(
@@ -138,7 +143,10 @@ class BuiltInModel(ModelAPI):
             "\n\n".join([message.text for message in input]),
             about.get(STATED),
         )
-        answer = self._answer(question)
+        return self._output(input, self._answer(question))
+
+    def _output(self, input: Sequence[ChatMessage], answer: str) -> ModelOutput:
+        """An answer, with words for tokens."""
         output = ModelOutput.from_content(f"{PROVIDER}/{self.model_name}", answer)
         # Without a usage Inspect would count tokens itself, for which it downloads a tokenizer.
         prompt_words = sum(len(message.text.split()) for message in input)
@@ -147,6 +155,16 @@ class BuiltInModel(ModelAPI):
             input_tokens=prompt_words, output_tokens=words, total_tokens=prompt_words + words
         )
         return output
+
+    def _answer_question(self, question: Question) -> str:
+        """The answer to a world-model question; the gold answer, or a spoilt one."""
+        match self.model_name:
+            case "oracle":
+                return gold_text(question)
+            case "noisy":
+                return noisy_text(question, self._rate, str(self._seed))
+            case _:
+                raise InputError(f"eai/{self.model_name} has no answers to world-model questions")
 
     def _answer(self, asked: _Question) -> str:
         if self.model_name == "replay":

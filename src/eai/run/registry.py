@@ -3,6 +3,7 @@
 from eai.abilities.protocol import Ability
 from eai.benchmarks.registry import registered
 from eai.run.provider import BuiltInModel
+from eai.run.questions import published_questions, question_scorer
 from eai.run.scorer import SCORERS, paper_metrics
 from eai.run.tasks import published_task
 
@@ -11,4 +12,7 @@ TASKS = {
 }
 """The tasks by name; registering them is what making them does."""
 
-__all__ = ["SCORERS", "TASKS", "BuiltInModel", "paper_metrics"]
+QUESTIONS = {f"{name}_questions": published_questions(name) for name in registered()}
+"""World-model questions about each benchmark, likewise."""
+
+__all__ = ["QUESTIONS", "SCORERS", "TASKS", "BuiltInModel", "paper_metrics", "question_scorer"]

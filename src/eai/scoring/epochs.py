@@ -12,10 +12,9 @@ from pathlib import Path
 
 from eai.abilities.protocol import Ability
 from eai.abilities.record import Origin, Record, Usage
-from eai.abilities.responses import SUFFIX, Response, ResponseFile, attempt_name
+from eai.abilities.responses import Response, ResponseFile, attempt_name, write_responses
 from eai.abilities.verdict import Json
 from eai.benchmarks.suite import Suite
-from eai.errors import InputError
 from eai.metrics.coverage import Coverage, coverage_of
 from eai.metrics.rate import Rate
 from eai.metrics.summary import summarise
@@ -173,7 +172,7 @@ def _write(
         file = ResponseFile(
             obtained.name, tuple(Response(i, answers[i].text) for i in obtained.prompts if i in answers)
         )
-        _write_answers(folder, file)
+        write_responses(folder, file)
         scored = score_run(suite, file, why, settings, told)
         records = [
             _with_origin(r, _asked(obtained.prompts.get(r.task_id)), answers.get(r.task_id)) for r in scored
@@ -265,14 +264,4 @@ def _write_attempts(folder: Path, name: str, records: Sequence[Record]) -> None:
     for number in range(max((len(record.attempts) for record in records), default=0)):
         made = [(r.task_id, r.attempts[number].response) for r in records if number < len(r.attempts)]
         responses = tuple([Response(task_id, text) for task_id, text in made])
-        _write_answers(folder, ResponseFile(attempt_name(name, number + 1), responses))
-
-
-def _write_answers(folder: Path, file: ResponseFile) -> None:
-    """Write the answers as a response file, so that they can be scored again and elsewhere."""
-    rows = [{"identifier": r.task_id, "llm_output": r.text} for r in file.responses]
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        (folder / f"{file.model}{SUFFIX}").write_text(json.dumps(rows, indent=1) + "\n", encoding="utf-8")
-    except OSError as error:
-        raise InputError(f"{folder}: cannot be written ({error.strerror})") from error
+        write_responses(folder, ResponseFile(attempt_name(name, number + 1), responses))

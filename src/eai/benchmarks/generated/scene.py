@@ -85,7 +85,7 @@ def _facts_among(state: State, kept: Sequence[int], prior: Prior) -> Iterator[Fa
     number = {index: i for i, index in enumerate(kept)}
     agent = state.scene.agent
     static = {predicate.name for predicate in state.scene.vocabulary.predicates if predicate.static}
-    for predicate, arguments in _restricted(state, kept):
+    for predicate, arguments in restricted(state, kept):
         if len(arguments) == 2 and predicate not in static:
             if predicate not in prior.places and agent not in arguments:
                 continue
@@ -94,8 +94,8 @@ def _facts_among(state: State, kept: Sequence[int], prior: Prior) -> Iterator[Fa
         yield Fact(predicate, tuple([number[i] for i in arguments]))
 
 
-def _restricted(state: State, kept: Sequence[int]) -> Iterator[Fact]:
-    """The facts about some objects alone."""
+def restricted(state: State, kept: Sequence[int]) -> Iterator[Fact]:
+    """The facts of a state about some objects alone, first by predicate."""
     vocabulary, among = state.scene.vocabulary, sum([1 << i for i in kept])
     for name in vocabulary.unary_slots:
         if not vocabulary.arity(name):

@@ -1,0 +1,240 @@
+"""``eai questions``: world-model questions, written, put to a model, and scored."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from typer.core import TyperGroup
+
+from eai.abilities.responses import Response, ResponseFile, file_name, read_responses, write_responses
+from eai.benchmarks.registry import find_benchmark
+from eai.benchmarks.source import Source
+from eai.cli.console import (
+    DOMAIN_HELP,
+    counted,
+    data_progress,
+    errors,
+    output,
+    print_json,
+    without_inspect,
+)
+from eai.cli.data import DataFolder, store
+from eai.cli.options import AsJson
+from eai.cli.run import pair
+from eai.cli.table import Column, percent, print_table
+from eai.errors import InputError
+from eai.prompts.template import Templates
+from eai.questions.balance import Balance, balance_of
+from eai.questions.question import Form, Kind, Question, questions_content, read_questions
+from eai.questions.results import (
+    DEPTHS,
+    Result,
+    Row,
+    Table,
+    depth_text,
+    score,
+    table_json,
+    tabulate,
+    write_results,
+)
+from eai.questions.writer import Wanted, Writer
+
+WRITE = "write"
+
+
+class _WritesByDefault(TyperGroup):
+    """A group whose options without a command are those of ``write``."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """The arguments, after the command that they are for."""
+        named = args and (args[0] in self.commands or args[0] in ctx.help_option_names)
+        return super().parse_args(ctx, args if named or not args else [WRITE, *args])
+
+
+app = typer.Typer(
+    cls=_WritesByDefault,
+    no_args_is_help=True,
+    help="World-model questions with computed answers: write them, put them to a model, score answers.",
+)
+QuestionPath = Annotated[Path, typer.Argument(help="The questions.", metavar="FILE")]
+Out = Annotated[Path | None, typer.Option(metavar="DIR", help="Where records and the summary go.")]
+
+
+@app.command(WRITE)
+def write(
+    domain: Annotated[str, typer.Option(help=DOMAIN_HELP)],
+    out: Annotated[Path, typer.Option(help="The file to write, JSON lines.")],
+    kind: Annotated[
+        list[Kind] | None, typer.Option(metavar="KIND", help=f"{', '.join(Kind)}. All if not given.")
+    ] = None,
+    form: Annotated[
+        list[Form] | None, typer.Option(metavar="FORM", help=f"{', '.join(Form)}. All if not given.")
+    ] = None,
+    n: Annotated[int, typer.Option("--n", min=1, help="How many, evenly of all kinds and forms.")] = 500,
+    seed: Annotated[int, typer.Option(help="Of all that is random.")] = 0,
+    prompts: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="Texts of your own in place of single ones of ours.")
+    ] = None,
+    data: DataFolder = None,
+) -> None:
+    """Write questions about the world of a benchmark. Equal arguments give equal bytes.
+
+    Example: eai questions --domain virtualhome --n 500 --seed 0 --out questions.jsonl
+    """
+    with data_progress() as report:
+        writer = Writer(find_benchmark(domain), Source(store(data), report), Templates(prompts))
+        wanted = Wanted(tuple(kind or Kind), tuple(form or Form), n, seed)
+        questions = list(writer.write(wanted))
+    if not questions:
+        raise InputError(f"{domain}: no task of it gives a question of these kinds and forms")
+    try:
+        out.parent.mkdir(parents=True, exist_ok=True)
+        out.write_bytes(questions_content(questions))
+    except OSError as error:
+        raise InputError(f"{out}: cannot be written ({error.strerror})") from error
+    _print_balance(questions)
+    fewer = "" if len(questions) == n else f"; the tasks give no more than these of {n:,}"
+    _say(f"{counted(len(questions), 'question')} written to {out}{fewer}")
+
+
+@app.command()
+def run(
+    path: QuestionPath,
+    model: Annotated[
+        str, typer.Option(metavar="NAME", help="As for eai run; eai/oracle, eai/noisy built in.")
+    ],
+    out: Annotated[Path, typer.Option(metavar="DIR", help="Where answers, the log and results go.")],
+    model_arg: Annotated[
+        list[str] | None, typer.Option("-M", metavar="KEY=VALUE", help="An argument of the model.")
+    ] = None,
+    model_base_url: Annotated[
+        str | None, typer.Option(metavar="URL", help="Where a local server listens.")
+    ] = None,
+    limit: Annotated[int | None, typer.Option(min=1, metavar="N", help="The first N alone.")] = None,
+    max_connections: Annotated[
+        int | None, typer.Option(min=1, metavar="N", help="Requests at a time.")
+    ] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Put questions to a model and score the answers. What OUT has an answer to is not asked again.
+
+    Exit status 1 if some questions were not answered; until they are, they count as wrong.
+
+    Example: eai questions run questions.jsonl --model eai/noisy -M rate=0.2 --out answers
+    """
+    try:
+        from eai.run.job import Endpoint, check_model
+        from eai.run.questions import ask_questions
+    except ImportError as error:
+        raise without_inspect(error) from error
+    check_model(model)
+    file = read_questions(path)
+    asked, name = file.questions[:limit], file_name(model)
+    answers = _answers_in(out, name, file.questions)
+    open_ones = [question for question in asked if question.id not in answers]
+    if open_ones:
+        endpoint = Endpoint(model, dict(pair(text) for text in model_arg or ()), model_base_url)
+        answers |= ask_questions(open_ones, endpoint, out / "logs", max_connections)
+        write_responses(out, ResponseFile(name, tuple([Response(*each) for each in answers.items()])))
+    results = score(asked, answers)
+    write_results(out, name, results, file.sha256)
+    _print(name, results, as_json=as_json)
+    missing = sum(result.text is None for result in results)
+    if missing:
+        errors().print(f"{counted(missing, 'question')} not answered; the same command asks again")
+        raise typer.Exit(1)
+
+
+@app.command("score")
+def score_answers(
+    path: QuestionPath,
+    answers: Annotated[
+        Path, typer.Argument(help='A list of {"identifier", "llm_output"}.', metavar="ANSWERS")
+    ],
+    out: Out = None,
+    as_json: AsJson = False,
+) -> None:
+    """Score the answers in a file, named <model>_outputs.json or _outputs.jsonl, and print a table.
+
+    A question without an answer counts as wrong.
+
+    Example: eai questions score questions.jsonl answers/eai_noisy_outputs.json
+    """
+    file = read_questions(path)
+    given = read_responses(answers, {question.id: None for question in file.questions})
+    results = score(file.questions, {response.task_id: response.text for response in given.responses})
+    if out is not None:
+        write_results(out, given.model, results, file.sha256)
+    _print(given.model, results, as_json=as_json)
+
+
+def _answers_in(folder: Path, name: str, questions: Sequence[Question]) -> dict[str, str]:
+    """The answers that a folder has already, by id."""
+    path = folder / f"{name}_outputs.json"
+    if not path.exists():
+        return {}
+    given = read_responses(path, {question.id: None for question in questions})
+    return {response.task_id: response.text for response in given.responses}
+
+
+def _print(model: str, results: Sequence[Result], *, as_json: bool) -> None:
+    table = tabulate(results)
+    if as_json:
+        print_json({"model": model, **table_json(table)})
+        return
+    answered = sum(result.text is not None for result in results)
+    title = f"{model}: {answered:,} of {counted(len(results), 'question')} answered; right, in percent"
+    rows = {**{k.value: row for k, row in table.by_kind.items()}, "all": table.overall}
+    print_table(output(), title, [Column("kind", list(rows))], [*_columns(rows), *_depths(table)])
+    forms = {form.value: row for form, row in table.by_form.items()}
+    print_table(output(), "By form of answer", [Column("form", list(forms))], _columns(forms))
+
+
+def _columns(rows: dict[str, Row]) -> list[Column]:
+    found = list(rows.values())
+    unreadable = any(row.unreadable.numerator for row in found)
+    return [
+        Column("of", [f"{row.exact.denominator:g}" for row in found]),
+        Column("right", [percent(row.exact) for row in found]),
+        Column(
+            "95 %", ["-" if r.interval is None else f"{r.interval[0]:.0f}-{r.interval[1]:.0f}" for r in found]
+        ),
+        Column("chance", [percent(row.chance) for row in found]),
+        Column("F1", [percent(row.f1) for row in found]),
+        *([Column("unread", [percent(row.unreadable) for row in found])] if unreadable else []),
+    ]
+
+
+def _depths(table: Table) -> list[Column]:
+    """The rates by depth, below how many actions the questions are about."""
+    rates = list(table.by_depth.values())
+    return [
+        Column(f"depth\n{depth_text(depth)}", [*(percent(of_kind[place]) for of_kind in rates), ""])
+        for place, depth in enumerate(DEPTHS)
+    ]
+
+
+def _print_balance(questions: Sequence[Question]) -> None:
+    kinds = list(dict.fromkeys([question.kind for question in questions]))
+    columns = [
+        Column(
+            f"{form.value}\n{heading}", [_cell(balance_of(questions, kind, form), field) for kind in kinds]
+        )
+        for form in dict.fromkeys([question.form for question in questions])
+        for heading, field in (("n", "number"), ("entropy", "entropy"))
+    ]
+    print_table(
+        output(), "Questions, and how even their answers are (1: entirely)", [Column("kind", kinds)], columns
+    )
+
+
+def _cell(balance: Balance, field: str) -> str:
+    value = getattr(balance, field)
+    return "-" if value is None else f"{value:g}" if isinstance(value, int) else f"{value:.2f}"
+
+
+def _say(text: str) -> None:
+    output().print(text, soft_wrap=True, highlight=False, markup=False)

@@ -1,0 +1,220 @@
+"""Questions about one action: what it changes, which one it was, which are possible, and why not."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Callable, Iterator, Sequence
+from itertools import product
+
+from eai.questions.item import Item, listed, some
+from eai.questions.question import Accept
+from eai.questions.setting import Setting
+from eai.world.execution import Action
+from eai.world.state import Fact, State
+
+_CANDIDATES = 8
+"""How many actions are to be told apart where some of them are possible."""
+
+_DRAWS = 20
+"""How often a fact is drawn that never held."""
+
+_IDLE = 0.3
+"""How often an action is asked about that changes nothing."""
+
+_CHOICES = 3
+"""How many wrong answers stand beside a right one."""
+
+
+def forward(setting: Setting, rng: random.Random, number: int) -> Item | None:
+    """What holds after an action; in open form, what is different."""
+    state, action = _moment(setting, rng)
+    after = None if action is None else setting.after(state, action)
+    if action is None or after is None:
+        return None
+    changes = setting.changes(state, after)
+    if not changes and rng.random() > _IDLE:
+        return None
+    right, wrong = statements(setting, rng, [state, after])
+    return Item(state, {action.operator}, 1, right, wrong, changes, values={"action": setting.said(action)})
+
+
+def backward(setting: Setting, rng: random.Random, number: int) -> Item | None:
+    """Which single action makes something true that is not."""
+    state, action = _moment(setting, rng)
+    after = None if action is None else setting.after(state, action)
+    if action is None or after is None:
+        return None
+    added, removed = setting.added(state, after), setting.added(after, state)
+    if not added and not removed:
+        return None
+    fact = rng.choice([*added, *removed])
+    wanted = fact in added
+    candidates = [name for name in setting.rules.names if fact.predicate in setting.rules.written(name)]
+    outcomes = _outcomes(setting, state, candidates)
+    right = [each for each, reached in outcomes if _holds(reached, fact) is wanted]
+    literal = setting.said(fact) if wanted else f"not {setting.said(fact)}"
+    wrong = _others(setting, rng, state, action, lambda s: s is None or _holds(s, fact) is not wanted)
+    return _which_action(setting, state, right, wrong, {"fact": literal})
+
+
+def inverse(setting: Setting, rng: random.Random, number: int) -> Item | None:
+    """Which single action made these changes, and no others."""
+    state, action = _moment(setting, rng)
+    after = None if action is None else setting.after(state, action)
+    if action is None or after is None:
+        return None
+    changed = {fact.predicate for fact in (*setting.added(state, after), *setting.added(after, state))}
+    if not changed:
+        return None
+    candidates = [name for name in setting.rules.names if changed <= setting.rules.written(name)]
+    outcomes = _outcomes(setting, state, candidates)
+    right = [each for each, reached in outcomes if setting.alike(reached, after)]
+    wrong = _others(setting, rng, state, action, lambda s: s is None or not setting.alike(s, after))
+    changes = setting.changes(state, after)
+    return _which_action(setting, state, right, wrong, {"changes": listed(changes)})
+
+
+def applicability(setting: Setting, rng: random.Random, number: int) -> Item | None:
+    """Which actions are possible; half of those to choose from are."""
+    state = rng.choice(setting.states)
+    right = _drawn(setting, rng, state, _CANDIDATES // 2, possible=True)
+    wrong = _drawn(setting, rng, state, _CANDIDATES // 2, possible=False)
+    if len(right) < _CANDIDATES // 2 or len(wrong) < _CANDIDATES // 2:
+        return None
+    together = rng.sample([*right, *wrong], _CANDIDATES)
+    said = [setting.said(action) for action in right]
+    return Item(
+        state,
+        {action.operator for action in together},
+        1,
+        said,
+        [setting.said(action) for action in wrong],
+        said,
+        values={"actions": listed([setting.said(action) for action in together])},
+        actions=True,
+    )
+
+
+def why_not(setting: Setting, rng: random.Random, number: int) -> Item | None:
+    """Which requirements of an action are not met."""
+    state = rng.choice(setting.states)
+    action = setting.some_action(rng, state, possible=False)
+    if action is None or len(setting.checks(action)) < 2:
+        return None
+    failing = setting.failing(state, action)
+    reasons = [f"requirement {n}" for n in range(1, len(setting.checks(action)) + 1)]
+    return Item(
+        state,
+        {action.operator},
+        1,
+        [reasons[n - 1] for n in failing],
+        [reason for n, reason in enumerate(reasons, 1) if n not in failing],
+        [str(n) for n in failing],
+        values={"action": setting.said(action)},
+    )
+
+
+def statements(setting: Setting, rng: random.Random, states: Sequence[State]) -> tuple[list[str], list[str]]:
+    """Facts that hold in the last of some states, and facts that do not.
+
+    Of each, as many as can be had were otherwise in one of the states before: so neither "as it was" nor
+    "something has changed" tells them apart.
+    """
+    start, last = frozenset(setting.facts(states[0])), states[-1]
+    gained = frozenset([fact for state in states[1:] for fact in setting.added(states[0], state)])
+    lost = frozenset([fact for state in states[1:] for fact in setting.added(state, states[0])])
+    ever, always = start | gained, start - lost
+    now = start.difference(setting.added(last, states[0])).union(setting.added(states[0], last))
+    right = [*some(rng, sorted(now - always), 2), *some(rng, sorted(always), 2)]
+    wrong = some(rng, sorted(ever - now), 2)
+    wrong += never_true(setting, rng, ever, max(2, _CHOICES - len(wrong)))
+    return [setting.said(fact) for fact in right], [setting.said(fact) for fact in wrong]
+
+
+def never_true(setting: Setting, rng: random.Random, ever: frozenset[Fact], number: int) -> list[Fact]:
+    """Facts that are none of these: such as are, about another object."""
+    found: list[Fact] = []
+    known, things = sorted(ever), range(len(setting.scene.objects))
+    for _ in range(_DRAWS if known else 0):
+        predicate, arguments = rng.choice(known)
+        changed = list(arguments)
+        if changed:
+            changed[rng.randrange(len(changed))] = rng.choice(things)
+        fact = Fact(predicate, tuple(changed))
+        if fact not in ever and len(set(changed)) == len(changed) and fact not in found:
+            found.append(fact)
+    return found[:number]
+
+
+def _moment(setting: Setting, rng: random.Random) -> tuple[State, Action | None]:
+    """A state of the way and an action that is possible in it: the next of the way, or any, equally often."""
+    step = rng.randrange(len(setting.states))
+    state = setting.states[step]
+    if step < len(setting.way) and rng.random() < 0.5:
+        return state, setting.way[step]
+    return state, setting.some_action(rng, state, possible=True)
+
+
+def _outcomes(setting: Setting, state: State, operators: Sequence[str]) -> Iterator[tuple[Action, State]]:
+    """Every action by some operators that is possible in a state, and what it leads to."""
+    things = range(len(setting.scene.objects))
+    for name in operators:
+        for arguments in product(things, repeat=setting.domain.arities[name]):
+            action = Action(name, arguments)
+            reached = setting.after(state, action)
+            if reached is not None:
+                yield action, reached
+
+
+def _others(
+    setting: Setting,
+    rng: random.Random,
+    state: State,
+    action: Action,
+    is_wrong: Callable[[State | None], bool],
+) -> list[Action]:
+    """Wrong actions that look like a right one: with the same objects, by the same operator, or possible."""
+    number = len(action.arguments)
+    drawn: list[Action] = []
+    for _ in range(_CANDIDATES):
+        operator = rng.choice(setting.rules.operators)
+        if operator.arity == number:
+            drawn.append(Action(operator.name, action.arguments))
+        drawn.append(Action(action.operator, tuple(rng.sample(setting.things, number))))
+    drawn += _drawn(setting, rng, state, _CHOICES, possible=True)
+    return [each for each in dict.fromkeys(drawn) if is_wrong(setting.after(state, each))]
+
+
+def _which_action(
+    setting: Setting, state: State, right: Sequence[Action], wrong: Sequence[Action], values: dict[str, str]
+) -> Item:
+    said = [setting.said(action) for action in right]
+    return Item(
+        state,
+        setting.rules.names,
+        1,
+        said,
+        [setting.said(action) for action in wrong],
+        said,
+        Accept.ANY,
+        values,
+        actions=True,
+    )
+
+
+def _drawn(
+    setting: Setting, rng: random.Random, state: State, number: int, *, possible: bool
+) -> list[Action]:
+    """Different actions drawn at random, fewer where there are not so many."""
+    found: dict[Action, None] = {}
+    for _ in range(2 * number):
+        action = setting.some_action(rng, state, possible=possible)
+        if action is not None:
+            found[action] = None
+        if len(found) == number:
+            break
+    return list(found)
+
+
+def _holds(state: State, fact: Fact) -> bool:
+    return state.has(fact.predicate, *fact.arguments)

@@ -1,0 +1,254 @@
+"""Questions about plans: what holds after one, what becomes of it, what it can do without."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Sequence
+from enum import IntEnum
+from typing import NamedTuple
+
+from eai.abilities.explanation import formula_text
+from eai.questions.item import Item, numbered, some
+from eai.questions.one_step import statements
+from eai.questions.setting import Setting
+from eai.world.execution import Action
+from eai.world.state import State
+
+_MOST_FACTS = 12
+"""How many facts about one object are asked for."""
+
+_TRIES = 12
+"""How many changes of a plan are tried for one that comes to what is wanted."""
+
+_CHOICES = 3
+"""How many wrong answers stand beside a right one."""
+
+_DETOURS = 3
+"""How many actions that a plan can do without are put into it."""
+
+
+class Result(IntEnum):
+    """What a plan comes to."""
+
+    WORKS = 0
+    MISSES = 1
+    FAILS = 2
+
+
+class Outcome(NamedTuple):
+    """What a plan comes to, and why.
+
+    Attributes:
+        result: what it comes to.
+        missed: the goals that do not hold at its end, by number from 1.
+        step: the first step that is impossible, by its place in the plan.
+        requirement: the first of its requirements that is not met, by number from 1.
+    """
+
+    result: Result
+    missed: tuple[int, ...] = ()
+    step: int = 0
+    requirement: int = 0
+
+
+def outcome(setting: Setting, start: State, plan: Sequence[Action]) -> Outcome:
+    """What a plan comes to."""
+    state = start
+    for place, action in enumerate(plan):
+        after = setting.after(state, action)
+        if after is None:
+            return Outcome(Result.FAILS, (), place, setting.failing(state, action)[0])
+        state = after
+    missed = tuple([n for n, held in enumerate(setting.reached(state), 1) if not held])
+    return Outcome(Result.MISSES, missed) if missed else Outcome(Result.WORKS)
+
+
+def state_tracking(setting: Setting, rng: random.Random, number: int) -> Item | None:
+    """What holds after several actions; in open form, all of it about one object."""
+    if not setting.way:
+        return None
+    first = rng.randrange(len(setting.way))
+    last = rng.randrange(first + 1, len(setting.way) + 1)
+    states, plan = setting.states[first : last + 1], setting.way[first:last]
+    right, wrong = statements(setting, rng, states)
+    thing = rng.choice([i for action in plan for i in action.arguments] or [0])
+    about = [fact for fact in setting.facts(states[-1]) if thing in fact.arguments]
+    if len(about) > _MOST_FACTS:
+        return None
+    values = {
+        "plan": numbered([setting.said(action) for action in plan]),
+        "object": setting.scene.objects[thing].name,
+    }
+    answer = [setting.said(fact) for fact in about]
+    return Item(states[0], _operators(plan), len(plan), right, wrong, answer, values=values)
+
+
+def counterfactual(setting: Setting, rng: random.Random, number: int) -> Item | None:
+    """What becomes of a plan that works where a step is left out, two are exchanged, or one is put in."""
+    if not setting.works:
+        return None
+    for _ in range(_TRIES):
+        variant = _variant(setting, rng)
+        if variant is None:
+            continue
+        came_to = outcome(setting, setting.states[0], [step.action for step in variant.steps])
+        if came_to.result == number % len(Result):
+            numbers = [step.number for step in variant.steps]
+            shown = [setting.said(action) for action in setting.way]
+            told = {step.action.operator for step in variant.steps} | _operators(setting.way)
+            values = {"plan": numbered(shown), "change": variant.change}
+            return _of_plan(setting, rng, came_to, numbers, told, values)
+    return None
+
+
+def validation(setting: Setting, rng: random.Random, number: int) -> Item | None:
+    """Where a plan fails, and why; or whether it works."""
+    if not setting.works:
+        return None
+    for _ in range(_TRIES):
+        plan = _with_detours(setting, rng) if rng.random() < 0.5 else list(setting.way)
+        if number % len(Result) != Result.WORKS:
+            _spoil(setting, plan, rng)
+        came_to = outcome(setting, setting.states[0], plan)
+        if plan and came_to.result == number % len(Result):
+            values = {"plan": numbered([setting.said(action) for action in plan])}
+            return _of_plan(setting, rng, came_to, range(1, len(plan) + 1), _operators(plan), values)
+    return None
+
+
+def justification(setting: Setting, rng: random.Random, number: int) -> Item | None:
+    """Which steps of a plan can be left out, each by itself."""
+    if not setting.works:
+        return None
+    plan = _with_detours(setting, rng)
+    needless = [place for place in range(len(plan)) if _works_without(setting, plan, place)]
+    steps = [f"step {place + 1}" for place in range(len(plan))]
+    return Item(
+        setting.states[0],
+        _operators(plan),
+        len(plan),
+        [steps[place] for place in needless],
+        [step for place, step in enumerate(steps) if place not in needless],
+        [str(place + 1) for place in needless],
+        values={"plan": numbered([setting.said(action) for action in plan]), "goals": _goals(setting)},
+        formulas=setting.goals,
+    )
+
+
+class _Numbered(NamedTuple):
+    """A step with its number in the plan that is shown; 0 for one that is not in it."""
+
+    number: int
+    action: Action
+
+
+class _Variant(NamedTuple):
+    """A plan that is changed, and the change in words."""
+
+    steps: list[_Numbered]
+    change: str
+
+
+def _variant(setting: Setting, rng: random.Random) -> _Variant | None:
+    steps = [_Numbered(n, action) for n, action in enumerate(setting.way, 1)]
+    place = rng.randrange(len(steps))
+    match rng.choice(("leave out", "exchange", "put in")):
+        case "leave out" if len(steps) > 1:
+            return _Variant(steps[:place] + steps[place + 1 :], f"step {place + 1} is left out")
+        case "exchange" if place + 1 < len(steps):
+            steps[place : place + 2] = reversed(steps[place : place + 2])
+            return _Variant(steps, f"steps {place + 1} and {place + 2} change places")
+        case "put in":
+            action = setting.some_action(rng, setting.states[place], possible=True)
+            if action is not None:
+                steps.insert(place, _Numbered(0, action))
+                return _Variant(steps, f"just before step {place + 1}, {setting.said(action)} is carried out")
+    return None
+
+
+def _of_plan(
+    setting: Setting,
+    rng: random.Random,
+    came_to: Outcome,
+    numbers: Sequence[int],
+    operators: set[str],
+    values: dict[str, str],
+) -> Item | None:
+    """The item about a plan whose steps have these numbers; none where what fails has no number.
+
+    Whatever it comes to, the choices are that it works, that it misses a goal, that one of two steps fails.
+    """
+    failing = numbers[came_to.step] if came_to.result is Result.FAILS else 0
+    if came_to.result is Result.FAILS and not failing:
+        return None
+    said = {
+        Result.WORKS: "every step can be carried out, and all goals hold at the end",
+        Result.MISSES: "every step can be carried out, but at the end not all goals hold",
+    }
+    fails = {n: f"step {n} is the first that cannot be carried out" for n in numbers if n}
+    right = fails[failing] if failing else said[came_to.result]
+    answer: list[str] = ["works"]
+    if came_to.result is Result.FAILS:
+        answer = [f"step {failing}", f"requirement {came_to.requirement}"]
+    elif came_to.missed:
+        answer = [f"goal {n}" for n in came_to.missed]
+    classes = [text for text in said.values() if text != right]
+    steps = [text for text in fails.values() if text != right]
+    return Item(
+        setting.states[0],
+        operators,
+        len(numbers),
+        [right],
+        [*classes, *some(rng, steps, _CHOICES - len(classes))],
+        answer,
+        values={**values, "goals": _goals(setting)},
+        formulas=setting.goals,
+    )
+
+
+def _spoil(setting: Setting, plan: list[Action], rng: random.Random) -> None:
+    """Leave a step out, exchange two, or take another object or operator."""
+    place = rng.randrange(len(plan))
+    action = plan[place]
+    match rng.choice(("leave out", "exchange", "object", "operator")):
+        case "leave out":
+            del plan[place]
+        case "exchange":
+            plan[place : place + 2] = reversed(plan[place : place + 2])
+        case "object" if action.arguments:
+            changed = list(action.arguments)
+            changed[rng.randrange(len(changed))] = rng.randrange(len(setting.scene.objects))
+            plan[place] = Action(action.operator, tuple(changed))
+        case _:
+            alike = [o.name for o in setting.rules.operators if o.arity == len(action.arguments)]
+            plan[place] = Action(rng.choice(alike), action.arguments)
+
+
+def _with_detours(setting: Setting, rng: random.Random) -> list[Action]:
+    """The plan with up to three further actions that do not keep it from working."""
+    plan = list(setting.way)
+    for _ in range(rng.randint(0, _DETOURS)):
+        place = rng.randrange(len(plan))
+        state = setting.states[0]
+        for action in plan[:place]:
+            state = setting.after(state, action) or state
+        action_put_in = setting.some_action(rng, state, possible=True)
+        if action_put_in is None:
+            continue
+        longer = [*plan[:place], action_put_in, *plan[place:]]
+        if outcome(setting, setting.states[0], longer).result is Result.WORKS:
+            plan = longer
+    return plan
+
+
+def _works_without(setting: Setting, plan: Sequence[Action], place: int) -> bool:
+    shorter = [*plan[:place], *plan[place + 1 :]]
+    return outcome(setting, setting.states[0], shorter).result is Result.WORKS
+
+
+def _operators(plan: Sequence[Action]) -> set[str]:
+    return {action.operator for action in plan}
+
+
+def _goals(setting: Setting) -> str:
+    return numbered([formula_text(goal) for goal in setting.goals])

@@ -1,0 +1,137 @@
+"""World-model questions as values, and the file that holds them: JSON lines, one question a line."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterable
+from dataclasses import dataclass
+from enum import Enum
+from pathlib import Path
+from typing import Annotated, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from eai.errors import InputError
+
+
+class Kind(str, Enum):
+    """What is asked about.
+
+    ``forward``: what holds after an action. ``backward``: which single action makes a fact true. ``inverse``:
+    which action led from one state to another. ``state``: what holds after several actions.
+    ``applicability``: which actions are possible. ``why_not``: which requirements of an action are not met.
+    ``counterfactual``: what becomes of a plan that is changed, or begins otherwise. ``validation``: where a
+    plan fails, and why. ``justification``: which steps of a plan are not needed. ``reachability``: what can
+    become true by some actions. ``next_action``: how a shortest plan begins. ``landmarks``: which actions
+    are in every plan.
+    """
+
+    FORWARD = "forward"
+    BACKWARD = "backward"
+    INVERSE = "inverse"
+    STATE = "state"
+    APPLICABILITY = "applicability"
+    WHY_NOT = "why_not"
+    COUNTERFACTUAL = "counterfactual"
+    VALIDATION = "validation"
+    JUSTIFICATION = "justification"
+    REACHABILITY = "reachability"
+    NEXT_ACTION = "next_action"
+    LANDMARKS = "landmarks"
+
+
+class Form(str, Enum):
+    """How an answer is given: yes or no, the letter of a choice, or a list of what is asked for."""
+
+    YES_NO = "yes_no"
+    CHOICE = "choice"
+    OPEN = "open"
+
+
+class Accept(str, Enum):
+    """Whether an answer has to name all of the gold answers, or any one of them."""
+
+    ALL = "all"
+    ANY = "any"
+
+
+class Question(BaseModel):
+    """A question with its gold answer.
+
+    Attributes:
+        id: known by this in answers; unique in a file.
+        version: of the format.
+        domain: the benchmark whose world it is about.
+        task: the id of the task whose world it is about.
+        title: what near copies of this task share.
+        kind: what is asked about.
+        form: how an answer is given.
+        depth: how many actions there are to think of: those that the question names one after the other, or
+            those of a shortest plan.
+        options: how many answers there are to choose from; 0 where there are none.
+        prompt: what a model is asked.
+        answer: the gold answers, each a text: ``yes``, a letter, facts, actions, numbers.
+        accept: whether all of them are wanted, or any one.
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True, title="Question")
+
+    id: Annotated[str, Field(min_length=1)]
+    version: Literal[1] = 1
+    domain: str
+    task: str
+    title: str
+    kind: Kind
+    form: Form
+    depth: Annotated[int, Field(ge=1)]
+    options: Annotated[int, Field(ge=0)] = 0
+    prompt: Annotated[str, Field(min_length=1)]
+    answer: tuple[str, ...]
+    accept: Accept = Accept.ALL
+
+
+@dataclass(frozen=True, slots=True)
+class QuestionFile:
+    """The questions of a file.
+
+    Attributes:
+        questions: in the order of the file.
+        sha256: digest of its content.
+    """
+
+    questions: tuple[Question, ...]
+    sha256: str
+
+
+def questions_content(questions: Iterable[Question]) -> bytes:
+    """Questions as the content of a file; equal questions give equal bytes."""
+    return "".join(f"{question.model_dump_json()}\n" for question in questions).encode()
+
+
+def read_questions(file: Path) -> QuestionFile:
+    """The questions of a file.
+
+    Raises:
+        InputError: it cannot be read, has none, or a line is no question; names file, line and field.
+    """
+    try:
+        content = file.read_bytes()
+    except OSError as error:
+        raise InputError(f"{file}: cannot be read ({error.strerror})") from error
+    questions: dict[str, Question] = {}
+    for number, line in enumerate(content.split(b"\n"), 1):
+        if not line.strip():
+            continue
+        place = f"{file}: line {number}"
+        try:
+            question = Question.model_validate_json(line)
+        except ValidationError as error:
+            first = error.errors()[0]
+            field = ".".join(map(str, first["loc"])) or "the line"
+            raise InputError(f"{place}: {field}: {first['msg']}") from error
+        if question.id in questions:
+            raise InputError(f"{place}: the id {question.id!r} stands there twice")
+        questions[question.id] = question
+    if not questions:
+        raise InputError(f"{file}: expected at least one question")
+    return QuestionFile(tuple(questions.values()), hashlib.sha256(content).hexdigest())

@@ -1,0 +1,186 @@
+"""Answers to questions scored: one result a question, and how right the answers are by kind and depth."""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from eai.abilities.codec import sha256_of
+from eai.abilities.share import Share, confusion_shares, of_all
+from eai.abilities.verdict import Json
+from eai.errors import InputError
+from eai.metrics.certainty import Case, Interval, certainty_of_rate
+from eai.metrics.rate import Rate, rate_of
+from eai.questions.answers import Graded, gold_text, grade
+from eai.questions.question import Form, Kind, Question
+
+DEPTHS = ((1, 1), (2, 3), (4, 7), (8, 10**6))
+"""How many actions questions of a column are about: least and most."""
+
+
+@dataclass(frozen=True, slots=True)
+class Result:
+    """A question, the answer to it, or None if there is none, and how right that is."""
+
+    question: Question
+    text: str | None
+    graded: Graded
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """How right the answers to some questions are.
+
+    Attributes:
+        exact: those that are right in all that is asked, among all; without an answer a question is not.
+        interval: of this rate, 95 %, with the task as its unit, as questions about one task are alike. None
+            if there is no question.
+        chance: what the same questions give whoever guesses: of those with a choice the share that is hit at
+            random, of those in open form that of the most common answer.
+        f1: of all parts of answers in open form, in percent; None if there are none.
+        unreadable: answers that cannot be read, among all.
+    """
+
+    exact: Rate
+    interval: Interval | None
+    chance: Rate
+    f1: Rate
+    unreadable: Rate
+
+
+@dataclass(frozen=True, slots=True)
+class Table:
+    """Rows by kind of question, by form, and of all; the rates of each kind by depth."""
+
+    by_kind: Mapping[Kind, Row]
+    by_form: Mapping[Form, Row]
+    overall: Row
+    by_depth: Mapping[Kind, Sequence[Rate]]
+
+
+def score(questions: Sequence[Question], answers: Mapping[str, str]) -> list[Result]:
+    """The result of every question, in order; ``answers`` are texts by id."""
+    return [Result(each, answers.get(each.id), grade(each, answers.get(each.id, ""))) for each in questions]
+
+
+def tabulate(results: Sequence[Result]) -> Table:
+    """The rates of one model."""
+    guesses = _guesses(results)
+    kinds = {kind: [r for r in results if r.question.kind is kind] for kind in Kind}
+    forms = {form: [r for r in results if r.question.form is form] for form in Form}
+    return Table(
+        {kind: _row(some, guesses) for kind, some in kinds.items() if some},
+        {form: _row(some, guesses) for form, some in forms.items() if some},
+        _row(results, guesses),
+        {
+            kind: [_exact([r for r in some if low <= r.question.depth <= high]) for low, high in DEPTHS]
+            for kind, some in kinds.items()
+            if some
+        },
+    )
+
+
+def table_json(table: Table) -> dict[str, Json]:
+    """A table as ``summary.json`` has it; rates are in percent."""
+    return {
+        "overall": _row_json(table.overall),
+        "by_kind": {kind.value: _row_json(row) for kind, row in table.by_kind.items()},
+        "by_form": {form.value: _row_json(row) for form, row in table.by_form.items()},
+        "by_depth": {
+            kind.value: {depth_text(depth): rate.to_json() for depth, rate in zip(DEPTHS, rates, strict=True)}
+            for kind, rates in table.by_depth.items()
+        },
+    }
+
+
+def depth_text(depth: tuple[int, int]) -> str:
+    """A range of depths as ``2-3``."""
+    low, high = depth
+    return str(low) if low == high else f"{low}-{high}" if high < DEPTHS[-1][1] else f"{low}+"
+
+
+def write_results(folder: Path, model: str, results: Sequence[Result], questions_sha256: str) -> None:
+    """Write ``records.jsonl``, a line a question, and ``summary.json``.
+
+    Raises:
+        InputError: the folder cannot be written.
+    """
+    summary = {"model": model, "questions_sha256": questions_sha256, "unit": "percent"}
+    lines = [json.dumps(_record(model, result), ensure_ascii=True) for result in results]
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        (folder / "records.jsonl").write_text("".join(f"{line}\n" for line in lines), encoding="utf-8")
+        text = json.dumps({**summary, **table_json(tabulate(results))}, indent=2)
+        (folder / "summary.json").write_text(text + "\n", encoding="utf-8")
+    except OSError as error:
+        raise InputError(f"{folder}: cannot be written ({error.strerror})") from error
+
+
+def _row(results: Sequence[Result], guesses: Mapping[str, float]) -> Row:
+    cases = [_case(result, of_all(result.graded.exact)) for result in results]
+    certainty = certainty_of_rate(cases)
+    open_form = [result for result in results if result.question.form is Form.OPEN]
+    return Row(
+        exact=_exact(results),
+        interval=None if certainty is None else certainty.by_task,
+        chance=rate_of([Share(guesses[result.question.id], 1) for result in results]),
+        f1=rate_of([confusion_shares("", result.graded.counts)[".f1"] for result in open_form]),
+        unreadable=rate_of(
+            [of_all(result.text is not None and not result.graded.readable) for result in results]
+        ),
+    )
+
+
+def _exact(results: Iterable[Result]) -> Rate:
+    return rate_of([of_all(result.graded.exact) for result in results])
+
+
+def _case(result: Result, share: Share) -> Case:
+    return Case(result.question.task, result.question.title, share)
+
+
+def _guesses(results: Sequence[Result]) -> dict[str, float]:
+    """How often guessing hits each question, by id."""
+    questions = [result.question for result in results]
+    common = _common_answers(questions)
+    return {
+        question.id: Rate(1, question.options).share or float(grade(question, common[question.kind]).exact)
+        for question in questions
+    }
+
+
+def _common_answers(questions: Iterable[Question]) -> dict[Kind, str]:
+    """The gold answer that most questions in open form of each kind have; of several the first."""
+    answers: dict[Kind, Counter[str]] = {kind: Counter() for kind in Kind}
+    for question in questions:
+        if question.form is Form.OPEN:
+            answers[question.kind][gold_text(question)] += 1
+    return {kind: next(iter(count.most_common(1)), ("", 0))[0] for kind, count in answers.items()}
+
+
+def _row_json(row: Row) -> dict[str, Json]:
+    return {
+        "exact": row.exact.to_json(),
+        "interval": None if row.interval is None else list(row.interval),
+        "chance": row.chance.percent,
+        "f1": row.f1.to_json(),
+        "unreadable": row.unreadable.to_json(),
+    }
+
+
+def _record(model: str, result: Result) -> dict[str, Json]:
+    question, graded = result.question, result.graded
+    about: dict[str, Json] = question.model_dump(mode="json", exclude={"version", "prompt"})
+    return {
+        **about,
+        "model": model,
+        "exact": graded.exact,
+        "counts": list(graded.counts),
+        "readable": graded.readable,
+        "repairs": list(graded.repairs),
+        "response_sha256": None if result.text is None else sha256_of(result.text),
+        "response": result.text,
+    }

@@ -1,0 +1,208 @@
+"""The settings of questions: a task's world cut down to what is shown, and a way through it."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import takewhile
+
+from eai.abilities.explanation import action_text, fact_text
+from eai.abilities.planning import find_plan
+from eai.abilities.task import Goal, GoalKind, Task
+from eai.benchmarks.generated.scene import restricted
+from eai.logic.formula import Formula
+from eai.logic.traversal import objects
+from eai.planning.planner import Planner, PlanningLimits
+from eai.prompts.wording import subjects
+from eai.questions.rules import Rules
+from eai.world.domain import Domain
+from eai.world.execution import Action, execute
+from eai.world.fault import FaultKind
+from eai.world.operator import Check
+from eai.world.state import Fact, Scene, State, change
+
+_STEPS = 24
+"""The longest plan that questions are about."""
+
+_WALK = 6
+"""How many actions are taken at random where a task has no plan."""
+
+_TRIES = 40
+"""How often an action is drawn at random before it is given up."""
+
+_ABSURD = 0.25
+"""How often an action is taken for an impossible one that its objects are not made for."""
+
+_LIMITS = PlanningLimits(60)
+
+
+@dataclass(frozen=True)
+class Setting:
+    """What questions about one task are made from.
+
+    Attributes:
+        task: the task, in a scene that has what is shown and nothing else.
+        rules: what can be told of the domain.
+        way: actions that can be carried out one after the other from the start of the task.
+        states: the states along the way, one more than actions.
+    """
+
+    task: Task
+    rules: Rules
+    way: tuple[Action, ...]
+    states: tuple[State, ...]
+
+    @property
+    def domain(self) -> Domain:
+        """The declaration."""
+        return self.rules.domain
+
+    @property
+    def scene(self) -> Scene:
+        """All objects there are."""
+        return self.task.scene
+
+    @cached_property
+    def goals(self) -> tuple[Formula, ...]:
+        """What the task asks for at the end."""
+        return tuple([goal.formula for goal in self.task.goals])
+
+    @cached_property
+    def works(self) -> bool:
+        """Whether the way reaches all goals, and there are some that do not hold at the start."""
+        return not all(self.reached(self.states[0])) and all(self.reached(self.states[-1]))
+
+    @cached_property
+    def things(self) -> tuple[int, ...]:
+        """All objects but the agent."""
+        return tuple([i for i in range(len(self.scene.objects)) if i != self.scene.agent])
+
+    def after(self, state: State, action: Action) -> State | None:
+        """The state after an action; None where one of its requirements is not met."""
+        operator = self.domain.compiled[action.operator]
+        binding = operator.bind(state, action.arguments)
+        return operator.apply(state, binding) if operator.is_possible(state, binding) else None
+
+    def failing(self, state: State, action: Action) -> tuple[int, ...]:
+        """The requirements of an action that are not met, by number from 1."""
+        operator = self.domain.compiled[action.operator]
+        binding = operator.bind(state, action.arguments)
+        return tuple([n for n, check in enumerate(operator.checks, 1) if not check.holds(state, binding)])
+
+    def checks(self, action: Action) -> tuple[Check, ...]:
+        """The requirements of an action, in order."""
+        return self.domain.compiled[action.operator].operator.checks
+
+    def reached(self, state: State) -> tuple[bool, ...]:
+        """Of each goal whether it holds."""
+        return tuple([self.domain.holds(goal, state) for goal in self.goals])
+
+    def added(self, before: State, after: State) -> list[Fact]:
+        """What holds in one state and not in another, of what can change and be told."""
+        return [fact for fact in change(before, after).added if fact.predicate in self.rules.fluents]
+
+    def changes(self, before: State, after: State) -> tuple[str, ...]:
+        """What is different in one state from another, as ``lit(lamp)`` and ``not lit(lamp)``."""
+        removed = [f"not {self.said(fact)}" for fact in self.added(after, before)]
+        return (*map(self.said, self.added(before, after)), *removed)
+
+    def alike(self, one: State, other: State) -> bool:
+        """Whether two states are the same, as far as can be told."""
+        return not self.added(one, other) and not self.added(other, one)
+
+    def facts(self, state: State) -> list[Fact]:
+        """What can change and holds in a state."""
+        return [fact for fact in state.facts() if fact.predicate in self.rules.fluents]
+
+    def said(self, what: Fact | Action) -> str:
+        """A fact or an action as text."""
+        return action_text(what, self.scene) if isinstance(what, Action) else fact_text(what, self.scene)
+
+    def some_action(self, rng: random.Random, state: State, *, possible: bool) -> Action | None:
+        """An action on different things drawn at random, each operator as often as any other; or None."""
+        for _ in range(_TRIES):
+            operator = rng.choice(self.rules.operators)
+            arguments = tuple(rng.sample(self.things, min(operator.arity, len(self.things))))
+            action = Action(operator.name, arguments)
+            if len(arguments) < operator.arity or (self.after(state, action) is not None) is not possible:
+                continue
+            if possible or not self._is_absurd(state, action) or rng.random() < _ABSURD:
+                return action
+        return None
+
+    def _is_absurd(self, state: State, action: Action) -> bool:
+        """Whether an action will never be possible, as its objects are not made for it."""
+        checks = self.checks(action)
+        return any(checks[n - 1].fault is FaultKind.AFFORDANCE for n in self.failing(state, action))
+
+
+def open_setting(task: Task, rules: Rules, planner: Planner, rng: random.Random) -> Setting:
+    """The setting of a task.
+
+    The way is its own plan, as far as that can be carried out where there is nothing but what is shown; a
+    plan that search finds, where it has none; or else some actions taken at random.
+    """
+    closed = _closed(task)
+    plan = closed.script or _found_plan(closed, planner)
+    way = _executed(closed, rules, plan) or _wandering(closed, rules, rng)
+    return Setting(closed, rules, way, execute(rules.domain, closed.initial, way).states)
+
+
+def _closed(task: Task) -> Task:
+    """The task where nothing exists but what a prompt shows and its own plan uses, without action goals."""
+    named = [i for action in task.script for i in action.arguments]
+    kept = sorted({*subjects(task), *named})
+    number = {index: i for i, index in enumerate(kept)}
+    agent = task.scene.agent
+    scene = Scene(
+        task.scene.vocabulary,
+        [task.scene.objects[i] for i in kept],
+        None if agent is None else number[agent],
+    )
+    facts = [Fact(p, tuple([number[i] for i in among])) for p, among in restricted(task.initial, kept)]
+    return Task(
+        task.id,
+        task.title,
+        task.instruction,
+        scene.state(facts),
+        tuple(_goals_about(task.goals, scene)),
+        tuple(range(len(kept))),
+        tuple([Action(name, tuple([number[i] for i in among])) for name, among in task.script]),
+    )
+
+
+def _goals_about(goals: Sequence[Goal], scene: Scene) -> Iterator[Goal]:
+    """The goals about the objects of a scene, and not about actions."""
+    for goal in goals:
+        if goal.kind is not GoalKind.ACTION and set(objects(goal.formula)) <= scene.index.keys():
+            yield goal
+
+
+def _executed(task: Task, rules: Rules, plan: Sequence[Action]) -> tuple[Action, ...]:
+    """What is executed of a plan without its needless steps, as far as it can be told of."""
+    arities = rules.domain.arities
+    known = takewhile(lambda action: arities.get(action.operator) == len(action.arguments), plan)
+    executed = execute(rules.domain, task.initial, known).executed
+    return tuple(takewhile(lambda action: action.operator in rules.names, executed))[:_STEPS]
+
+
+def _found_plan(task: Task, planner: Planner) -> Sequence[Action]:
+    """A plan that search finds; nothing where there are no goals, or where one looks out of reach."""
+    goals = [goal.formula for goal in task.goals]
+    if goals and all(planner.looks_reachable(task.initial, goal, task.relevant) for goal in goals):
+        return find_plan(task, planner, _LIMITS).plan
+    return ()
+
+
+def _wandering(task: Task, rules: Rules, rng: random.Random) -> tuple[Action, ...]:
+    """Some actions taken at random."""
+    setting, taken, state = Setting(task, rules, (), ()), list[Action](), task.initial
+    for _ in range(_WALK):
+        action = setting.some_action(rng, state, possible=True)
+        after = None if action is None else setting.after(state, action)
+        if action is not None and after is not None:
+            taken.append(action)
+            state = after
+    return tuple(taken)

@@ -1,0 +1,148 @@
+"""Questions about all ways that some actions open: what can be reached, how best, and by what in any case."""
+
+from __future__ import annotations
+
+import random
+
+from eai.questions.item import Item, listed, numbered, some
+from eai.questions.one_step import never_true
+from eai.questions.question import Accept
+from eai.questions.repertoire import Repertoire, exhaust
+from eai.questions.setting import Setting
+from eai.world.state import Fact
+
+_ACTIONS = 8
+"""How many actions there are to take, at most."""
+
+_LEAST_ACTIONS = 5
+"""How many, at least."""
+
+_STATES = 150
+"""The most states that are exhausted; where the actions lead to more, nothing is asked."""
+
+_CANDIDATES = 4
+"""How many facts of each kind are to be told apart."""
+
+_LEAST_DISTANCE = 2
+"""How many actions a goal takes at least."""
+
+
+def reachability(setting: Setting, rng: random.Random, number: int) -> Item | None:
+    """Which facts can become true by some actions, and which never do."""
+    wider = _some_ways(setting, rng)
+    if wider is None:
+        return None
+    narrower = exhaust(setting, wider.states[0], some(rng, wider.actions, len(wider.actions) - 2), _STATES)
+    if narrower is None:
+        return None
+    within = _becoming_true(setting, narrower)
+    beyond = _becoming_true(setting, wider) - within
+    right = [setting.said(fact) for fact in some(rng, sorted(within), _CANDIDATES)]
+    ever = within.union(setting.facts(wider.states[0]))
+    tempting = some(rng, sorted(beyond), _CANDIDATES)
+    others = [fact for fact in never_true(setting, rng, ever, _CANDIDATES) if fact not in tempting]
+    wrong = [setting.said(fact) for fact in [*tempting, *others][:_CANDIDATES]]
+    if not right or not wrong:
+        return None
+    together = rng.sample([*right, *wrong], len(right) + len(wrong))
+    values = {"actions": _said(setting, narrower), "facts": listed(together)}
+    told = {action.operator for action in narrower.actions}
+    return Item(wider.states[0], told, max(narrower.depths) or 1, right, wrong, right, values=values)
+
+
+def next_action(setting: Setting, rng: random.Random, number: int) -> Item | None:
+    """Which action a shortest plan begins with."""
+    aim = _some_aim(setting, rng)
+    if aim is None:
+        return None
+    left = aim.ways.from_here(aim.is_reached)
+    best = {edge.action for edge in aim.ways.edges[0] if left.get(edge.target) == aim.distance - 1}
+    return _about_actions(setting, aim, sorted(best), Accept.ANY)
+
+
+def landmarks(setting: Setting, rng: random.Random, number: int) -> Item | None:
+    """Which actions are in every plan."""
+    aim = _some_aim(setting, rng)
+    if aim is None:
+        return None
+    needed = [n for n in range(len(aim.ways.actions)) if aim.ways.distance(aim.is_reached, without=n) is None]
+    return _about_actions(setting, aim, needed, Accept.ALL)
+
+
+class _Aim:
+    """A goal that some actions reach, not all at once.
+
+    Attributes:
+        ways: all that the actions lead to.
+        facts: what shall hold together.
+        distance: how many actions it takes at least.
+    """
+
+    def __init__(self, ways: Repertoire, facts: list[Fact]) -> None:
+        self.ways = ways
+        self.facts = facts
+        self._reached = [
+            all(state.has(fact.predicate, *fact.arguments) for fact in facts) for state in ways.states
+        ]
+        self.distance = ways.distance(self.is_reached) or 0
+
+    def is_reached(self, number: int) -> bool:
+        """Whether the goal holds in a state."""
+        return self._reached[number]
+
+
+def _some_aim(setting: Setting, rng: random.Random) -> _Aim | None:
+    """One or two facts that are new in a state that takes a few actions to get to."""
+    ways = _some_ways(setting, rng)
+    if ways is None:
+        return None
+    far = [n for n, depth in enumerate(ways.depths) if depth >= _LEAST_DISTANCE]
+    for n in some(rng, far, _CANDIDATES):
+        new = setting.added(ways.states[0], ways.states[n])
+        if new:
+            aim = _Aim(ways, some(rng, new, rng.randint(1, 2)))
+            if aim.distance >= _LEAST_DISTANCE:
+                return aim
+    return None
+
+
+def _some_ways(setting: Setting, rng: random.Random) -> Repertoire | None:
+    """All that a few actions lead to: some that follow each other on the way, and others."""
+    first = rng.randrange(len(setting.way)) if setting.way else 0
+    chosen = dict.fromkeys(setting.way[first : first + rng.randint(3, _ACTIONS - 2)])
+    states = setting.states[first : first + len(chosen) + 1]
+    for _ in range(2 * _ACTIONS):
+        if len(chosen) >= _ACTIONS:
+            break
+        action = setting.some_action(rng, rng.choice(states), possible=True)
+        chosen |= {} if action is None else {action: None}
+    if len(chosen) < _LEAST_ACTIONS:
+        return None
+    return exhaust(setting, states[0], rng.sample(list(chosen), len(chosen)), _STATES)
+
+
+def _about_actions(setting: Setting, aim: _Aim, right: list[int], accept: Accept) -> Item:
+    said = [setting.said(action) for action in aim.ways.actions]
+    answer = [said[n] for n in right]
+    return Item(
+        aim.ways.states[0],
+        {action.operator for action in aim.ways.actions},
+        aim.distance,
+        answer,
+        [text for n, text in enumerate(said) if n not in right],
+        answer,
+        accept,
+        {
+            "actions": _said(setting, aim.ways),
+            "goals": numbered([setting.said(fact) for fact in aim.facts]),
+        },
+    )
+
+
+def _becoming_true(setting: Setting, ways: Repertoire) -> frozenset[Fact]:
+    """All facts that do not hold at the start and do at some time."""
+    return frozenset([fact for state in ways.states for fact in setting.added(ways.states[0], state)])
+
+
+def _said(setting: Setting, ways: Repertoire) -> str:
+    return listed([setting.said(action) for action in ways.actions])

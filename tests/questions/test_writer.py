@@ -1,0 +1,96 @@
+from __future__ import annotations
+
+from collections import Counter
+from pathlib import Path
+
+import pytest
+
+from eai.benchmarks.benchmark import Benchmark
+from eai.benchmarks.registry import find_benchmark
+from eai.benchmarks.source import Source
+from eai.data.store import Store
+from eai.prompts.template import Templates, template_names
+from eai.questions.balance import balance_of
+from eai.questions.question import Form, Kind, questions_content
+from eai.questions.writer import Wanted, Writer
+
+CELLS = [(kind, form) for kind in Kind for form in Form]
+
+
+def test_equal_arguments_give_equal_bytes_and_other_seeds_other_questions(lamps: Benchmark) -> None:
+    first, again, other = (
+        questions_content(Writer(lamps).write(Wanted(number=72, seed=seed))) for seed in (3, 3, 4)
+    )
+    assert first == again
+    assert first != other
+
+
+def test_what_was_written_before_changes_nothing(lamps: Benchmark) -> None:
+    writer = Writer(lamps)
+    list(writer.write(Wanted(number=20, seed=1)))
+    again = questions_content(writer.write(Wanted(number=40, seed=3)))
+    assert again == questions_content(Writer(lamps).write(Wanted(number=40, seed=3)))
+
+
+def test_any_first_part_is_as_evenly_spread(lamps: Benchmark) -> None:
+    questions = list(Writer(lamps).write(Wanted(number=108)))
+    for number in (36, 72, 108):
+        counts = Counter((question.kind, question.form) for question in questions[:number])
+        assert max(counts.values()) - min(counts.values()) <= 1
+        assert set(counts) == set(CELLS)
+    assert len({question.prompt for question in questions}) == len({q.id for q in questions}) == 108
+
+
+def test_only_the_wanted_kinds_and_forms_are_asked(lamps: Benchmark) -> None:
+    wanted = Wanted((Kind.STATE, Kind.WHY_NOT), (Form.OPEN,), 9, 0)
+    questions = list(Writer(lamps).write(wanted))
+    assert len(questions) == 9
+    assert {(question.kind, question.form) for question in questions} == {
+        (Kind.STATE, Form.OPEN),
+        (Kind.WHY_NOT, Form.OPEN),
+    }
+
+
+def test_where_the_tasks_give_no_more_there_are_fewer(lamps: Benchmark) -> None:
+    questions = list(Writer(lamps).write(Wanted((Kind.WHY_NOT,), (Form.OPEN,), 100_000)))
+    assert 10 < len(questions) < 100_000
+
+
+@pytest.mark.parametrize("domain", ["virtualhome", "behavior"])
+def test_answers_are_even(domain: str, data_store: Store) -> None:
+    questions = list(Writer(find_benchmark(domain), Source(data_store)).write(Wanted(number=12 * len(CELLS))))
+    assert len(questions) == 12 * len(CELLS)
+    uneven = [
+        (kind.value, form.value, balance.entropy)
+        for kind, form in CELLS
+        if (balance := balance_of(questions, kind, form)).entropy is None or balance.entropy < 0.8
+    ]
+    assert uneven == []
+
+
+def test_every_kind_and_form_has_words_and_own_ones_take_their_place(
+    lamps: Benchmark, tmp_path: Path
+) -> None:
+    assert {f"questions/{kind.value}.{form.value}.txt" for kind, form in CELLS} <= template_names()
+    (tmp_path / "questions").mkdir()
+    (tmp_path / "questions" / "answer.yes_no.txt").write_text("Ja oder nein?")
+    wanted = Wanted((Kind.FORWARD,), (Form.YES_NO,), 1)
+    (question,) = Writer(lamps, templates=Templates(tmp_path)).write(wanted)
+    assert question.prompt.endswith("Ja oder nein?")
+
+
+PROMPT = """\
+A small world has these objects, and no others:
+- robot [robot], the agent
+- lamp_1 [lamp]
+- lamp_2 [lamp]
+- ball [ball]
+- box [box]
+
+This holds in it now, and of what can be said of objects nothing else does; p(a, {b, c}) stands for p(a, b) \
+and p(a, c):
+"""
+
+
+def test_a_prompt_begins_with_the_world(lamps: Benchmark) -> None:
+    assert all(question.prompt.startswith(PROMPT) for question in Writer(lamps).write(Wanted(number=36)))
