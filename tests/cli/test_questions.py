@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from cli.conftest import Command
+from processes import eai as in_own_process
 
 LAMPS = Path(__file__).parents[2] / "examples" / "lamps"
 
@@ -45,7 +46,7 @@ def test_help_tells_of_every_command(eai: Command) -> None:
 
 def test_the_gold_answers_are_all_right(eai: Command, written: Path, tmp_path: Path) -> None:
     out = tmp_path / "answers"
-    asked = eai("questions", "run", written, "--model", "eai/oracle", "--out", out, "--json")
+    asked = in_own_process("questions", "run", written, "--model", "eai/oracle", "--out", out, "--json")
     assert asked.status == 0, asked.err
     assert json.loads(asked.out)["overall"]["exact"] == {"value": 100.0, "numerator": 72, "denominator": 72}
     records = [json.loads(line) for line in (out / "records.jsonl").read_text().splitlines()]
@@ -58,23 +59,17 @@ def test_the_gold_answers_are_all_right(eai: Command, written: Path, tmp_path: P
     assert "landmarks" in table
 
 
-def test_what_is_answered_is_not_asked_again(eai: Command, written: Path, tmp_path: Path) -> None:
-    out = tmp_path / "answers"
-    assert eai("questions", "run", written, "--model", "eai/oracle", "--out", out, "--limit", 5).status == 0
-    answers = out / "eai_oracle_outputs.json"
-    rows = json.loads(answers.read_text())
-    assert len(rows) == 5
-    rows[0]["llm_output"] = "kept"
-    answers.write_text(json.dumps(rows))
-    outcome = eai("questions", "run", written, "--model", "eai/oracle", "--out", out, "--json")
-    assert json.loads(outcome.out)["overall"]["exact"]["numerator"] == 71
-    assert json.loads(answers.read_text())[0]["llm_output"] == "kept"
-
-
-def test_noise_is_seen(eai: Command, written: Path, tmp_path: Path) -> None:
-    noisy = ("--model", "eai/noisy", "-M", "rate=0.5")
-    outcome = eai("questions", "run", written, *noisy, "--out", tmp_path / "answers", "--json")
+def test_what_is_answered_is_not_asked_again(written: Path, tmp_path: Path) -> None:
+    answers = tmp_path / "answers" / "eai_noisy_outputs.json"
+    answers.parent.mkdir()
+    first = json.loads(written.read_text().splitlines()[0])["id"]
+    answers.write_text(json.dumps([{"identifier": first, "llm_output": "kept"}]))
+    noisy = ("--model", "eai/noisy", "-M", "rate=0.5", "--out", answers.parent, "--json")
+    outcome = in_own_process("questions", "run", written, *noisy)
     assert 20 < json.loads(outcome.out)["overall"]["exact"]["value"] < 75
+    rows = json.loads(answers.read_text())
+    assert len(rows) == 72
+    assert rows[0] == {"identifier": first, "llm_output": "kept"}
 
 
 def test_a_question_without_an_answer_is_wrong(eai: Command, written: Path, tmp_path: Path) -> None:
@@ -109,7 +104,8 @@ def test_what_cannot_be_used_is_told_in_a_line(
     assert message in outcome.err
 
 
-def test_a_model_without_answers_says_so(eai: Command, written: Path, tmp_path: Path) -> None:
-    outcome = eai("questions", "run", written, "--model", "eai/planner", "--out", tmp_path, "--limit", 1)
-    assert outcome.status != 0
+def test_a_model_without_answers_says_so(written: Path, tmp_path: Path) -> None:
+    arguments = ("--model", "eai/planner", "--out", tmp_path, "--limit", 1)
+    outcome = in_own_process("questions", "run", written, *arguments)
+    assert outcome.status == 1
     assert "1 question not answered" in outcome.err

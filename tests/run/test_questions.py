@@ -15,6 +15,8 @@ from eai.questions.question import Kind, questions_content
 from eai.questions.writer import Wanted, Writer
 from eai.run.registry import QUESTIONS
 
+pytestmark = pytest.mark.filterwarnings("ignore")  # Inspect's are none of ours
+
 FEW = {"kinds": ["forward", "why_not"], "n": 12}
 
 
