@@ -82,7 +82,7 @@ def write(
 ) -> None:
     """Write questions about the world of a benchmark. Equal arguments give equal bytes.
 
-    Example: eai questions --domain virtualhome --n 500 --seed 0 --out questions.jsonl
+    Example: eai questions --domain tasks/ --n 500 --seed 0 --out questions.jsonl
     """
     with data_progress() as report:
         writer = Writer(find_benchmark(domain), Source(store(data), report), Templates(prompts))
