@@ -1,7 +1,8 @@
-"""Writes the short tests from records of many models: `python tools/short_tests.py RECORDS...`.
+"""Writes short tests and difficulties from records of many models: `python tools/short_tests.py RECORDS...`.
 
 Prints for each suite how many percent of the pairs of models that had no part in choosing are in the order
-of the whole suite: for the chosen tasks, and for as many that are drawn at random.
+of the whole suite: for the chosen tasks, and for as many that are drawn at random. Difficulties are those of
+suites whose answers are right or wrong without a planner. What other suites have stays as it is.
 """
 
 from __future__ import annotations
@@ -9,23 +10,27 @@ from __future__ import annotations
 import json
 import sys
 from pathlib import Path
+from typing import Any
 
+from eai.abilities.declarations import DECLARATIONS
 from eai.abilities.protocol import Ability
-from eai.analysis.items import scores_of
+from eai.analysis.items import Scores, scores_of
+from eai.analysis.rasch import fit_rasch
 from eai.analysis.short_test import choose, cross_validate
 from eai.analysis.suites import by_suite
-from eai.benchmarks.short_tests import FILE
+from eai.benchmarks import item_difficulties, short_tests
 from eai.benchmarks.suite import DEFAULT_PROTOCOL
 from eai.cli.analyzed import tables_of
 
-ROOT = Path(__file__).resolve().parents[1]
+FOLDER = Path(__file__).resolve().parents[1] / "src" / "eai" / "benchmarks"
 
 
 def main() -> None:
     if len(sys.argv) < 2:
         sys.exit(__doc__)
     answers = tables_of(map(Path, sys.argv[1:]), None).answers
-    tests: dict[str, list[str]] = {}
+    tests: dict[str, list[str]] = _read(short_tests.FILE)
+    difficulties: dict[str, dict[str, float]] = _read(item_difficulties.FILE)
     for suite, of_suite in by_suite(answers).items():
         if suite.protocol != DEFAULT_PROTOCOL.value:
             sys.exit(f"expected records under {DEFAULT_PROTOCOL.value}, not {suite.protocol}")
@@ -33,10 +38,25 @@ def main() -> None:
         found = cross_validate(scores)
         name = f"{suite.domain}/{Ability(suite.ability).value}"
         tests[name] = list(choose(scores))
+        if DECLARATIONS[Ability(suite.ability)].has_plans:
+            difficulties[name] = difficulties_of(scores)
         models = f"{len(scores.models)} models"
         print(f"{name:40} {models} {found.chosen.percent:.1f} {found.drawn.percent:.1f}", flush=True)
-    path = ROOT / "src" / "eai" / "benchmarks" / FILE
-    path.write_text(json.dumps(dict(sorted(tests.items())), indent=1) + "\n", encoding="utf-8")
+    for file, content in ((short_tests.FILE, tests), (item_difficulties.FILE, difficulties)):
+        text = json.dumps(dict(sorted(content.items())), indent=1)
+        (FOLDER / file).write_text(text + "\n", encoding="utf-8")
+
+
+def difficulties_of(scores: Scores) -> dict[str, float]:
+    """Each task's difficulty, from the mean ability of the models."""
+    fitted = fit_rasch(scores.matrix)
+    shifted = fitted.difficulties - fitted.abilities.mean()
+    return {task: round(float(value), 3) for task, value in zip(scores.tasks, shifted, strict=True)}
+
+
+def _read(file: str) -> Any:
+    path = FOLDER / file
+    return json.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
 
 
 if __name__ == "__main__":

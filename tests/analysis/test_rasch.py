@@ -4,7 +4,7 @@ import pytest
 
 np = pytest.importorskip("numpy")
 
-from eai.analysis.rasch import ability_of, fit_rasch, item_rest, reliability  # noqa: E402
+from eai.analysis.rasch import fit_rasch, item_rest, reliability  # noqa: E402
 
 SCORES = np.array(
     [
@@ -36,11 +36,6 @@ def test_gaps_are_left_out() -> None:
     gaps = SCORES.copy()
     gaps[0, 0] = np.nan
     assert fit_rasch(gaps).abilities[0] < fit_rasch(SCORES).abilities[0]
-
-
-def test_an_ability_is_found_from_known_difficulties() -> None:
-    fitted = fit_rasch(SCORES)
-    assert ability_of(SCORES[1], fitted.difficulties) == pytest.approx(fitted.abilities[1], abs=1e-6)
 
 
 def test_a_task_that_worse_models_solve_disagrees_with_the_others() -> None:

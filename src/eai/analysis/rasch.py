@@ -85,20 +85,6 @@ def fit_rasch(scores: Matrix) -> Rasch:
     )
 
 
-def ability_of(scores: Matrix, difficulties: Matrix) -> float:
-    """The ability of one model whose scores in tasks of known difficulty are known."""
-    import numpy as np
-
-    ability = np.zeros(1)
-    for _ in range(_STEPS):
-        p = chance(ability, difficulties)
-        change = ((scores - p).sum() - ability) / (_information(p).sum() + 1)
-        ability = ability + change
-        if abs(change[0]) < _SMALL:
-            break
-    return float(ability[0])
-
-
 def _information(p: Matrix) -> Matrix:
     return p * (1 - p)
 

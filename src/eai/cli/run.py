@@ -22,6 +22,7 @@ from eai.benchmarks.reference.replanning import preset_experiment
 from eai.benchmarks.registry import registered
 from eai.benchmarks.source import Source
 from eai.benchmarks.suite import DEFAULT_PROTOCOL, Suite, open_suite
+from eai.cli.adaptive import adaptive_suites, obtain_adaptively
 from eai.cli.chosen_tasks import chosen_prompts, tasks_of
 from eai.cli.console import (
     DOMAIN_HELP,
@@ -165,6 +166,15 @@ def run(
         int | None,
         typer.Option(min=1, metavar="N", help="Tasks a suite, at most.", rich_help_panel=_ASKED),
     ] = None,
+    adaptive: Annotated[
+        float | None,
+        typer.Option(
+            min=0.05,
+            metavar="S",
+            help="Choose tasks by what they tell, until the ability's standard error is at most S logits.",
+            rich_help_panel=_ASKED,
+        ),
+    ] = None,
     prompt_set: Annotated[
         PromptSet,
         typer.Option("--set", help="Which prompts: the data set's, or ours.", rich_help_panel=_ASKED),
@@ -227,7 +237,7 @@ def run(
 
     Exit status 1 if some tasks were not answered; until they are, they count as failed.
 
-    With --limit or --tasks the numbers are of these tasks alone, and the run is not ranked.
+    With --limit, --tasks or --adaptive the numbers are of these tasks alone, and the run is not ranked.
 
     Example: eai run --model eai/noisy -M rate=0.2 --domain virtualhome --ability action_sequencing
     """
@@ -238,6 +248,8 @@ def run(
     experiment = preset_experiment(preset, slip, slip_seed, replans) or chosen_experiment(*how)
     if goals is not None and experiment is not None:
         raise InputError("--goals: not with attempts or slips; feedback would tell the goals of the task")
+    if adaptive is not None and (goals is not None or experiment is not None):
+        raise InputError("--adaptive: not with --goals, attempts or slips, which make tasks harder or easier")
     wanted = _wanted(ability, experiment) if goals is None else stage_two(ability)
     given = {
         "top_p": top_p,
@@ -264,6 +276,7 @@ def run(
             for name in domain or registered()
             for each in wanted
         ]
+        suites = suites if adaptive is None else adaptive_suites(suites, ability)
         library = Library(prompt_set, prompts, source)
         chosen = []
         for suite, named in zip(suites, tasks_of(tasks, suites), strict=True):
@@ -277,7 +290,10 @@ def run(
     for suite, asked in chosen:
         trials = _trials(experiment, library, suite, asked)
         of_suite = [
-            obtain_and_score(order, endpoint, asked, suite, trials, first) for endpoint in order.endpoints
+            obtain_and_score(order, endpoint, asked, suite, trials, first)
+            if adaptive is None
+            else obtain_adaptively(order, endpoint, asked, suite, adaptive)
+            for endpoint in order.endpoints
         ]
         if not order.quiet:
             title = f"{suite.domain}, {suite.ability.value}, protocol {protocol.value}"

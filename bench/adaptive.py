@@ -1,0 +1,88 @@
+"""How many tasks `eai run --adaptive` asks, and how far its ability is from that of the whole suite.
+
+    .venv/bin/python bench/adaptive.py RECORDS...
+
+RECORDS are those of many models under ``strict`` (action sequencing, subgoal decomposition). Each model in
+turn is held out: difficulties are those that the others give, and its own answers are asked as a run would.
+Beside it stands how many tasks random order takes to the same standard error.
+"""
+
+from __future__ import annotations
+
+import random
+import sys
+from collections.abc import Callable, Mapping
+from math import sqrt
+from pathlib import Path
+from statistics import fmean, median
+
+import numpy as np
+
+from eai.abilities.declarations import DECLARATIONS
+from eai.abilities.protocol import Ability
+from eai.analysis.adaptive import ability_of, next_tasks
+from eai.analysis.items import Scores, scores_of
+from eai.analysis.rasch import fit_rasch
+from eai.analysis.suites import by_suite
+from eai.cli.adaptive import ROUND
+from eai.cli.analyzed import tables_of
+
+TARGETS = (0.5, 0.4, 0.3)
+DRAWS = 5
+
+Numbers = Mapping[str, float]
+Choose = Callable[[Numbers], tuple[str, ...]]
+
+
+def main() -> None:
+    """Print a line a suite and target."""
+    answers = tables_of(map(Path, sys.argv[1:]), None).answers
+    print("suite, standard error: tasks asked (least, most), in random order; distance; within 1.96 errors")
+    for suite, of_suite in by_suite(answers).items():
+        if DECLARATIONS[Ability(suite.ability)].has_plans:
+            for target in TARGETS:
+                print(f"{suite}, {target}: {measured(scores_of(of_suite), target)}", flush=True)
+
+
+def measured(scores: Scores, target: float) -> str:
+    """What comes of all models, each held out."""
+    names = dict(zip(scores.tasks, scores.names, strict=True))
+    sizes, drawn, distances, within = [], [], [], 0
+    for held in range(len(scores.models)):
+        fitted = fit_rasch(np.delete(scores.matrix, held, axis=0))
+        shifted = fitted.difficulties - fitted.abilities.mean()
+        difficulties = dict(zip(scores.tasks, map(float, shifted), strict=True))
+        own = dict(zip(scores.tasks, map(float, scores.matrix[held]), strict=True))
+
+        def informative(asked: Numbers, difficulties: Numbers = difficulties) -> tuple[str, ...]:
+            return next_tasks(ROUND, asked, difficulties, names)
+
+        asked = ask(own, difficulties, target, informative)
+        found, whole = ability_of(asked, difficulties), ability_of(own, difficulties)
+        sizes.append(len(asked))
+        distances.append(found.value - whole.value)
+        within += abs(distances[-1]) <= 1.96 * found.error
+        drawn += [len(ask(own, difficulties, target, shuffled(own, seed))) for seed in range(DRAWS)]
+    distance = sqrt(fmean(each * each for each in distances))
+    return (
+        f"{median(sizes):.0f} ({min(sizes)}, {max(sizes)}), {median(drawn):.0f}; {distance:.2f}; "
+        f"{within}/{len(sizes)}"
+    )
+
+
+def ask(own: Numbers, difficulties: Numbers, target: float, choose: Choose) -> dict[str, float]:
+    """The answers of a run."""
+    asked: dict[str, float] = {}
+    while len(asked) < len(own) and (not asked or ability_of(asked, difficulties).error > target):
+        asked |= {task: own[task] for task in choose(asked)}
+    return asked
+
+
+def shuffled(own: Numbers, seed: int) -> Choose:
+    """Tasks one by one in random order."""
+    order = random.Random(seed).sample(list(own), len(own))  # noqa: S311 - reproducible, not secret
+    return lambda asked: (order[len(asked)],)
+
+
+if __name__ == "__main__":
+    main()
