@@ -20,6 +20,7 @@ from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.responses import ResponseFile, find_response_files, read_responses
 from eai.abilities.unreadable import Unreadable
 from eai.abilities.verdict import Counted, ErrorReport, GoalTallies, PlanVerdict
+from eai.benchmarks.errata import errata_of
 from eai.benchmarks.identifiers import task_id_of
 from eai.benchmarks.reference import virtualhome_domain
 from eai.benchmarks.reference.virtualhome_goal_test import VirtualHomeGoalTest
@@ -29,11 +30,12 @@ from eai.benchmarks.reference.virtualhome_plans import (
     written_with_ids,
 )
 from eai.benchmarks.reference.virtualhome_quirks import QUIRKS
+from eai.benchmarks.source import TaskSet
 from eai.benchmarks.virtualhome import domain as virtualhome
 from eai.benchmarks.virtualhome.operators import declared_operators
 from eai.benchmarks.virtualhome.plan_notation import VirtualHomePlans
 from eai.benchmarks.virtualhome.predicates import VOCABULARY, R, X, room_of
-from eai.benchmarks.virtualhome.tasks import VirtualHomeTask, VirtualHomeTasks, open_tasks
+from eai.benchmarks.virtualhome.tasks import VirtualHomeTask, open_tasks
 from eai.metrics.rate import Rate
 from eai.metrics.summary import summarise
 from eai.world.domain import Domain as Simulator
@@ -186,7 +188,7 @@ class Answers:
                 raise AssertionError(f"{self.model}: the parts of {protocol.value} do not make the whole")
 
 
-def answers_of(file: ResponseFile, tasks: VirtualHomeTasks) -> Answers:
+def answers_of(file: ResponseFile, tasks: TaskSet[VirtualHomeTask]) -> Answers:
     """The answers of a file, each with its judge."""
     with_ids = written_with_ids([response.text for response in file.responses])
     return Answers(file.model, [(Judge(tasks[r.task_id], with_ids), r.text) for r in file.responses])
@@ -238,7 +240,7 @@ def largest(moved: Mapping[str, Sequence[float]]) -> str:
 
 def main(paths: Sequence[str]) -> None:
     """Print the tables for some response files."""
-    tasks = open_tasks()
+    tasks = errata_of("virtualhome").tasks(open_tasks())
     files = [file for path in paths for file in find_response_files(Path(path))]
     models = [answers_of(read_responses(file, tasks, task_id_of), tasks) for file in files]
     for model in models:

@@ -8,24 +8,26 @@ from eai.abilities.protocol import Ability
 from eai.benchmarks.gold_answers import AnswerBook, open_answer_book, open_planned_book
 from eai.benchmarks.prompt_library import Library
 from eai.benchmarks.registry import find_benchmark
-from eai.benchmarks.source import Source
+from eai.benchmarks.source import ErrataChoice, Source
 from eai.data.store import Store
 from eai.prompts.prompt import Prompt, PromptSet
-from eai.prompts.published import PromptFiles, PublishedPrompts
+from eai.prompts.published import PromptFiles
 
 
-def _published(name: str) -> PublishedPrompts:
-    found = find_benchmark(name).published_prompts
+def official_prompts(
+    name: str, ability: Ability, store: Store | None = None, errata: ErrataChoice = ErrataChoice.CURRENT
+) -> Mapping[str, Prompt]:
+    found = find_benchmark(name).official_prompts(ability, Source(store, errata=errata))
     assert found is not None
     return found
 
 
-def official_prompts(name: str, ability: Ability, store: Store | None = None) -> Mapping[str, Prompt]:
-    return _published(name).prompts(ability, store)
-
-
-def official_files(name: str, ability: Ability, store: Store | None = None) -> PromptFiles:
-    return _published(name).files(ability, store)
+def official_files(
+    name: str, ability: Ability, store: Store | None = None, errata: ErrataChoice = ErrataChoice.CURRENT
+) -> PromptFiles:
+    found = find_benchmark(name).official_files(ability, Source(store, errata=errata))
+    assert found is not None
+    return found
 
 
 def own_prompts(name: str, ability: Ability, store: Store) -> Mapping[str, Prompt]:

@@ -5,7 +5,6 @@ from collections import Counter
 from eai.abilities.transition_modeling.task import Category
 from eai.benchmarks.categories import categorise
 from eai.benchmarks.gold_operators import (
-    NOTHING_RENAMED,
     TransitionTasks,
     open_behavior,
     open_virtualhome,
@@ -30,7 +29,7 @@ def test_virtualhome_is_categorised_as_the_data_set_has_it(data_store: Store) ->
 
 
 def test_behavior_is_categorised_as_the_data_set_has_it(data_store: Store) -> None:
-    assert sizes(open_behavior(data_store, asked_as=NOTHING_RENAMED)) == {
+    assert sizes(open_behavior(data_store)) == {
         "object_states": 45,
         "spatial_relations": 94,
         "non_spatial_relations": 61,

@@ -87,7 +87,7 @@ def test_answers_are_scored_into_records_a_summary_and_a_table(eai: Command, pro
     assert summary()["execution_success"]["numerator"] == 0
 
 
-@pytest.mark.parametrize(("protocol", "in_statistics"), [("strict", 338), ("eai-1.0.5", 305)])
+@pytest.mark.parametrize(("protocol", "in_statistics"), [("strict", 337), ("eai-1.0.5", 305)])
 def test_a_task_without_an_answer_counts_as_failed_and_is_told(
     eai: Command, data_store: Store, protocol: str, in_statistics: int
 ) -> None:
@@ -399,3 +399,27 @@ def test_the_command_as_installed_ends_with_status_2() -> None:
     command = [sys.executable, "-c", "from eai.cli import main; main()", "score", "nowhere", *HERE]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert (done.returncode, done.stdout, done.stderr) == (2, "", "eai: nowhere: no such file or folder\n")
+
+
+def test_errata_are_told_and_can_be_switched_off(eai: Command) -> None:
+    drink = {"identifier": "688_1", "llm_output": '{"WALK": ["cupboard"]}'}
+    outcome = eai("score", write([drink, WALK]), *HERE, "--out", "out")
+    assert re.search(
+        r"^Errata 1\+\w{8}: 1 of 342 tasks left out \(337 scored\), 0 corrected; --errata none ",
+        outcome.out,
+        re.MULTILINE,
+    )
+    assert summary()["errata"]["left_out"] == ["688_1"]
+    by_task = {record["task_id"]: record for record in records()}
+    assert by_task["688_1"]["excluded_reason"].startswith("no plan reaches the goal")
+    assert by_task["688_1"]["errata"]["entries"] == ["glass-in-both-hands"]
+    assert by_task["11_1"]["errata"] == {**by_task["688_1"]["errata"], "entries": []}
+    off = eai("score", "m_outputs.json", *HERE, "--errata", "none", "--out", "off")
+    assert "Errata" not in off.out
+    assert summary("off")["errata"] is None
+    assert summary("off")["task_success"]["denominator"] == 338
+    assert not any("errata" in record for record in records("off"))
+    reference = eai("score", "m_outputs.json", *HERE, "--protocol", "eai-1.0.5", "--out", "reference")
+    assert "Errata" not in reference.out
+    wrong = eai("score", "m_outputs.json", *HERE, "--errata", "nome")
+    assert (wrong.status, "did you mean" in wrong.err) == (2, True)

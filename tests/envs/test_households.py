@@ -22,10 +22,10 @@ from eai.envs import TextEnvironment, make
 from eai.envs.game import Stage
 from suites import answer_book
 
-SOLVED = {"virtualhome": 337, "behavior": 91}
-"""How many tasks the data set's own plan solves."""
+SOLVED = {"virtualhome": 337, "behavior": 100}
+"""How many tasks the data set's own plan solves, as errata correct it."""
 
-SOLVED_IN_SIGHT = {"virtualhome": 335, "behavior": 91}
+SOLVED_IN_SIGHT = {"virtualhome": 335, "behavior": 100}
 """In how many of them it names nothing before it has been seen."""
 
 names = pytest.mark.parametrize("name", SOLVED)

@@ -77,7 +77,7 @@ def run_in_child(asked: Asked, whom: Whom, folder: Path) -> Ran:
     answers = obtain_answers(job, folder / "answers.jsonl", folder / "logs")
     obtained = Obtained(model, file_name(model), prompts, answers.given, answers.failures, whom.epochs)
     result = settle(obtained, folder, suite, Settings())
-    write_scores(answers.log, result.by_place(), PLANNER)
+    write_scores(answers.log, result.by_place(), Source(planner=PLANNER))
     return Ran(result.rates, result.records, [one.rates for one in result.of_epochs], answers.log)
 
 

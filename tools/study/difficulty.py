@@ -134,7 +134,7 @@ def slicing(evidence: Evidence) -> Finding:
     rates = _by_operator(evidence, GPT_4O)
     ours = rates["SLICE"]
     lowest = all((ours.value or 0) <= (other.value or 0) for other in rates.values())
-    tasks = find_benchmark(B).tasks(evidence.source).values()
+    tasks = find_benchmark(B).tasks(evidence.published).values()
     needing = sum(any(step.operator == "SLICE" for step in task.script) for task in tasks)
     return Finding(
         by_degree(lowest and needing == 2 and not ours.numerator, lowest and not ours.numerator),

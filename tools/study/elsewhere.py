@@ -185,7 +185,7 @@ def _fisher(first: int, second: int, tasks: int) -> float:
 def data_set(evidence: Evidence) -> Finding:
     rows, printed = [], 0
     for domain in (V, B):
-        for row in table_of(find_benchmark(domain), evidence.source).rows:
+        for row in table_of(find_benchmark(domain), evidence.published).rows:
             if row.printed is None:
                 continue
             printed += 1

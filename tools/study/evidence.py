@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from functools import cached_property
 from statistics import fmean
 from typing import NamedTuple, TypeVar
@@ -17,7 +18,7 @@ from eai.analysis.sensitivity import Trial, cells_of, try_operators
 from eai.analysis.suites import case_of
 from eai.analysis.table import Estimate
 from eai.analysis.tidy import TableMaker, Tables
-from eai.benchmarks.source import Source
+from eai.benchmarks.source import ErrataChoice, Source
 from eai.benchmarks.suite import Suite as ScoredSuite
 from eai.benchmarks.suite import open_suite
 from eai.metrics.paper_tables import paper_models
@@ -51,8 +52,13 @@ class Evidence:
     def __init__(self, source: Source) -> None:
         self.source = source
         self.suites: dict[Suite, dict[str, list[Record]]] = {}
-        self._maker = TableMaker(source)
+        self._maker = TableMaker(self.published)
         self._tried: dict[tuple[str, str], list[Trial]] = {}
+
+    @property
+    def published(self) -> Source:
+        """The data as published, of which the claims are."""
+        return replace(self.source, errata=ErrataChoice.NONE)
 
     def add(self, records: Sequence[Record]) -> None:
         """Add a run."""

@@ -49,6 +49,7 @@ def record_to_json(record: Record) -> dict[str, Json]:
         **({} if record.task is None else {"task": dataclass_to_json(record.task)}),
         "response_sha256": sha256_of(record.response),
         "data_sha256": record.data_sha256,
+        **({} if record.errata is None else {"errata": dataclass_to_json(record.errata)}),
         **fields_of(record.verdict),
         "repairs": list(record.repairs),
         "unanswered": record.unanswered,

@@ -134,6 +134,19 @@ class Stated:
 
 
 @dataclass(frozen=True, slots=True)
+class ErrataUse:
+    """The errata of the data that a verdict was made with.
+
+    Attributes:
+        version: of their table.
+        entries: the ids of those that are about the task and decide verdicts on it.
+    """
+
+    version: str
+    entries: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
 class Record:
     """A verdict with what it is a verdict on.
 
@@ -144,6 +157,7 @@ class Record:
         response: the answer as it was scored; empty also where a record that was read does not have it.
         data_sha256: digest of the data it was scored against.
         verdict: of the class that the ability declares.
+        errata: the errata of the data that it was made with; None if none were used.
         explanation: what became of the answer in words, where that was asked for.
         origin: where the answer comes from, where a run knows it.
         task: what the task is like, where that is known.
@@ -172,6 +186,7 @@ class Record:
     experiment: Experiment | None = None
     stated: Stated | None = None
     attempts: tuple[Attempt, ...] = ()
+    errata: ErrataUse | None = None
 
     @property
     def repairs(self) -> tuple[str, ...]:

@@ -54,6 +54,7 @@ class Task:
         script: the data set's own plan; empty if it has none.
         temporal_goal: the goal as a text in temporal logic, or None if the task has none.
         annotated_final: the state that the data set's own annotation ends in, or None if it has none.
+        unsolvable: why no plan reaches its goals, where that is known; else None.
     """
 
     id: str
@@ -65,6 +66,7 @@ class Task:
     script: tuple[Action, ...] = ()
     temporal_goal: str | None = None
     annotated_final: State | None = None
+    unsolvable: str | None = None
 
     @property
     def scene(self) -> Scene:
@@ -76,6 +78,11 @@ class Task:
         """The task without its goals over time."""
         kept = tuple([goal for goal in self.goals if not goal.is_over_time])
         return self if len(kept) == len(self.goals) else replace(self, goals=kept)
+
+    @property
+    def left_out(self) -> str | None:
+        """Why it is in no statistics of plans, to which every answer would be right or none; else None."""
+        return self.unsolvable if self.goals else NO_GOALS
 
     def goals_of(self, kind: GoalKind) -> tuple[Goal, ...]:
         """The goals of one kind, in order."""

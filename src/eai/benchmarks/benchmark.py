@@ -15,10 +15,12 @@ from eai.abilities.task import Task
 from eai.abilities.transition_modeling.declared import declared_tasks
 from eai.abilities.transition_modeling.task import TransitionTask
 from eai.abilities.verdict import Json
+from eai.benchmarks.errata import NO_ERRATA, Errata
 from eai.benchmarks.figure import Figure
-from eai.benchmarks.source import OpenTasks, Source, TaskSet
+from eai.benchmarks.source import ErrataChoice, OpenTasks, Source, TaskSet
 from eai.prompts.believed import GoalSection
-from eai.prompts.published import PublishedPrompts
+from eai.prompts.prompt import Prompt
+from eai.prompts.published import PromptFiles, PublishedPrompts
 from eai.prompts.wording import Wording
 from eai.world.domain import Domain
 
@@ -70,6 +72,7 @@ class Benchmark:
         formats: how an answer is written, in words, by ability; by default that of the default notation.
         response_schemas: the JSON schema of an answer, by ability, for providers that can enforce one.
         published_prompts: the prompts of the data set; None if it has none.
+        errata: what is wrong in the data set, and how it is corrected.
         goal_sections: where these state the goals of a task, by ability, so that they can state others.
         task_id_of: from an identifier, as files of answers have it, to the id of its task; None for one of
             a task that is known not to be in the data set.
@@ -97,6 +100,7 @@ class Benchmark:
     formats: Mapping[Ability, str] = field(default_factory=dict)
     response_schemas: Mapping[Ability, Mapping[str, Json]] = field(default_factory=dict)
     published_prompts: PublishedPrompts | None = None
+    errata: Errata = NO_ERRATA
     goal_sections: Mapping[Ability, GoalSection] = field(default_factory=dict)
     task_id_of: Callable[[str], str | None] = str
     own_figures: Callable[[Source], Sequence[Figure]] | None = None
@@ -109,13 +113,17 @@ class Benchmark:
         """The same benchmark, which can be found again by this reference."""
         return replace(self, reference=reference)
 
+    def errata_for(self, source: Source) -> Errata:
+        """The errata that tasks are opened with."""
+        return NO_ERRATA if source.errata is ErrataChoice.NONE else self.errata
+
     def tasks(self, source: Source) -> TaskSet[Task]:
         """All tasks in the order of the data set."""
-        return self.open_tasks(source)
+        return self.errata_for(source).tasks(self.open_tasks(source))
 
     def tasks_for(self, ability: Ability, source: Source) -> TaskSet[Task]:
         """The tasks in which an ability is asked for, other than transition modeling, in the same order."""
-        tasks, asks = self.open_tasks(source), self.asks.get(ability)
+        tasks, asks = self.tasks(source), self.asks.get(ability)
         if asks is None:
             return tasks
         asked = [task_id for task_id, task in tasks.items() if asks(task)]
@@ -124,10 +132,41 @@ class Benchmark:
     def operators(self, source: Source) -> TaskSet[TransitionTask]:
         """The tasks of transition modeling in the order of the data set."""
         if self.open_operators is not None:
-            return self.open_operators(source)
+            return self.errata_for(source).operators(self.open_operators(source))
         tasks = self.open_tasks(source)
         declared = declared_tasks(self.domain, tasks)
         return TaskSet(declared, declared.__getitem__, tasks.sha256)
+
+    def official_prompts(self, ability: Ability, source: Source) -> Mapping[str, Prompt] | None:
+        """The prompts of the data set by task id, corrected; None if it has none.
+
+        Raises:
+            DataError: they cannot be obtained.
+        """
+        if self.published_prompts is None:
+            return None
+        prompts = self.published_prompts.prompts(ability, source.store, report=source.report)
+        correct = self._question_correction(ability, source)
+        if correct is None:
+            return prompts
+        return {i: replace(prompt, user=correct(i, prompt.user)) for i, prompt in prompts.items()}
+
+    def official_files(self, ability: Ability, source: Source) -> PromptFiles | None:
+        """The same as files, byte for byte where none is corrected.
+
+        Raises:
+            DataError: they cannot be obtained.
+        """
+        if self.published_prompts is None:
+            return None
+        files = self.published_prompts.files(ability, source.store, report=source.report)
+        correct = self._question_correction(ability, source)
+        if correct is None:
+            return files
+        return files.corrected(lambda name, question: correct(self.task_id_of(name) or name, question))
+
+    def _question_correction(self, ability: Ability, source: Source) -> Callable[[str, str], str] | None:
+        return self.errata_for(source).questions(ability, lambda: self.operators(source))
 
     def wording(self, ability: Ability) -> Wording:
         """How prompts of an ability name things."""

@@ -114,7 +114,7 @@ def _believing(benchmark: Benchmark, stated: Mapping[str, str]) -> Benchmark:
     """The benchmark whose tasks have the goals that answers state, as far as they mean something."""
 
     def open_tasks(source: Source) -> TaskSet[Task]:
-        tasks = benchmark.tasks(source)
+        tasks = benchmark.open_tasks(source)
 
         def believed(task_id: str) -> Task:
             task, answer = tasks[task_id], stated.get(task_id)

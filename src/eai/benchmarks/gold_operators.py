@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from types import MappingProxyType
-
 from eai.abilities.transition_modeling.task import Category, OperatorLibrary, TransitionTask
 from eai.benchmarks.packs import BEHAVIOR_PDDL, RESOURCES, open_published
 from eai.benchmarks.published_files import PROBLEMS_MEMBER
@@ -14,12 +11,6 @@ from eai.data.store import PackFile, Store
 from eai.pddl.operator_text import OperatorText
 from eai.pddl.reader import read_domain
 
-NOTHING_RENAMED: Mapping[str, str] = MappingProxyType({})
-"""The names of all operators are those in the data set."""
-
-ASKED_AS: Mapping[str, str] = MappingProxyType({"slice-carvingknife": "slice_carvingknife"})
-"""An erratum of BEHAVIOR: the name of an operator in the data set -> the one that its prompts ask for."""
-
 
 class TransitionTasks(TaskSet[TransitionTask]):
     """The tasks of a household.
@@ -27,27 +18,22 @@ class TransitionTasks(TaskSet[TransitionTask]):
     Args:
         pack: the published files.
         header_member: the one with the planning domain.
-        asked_as: the names of operators that are asked for by others than those in the data set.
 
     Attributes:
         domain: what they share.
     """
 
-    def __init__(
-        self, pack: PackFile, header_member: str, asked_as: Mapping[str, str] = NOTHING_RENAMED
-    ) -> None:
-        gold = pack.read_json("gold_action.json")
-        names = {name: asked_as.get(name, name) for name in gold}
+    def __init__(self, pack: PackFile, header_member: str) -> None:
         self.domain = OperatorLibrary(
             header=read_domain(pack.read(header_member).decode() + ")"),
             operators={
-                names[name]: OperatorText(
-                    names[name],
+                name: OperatorText(
+                    name,
                     values["action_parameters"],
                     values["action_preconditions"],
                     values["action_effects"],
                 )
-                for name, values in gold.items()
+                for name, values in pack.read_json("gold_action.json").items()
             },
             categories={
                 name: category_of(label) for name, label in pack.read_json("predicates_category.json").items()
@@ -60,7 +46,7 @@ class TransitionTasks(TaskSet[TransitionTask]):
             task_id: TransitionTask(
                 task_id,
                 self.domain,
-                [names[name] for name in operators[task_id]],
+                operators[task_id],
                 [category_of(label) for label in categories[task_id]],
                 problems[task_id],
             )
@@ -83,18 +69,10 @@ def open_virtualhome(store: Store | None = None, *, report: Report = silent) -> 
     return TransitionTasks(open_published(RESOURCES, store, report=report), "virtualhome_pd.pddl")
 
 
-def open_behavior(
-    store: Store | None = None, *, asked_as: Mapping[str, str] = ASKED_AS, report: Report = silent
-) -> TransitionTasks:
+def open_behavior(store: Store | None = None, *, report: Report = silent) -> TransitionTasks:
     """BEHAVIOR's 100 tasks, fetched first when they are not there.
-
-    Args:
-        store: where they are kept; the user's own store if None.
-        asked_as: `ASKED_AS`, or `NOTHING_RENAMED` for the names in the data set.
-        report: who is told of a download.
 
     Raises:
         DataError: they cannot be obtained, or the store is damaged.
     """
-    pack = open_published(BEHAVIOR_PDDL, store, report=report)
-    return TransitionTasks(pack, "behavior_pd.pddl", asked_as)
+    return TransitionTasks(open_published(BEHAVIOR_PDDL, store, report=report), "behavior_pd.pddl")

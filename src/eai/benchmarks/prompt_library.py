@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
@@ -56,10 +56,10 @@ class Library:
         beliefs = beliefs or {}
         if self.folder is not None:
             _refuse_strangers(self.folder, benchmark)
-        if self.prompts is PromptSet.OFFICIAL and benchmark.published_prompts is not None:
-            published = benchmark.published_prompts
-            prompts = published.prompts(ability, self.source.store, report=self.source.report)
-            prompts = self._with_own_files(prompts, benchmark, ability)
+        official = self.prompts is PromptSet.OFFICIAL
+        published = benchmark.official_prompts(ability, self.source) if official else None
+        if published is not None:
+            prompts = self._with_own_files(published, benchmark, ability)
             return _believing(prompts, benchmark, ability, beliefs)
         prompts = self._rendered(benchmark, ability, beliefs)
         own = self._with_own_files(prompts, benchmark, ability)
@@ -70,17 +70,20 @@ class Library:
                 )
         return own
 
+    def corrected(self, benchmark: Benchmark, ability: Ability, task_ids: Iterable[str]) -> int:
+        """How many tasks' questions are the data set's as its errata correct them."""
+        if self.prompts is not PromptSet.OFFICIAL or self._has_own_file(benchmark, ability):
+            return 0
+        return len(benchmark.errata_for(self.source).questioned(ability).intersection(task_ids))
+
     def asker(self, benchmark: Benchmark, ability: Ability, prompts: Mapping[str, Prompt]) -> Asker:
         """What asks in several attempts, beginning with these prompts.
 
         Ours are rendered anew where the world has changed; published ones and files of the user's are not.
         """
         rendered = self.prompts is PromptSet.EAI or benchmark.published_prompts is None
-        own_file = (
-            self.folder is not None and (self.folder / f"{benchmark.name}_{ability.value}.json").exists()
-        )
         templates, restate = Templates(self.folder), None
-        if rendered and not own_file:
+        if rendered and not self._has_own_file(benchmark, ability):
             restate = partial(render_task, self._questions(benchmark, ability, {}), templates=templates)
         return Asker(prompts.__getitem__, benchmark.wording(ability), restate, templates)
 
@@ -108,6 +111,9 @@ class Library:
             lambda task_id: book.gold(task_id).text,
             {task_id: belief.task for task_id, belief in beliefs.items()},
         )
+
+    def _has_own_file(self, benchmark: Benchmark, ability: Ability) -> bool:
+        return self.folder is not None and (self.folder / f"{benchmark.name}_{ability.value}.json").exists()
 
     def _with_own_files(
         self, prompts: Mapping[str, Prompt], benchmark: Benchmark, ability: Ability

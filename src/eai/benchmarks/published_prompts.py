@@ -1,8 +1,7 @@
-"""The official prompts: those of the data set, byte for byte where they ask for what is scored."""
+"""The official prompts: those of the data set, byte for byte."""
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
@@ -10,18 +9,12 @@ from eai.abilities.protocol import Ability
 from eai.benchmarks.identifiers import task_id_of
 from eai.benchmarks.packs import PROMPTS, open_published
 from eai.data.progress import Report, silent
-from eai.data.store import PackFile, Store
+from eai.data.store import Store
 from eai.prompts.prompt import Prompt, prompt_file
 from eai.prompts.published import PromptFiles
 
 Render = Callable[[Store | None, Report], Mapping[str, str]]
 """Renders prompts of which the data set ships only a template: task id -> question."""
-
-Correct = Callable[[str, str], str]
-"""From a task's id and its question, as it is shipped, to the question that asks for what is scored."""
-
-OpenCorrection = Callable[[Store | None, Report], Correct]
-"""Opens what questions are corrected with."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,12 +24,10 @@ class OfficialPrompts:
     Attributes:
         name: the benchmark's folder in the pack of prompts.
         rendered: the abilities whose prompts the data set ships as a template only, and how to render them.
-        corrected: the abilities in which some questions ask for something else than is scored.
     """
 
     name: str
     rendered: Mapping[Ability, Render] = field(default_factory=dict)
-    corrected: Mapping[Ability, OpenCorrection] = field(default_factory=dict)
 
     def prompts(
         self, ability: Ability, store: Store | None = None, *, report: Report = silent
@@ -52,11 +43,11 @@ class OfficialPrompts:
         setup = self._setup(ability)
         settings = pack.read_json(setup) if setup in pack.manifest.members else {}
         system, stop = settings.get("system_prompt"), tuple(settings.get("stop_sequences", ()))
-        rows = json.loads(self._content(ability, pack, store, report))
+        rows = pack.read_json(self._member(ability))
         return {task_id_of(row["identifier"]): Prompt(row["llm_prompt"], system, stop) for row in rows}
 
     def files(self, ability: Ability, store: Store | None = None, *, report: Report = silent) -> PromptFiles:
-        """The files of the prompts, byte for byte where the data set ships them and none is corrected.
+        """The files of the prompts, byte for byte where the data set ships them.
 
         Raises:
             DataError: they cannot be obtained.
@@ -66,18 +57,10 @@ class OfficialPrompts:
         pack = open_published(PROMPTS, store, report=report)
         setup = self._setup(ability)
         system = pack.read(setup) if setup in pack.manifest.members else None
-        return PromptFiles(self._content(ability, pack, store, report), system)
+        return PromptFiles(pack.read(self._member(ability)), system)
 
-    def _content(self, ability: Ability, pack: PackFile, store: Store | None, report: Report) -> bytes:
-        """The file of prompts."""
-        shipped = pack.read(f"{self.name}/{ability.value}.json")
-        if ability not in self.corrected:
-            return shipped
-        correct = self.corrected[ability](store, report)
-        rows = json.loads(shipped)
-        for row in rows:
-            row["llm_prompt"] = correct(task_id_of(row["identifier"]), row["llm_prompt"])
-        return json.dumps(rows, indent=4).encode()
+    def _member(self, ability: Ability) -> str:
+        return f"{self.name}/{ability.value}.json"
 
     def _setup(self, ability: Ability) -> str:
         return f"{self.name}/{ability.value}_system.json"

@@ -16,6 +16,7 @@ from pathlib import Path
 
 from eai.abilities.task import Task
 from eai.benchmarks.benchmark import Benchmark
+from eai.benchmarks.errata import NO_ERRATA
 from eai.benchmarks.pddl_files import open_pddl
 from eai.benchmarks.source import OpenTasks
 from eai.benchmarks.task_files import ENDINGS, open_task_files
@@ -121,6 +122,7 @@ def with_tasks(base: Benchmark, name: str, open_tasks: OpenTasks[Task]) -> Bench
         open_public=base.open_tasks,
         open_operators=None,
         published_prompts=None,
+        errata=NO_ERRATA,
         task_id_of=str,
     )
 

@@ -5,10 +5,12 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from enum import Enum
 from functools import wraps
 from pathlib import Path
 from typing import TypeAlias, TypeVar
 
+from eai.abilities.protocol import member
 from eai.abilities.task import Task
 from eai.data.progress import Report, silent
 from eai.data.store import Store
@@ -18,13 +20,30 @@ T = TypeVar("T")
 T_co = TypeVar("T_co", covariant=True)
 
 
+class ErrataChoice(str, Enum):
+    """Whether what is wrong in the data of a benchmark is corrected."""
+
+    CURRENT = "current"
+    NONE = "none"
+
+
+def errata_choice(name: ErrataChoice | str) -> ErrataChoice:
+    """The choice of this name.
+
+    Raises:
+        InputError: there is none.
+    """
+    return member(ErrataChoice, name, "choice of errata")
+
+
 @dataclass(frozen=True, slots=True)
 class Source:
-    """What tasks are opened with: a store (the user's if None), who is told of a download, a planner."""
+    """What tasks are opened with: a store (the user's if None), who hears of a download, planner, errata."""
 
     store: Store | None = None
     report: Report = silent
     planner: PlannerChoice = PlannerChoice.AUTO
+    errata: ErrataChoice = ErrataChoice.CURRENT
 
 
 class TaskSet(Mapping[str, T_co]):

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from statistics import fmean, median
 
 from eai.abilities.protocol import Ability
@@ -18,7 +18,7 @@ from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.features import Features
 from eai.benchmarks.figure import Figure
 from eai.benchmarks.profiles import Profile, names_of, profiles_of
-from eai.benchmarks.source import Source
+from eai.benchmarks.source import ErrataChoice, Source
 from eai.logic.formula import Atom, Formula
 from eai.logic.traversal import walk
 from eai.metrics.paper_statistics import paper_statistics
@@ -70,14 +70,14 @@ class StatTable:
 
 
 def table_of(benchmark: Benchmark, source: Source) -> StatTable:
-    """The table of a benchmark; absent data is fetched first.
+    """The table of a benchmark, counted from the data as published; absent data is fetched first.
 
     Raises:
         DataError: the data cannot be obtained or is damaged.
     """
     own_figures = benchmark.own_figures(source) if benchmark.own_figures else ()
     own = {figure.label: figure for figure in own_figures}
-    printed = paper_statistics(benchmark.name)
+    printed, source = paper_statistics(benchmark.name), replace(source, errata=ErrataChoice.NONE)
     rows = []
     for counted in _figures(benchmark, source):
         figure, paper = own.get(counted.label, counted), printed.get(counted.label)

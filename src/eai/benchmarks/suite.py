@@ -13,9 +13,10 @@ from eai.abilities.scorer import Scorer
 from eai.abilities.task import Task
 from eai.abilities.verdict import Verdict
 from eai.benchmarks.benchmark import Benchmark, Form, FormOf, no_form
+from eai.benchmarks.errata import Errata
 from eai.benchmarks.registry import find_benchmark, registered
 from eai.benchmarks.scorers import open_scorers
-from eai.benchmarks.source import Source
+from eai.benchmarks.source import ErrataChoice, Source
 from eai.benchmarks.task_reference import TaskReference
 from eai.data.progress import silent
 from eai.errors import InputError, did_you_mean
@@ -34,7 +35,7 @@ class Suite:
         tasks: the tasks of the benchmark by id; empty where scorers are all that there is.
         reopen: opens the same suite once more, say in another process; None if it was not opened by
             `open_suite`.
-        source: where its data comes from, and the planner.
+        source: where its data comes from, the planner, and whether errata are used.
         form: how all answers are taken to be written, where that decides how each is read; else None.
     """
 
@@ -75,6 +76,11 @@ class Suite:
     def reference(self, task_id: str) -> str:
         """A task as `eai.reward` takes it, such as ``virtualhome/action_sequencing/27_2``."""
         return str(TaskReference(self.benchmark.reference or self.domain, self.ability, task_id))
+
+    @property
+    def errata(self) -> Errata:
+        """The errata of its data that are used."""
+        return self.benchmark.errata_for(self.source)
 
     def over(self, answers: Sequence[str]) -> Suite:
         """The suite as it scores these answers together: the form of all may decide how each is read."""
@@ -123,7 +129,8 @@ def open_suite(
         benchmark: the benchmark, or what `find_benchmark` finds it by.
         ability: the ability.
         protocol: the rules for scoring.
-        source: where the data comes from; the user's default store if None.
+        source: where the data comes from; the user's default store if None. Errata are used under the default
+            protocol alone: another one is of the data as they are.
         form: how all answers are written, as `Suite.over` finds out.
 
     Raises:
@@ -135,6 +142,8 @@ def open_suite(
     if wing is None:
         raise InputError(f"{found.name} is not scored under {protocol.value}")
     source = source or Source()
+    if protocol is not DEFAULT_PROTOCOL:
+        source = replace(source, errata=ErrataChoice.NONE)
     opened = wing(found, ability, form, source)
     tasks = found.tasks(source)
     source = replace(source, report=silent)

@@ -11,7 +11,7 @@ import typer
 
 from eai.analysis.table import Table
 from eai.analysis.tidy import TableMaker, Tables
-from eai.benchmarks.source import Source
+from eai.benchmarks.source import ErrataChoice, Source
 from eai.cli.console import counted, data_progress, errors, output
 from eai.cli.data import store
 from eai.errors import EaiError, InputError
@@ -42,7 +42,7 @@ def tables_of(records: Iterable[Path], data: Path | None) -> Tables:
         InputError: there are no records, or one is unusable.
     """
     with data_progress() as report:
-        maker = TableMaker(Source(store(data), report))
+        maker = TableMaker(Source(store(data), report, errata=ErrataChoice.NONE))
         for run in read_runs(records):
             maker.add(run.records)
     return maker.tables

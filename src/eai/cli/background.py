@@ -15,7 +15,7 @@ from eai.abilities.verdict import ErrorReport, PlanVerdict
 from eai.benchmarks.gold_answers import open_answer_book
 from eai.benchmarks.packs import published_packs
 from eai.benchmarks.registry import registered
-from eai.benchmarks.source import Source
+from eai.benchmarks.source import ErrataChoice, Source
 from eai.benchmarks.suite import Suite, open_suite
 from eai.data import dataset
 from eai.data.store import Store
@@ -47,7 +47,8 @@ def background_of(record: Record, store: Store) -> TaskBackground | None:
     if any(status.problem for status in dataset.info(store, packs=published_packs())):
         return None
     try:
-        suite = open_suite(record.domain, record.ability, record.protocol, source=Source(store))
+        opened_with = Source(store, errata=ErrataChoice.CURRENT if record.errata else ErrataChoice.NONE)
+        suite = open_suite(record.domain, record.ability, record.protocol, source=opened_with)
         task = suite.tasks.get(record.task_id)
         if task is None or suite.data_sha256 != record.data_sha256:
             return None

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 
 import typer
@@ -19,6 +19,7 @@ from eai.data.progress import Progress as Step
 from eai.data.progress import Report, Stage
 from eai.errors import EaiError
 from eai.metrics.coverage import Coverage
+from eai.metrics.errata_effect import ErrataEffect
 from eai.pddl.planning import PlannerChoice
 
 DOMAIN_HELP = (
@@ -107,6 +108,12 @@ def print_remark(name: str, coverage: Coverage) -> None:
     """Say on standard error what is remarkable about how much of a suite is answered."""
     if coverage.remark is not None:
         errors().print(f"{name}: {coverage.remark}", markup=False, highlight=False, soft_wrap=True)
+
+
+def print_errata(effects: Iterable[ErrataEffect | None]) -> None:
+    """Say below a table what errata did to the numbers of its runs, alike ones once."""
+    for remark in dict.fromkeys(effect.remark for effect in effects if effect is not None):
+        output().print(remark, markup=False, highlight=False, soft_wrap=True)
 
 
 def note_planner(suites: Sequence[Suite]) -> None:

@@ -12,7 +12,7 @@ from eai.abilities.verdict import Json
 from eai.benchmarks.croissant import write_croissant
 from eai.benchmarks.packs import fetch_published, published_packs
 from eai.benchmarks.registry import find_benchmark, registered
-from eai.benchmarks.source import Source
+from eai.benchmarks.source import ErrataChoice, Source
 from eai.benchmarks.statistics import table_of
 from eai.benchmarks.validation import validate as check
 from eai.cli.console import DOMAIN_HELP, counted, data_progress, output, print_json, tell_findings
@@ -106,13 +106,13 @@ def stats(
     as_json: AsJson = False,
     data: DataFolder = None,
 ) -> None:
-    """Print the paper's Table 2, counted from the data, beside what the paper prints.
+    """Print the paper's Table 2, counted from the data as published, beside what the paper prints.
 
     Example: eai data stats --by-task --distributions
     """
     benchmarks = [find_benchmark(name) for name in domain or registered()]
     with data_progress() as report:
-        source = Source(store(data), report)
+        source = Source(store(data), report, errata=ErrataChoice.NONE)
         tables = [table_of(each, source) for each in benchmarks]
     written: list[Path] = []
     for benchmark in benchmarks:

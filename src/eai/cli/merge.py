@@ -8,10 +8,11 @@ from typing import Annotated
 import typer
 
 from eai.abilities.declarations import DECLARATIONS
-from eai.cli.console import counted, output, print_remark
+from eai.cli.console import counted, output, print_errata, print_remark
 from eai.cli.options import Wide
 from eai.cli.table import Result, print_rates
 from eai.metrics.coverage import coverage_of
+from eai.metrics.errata_effect import errata_effect
 from eai.metrics.summary import summarise
 from eai.scoring.shards import find_shards, merge
 
@@ -34,6 +35,7 @@ def merge_shards(
         title = f"{first.domain}, {first.ability.value}, protocol {first.protocol.value}"
         columns = DECLARATIONS[first.ability].terminal
         print_rates(output(), title, columns, {first.model: result}, wide=wide)
+        print_errata([errata_effect(records)])
         print_remark(first.model, result.coverage)
         told = f"{counted(len(files), 'shard')} of {counted(len(records), 'record')} written to {folder}"
         output().print(told, soft_wrap=True, highlight=False, markup=False)

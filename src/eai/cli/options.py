@@ -8,6 +8,7 @@ import typer
 
 from eai.abilities.protocol import Ability, Protocol, ability_of, protocol_of
 from eai.abilities.transition_modeling.planners import planner_of
+from eai.benchmarks.source import ErrataChoice, errata_choice
 from eai.cli.console import DOMAIN_HELP, MISSING_HELP
 from eai.pddl.planning import PlannerChoice
 
@@ -49,6 +50,19 @@ Planner = Annotated[
         metavar="NAME",
         help="What judges operators: full (built-in search, then Fast Downward), built_in, fast_downward, "
         "none, or auto, the default: full where Fast Downward is installed, else built_in.",
+        show_default=False,
+        rich_help_panel=SCORING,
+    ),
+]
+
+Errata = Annotated[
+    ErrataChoice,
+    typer.Option(
+        "--errata",
+        parser=errata_choice,
+        metavar="NAME",
+        help="What is known to be wrong in the data: current, the default (corrected, or left out of all "
+        "rates, under strict), or none (as published).",
         show_default=False,
         rich_help_panel=SCORING,
     ),

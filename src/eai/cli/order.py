@@ -90,7 +90,7 @@ def obtain_and_score(
     with undisturbed():
         with scoring_progress(f"scoring {title}", len(answers.given), quiet=order.quiet) as told:
             outcome = settle(obtained, folder, suite, order.settings, told)
-        write_scores(answers.log, outcome.by_place(), suite.source.planner)
+        write_scores(answers.log, outcome.by_place(), suite.source)
     return outcome
 
 

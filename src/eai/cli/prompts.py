@@ -10,9 +10,10 @@ import typer
 from eai.abilities.protocol import Ability
 from eai.benchmarks.prompt_library import Library
 from eai.benchmarks.registry import find_benchmark
-from eai.benchmarks.source import Source
+from eai.benchmarks.source import ErrataChoice, Source
 from eai.cli.console import DOMAIN_HELP, data_progress, output
 from eai.cli.data import DataFolder, store
+from eai.cli.options import Errata
 from eai.errors import InputError
 from eai.prompts.prompt import PromptSet, prompt_file, system_file
 from eai.scoring.stage_one import read_believed
@@ -32,28 +33,29 @@ def prompts(
         Path | None,
         typer.Option(help="Answers to goal interpretation, whose goals to state instead of the tasks' own."),
     ] = None,
+    errata: Errata = ErrataChoice.CURRENT,
     data: DataFolder = None,
 ) -> None:
     """Write prompts as a list of {"identifier", "llm_prompt"}; a system message goes to a file beside it.
 
-    Official prompts are the data set's, byte for byte, but for 25 questions about BEHAVIOR's operators, which
-    ask for others than are scored. The system message, where there is one, is in FILE with _system before its
-    extension.
+    Official prompts are the data set's, byte for byte, but for those that ask for something else than is
+    scored (docs/errata.md; --errata none leaves them as they are). The system message, where there is one, is
+    in FILE with _system before its extension.
 
     With --goals there are prompts for the tasks that the answers, one model's, are about.
 
     Example: eai prompts --domain virtualhome --ability action_sequencing --out prompts.json
     """
     with data_progress() as report:
-        benchmark, source = find_benchmark(domain), Source(store(data), report)
-        published = benchmark.published_prompts if prompt_set is PromptSet.OFFICIAL else None
+        benchmark, source = find_benchmark(domain), Source(store(data), report, errata=errata)
+        whole = prompt_set is PromptSet.OFFICIAL and folder is None and goals is None
+        files = benchmark.official_files(ability, source) if whole else None
         if goals is not None:
             believed = read_believed(goals, benchmark, ability, source)
             opened = Library(prompt_set, folder, source).open(benchmark, ability, believed.beliefs)
             opened = {task_id: prompt for task_id, prompt in opened.items() if task_id in believed.beliefs}
             content, system = prompt_file(opened), system_file(opened)
-        elif published is not None and folder is None:
-            files = published.files(ability, source.store, report=report)
+        elif files is not None:
             content, system = files.prompts, files.system
         else:
             opened = Library(prompt_set, folder, source).open(benchmark, ability)

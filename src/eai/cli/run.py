@@ -20,15 +20,17 @@ from eai.benchmarks.answer_files import recorded_file
 from eai.benchmarks.prompt_library import Library
 from eai.benchmarks.reference.replanning import preset_experiment
 from eai.benchmarks.registry import registered
-from eai.benchmarks.source import Source
+from eai.benchmarks.source import ErrataChoice, Source
 from eai.benchmarks.suite import DEFAULT_PROTOCOL, Suite, open_suite
 from eai.cli.adaptive import adaptive_suites, obtain_adaptively
 from eai.cli.chosen_tasks import chosen_prompts, tasks_of
 from eai.cli.console import (
     DOMAIN_HELP,
+    counted,
     data_progress,
     note_planner,
     output,
+    print_errata,
     print_remark,
 )
 from eai.cli.data import DataFolder, store
@@ -50,6 +52,7 @@ from eai.cli.options import (
     OUTPUT,
     AllowMissing,
     AsJson,
+    Errata,
     Explanations,
     Planner,
     Rules,
@@ -59,6 +62,7 @@ from eai.cli.options import (
 from eai.cli.order import Order, obtain_and_score, tell
 from eai.cli.table import Result, print_rates
 from eai.errors import InputError, InterruptError
+from eai.metrics.errata_effect import errata_effect
 from eai.pddl.planning import PlannerChoice
 from eai.prompts.prompt import Prompt, PromptSet
 from eai.run.job import Decoding, Effort, Endpoint, Pace, check_model
@@ -216,6 +220,7 @@ def run(
     goals: Goals = None,
     protocol: Rules = DEFAULT_PROTOCOL,
     planner: Planner = PlannerChoice.AUTO,
+    errata: Errata = ErrataChoice.CURRENT,
     workers: Workers = 1,
     explanations: Explanations = True,
     allow_missing: AllowMissing = False,
@@ -270,7 +275,7 @@ def run(
         prompt_name=prompt_name,
     )
     with data_progress() as report:
-        source = Source(store(data), report, planner)
+        source = Source(store(data), report, planner, errata)
         suites = [
             open_suite(name, each, protocol, source=source)
             for name in domain or registered()
@@ -305,8 +310,20 @@ def run(
             print_rates(output(), title, DECLARATIONS[suite.ability].terminal, results, wide=wide)
             for name, result in results.items():
                 print_remark(name, result.coverage)
+            print_errata(errata_effect(outcome.records) for outcome in of_suite)
+            _tell_corrected(library, suite, asked)
         outcomes += of_suite
     tell([*(first.outcomes if first else ()), *outcomes], order, as_json=as_json)
+
+
+def _tell_corrected(library: Library, suite: Suite, prompts: Mapping[str, Prompt]) -> None:
+    """Say how many of the data set's questions were not asked as they are published."""
+    corrected = library.corrected(suite.benchmark, suite.ability, prompts)
+    if corrected:
+        told = (
+            f"{counted(corrected, 'question')} asked as corrected by errata; --errata none asks as published."
+        )
+        output().print(told, markup=False, highlight=False, soft_wrap=True)
 
 
 def _wanted(abilities: Sequence[Ability] | None, experiment: Experiment | None) -> list[Ability]:

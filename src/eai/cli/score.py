@@ -17,7 +17,7 @@ from eai.abilities.record import Record
 from eai.abilities.responses import Response, ResponseFile, find_response_files, read_responses
 from eai.abilities.verdict import Json
 from eai.benchmarks.answer_files import SuiteFile, files_of_suite, suite_files, unpacked
-from eai.benchmarks.source import Source
+from eai.benchmarks.source import ErrataChoice, Source
 from eai.benchmarks.suite import DEFAULT_PROTOCOL, Suite, open_suite
 from eai.cli.console import (
     counted,
@@ -25,6 +25,7 @@ from eai.cli.console import (
     errors,
     note_planner,
     output,
+    print_errata,
     print_json,
     print_remark,
     without_inspect,
@@ -38,6 +39,7 @@ from eai.cli.options import (
     SCORING,
     AllowMissing,
     AsJson,
+    Errata,
     Explanations,
     Planner,
     Rules,
@@ -48,6 +50,7 @@ from eai.cli.progress import scoring_progress
 from eai.cli.table import Result, print_rates
 from eai.errors import InputError, InterruptError
 from eai.metrics.coverage import coverage_of, planners_of
+from eai.metrics.errata_effect import ErrataEffect, errata_effect
 from eai.metrics.summary import summarise
 from eai.pddl.planning import PlannerChoice
 from eai.scoring.batch import NO_ROW, Scoring, Settings, score_run
@@ -103,6 +106,7 @@ def score(
     ability: Annotated[Ability | None, ABILITY] = None,
     protocol: Rules = DEFAULT_PROTOCOL,
     planner: Planner = PlannerChoice.AUTO,
+    errata: Errata = ErrataChoice.CURRENT,
     workers: Workers = 1,
     explanations: Explanations = True,
     allow_missing: AllowMissing = False,
@@ -143,7 +147,7 @@ def score(
     with ExitStack() as stack:
         places = [stack.enter_context(unpacked(path)) for path in paths]
         with data_progress() as report:
-            source = Source(store(data), report, planner)
+            source = Source(store(data), report, planner, errata)
             if domain is not None and ability is not None:
                 suite = open_suite(domain, ability, protocol, source=source)
                 shares = _shares_of_suite(places, suite, out)
@@ -186,15 +190,18 @@ def _score_all(
     try:
         for suite, group in groupby(shares, key=lambda share: share.suite):
             results: dict[str, Result] = {}
+            effects: list[ErrataEffect | None] = []
             for share in group:
                 records = _records(share, settings, goals, scoring, quiet=as_json)
+                effects.append(errata_effect(records))
                 rates = summarise([record.verdict for record in records], suite.ability)
                 results[share.answers.model] = Result(rates, coverage_of(records))
                 if share.out is not None:
                     write_results(share.out, records, rates)
-                printed.append(_json(share, records, results[share.answers.model]))
+                printed.append(_json(share, records, results[share.answers.model], effects[-1]))
             if not as_json:
                 _print(suite, results, wide=wide)
+                print_errata(effects)
     except KeyboardInterrupt:
         raise InterruptError(_interrupted(shares, len(printed))) from None
     return printed
@@ -252,7 +259,9 @@ def _note_elsewhere(share: _Share) -> None:
         )
 
 
-def _json(share: _Share, records: Sequence[Record], result: Result) -> dict[str, Json]:
+def _json(
+    share: _Share, records: Sequence[Record], result: Result, errata: ErrataEffect | None
+) -> dict[str, Json]:
     """What ``--json`` prints of one model in one suite."""
     suite, planners = share.suite, planners_of(record.verdict for record in records)
     return {
@@ -262,6 +271,7 @@ def _json(share: _Share, records: Sequence[Record], result: Result) -> dict[str,
         "protocol": suite.protocol.value,
         "folder": None if share.out is None else str(share.out),
         "coverage": result.coverage.to_json(),
+        "errata": None if errata is None else errata.to_json(),
         **({"planner": ", ".join(planners)} if planners else {}),
         "metrics": {name: rate.to_json() for name, rate in result.rates.items()},
     }

@@ -134,7 +134,7 @@ class TextEnvironment(gymnasium.Env[str, str]):
     def _chosen(self) -> str:
         """One of the tasks at random; those without goals are passed over where there are others."""
         order = [self._task_ids[int(i)] for i in self.np_random.permutation(len(self._task_ids))]
-        return next((task_id for task_id in order if self._tasks[task_id].goals), order[0])
+        return next((task_id for task_id in order if self._tasks[task_id].left_out is None), order[0])
 
     def _stage(self, task_id: str) -> Stage:
         if task_id not in self._stages:

@@ -8,7 +8,7 @@ from typing import NamedTuple
 from typing_extensions import TypedDict, assert_never
 
 from eai.abilities.goal_test import GoalTest
-from eai.abilities.task import NO_GOALS, Task
+from eai.abilities.task import Task
 from eai.abilities.verdict import ErrorReport
 from eai.benchmarks.benchmark import Benchmark
 from eai.envs.command import DONE, Commands
@@ -55,12 +55,12 @@ class Stage:
     """All that the games of one task share.
 
     Raises:
-        InputError: the task has no goals, or an action is called what ends the episode.
+        InputError: the task has no goals that can be reached, or an action is called what ends the episode.
     """
 
     def __init__(self, task: Task, benchmark: Benchmark, rules: Rules) -> None:
-        if not task.goals:
-            raise InputError(f"{benchmark.name}: {task.id} cannot be played: {NO_GOALS}")
+        if task.left_out is not None:
+            raise InputError(f"{benchmark.name}: {task.id} cannot be played: {task.left_out}")
         if rules.until is Until.DONE and DONE in benchmark.domain.arities:
             raise InputError(f"{benchmark.name}: {DONE} is an action, so it cannot end an episode")
         wording = benchmark.observed_wording()

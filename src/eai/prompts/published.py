@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+import json
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 from eai.abilities.protocol import Ability
@@ -24,6 +25,17 @@ class PromptFiles:
     prompts: bytes
     system: bytes | None
 
+    def corrected(self, correct: Callable[[str, str], str]) -> PromptFiles:
+        """The same files with other questions.
+
+        Args:
+            correct: from an identifier and its question to the question that is asked.
+        """
+        rows = json.loads(self.prompts)
+        for row in rows:
+            row["llm_prompt"] = correct(row["identifier"], row["llm_prompt"])
+        return replace(self, prompts=json.dumps(rows, indent=4).encode())
+
 
 class PublishedPrompts(Protocol):
     """The prompts of a benchmark that its data set has."""
@@ -39,7 +51,7 @@ class PublishedPrompts(Protocol):
         ...
 
     def files(self, ability: Ability, store: Store | None = None, *, report: Report = silent) -> PromptFiles:
-        """The same as files, byte for byte where the data set ships them and they ask for what is scored.
+        """The same as files, byte for byte where the data set ships them.
 
         Raises:
             DataError: they cannot be obtained.

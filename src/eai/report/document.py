@@ -165,6 +165,13 @@ def _runs(runs: Sequence[RunSummary]) -> Iterator[str]:
         for item in runs
     ]
     yield "\n".join(grid(header, rows)) + "\n"
+    told = dict.fromkeys(
+        f"{_suite(item.key.domain, item.key.ability)}, {item.key.protocol.value}: {item.errata.remark}"
+        for item in runs
+        if item.errata is not None and (item.errata.left_out or item.errata.corrected)
+    )
+    if told:
+        yield "\n".join(f"* {each}" for each in told) + "\n"
     reasons = {reason for item in runs for reason in item.excluded}
     if reasons:
         yield "Excluded: " + "; ".join(escaped(reason) for reason in sorted(reasons)) + ".\n"

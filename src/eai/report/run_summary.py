@@ -10,6 +10,7 @@ from eai.abilities.declarations import DECLARATIONS
 from eai.metrics.breakdown import Breakdown, break_down
 from eai.metrics.certainty import Cases, Certainty, certainty_of_rate
 from eai.metrics.coverage import Coverage, coverage_of, planners_of
+from eai.metrics.errata_effect import ErrataEffect, errata_effect
 from eai.metrics.rate import Rate, total
 from eai.metrics.summary import cases_of, contributions
 from eai.report.runs import Run, RunKey
@@ -24,6 +25,7 @@ class RunSummary:
         excluded: reason -> how many tasks are left out of all rates for it.
         repaired: how many answers were read only after a repair.
         planners: what judged operators, by name; none where nothing did or older records do not say.
+        errata: what errata of the data did to it; None if none were used.
         data_sha256: digests of the data that it was scored against, usually one.
         rates: metric -> rate.
         certainties: metric -> how sure the rate is, None where it is not defined.
@@ -36,6 +38,7 @@ class RunSummary:
     excluded: Mapping[str, int]
     repaired: int
     planners: tuple[str, ...]
+    errata: ErrataEffect | None
     data_sha256: tuple[str, ...]
     rates: Mapping[str, Rate]
     certainties: Mapping[str, Certainty | None]
@@ -61,6 +64,7 @@ def summary_of(run: Run) -> RunSummary:
         dict(Counter(v.excluded for v in verdicts if v.excluded is not None)),
         sum(bool(record.repairs) for record in run.records),
         planners_of(verdicts),
+        errata_effect(run.records),
         tuple(sorted({record.data_sha256 for record in run.records})),
         rates,
         {metric: certainty_of_rate(found) for metric, found in cases.items()},

@@ -9,9 +9,9 @@ from inspect_ai.log import EvalLog, read_eval_log, recompute_metrics, write_eval
 
 from eai.abilities.record import Record
 from eai.abilities.responses import Response, ResponseFile, file_name
+from eai.benchmarks.source import Source
 from eai.benchmarks.suite import Suite
 from eai.errors import InputError
-from eai.pddl.planning import PlannerChoice
 from eai.run.job import Job
 from eai.run.scorer import score_of
 from eai.scoring.answer import Place
@@ -41,13 +41,13 @@ def find_log(job: Job, folder: Path) -> Path | None:
     return None
 
 
-def write_scores(path: Path, records: Mapping[Place, Record], planner: PlannerChoice) -> None:
+def write_scores(path: Path, records: Mapping[Place, Record], source: Source) -> None:
     """Put verdicts into a log, in place of those that it holds.
 
     Args:
         path: the log.
         records: the record of every answer that was asked for, all under one protocol.
-        planner: which planner judged operators.
+        source: what scored them: which planner judged operators, and whether errata were used.
 
     Raises:
         InputError: the log cannot be read or written.
@@ -58,7 +58,7 @@ def write_scores(path: Path, records: Mapping[Place, Record], planner: PlannerCh
         score = score_of(record, sample.epoch, answered=bool(sample.output.choices))
         sample.scores = {record.ability.value: score}
     (protocol,) = {record.protocol.value for record in records.values()}
-    rules = {"protocol": protocol, "planner": planner.value}
+    rules = {"protocol": protocol, "planner": source.planner.value, "errata": source.errata.value}
     for scorer in log.eval.scorers or ():
         scorer.options = {**(scorer.options or {}), **rules}
     recompute_metrics(log)

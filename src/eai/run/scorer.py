@@ -35,7 +35,7 @@ from eai.abilities.record import Record
 from eai.abilities.responses import Response, ResponseFile, file_name
 from eai.abilities.transition_modeling.planners import planner_of
 from eai.abilities.verdict import Verdict
-from eai.benchmarks.source import Source
+from eai.benchmarks.source import ErrataChoice, Source, errata_choice
 from eai.benchmarks.suite import Suite, open_suite
 from eai.metrics.breakdown import outcome
 from eai.metrics.summary import summarise
@@ -69,21 +69,24 @@ def paper_metrics(ability: str) -> Metric:
     return pooled
 
 
-def _register(ability: Ability) -> Callable[[str, str, str], Scorer]:
+def _register(ability: Ability) -> Callable[..., Scorer]:
     """Register the scorer of an ability, which has the ability's name and columns."""
 
     @scorer(metrics=[paper_metrics(ability.value), accuracy(), stderr()], name=ability.value)
-    def verdict_scorer(benchmark: str, protocol: str, planner: str) -> Scorer:
+    def verdict_scorer(
+        benchmark: str, protocol: str, planner: str, errata: str = ErrataChoice.CURRENT.value
+    ) -> Scorer:
         """Scores an answer with the pure function of the library.
 
         Args:
             benchmark: what `find_benchmark` finds the benchmark by.
             protocol: the rules for scoring.
             planner: which planner judges operators.
+            errata: whether what is wrong in the data is corrected.
         """
 
         async def score(state: TaskState, target: Target) -> Score:
-            suite = _suite(benchmark, ability, protocol, planner)
+            suite = _suite(benchmark, ability, protocol, planner, errata)
             return score_of(_record_of(state, suite), state.epoch, answered=bool(state.output.choices))
 
         return score
@@ -131,8 +134,8 @@ def score_of(record: Record, epoch: int, *, answered: bool) -> Score:
 
 
 @cache
-def _suite(benchmark: str, ability: Ability, protocol: str, planner: str) -> Suite:
-    source = Source(planner=planner_of(planner))
+def _suite(benchmark: str, ability: Ability, protocol: str, planner: str, errata: str) -> Suite:
+    source = Source(planner=planner_of(planner), errata=errata_choice(errata))
     return open_suite(benchmark, ability, protocol_of(protocol), source=source)
 
 
@@ -176,4 +179,6 @@ def _verdicts(scores: Sequence[SampleScore]) -> list[Verdict]:
 def _suite_of(score: SampleScore) -> Suite:
     """The suite that a score is of; no planner is asked where answers are read together."""
     benchmark, about = (score.sample_metadata or {})["domain"], _metadata(score)
-    return _suite(benchmark, ability_of(about["ability"]), about["protocol"], PlannerChoice.NONE.value)
+    errata = ErrataChoice.CURRENT if about.get("errata") else ErrataChoice.NONE
+    rules = (about["protocol"], PlannerChoice.NONE.value, errata.value)
+    return _suite(benchmark, ability_of(about["ability"]), *rules)

@@ -24,7 +24,7 @@ from eai.benchmarks.gold_answers import open_answer_book
 from eai.benchmarks.prompt_library import Library
 from eai.benchmarks.reference.replanning import preset_experiment
 from eai.benchmarks.registry import find_benchmark
-from eai.benchmarks.source import Source
+from eai.benchmarks.source import ErrataChoice, Source, errata_choice
 from eai.benchmarks.suite import DEFAULT_PROTOCOL, open_suite
 from eai.errors import InputError, did_you_mean
 from eai.pddl.planning import PlannerChoice
@@ -81,10 +81,11 @@ def build_task(
         )
         for task_id, prompt in prompts.items()
     ]
+    planner, errata = source.planner.value, source.errata.value
     return inspect_ai.Task(
         dataset=MemoryDataset(samples, name=name),
         solver=solver,
-        scorer=SCORERS[ability](benchmark.reference, protocol.value, source.planner.value),
+        scorer=SCORERS[ability](benchmark.reference, protocol.value, planner, errata),
         headline_metric=HeadlineMetric(metric=next(iter(DECLARATIONS[ability].main))),
         name=name,
         metadata={"domain": benchmark.name, "ability": ability.value, **(metadata or {})},
@@ -99,6 +100,7 @@ def published_task(reference: str, ability: Ability) -> Callable[..., inspect_ai
         prompts: str = PromptSet.OFFICIAL.value,
         prompt_folder: str | None = None,
         planner: str = PlannerChoice.AUTO.value,
+        errata: str = ErrataChoice.CURRENT.value,
         tasks: str | int | Sequence[str] | None = None,
         replans: int = 0,
         world: str = World.RESTART.value,
@@ -114,7 +116,7 @@ def published_task(reference: str, ability: Ability) -> Callable[..., inspect_ai
         with refusing():
             folder = None if prompt_folder is None else Path(prompt_folder)
             benchmark = find_benchmark(reference)
-            source = Source(planner=planner_of(planner))
+            source = Source(planner=planner_of(planner), errata=errata_choice(errata))
             library = Library(member(PromptSet, prompts, "set of prompts"), folder, source)
             asked = library.open(benchmark, ability)
             if tasks is not None:

@@ -218,6 +218,7 @@ def _record(suite: Suite, model: str, response: Response, *, explanations: bool)
         assessment.explain() if explanations else None,
         task=suite.features(response.task_id),
         suite_size=len(suite.task_ids),
+        errata=suite.errata.use(suite.ability, response.task_id),
     )
 
 
@@ -239,4 +240,5 @@ def _lacking(suite: Suite, model: str, missing: Missing, *, left_out: bool) -> R
         task=suite.features(task_id),
         unanswered=missing.why,
         suite_size=len(suite.task_ids),
+        errata=suite.errata.use(suite.ability, task_id),
     )

@@ -16,6 +16,7 @@ from eai.abilities.responses import Response, ResponseFile, attempt_name, write_
 from eai.abilities.verdict import Json
 from eai.benchmarks.suite import Suite
 from eai.metrics.coverage import Coverage, coverage_of
+from eai.metrics.errata_effect import errata_effect
 from eai.metrics.rate import Rate
 from eai.metrics.summary import summarise
 from eai.prompts.prompt import Prompt
@@ -91,6 +92,7 @@ class SuiteResult:
 
     def to_json(self) -> dict[str, Json]:
         """The outcome as ``--json`` prints it."""
+        errata = errata_effect(self.records)
         return {
             "model": self.model,
             "domain": self.suite.domain,
@@ -98,6 +100,7 @@ class SuiteResult:
             "protocol": self.suite.protocol.value,
             "folder": str(self.folder),
             "coverage": self.coverage.to_json(),
+            "errata": None if errata is None else errata.to_json(),
             **self.effort(),
             "metrics": {name: rate.to_json() for name, rate in self.rates.items()},
         }

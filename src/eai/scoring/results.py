@@ -12,6 +12,7 @@ from eai.abilities.verdict import Json
 from eai.errors import InputError
 from eai.metrics.attempts import by_attempt
 from eai.metrics.coverage import coverage_of, planners_of
+from eai.metrics.errata_effect import errata_effect
 from eai.metrics.rate import Rate
 from eai.scoring.records import write_records
 
@@ -27,7 +28,7 @@ def write_results(
     Raises:
         InputError: the folder cannot be written.
     """
-    first = records[0]
+    first, errata = records[0], errata_effect(records)
     planners = planners_of(record.verdict for record in records)
     summary: dict[str, Json] = {
         "protocol": first.protocol.value,
@@ -36,6 +37,7 @@ def write_results(
         "model": first.model,
         **({} if first.experiment is None else {"experiment": experiment_to_json(first.experiment)}),
         "data_sha256": first.data_sha256,
+        "errata": None if errata is None else errata.to_json(),
         "coverage": coverage_of(records).to_json(),
         **({"planner": ", ".join(planners)} if planners else {}),
         "unit": "percent",

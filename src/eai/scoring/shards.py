@@ -97,10 +97,15 @@ def merge(folder: Path, files: Sequence[Path]) -> list[Record]:
     records = list(_in_turn([list(read_records(file)) for file in files], folder))
     first = records[0]
     for record in records:
-        if (record.model, record.data_sha256) != (first.model, first.data_sha256):
+        if _made_of(record) != _made_of(first):
             raise InputError(f"{folder}: expected the shards of one run, found {first.model}, {record.model}")
     write_results(folder, records, summarise([record.verdict for record in records], first.ability))
     return records
+
+
+def _made_of(record: Record) -> tuple[str, str, str | None]:
+    """What all records of a run have in common: model, data, version of their errata."""
+    return record.model, record.data_sha256, None if record.errata is None else record.errata.version
 
 
 def _in_turn(parts: Sequence[Sequence[Record]], folder: Path) -> Iterator[Record]:

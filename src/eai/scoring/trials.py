@@ -176,6 +176,7 @@ def record_of_trial(
         last.explanation,
         task=suite.features(task_id),
         suite_size=len(suite.task_ids),
+        errata=suite.errata.use(suite.ability, task_id),
         experiment=experiment,
         attempts=attempts,
     )

@@ -12,14 +12,15 @@ from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.transition_modeling.planners import make_planner
 from eai.abilities.transition_modeling.report import OperatorStatus
 from eai.abilities.transition_modeling.scorer import TransitionModeling
+from eai.abilities.transition_modeling.task import TransitionTask
 from eai.abilities.verdict import Confusion, OperatorVerdict, Verdict
 from eai.benchmarks.gold_operators import (
-    NOTHING_RENAMED,
     TransitionTasks,
     open_behavior,
     open_virtualhome,
 )
-from eai.benchmarks.source import Source
+from eai.benchmarks.registry import find_benchmark
+from eai.benchmarks.source import Source, TaskSet
 from eai.benchmarks.suite import open_suite
 from eai.data.store import Store
 from eai.errors import DataError
@@ -35,13 +36,13 @@ def virtualhome(data_store: Store) -> TransitionTasks:
 
 
 @pytest.fixture(scope="module")
-def behavior(data_store: Store) -> TransitionTasks:
-    return open_behavior(data_store)
+def behavior(data_store: Store) -> TaskSet[TransitionTask]:
+    return find_benchmark("behavior").operators(Source(data_store))
 
 
 @pytest.fixture(scope="module")
 def behavior_as_published(data_store: Store) -> TransitionTasks:
-    return open_behavior(data_store, asked_as=NOTHING_RENAMED)
+    return open_behavior(data_store)
 
 
 def planner() -> PddlPlanner:
@@ -147,7 +148,7 @@ def test_an_operator_has_the_name_that_was_asked_for(
 @pytest.mark.parametrize("protocol", list(Protocol))
 @pytest.mark.parametrize("domain", ["virtualhome", "behavior"])
 def test_gold_answers_are_right_in_every_respect(
-    virtualhome: TransitionTasks, behavior: TransitionTasks, domain: str, protocol: Protocol
+    virtualhome: TransitionTasks, behavior: TaskSet[TransitionTask], domain: str, protocol: Protocol
 ) -> None:
     tasks = virtualhome if domain == "virtualhome" else behavior
     rules = rules_of(protocol, planner())

@@ -12,7 +12,7 @@ from eai.abilities.error_report import error_report
 from eai.abilities.explanation import SLIPPED, Explanation, goal_reports, repairs_told, step_reports
 from eai.abilities.goal_test import GoalTest
 from eai.abilities.scorer import Assessment, Scorer
-from eai.abilities.task import NO_GOALS, Task
+from eai.abilities.task import Task
 from eai.abilities.unreadable import Unreadable
 from eai.abilities.verdict import ErrorReport, PlanVerdict
 from eai.world.domain import Domain
@@ -41,7 +41,7 @@ class ActionSequencing(Scorer):
         self.domain = domain
         self.notation = notation
         self.goals = goals or GoalTest(task)
-        self.excluded = None if task.goals else NO_GOALS
+        self.excluded = task.left_out
         self._object = notation.objects(task)
 
     def assess(self, text: str) -> Assessment:

@@ -16,7 +16,7 @@ from eai.abilities.subgoal_decomposition.progress import GoalProgress, Watched
 from eai.abilities.subgoal_decomposition.refinement import Refinement
 from eai.abilities.subgoal_decomposition.reporting import category_of, error_of
 from eai.abilities.subgoal_decomposition.search import Outcome, SearchEnd, SearchLimits, search, uncategorised
-from eai.abilities.task import NO_GOALS, GoalKind, Task
+from eai.abilities.task import GoalKind, Task
 from eai.abilities.verdict import ErrorReport, SubgoalVerdict
 from eai.logic.formula import Formula, Then
 from eai.logic.ltl import parse
@@ -59,7 +59,7 @@ class SubgoalDecomposition(Scorer):
         self.notation = notation or SubgoalNotation(domain)
         self._refinement = refinement
         self.goals = goals or GoalTest(task)
-        self.excluded = None if task.goals else NO_GOALS
+        self.excluded = task.left_out
         self.halts: Callable[[Fault], bool] = uncategorised
         self.lexicon = self.notation.lexicon(task.scene)
         self.temporal_goal = self._temporal_goal()

@@ -21,7 +21,6 @@ from eai.abilities.verdict import Confusion
 from eai.pddl.check import Declarations, check_action
 from eai.pddl.matching import OperatorMatch, match_operators, missing_operator
 from eai.pddl.model import PddlAction
-from eai.pddl.normalise import normalise
 from eai.pddl.offence import PddlFinding
 from eai.pddl.planning import PddlPlanner, PlannerResult, PlanningTask, refusal
 
@@ -143,10 +142,7 @@ def _literals(matches: Iterable[OperatorMatch]) -> dict[str, Confusion]:
 def _planning(
     task: TransitionTask, actions: tuple[PddlAction, ...], refusals: tuple[PddlFinding, ...]
 ) -> PlanningTask | PlannerResult:
-    """The planning task, or what is wrong with the answer's operators.
-
-    Normalising changes only a problem with an undeclared object.
-    """
+    """The planning task, or what is wrong with the answer's operators."""
     if refusals:
         return refusal(refusals[0])
-    return normalise(task.domain.header, actions, task.problem)
+    return PlanningTask(replace(task.domain.header, actions=actions), task.problem)

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from eai.abilities.protocol import Ability, Protocol
+from eai.abilities.protocol import Protocol
 from eai.abilities.transition_modeling.task import TransitionTask
 from eai.benchmarks.behavior.domain import as_meant
 from eai.benchmarks.behavior.goal_notation import BehaviorGoals
-from eai.benchmarks.behavior.operator_questions import corrected_questions
 from eai.benchmarks.behavior.subgoal_notation import BehaviorSubgoals
 from eai.benchmarks.behavior.tasks import BehaviorTask
 from eai.benchmarks.behavior.tasks import open_tasks as open_behavior_tasks
 from eai.benchmarks.behavior.wording import wording
 from eai.benchmarks.benchmark import Benchmark
+from eai.benchmarks.errata import errata_of
 from eai.benchmarks.formats import formats_of
 from eai.benchmarks.gold_operators import open_behavior
 from eai.benchmarks.identifiers import published_task
@@ -57,7 +57,8 @@ def behavior() -> Benchmark:
         wordings=wording,
         also_observed=("in_left_hand", "in_right_hand", "robot_on"),
         formats=formats_of("eai.benchmarks.behavior"),
-        published_prompts=OfficialPrompts(NAME, corrected={Ability.TRANSITION_MODELING: corrected_questions}),
+        published_prompts=OfficialPrompts(NAME),
+        errata=errata_of(NAME),
         goal_sections=GOAL_SECTIONS,
         task_id_of=published_task,
         phrases=PHRASES,

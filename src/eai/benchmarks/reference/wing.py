@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from eai.abilities.protocol import Ability
 from eai.benchmarks.benchmark import Benchmark, Form, Opened
-from eai.benchmarks.source import Source, TaskSet, once_per_store
+from eai.benchmarks.source import Source, TaskSet
 
 if TYPE_CHECKING:
     from eai.abilities.transition_modeling.task import TransitionTask
@@ -38,9 +38,13 @@ def virtualhome_wing(benchmark: Benchmark, ability: Ability, form: Form, source:
 
 
 def behavior_wing(benchmark: Benchmark, ability: Ability, form: Form, source: Source) -> Opened:
-    """A suite of BEHAVIOR."""
+    """A suite of BEHAVIOR.
+
+    Of operators the names are those in the data set: ``extract_action_details`` reads a name up to its first
+    hyphen, so that the reference finds the one that has a hyphen in no answer, not in the data set's own.
+    """
     if ability is Ability.TRANSITION_MODELING:
-        return _transition_modeling(benchmark, _behavior_operators(source), source)
+        return _transition_modeling(benchmark, benchmark.operators(source), source)
     from eai.benchmarks.behavior.benchmark import open_tasks
 
     tasks = open_tasks(source)
@@ -57,18 +61,6 @@ def behavior_wing(benchmark: Benchmark, ability: Ability, form: Form, source: So
             from eai.benchmarks.reference.behavior_subgoals import BehaviorSubgoalDecomposition as Subgoals
 
             return Opened(tuple(tasks), tasks.sha256, lambda task_id: Subgoals(tasks[task_id]))
-
-
-@once_per_store
-def _behavior_operators(source: Source) -> TaskSet[TransitionTask]:
-    """The tasks with the names of operators in the data set.
-
-    ``extract_action_details`` reads a name up to its first hyphen, so that the reference finds the one
-    operator that has a hyphen in no answer, not even in the data set's own.
-    """
-    from eai.benchmarks.gold_operators import NOTHING_RENAMED, open_behavior
-
-    return open_behavior(source.store, asked_as=NOTHING_RENAMED, report=source.report)
 
 
 def _transition_modeling(benchmark: Benchmark, tasks: TaskSet[TransitionTask], source: Source) -> Opened:

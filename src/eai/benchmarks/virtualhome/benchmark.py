@@ -8,6 +8,7 @@ from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.transition_modeling.task import TransitionTask
 from eai.abilities.verdict import Json
 from eai.benchmarks.benchmark import Benchmark
+from eai.benchmarks.errata import errata_of
 from eai.benchmarks.formats import formats_of
 from eai.benchmarks.gold_operators import open_virtualhome
 from eai.benchmarks.identifiers import published_task
@@ -80,6 +81,7 @@ def virtualhome() -> Benchmark:
         formats=formats_of("eai.benchmarks.virtualhome"),
         response_schemas={Ability.ACTION_SEQUENCING: _PLAN},
         published_prompts=OfficialPrompts(NAME, {Ability.GOAL_INTERPRETATION: _rendered}),
+        errata=errata_of(NAME),
         goal_sections=GOAL_SECTIONS,
         task_id_of=published_task,
         own_figures=annotated_figures,

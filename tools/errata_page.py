@@ -1,0 +1,52 @@
+"""Writes the table of docs/errata.md from the errata of the package: `python tools/errata_page.py`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from eai.benchmarks.errata import Erratum, published_errata
+from eai.benchmarks.registry import title_of
+
+PAGE = Path(__file__).resolve().parents[1] / "docs" / "errata.md"
+BEGIN, END = "<!-- errata: tools/errata_page.py -->\n", "<!-- end -->\n"
+SHOWN = 3
+"""How many tasks are named where there are more."""
+
+DONE = {
+    "exclude": "left out of all rates",
+    "renamed": "the operator has the name that was asked for",
+    "problem": "the problem declares it",
+    "plan": "the plan is corrected",
+    "question": "the question asks for ids",
+    "asks_scored": "the question asks for what is scored",
+}
+
+
+def page() -> str:
+    """The whole page, with the table as it is now."""
+    before, _, rest = PAGE.read_text(encoding="utf-8").partition(BEGIN)
+    errata = published_errata()
+    head = (
+        f"Version `{errata.version}`.\n\n"
+        "| erratum | tasks | what is wrong | how to see it | under `strict` |\n|---|---|---|---|---|\n"
+    )
+    return before + BEGIN + head + "".join(map(_row, errata.entries)) + END + rest.partition(END)[2]
+
+
+def _row(entry: Erratum) -> str:
+    abilities = ", ".join(ability.value.replace("_", " ") for ability in entry.abilities)
+    names = [task_id.split("_0_")[0] for task_id in entry.tasks]
+    named = ", ".join(names[:SHOWN]) + (f" and {len(names) - SHOWN} more" if len(names) > SHOWN else "")
+    (correction,) = entry.corrections
+    cells = (
+        f"`{entry.id}`",
+        f"{title_of(entry.domain)}, {abilities}: {named}",
+        " ".join(entry.wrong.split()),
+        " ".join(entry.evidence.split()),
+        DONE[correction],
+    )
+    return f"| {' | '.join(cells)} |\n"
+
+
+if __name__ == "__main__":
+    PAGE.write_text(page(), encoding="utf-8")
