@@ -14,7 +14,15 @@ HOUSEHOLD = re.compile(r"virtualhome|\bbehavior\b", re.IGNORECASE)
 PROTOCOL = re.compile(r"\bProtocol\.[A-Z]")
 
 EXAMPLES = frozenset(
-    {"__init__.py", "cli/generate.py", "cli/score.py", "cli/prompts.py", "cli/run.py", "cli/console.py"}
+    {
+        "__init__.py",
+        "cli/generate.py",
+        "cli/pictures.py",
+        "cli/score.py",
+        "cli/prompts.py",
+        "cli/run.py",
+        "cli/console.py",
+    }
 )
 """Where households are named as examples in help."""
 

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from eai.abilities.declarations import DECLARATIONS
 from eai.abilities.experiment import Experiment, Feedback
 from eai.abilities.explanation import Explanation, GoalReport, PartReport, StepReport
+from eai.abilities.perceived import Perceived
 from eai.abilities.protocol import Ability
 from eai.abilities.record import Attempt, Origin, Record, Stated, Usage
 from eai.abilities.transition_modeling.report import OperatorReport
@@ -61,9 +62,10 @@ EXPERIMENTS = with_every_field(
     slip=st.floats(0, 1),
     goals_from=st.just("a/b"),
     prompt_name=st.just("base"),
+    scene=st.just("image"),
     preset=st.sampled_from((None, "eai-1.0.5")),
     feedback=st.sampled_from([each for each in Feedback if each is not Feedback.STATE]),
 )
 st.register_type_strategy(Experiment, EXPERIMENTS)
-for kind in (Explanation, Origin, Stated):
+for kind in (Explanation, Origin, Stated, Perceived):
     st.register_type_strategy(kind, with_every_field(kind))

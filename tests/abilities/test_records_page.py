@@ -12,6 +12,7 @@ from eai.abilities.codec import record_from_json, record_to_json
 from eai.abilities.declarations import DECLARATIONS
 from eai.abilities.experiment import Experiment, Feedback, FeedbackForm, World
 from eai.abilities.explanation import Explanation, GoalReport, PartReport, StepReport
+from eai.abilities.perceived import Perceived
 from eai.abilities.protocol import Ability
 from eai.abilities.record import Attempt, Origin, Record, Stated, TaskFeatures, Usage
 from eai.abilities.transition_modeling.report import OperatorReport, OperatorStatus
@@ -36,7 +37,18 @@ def test_an_example_is_a_record_as_it_is_written(ability: Ability) -> None:
 def test_every_field_is_on_the_page() -> None:
     example = record_from_json(json.loads(EXAMPLES[Ability.ACTION_SEQUENCING]))
     explained = (Explanation, StepReport, GoalReport, PartReport, OperatorReport)
-    declared = (TaskFeatures, Experiment, Stated, Attempt, Origin, Usage, Counted, ErrorReport, *explained)
+    declared = (
+        TaskFeatures,
+        Experiment,
+        Stated,
+        Perceived,
+        Attempt,
+        Origin,
+        Usage,
+        Counted,
+        ErrorReport,
+        *explained,
+    )
     names = {name for kind in declared for name in kind.__dataclass_fields__} - {"verdict"}
     names |= set(record_to_json(Record(**{n: getattr(example, n) for n in Record.__dataclass_fields__})))
     for each in DECLARATIONS.values():

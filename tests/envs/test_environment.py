@@ -17,6 +17,7 @@ from gymnasium.utils.env_checker import check_env
 from eai.benchmarks.source import Source
 from eai.data.store import Store
 from eai.envs import ANY, IDS, AnyText, make
+from eai.errors import InputError
 from envs.switches import SWITCHES, WON
 
 LAMPS = Path(__file__).parents[2] / "examples" / "lamps" / "lamps.py"
@@ -119,3 +120,25 @@ def test_what_comes_without_gymnasium_is_said() -> None:
     code = without + "import eai.envs.rewards; from eai.envs import make"
     result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert "pip install 'embodied-agent-interface[envs]'" in result.stderr.splitlines()[-1]
+
+
+@pytest.mark.parametrize("observe", ["full", "partial"])
+def test_what_is_seen_can_be_drawn(observe: str) -> None:
+    pytest.importorskip("matplotlib")
+    environment = make(SWITCHES, render_mode="rgb_array", observe=observe)
+    with pytest.raises(ResetNeeded):
+        environment.render()
+    environment.reset(seed=0)
+    before = environment.render()
+    assert before.shape[1:] == (1024, 3)
+    assert before.dtype.name == "uint8"
+    environment.step(WON[0])
+    assert before.tobytes() != environment.render().tobytes()
+
+
+def test_nothing_is_drawn_unless_it_is_asked_for() -> None:
+    environment = make(SWITCHES)
+    environment.reset()
+    assert environment.render() is None
+    with pytest.raises(InputError, match="render_mode"):
+        make(SWITCHES, render_mode="human")

@@ -66,7 +66,7 @@ def serve(script: Mapping[str, Sequence[Reply]]) -> Iterator[Served]:
     class Handler(BaseHTTPRequestHandler):
         def do_POST(self) -> None:
             request = json.loads(self.rfile.read(int(self.headers["Content-Length"])))
-            question = request["messages"][-1]["content"]
+            question = _text(request["messages"][-1]["content"])
             with lock:
                 replies = script[question]
                 reply = replies[min(log.asked[question], len(replies) - 1)]
@@ -110,6 +110,13 @@ def serve(script: Mapping[str, Sequence[Reply]]) -> Iterator[Served]:
         server.shutdown()
         server.server_close()
         thread.join()
+
+
+def _text(content: str | list[dict[str, Any]]) -> str:
+    """What a message says, without its pictures."""
+    if isinstance(content, str):
+        return content
+    return "".join([part["text"] for part in content if part["type"] == "text"])
 
 
 def _completion(reply: Reply, *, empty: bool) -> dict[str, Any]:

@@ -18,6 +18,7 @@ from pydantic import TypeAdapter, ValidationError
 from eai.abilities.declarations import DECLARATIONS
 from eai.abilities.experiment import Experiment
 from eai.abilities.explanation import Explanation
+from eai.abilities.perceived import Perceived
 from eai.abilities.protocol import Ability
 from eai.abilities.record import Attempt, Origin, Record, Stated
 from eai.abilities.verdict import Counted, GoalTallies, Json, Verdict
@@ -58,6 +59,8 @@ def record_to_json(record: Record) -> dict[str, Json]:
     if record.experiment is not None:
         stated = {} if record.stated is None else dataclass_to_json(record.stated)
         written["experiment"] = {**experiment_to_json(record.experiment), **stated}
+    if record.perceived is not None:
+        written["perceived"] = dataclass_to_json(record.perceived)
     if record.attempts:
         written["attempts"] = [_attempt_to_json(attempt) for attempt in record.attempts]
     if record.origin is not None:
@@ -132,6 +135,7 @@ def record_from_json(values: Mapping[str, Any]) -> Record:
             "origin": origin,
             "experiment": _optional(Experiment, values, "experiment"),
             "stated": _stated(values),
+            "perceived": _optional(Perceived, values, "perceived"),
             "attempts": _attempts(values, ability),
         },
     )

@@ -63,6 +63,8 @@ class Experiment:
         read_as: how all answers are read where their form together would decide it, which cannot be waited
             for: as the questions show them; None where each is read by itself.
         prompt_name: what the prompts are called among several ways to ask; None where they have no name.
+        scene: how the questions show the scene: ``image``, ``both``, ``predicted-...``, ``noisy-...``, with
+            what tells these apart; None where they tell of it as it is.
 
     Raises:
         InputError: a number is out of its range, or no file could have the name.
@@ -80,13 +82,15 @@ class Experiment:
     preset: str | None = None
     read_as: bool | None = None
     prompt_name: str | None = None
+    scene: str | None = None
 
     def __post_init__(self) -> None:
         Slips(self.slip)
         if self.replans < 0:
             raise InputError(f"replans: expected 0 or more, not {self.replans}")
-        if self.prompt_name is not None:
-            file_name(self.prompt_name)
+        for name in (self.prompt_name, self.scene):
+            if name is not None:
+                file_name(name)
         if self.feedback is Feedback.STATE and self.world is World.RESTART:
             raise InputError("feedback of the state says nothing in a world that begins anew")
 
@@ -97,9 +101,10 @@ class Experiment:
 
     @property
     def name(self) -> str:
-        """What kind of experiment it is: ``replanning``, ``pipeline``, ``prompts`` or several of them."""
+        """What kind it is: ``pipeline``, ``perception``, ``replanning``, ``prompts`` or several of them."""
         kinds = {
             "pipeline": self.goals_from is not None,
+            "perception": self.scene is not None,
             "replanning": self.acts,
             "prompts": self.prompt_name is not None,
         }
@@ -111,6 +116,8 @@ class Experiment:
         parts = []
         if self.goals_from is not None:
             parts.append(f"goals-{file_name(self.goals_from)}")
+        if self.scene is not None:
+            parts.append(f"scene-{file_name(self.scene)}")
         if self.acts:
             chosen: list[Enum] = [self.world, self.feedback]
             if self.form is not FeedbackForm.PROMPT:

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 from eai.abilities.experiment import Experiment
 from eai.abilities.explanation import Explanation
+from eai.abilities.perceived import Perceived
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.task import Task
 from eai.abilities.verdict import Confusion, Json, PlanVerdict, Verdict
@@ -166,6 +167,7 @@ class Record:
             not known.
         experiment: how its run differs from asking each question once; None if it does not.
         stated: in a pipeline, the goals that the question stated; None where it was not asked.
+        perceived: how the scene that the question told of differs from the task's, where it may.
         attempts: every answer to the task, in order, where answers were carried out in an experiment. The
             verdict is that of the last.
     """
@@ -185,6 +187,7 @@ class Record:
     suite_size: int | None = None
     experiment: Experiment | None = None
     stated: Stated | None = None
+    perceived: Perceived | None = None
     attempts: tuple[Attempt, ...] = ()
     errata: ErrataUse | None = None
 

@@ -47,7 +47,7 @@ class Library:
         Args:
             benchmark: the benchmark.
             ability: the ability.
-            beliefs: the goals that prompts are to state instead of the tasks' own, by task id.
+            beliefs: the goals or scenes that prompts are to tell of instead of the tasks' own, by task id.
 
         Raises:
             DataError: the data cannot be obtained.
@@ -66,7 +66,7 @@ class Library:
         for task_id in beliefs.keys() & prompts.keys():
             if own[task_id].user != prompts[task_id].user:
                 raise InputError(
-                    f"{self.folder}: the prompt of {task_id} states the goals of the task, not others"
+                    f"{self.folder}: the prompt of {task_id} tells of the task as it is, not of a belief"
                 )
         return own
 
@@ -109,7 +109,7 @@ class Library:
             or benchmark.formats.get(ability)
             or templates.text(f"formats/{ability.value}.txt"),
             lambda task_id: book.gold(task_id).text,
-            {task_id: belief.task for task_id, belief in beliefs.items()},
+            beliefs,
         )
 
     def _has_own_file(self, benchmark: Benchmark, ability: Ability) -> bool:

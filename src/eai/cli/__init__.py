@@ -20,6 +20,7 @@ from eai.cli import (
     human,
     leaderboard,
     merge,
+    pictures,
     prompts,
     questions,
     report,
@@ -64,6 +65,7 @@ app.command(no_args_is_help=True, rich_help_panel=UNDERSTAND)(report.report)
 app.add_typer(analyze.app, name="analyze", rich_help_panel=UNDERSTAND)
 app.add_typer(data.app, name="data", rich_help_panel=MATERIAL)
 app.command(no_args_is_help=True, rich_help_panel=MATERIAL)(prompts.prompts)
+app.command(no_args_is_help=True, rich_help_panel=MATERIAL)(pictures.pictures)
 app.add_typer(tasks.app, name="tasks", rich_help_panel=MATERIAL)
 app.command("generate", no_args_is_help=True, rich_help_panel=MATERIAL)(generate.generate_tasks)
 app.add_typer(questions.app, name="questions", rich_help_panel=MATERIAL)

@@ -3,23 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import typer
 
 from eai.abilities.experiment import Experiment
+from eai.abilities.protocol import Ability
 from eai.abilities.responses import file_name
 from eai.benchmarks.suite import Suite
 from eai.cli.console import counted, dollars, errors, output, print_json, without_inspect
 from eai.cli.first_stage import FirstStage
 from eai.cli.progress import run_progress, scoring_progress
+from eai.cli.scene_stage import Scenes
 from eai.prompts.prompt import Prompt
 from eai.run.job import Decoding, Endpoint, Job, Pace
 from eai.run.journal import JOURNAL
 from eai.scoring.batch import Settings
 from eai.scoring.epochs import Obtained, SuiteResult, settle, undisturbed
-from eai.scoring.stage_one import NO_GOALS_STATED
 from eai.scoring.trials import Trials
 
 LOGS = "logs"
@@ -46,12 +47,12 @@ def obtain_and_score(
     prompts: Mapping[str, Prompt],
     suite: Suite,
     trials: Trials | None = None,
-    first: FirstStage | None = None,
+    first: FirstStage | Scenes | None = None,
 ) -> SuiteResult:
     """Obtain one model's answers to one suite, through Inspect, which is imported only here; score them.
 
-    In a pipeline they are answers to other prompts about the same tasks; a task without a first stage has no
-    second one.
+    In a pipeline, and where a scene is perceived, they are answers to other prompts about the same tasks; a
+    task without a first stage has no second one.
     """
     try:
         from eai.run.evaluation import obtain_answers
@@ -59,8 +60,8 @@ def obtain_and_score(
     except ImportError as error:
         raise without_inspect(error) from error
     asked, believed = (prompts, None) if first is None else first.second(endpoint, prompts, suite)
-    stated = {} if believed is None else {task_id: believed.beliefs[task_id].answer for task_id in asked}
-    how = (order.epochs, order.decoding, order.pace, suite.source, trials, stated)
+    about = {} if believed is None else believed.about
+    how = (order.epochs, order.decoding, order.pace, suite.source, trials, about)
     job = Job(endpoint, suite.benchmark, suite.ability, asked, *how)
     name = file_name(endpoint.model)
     folder = order.out / suite.domain / suite.ability.value / name
@@ -80,7 +81,7 @@ def obtain_and_score(
         name,
         asked,
         answers.given,
-        {**answers.failures, **dict.fromkeys(unasked, NO_GOALS_STATED)},
+        {**answers.failures, **dict.fromkeys(unasked, "" if believed is None else believed.lacking)},
         order.epochs,
         trials,
         answers.tried,
@@ -94,7 +95,46 @@ def obtain_and_score(
     return outcome
 
 
-def tell(outcomes: Sequence[SuiteResult], order: Order, *, as_json: bool) -> None:
+def ask_for_scene_graphs(
+    order: Order,
+    endpoint: Endpoint,
+    prompts: Mapping[str, Prompt],
+    suite: Suite,
+    right: Mapping[str, str],
+    folder: Path,
+) -> Mapping[str, str]:
+    """One model's answers to questions about pictures, by task; what it did not answer is left out.
+
+    Args:
+        order: what the command line asks for.
+        endpoint: the model.
+        prompts: the questions by task.
+        suite: a suite of the benchmark.
+        right: the scene graphs.
+        folder: where the answers are written down.
+    """
+    try:
+        from eai.run.evaluation import obtain_answers
+    except ImportError as error:
+        raise without_inspect(error) from error
+    job = Job(
+        endpoint,
+        suite.benchmark,
+        Ability.ACTION_SEQUENCING,
+        prompts,
+        decoding=replace(order.decoding, structured=False),
+        pace=order.pace,
+        source=suite.source,
+        targets=right,
+    )
+    with run_progress(f"{suite.domain} scene graphs {endpoint.model}", quiet=order.quiet) as watch:
+        answers = obtain_answers(job, folder / JOURNAL, order.out / LOGS, watch=watch)
+    return {task_id: answers.given[task_id, 1].text for task_id in prompts if (task_id, 1) in answers.given}
+
+
+def tell(
+    outcomes: Sequence[SuiteResult], order: Order, besides: Sequence[str] = (), *, as_json: bool
+) -> None:
     """Say what went wrong, what it took and where results are; end with status 1 if answers are missing."""
     if as_json:
         print_json([outcome.to_json() for outcome in outcomes])
@@ -109,8 +149,8 @@ def tell(outcomes: Sequence[SuiteResult], order: Order, *, as_json: bool) -> Non
                 soft_wrap=True,
             )
     if not order.quiet:
-        for outcome in outcomes:
-            output().print(_effort(outcome), highlight=False, markup=False, soft_wrap=True)
+        for line in (*besides, *map(_effort, outcomes)):
+            output().print(line, highlight=False, markup=False, soft_wrap=True)
     if any(outcome.failures for outcome in outcomes):
         raise typer.Exit(1)
 

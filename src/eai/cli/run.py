@@ -59,13 +59,28 @@ from eai.cli.options import (
     Wide,
     Workers,
 )
-from eai.cli.order import Order, obtain_and_score, tell
+from eai.cli.order import Order, ask_for_scene_graphs, obtain_and_score, tell
+from eai.cli.scene import (
+    InClutter,
+    InScene,
+    Scene,
+    SceneChoice,
+    SceneImages,
+    SceneModel,
+    SceneModelArgument,
+    SceneModelUrl,
+    SceneNoise,
+    refuse_besides,
+    scene_abilities,
+)
+from eai.cli.scene_stage import Scenes
 from eai.cli.table import Result, print_rates
 from eai.errors import InputError, InterruptError
 from eai.metrics.errata_effect import errata_effect
 from eai.pddl.planning import PlannerChoice
+from eai.perception.noise import noise_of
 from eai.prompts.prompt import Prompt, PromptSet
-from eai.run.job import Decoding, Effort, Endpoint, Pace, check_model
+from eai.run.job import EYES, PROVIDER, Decoding, Effort, Endpoint, Pace, check_model
 from eai.scoring.batch import Settings
 from eai.scoring.trials import Trials, open_trials
 from eai.world.episode import Notice
@@ -218,6 +233,13 @@ def run(
     until: Ending = None,
     preset: Preset = "",
     goals: Goals = None,
+    scene: InScene = Scene.TEXT,
+    noise: SceneNoise = None,
+    images: SceneImages = None,
+    clutter: InClutter = None,
+    scene_model: SceneModel = None,
+    scene_arg: SceneModelArgument = None,
+    scene_base_url: SceneModelUrl = None,
     protocol: Rules = DEFAULT_PROTOCOL,
     planner: Planner = PlannerChoice.AUTO,
     errata: Errata = ErrataChoice.CURRENT,
@@ -246,16 +268,13 @@ def run(
 
     Example: eai run --model eai/noisy -M rate=0.2 --domain virtualhome --ability action_sequencing
     """
-    _refuse_twins(model)
-    for name in model:
-        check_model(name)
+    _check_models(model)
     how = (replans, world, feedback, feedback_form, slip, slip_seed, slip_notice, until)
     experiment = preset_experiment(preset, slip, slip_seed, replans) or chosen_experiment(*how)
     if goals is not None and experiment is not None:
         raise InputError("--goals: not with attempts or slips; feedback would tell the goals of the task")
     if adaptive is not None and (goals is not None or experiment is not None):
         raise InputError("--adaptive: not with --goals, attempts or slips, which make tasks harder or easier")
-    wanted = _wanted(ability, experiment) if goals is None else stage_two(ability)
     given = {
         "top_p": top_p,
         "seed": seed,
@@ -264,6 +283,11 @@ def run(
     }
     sampling = {name: value for name, value in given.items() if value is not None}
     arguments = dict(pair(text) for text in model_arg or ())
+    eyes = _eyes(scene_model, scene_arg, scene_base_url, prices)
+    choice = SceneChoice(scene, images, clutter, eyes, noise_of(noise) if noise else None)
+    besides = {"--goals": goals, "--replans, --slip, --until": experiment, "--adaptive": adaptive}
+    refuse_besides(choice, besides)
+    wanted = _wanted(ability, experiment, goals, choice)
     order = Order(
         endpoints=[Endpoint(name, arguments, model_base_url, prices) for name in model],
         epochs=epochs,
@@ -290,22 +314,19 @@ def run(
                 chosen.append((suite, asked))
     _check_replay(order.endpoints, [suite for suite, _ in chosen])
     note_planner([suite for suite, _ in chosen])
+    scenes = _scenes(choice, library, order, chosen)
     first = _first_stage(goals, library, order, chosen)
     outcomes = []
     for suite, asked in chosen:
         trials = _trials(experiment, library, suite, asked)
         of_suite = [
-            obtain_and_score(order, endpoint, asked, suite, trials, first)
+            obtain_and_score(order, endpoint, asked, suite, trials, scenes or first)
             if adaptive is None
             else obtain_adaptively(order, endpoint, asked, suite, adaptive)
             for endpoint in order.endpoints
         ]
         if not order.quiet:
-            title = f"{suite.domain}, {suite.ability.value}, protocol {protocol.value}"
-            if experiment is not None:
-                title += f"\n{experiment.label}"
-            if goals is not None:
-                title += f"\ngoals: {goals}"
+            title = _title(suite, experiment, goals, choice)
             results = {outcome.model: Result(outcome.rates, outcome.coverage) for outcome in of_suite}
             print_rates(output(), title, DECLARATIONS[suite.ability].terminal, results, wide=wide)
             for name, result in results.items():
@@ -313,7 +334,9 @@ def run(
             print_errata(errata_effect(outcome.records) for outcome in of_suite)
             _tell_corrected(library, suite, asked)
         outcomes += of_suite
-    tell([*(first.outcomes if first else ()), *outcomes], order, as_json=as_json)
+    tell(
+        [*(first.outcomes if first else ()), *outcomes], order, scenes.told if scenes else (), as_json=as_json
+    )
 
 
 def _tell_corrected(library: Library, suite: Suite, prompts: Mapping[str, Prompt]) -> None:
@@ -326,18 +349,34 @@ def _tell_corrected(library: Library, suite: Suite, prompts: Mapping[str, Prompt
         output().print(told, markup=False, highlight=False, soft_wrap=True)
 
 
-def _wanted(abilities: Sequence[Ability] | None, experiment: Experiment | None) -> list[Ability]:
-    """The abilities that are asked for, in order: in an experiment that carries answers out, of plans alone.
+def _wanted(
+    abilities: Sequence[Ability] | None, experiment: Experiment | None, goals: str | None, scene: SceneChoice
+) -> list[Ability]:
+    """The abilities that are asked for, in order: in an experiment those that it can be made with.
 
     Raises:
-        InputError: the answers to one that is named cannot be carried out.
+        InputError: one that is named is none of them.
     """
+    if goals is not None:
+        return stage_two(abilities)
+    if scene.scene is not Scene.TEXT:
+        return scene_abilities(abilities, scene.scene)
     if experiment is None:
         return [each for each in Ability if not abilities or each in abilities]
     for each in abilities or ():
         if each is not Ability.ACTION_SEQUENCING:
             raise InputError(f"--ability {each.value}: only plans are carried out, attempt by attempt")
     return [Ability.ACTION_SEQUENCING]
+
+
+def _title(suite: Suite, experiment: Experiment | None, goals: str | None, scene: SceneChoice) -> str:
+    """What stands above the results of a suite."""
+    title = f"{suite.domain}, {suite.ability.value}, protocol {suite.protocol.value}"
+    if experiment is not None:
+        title += f"\n{experiment.label}"
+    if goals is not None:
+        title += f"\ngoals: {goals}"
+    return title if scene.scene is Scene.TEXT else f"{title}\nscene: {scene.label}"
 
 
 def _trials(
@@ -358,16 +397,49 @@ def _first_stage(
     """The first stage of a pipeline, if it is one."""
     if goals is None:
         return None
+    return FirstStage(goals, library, partial(obtain_and_score, order), _tasks_by_domain(chosen))
+
+
+def _eyes(
+    model: str | None, arguments: Sequence[str] | None, base_url: str | None, prices: Path | None
+) -> Endpoint | None:
+    """The model that sees, if there is one."""
+    if model is None:
+        if arguments or base_url is not None:
+            raise InputError("--scene-arg, --scene-base-url: expected --scene-model, whom they are about")
+        return None
+    return Endpoint(model, dict(pair(text, "--scene-arg") for text in arguments or ()), base_url, prices)
+
+
+def _scenes(
+    choice: SceneChoice,
+    library: Library,
+    order: Order,
+    chosen: Sequence[tuple[Suite, Mapping[str, Prompt]]],
+) -> Scenes | None:
+    """How questions show scenes, where they do not tell of them as they are."""
+    if choice.scene is Scene.TEXT:
+        return None
+    return Scenes(choice, library, partial(ask_for_scene_graphs, order), _tasks_by_domain(chosen), order.out)
+
+
+def _tasks_by_domain(chosen: Sequence[tuple[Suite, Mapping[str, Prompt]]]) -> dict[str, set[str]]:
+    """The tasks that a run is about."""
     wanted: dict[str, set[str]] = {}
     for suite, asked in chosen:
         wanted.setdefault(suite.domain, set()).update(asked)
-    return FirstStage(goals, library, partial(obtain_and_score, order), wanted)
+    return wanted
 
 
-def _refuse_twins(models: Sequence[str]) -> None:
-    """Raise if two models are one folder's name, where their results would overwrite each other."""
+def _check_models(models: Sequence[str]) -> None:
+    """Raise if there is no such model, or two are one folder's name: one would overwrite the other."""
     named: dict[str, str] = {}
     for model in models:
+        check_model(model)
+        if model == f"{PROVIDER}/{EYES}":
+            raise InputError(
+                f"--model {model}: it only looks; name it by --scene-model, with --scene predicted"
+            )
         twin = named.setdefault(file_name(model), model)
         if twin != model:
             raise InputError(
@@ -387,11 +459,11 @@ def _check_replay(endpoints: Sequence[Endpoint], suites: Sequence[Suite]) -> Non
             raise InputError(f"-M path={path}: one file cannot answer {len(files)} suites; {hint}")
 
 
-def pair(text: str) -> tuple[str, Json]:
+def pair(text: str, option: str = "-M") -> tuple[str, Json]:
     """An argument of a model; what is a JSON value is taken as one."""
     name, separator, value = text.partition("=")
     if not separator:
-        raise InputError(f"-M {text}: expected NAME=VALUE")
+        raise InputError(f"{option} {text}: expected NAME=VALUE")
     try:
         return name, json.loads(value)
     except json.JSONDecodeError:

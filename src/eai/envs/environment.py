@@ -19,6 +19,7 @@ from eai.envs.command import MAX_LENGTH
 from eai.envs.game import Game, Stage, manual
 from eai.envs.rules import Feedback, Observe, Reward, Rules
 from eai.errors import InputError
+from eai.perception.pictures import pixels
 from eai.world.episode import Until
 
 MAX_OBSERVATION = 1 << 16
@@ -63,6 +64,9 @@ class AnyText(gymnasium.Space[str]):
         return f"AnyText({self.max_length})"
 
 
+RENDER_MODE = "rgb_array"
+
+
 class TextEnvironment(gymnasium.Env[str, str]):
     """A benchmark played by text: an action is a line such as ``GRAB(soap.1002)``.
 
@@ -74,17 +78,26 @@ class TextEnvironment(gymnasium.Env[str, str]):
         task_ids: the tasks of which each reset chooses one.
         rules: how they are played.
         tasks: all tasks by id.
+        render_mode: ``rgb_array`` for pictures of what is seen (`render`), or None.
 
     Attributes:
         benchmark: the benchmark.
         rules: how its tasks are played.
     """
 
-    metadata: dict[str, Any] = {"render_modes": []}  # noqa: RUF012 - as gymnasium declares it
+    metadata: dict[str, Any] = {"render_modes": [RENDER_MODE], "render_fps": 1}  # noqa: RUF012 - gymnasium's form
 
     def __init__(
-        self, benchmark: Benchmark, task_ids: Sequence[str], rules: Rules, tasks: Mapping[str, Task]
+        self,
+        benchmark: Benchmark,
+        task_ids: Sequence[str],
+        rules: Rules,
+        tasks: Mapping[str, Task],
+        render_mode: str | None = None,
     ) -> None:
+        if render_mode not in (None, RENDER_MODE):
+            raise InputError(f"render_mode: expected {RENDER_MODE!r} or None, not {render_mode!r}")
+        self.render_mode = render_mode
         self.benchmark = benchmark
         self.rules = rules
         self.action_space = AnyText(MAX_LENGTH)
@@ -131,6 +144,22 @@ class TextEnvironment(gymnasium.Env[str, str]):
         observation, reward, terminated, truncated, info = self._game.act(action)
         return observation, reward, terminated, truncated, {**info}
 
+    def render(self) -> Any:
+        """A schematic picture of what is seen now: an array of height, width and 3 colours, 8 bits each.
+
+        Returns:
+            the array; None where no render mode was chosen.
+
+        Raises:
+            ResetNeeded: no game has begun.
+            EaiError: what draws the picture is not installed.
+        """
+        if self.render_mode is None:
+            return None
+        if self._game is None:
+            raise ResetNeeded("there is nothing to see before reset")
+        return pixels(self._game.task, self.benchmark, self._game.look.state, self._game.look.sight)
+
     def _chosen(self) -> str:
         """One of the tasks at random; those without goals are passed over where there are others."""
         order = [self._task_ids[int(i)] for i in self.np_random.permutation(len(self._task_ids))]
@@ -155,6 +184,7 @@ def make(
     max_steps: int | None = 100,
     admissible: bool = False,
     feedback: Feedback | str = Feedback.FACTS,
+    render_mode: str | None = None,
     source: Source | None = None,
 ) -> TextEnvironment:
     """The environment of a benchmark.
@@ -173,6 +203,7 @@ def make(
         admissible: whether ``info`` lists all actions that are possible now, about what has been seen.
         feedback: what is told of each turn: all ``facts`` that are seen, ``changes`` alone, or the
             ``outcome`` of the action alone; a partial view tells facts.
+        render_mode: ``rgb_array`` for pictures of what is seen, or None.
         source: where the data comes from; the user's default store if None. It is fetched on first use.
 
     Raises:
@@ -196,7 +227,7 @@ def make(
     if not task_ids:
         raise InputError(f"{found.name}: no task is named")
     _refuse_strangers(task_ids, tasks, found)
-    return TextEnvironment(found, task_ids, rules, tasks)
+    return TextEnvironment(found, task_ids, rules, tasks, render_mode)
 
 
 def _refuse_strangers(task_ids: Sequence[str], tasks: Container[str], benchmark: Benchmark) -> None:

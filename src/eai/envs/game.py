@@ -13,7 +13,7 @@ from eai.abilities.verdict import ErrorReport
 from eai.benchmarks.benchmark import Benchmark
 from eai.envs.command import DONE, Commands
 from eai.envs.rules import Feedback, Observe, Rules, Standing
-from eai.envs.view import View
+from eai.envs.view import Look, View
 from eai.errors import InputError
 from eai.planning.successor_generator import applicable_actions
 from eai.prompts.template import Templates
@@ -118,6 +118,16 @@ class Game:
         self._known = {*self._look.sight, *stage.view.landmarks}
         self._standing = self._stand()
         self.over = False
+
+    @property
+    def task(self) -> Task:
+        """What is played."""
+        return self._stage.task
+
+    @property
+    def look(self) -> Look:
+        """What is seen now."""
+        return self._look
 
     def opening(self) -> tuple[str, Info]:
         """The first observation, and what there is to know besides."""

@@ -11,6 +11,7 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
+from eai.abilities.protocol import Ability
 from eai.abilities.task import Task
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.source import Source, TaskSet
@@ -28,8 +29,8 @@ _STEM = re.compile(r"[\W_]*\d*$")
 
 
 def scene_words(benchmark: Benchmark) -> SceneWords:
-    """How scene graphs of a benchmark say what is so: as observations do."""
-    return SceneWords(benchmark.observed_wording())
+    """How scene graphs of a benchmark say what is so: as prompts of action sequencing do."""
+    return SceneWords(benchmark.wording(Ability.ACTION_SEQUENCING))
 
 
 def perceiving(benchmark: Benchmark, graphs: Mapping[str, SceneGraph]) -> Benchmark:

@@ -1,7 +1,8 @@
-"""Questions about a task as the one who is asked believes it to be: with other goals than it has.
+"""Questions about a task as the one who is asked believes it to be: with other goals or in another scene.
 
 Our own prompts are rendered from the believed task. In published ones the section that states the goals is
-another, and all else stays: objects and initial state are those that belong to the true task.
+another, and all else stays: objects and initial state are those that belong to the true task. How they tell
+of a scene is their own way, so that they cannot tell of another one.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ from dataclasses import dataclass
 
 from eai.abilities.task import Task
 from eai.errors import InputError
+from eai.prompts.prompt import Image
 
 
 @dataclass(frozen=True, slots=True)
@@ -18,12 +20,16 @@ class Belief:
     """What someone believes of a task.
 
     Attributes:
-        task: the task with the believed goals in place of its own.
-        answer: the answer to goal interpretation that states them, word for word.
+        task: the task with the believed goals, or the perceived scene, in place of its own.
+        answer: the answer to goal interpretation that states the goals, word for word; else empty.
+        initial: what a question says in the place of what holds at the start; None if it says that.
+        images: the pictures that go with a question.
     """
 
     task: Task
-    answer: str
+    answer: str = ""
+    initial: str | None = None
+    images: tuple[Image, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

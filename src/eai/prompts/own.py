@@ -8,6 +8,7 @@ from typing import TypeAlias
 
 from eai.abilities.protocol import Ability
 from eai.abilities.task import Task
+from eai.prompts.believed import Belief
 from eai.prompts.prompt import Prompt
 from eai.prompts.template import Templates
 from eai.prompts.wording import Wording
@@ -26,8 +27,8 @@ class Questions:
         tasks: the tasks by id.
         answer_format: how an answer is written.
         example: a good answer to each task.
-        beliefs: the tasks as the one who is asked believes them to be, by id, where that is otherwise. An
-            example shows the true task.
+        beliefs: what the one who is asked believes of tasks, by id, where that is otherwise. An example
+            shows the true task.
     """
 
     ability: Ability
@@ -35,7 +36,7 @@ class Questions:
     tasks: Mapping[str, Task]
     answer_format: str
     example: Example
-    beliefs: Mapping[str, Task] = field(default_factory=dict)
+    beliefs: Mapping[str, Belief] = field(default_factory=dict)
 
 
 def render(questions: Questions, templates: Templates) -> dict[str, Prompt]:
@@ -53,14 +54,17 @@ def render(questions: Questions, templates: Templates) -> dict[str, Prompt]:
     prompts = {}
     for task_id, task in questions.tasks.items():
         believed = questions.beliefs.get(task_id)
-        asked = texts[task_id] if believed is None else _question(name, wording, believed, templates)
+        asked = texts[task_id]
+        if believed is not None:
+            asked = _question(name, wording, believed.task, templates, believed.initial)
         other = examples[task.title]
         example = ""
         if other is not None:
             answer = questions.example(other)
             example = templates.fill("example.txt", {"task": texts[other], "answer": answer})
         values = {**shared, "example": example, "task": asked}
-        prompts[task_id] = Prompt(templates.fill(f"{name}.txt", values))
+        images = () if believed is None else believed.images
+        prompts[task_id] = Prompt(templates.fill(f"{name}.txt", values), images=images)
     return prompts
 
 
@@ -75,7 +79,9 @@ def _example_for(title: str, questions: Questions) -> str | None:
     return next((task_id for task_id, task in questions.tasks.items() if task.title != title), None)
 
 
-def _question(name: str, wording: Wording, task: Task, templates: Templates) -> str:
+def _question(
+    name: str, wording: Wording, task: Task, templates: Templates, initial: str | None = None
+) -> str:
     goals = wording.goals(task)
     if any(goal.is_over_time for goal in task.goals):
         goals += f"\n\n{templates.text('over_time.txt')}"
@@ -83,7 +89,7 @@ def _question(name: str, wording: Wording, task: Task, templates: Templates) -> 
         "title": task.title,
         "instruction": task.instruction,
         "objects": wording.objects(task),
-        "initial": wording.initial(task),
+        "initial": wording.initial(task) if initial is None else initial,
         "goals": goals,
     }
     return templates.fill(f"{name}_task.txt", values)

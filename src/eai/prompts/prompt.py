@@ -32,6 +32,13 @@ class Turn(NamedTuple):
     reply: str
 
 
+class Image(NamedTuple):
+    """A picture as the bytes of its file, with their media type, such as ``image/png``."""
+
+    media_type: str
+    data: bytes
+
+
 @dataclass(frozen=True, slots=True)
 class Prompt:
     """What a model is asked.
@@ -41,17 +48,20 @@ class Prompt:
         system: the system message, or None.
         stop: the sequences at which the paper's runs cut the answer; what ends with one lacks it.
         turns: what was said after the question, if this is a conversation; the last reply is to be answered.
+        images: the pictures that are shown before the question.
     """
 
     user: str
     system: str | None = None
     stop: tuple[str, ...] = ()
     turns: tuple[Turn, ...] = ()
+    images: tuple[Image, ...] = ()
 
     @property
     def sha256(self) -> str:
-        """Digest of all text that the model is shown, with a zero between messages."""
+        """Digest of all that the model is shown, with a zero between messages; of pictures their digests."""
         said = [text for turn in self.turns for text in turn]
+        said += [hashlib.sha256(image.data).hexdigest() for image in self.images]
         messages = [self.user, *said] if self.system is None else [self.system, self.user, *said]
         return hashlib.sha256("\0".join(messages).encode("utf-8", "surrogatepass")).hexdigest()
 

@@ -20,7 +20,7 @@ from eai.run.logs import JOB, find_log
 from eai.run.prices import read_prices, set_price
 from eai.run.solver import ask
 from eai.run.state import Desk, Watch, unwatched
-from eai.run.tasks import build_task
+from eai.run.tasks import build_scene_task, build_task
 from eai.scoring.answer import Answer, Place
 from eai.scoring.trials import Tried
 
@@ -68,6 +68,10 @@ def obtain_answers(job: Job, journal: Path, log_dir: Path, *, watch: Watch = unw
 
 def _task(job: Job, desk: Desk) -> inspect_ai.Task:
     """All of the job, so that its log is whole; what is answered already is not asked again."""
+    if job.targets is not None:
+        return build_scene_task(
+            job.benchmark, job.prompts, ask(desk), job.targets, metadata={JOB: job.sha256}
+        )
     return build_task(
         job.benchmark,
         job.ability,
@@ -77,7 +81,7 @@ def _task(job: Job, desk: Desk) -> inspect_ai.Task:
         source=job.source,
         metadata={JOB: job.sha256},
         experiment=None if job.trials is None else job.trials.experiment,
-        stated=job.stated,
+        about=job.about,
     )
 
 

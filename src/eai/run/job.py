@@ -20,7 +20,8 @@ from eai.scoring.trials import Inquiry, Single, Trials
 PROVIDER = "eai"
 """What stands before the slash in the names of built-in models."""
 
-MODELS = ("oracle", "planner", "lookup", "random", "noisy", "replay")
+EYES = "eyes"
+MODELS = ("oracle", "planner", "lookup", "random", "noisy", "replay", EYES)
 """The built-in models."""
 
 
@@ -110,7 +111,9 @@ class Job:
         epochs: how many answers to each task.
         source: where the data comes from.
         trials: how answers are carried out in an experiment; None where each question is asked once.
-        stated: in a pipeline the answers whose goals the prompts state, by task, for the built-in models.
+        about: what the built-in models are to know of questions besides, by task: fields of the metadata.
+        targets: the right answers, by task, of questions that ask for something else than the ability (for
+            scene graphs); None where it is the ability that is asked for.
     """
 
     endpoint: Endpoint
@@ -122,7 +125,8 @@ class Job:
     pace: Pace = field(default_factory=Pace)
     source: Source = field(default_factory=Source)
     trials: Trials | None = None
-    stated: Mapping[str, str] = field(default_factory=dict)
+    about: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
+    targets: Mapping[str, str] | None = None
 
     @property
     def sha256(self) -> str:

@@ -36,16 +36,28 @@ from eai.benchmarks.lookup import open_lookup_book
 from eai.benchmarks.noisy_answers import Noise, heeding_answer, noisy_answer
 from eai.benchmarks.random_answers import open_random_answers
 from eai.benchmarks.registry import find_benchmark
+from eai.benchmarks.source import Source
 from eai.errors import InputError, did_you_mean
+from eai.perception.belief import perceiving, scene_words
+from eai.perception.noise import Noise as SceneNoise
+from eai.perception.noise import perceive
+from eai.perception.scene_graph import read_scene_graph
+from eai.perception.scenes import ASKS, SCENE, SCENE_GRAPH
+from eai.planning.planner import PlanningLimits
 from eai.questions.answers import gold_text, noisy_text
 from eai.questions.question import Question
-from eai.run.job import PROVIDER, check_model
-from eai.run.messages import QUESTION, STATED
+from eai.run.job import EYES, PROVIDER, check_model
+from eai.run.messages import QUESTION
 from eai.run.refusal import refusing
 from eai.scoring.batch import NO_ROW
+from eai.scoring.stage_one import STATED
 from eai.world.execution import Action
 
 DEFAULT_NOISE = 0.1
+
+PERCEIVED_LIMITS = PlanningLimits(200)
+"""What `eai/planner` spends on a plan in a perceived scene: every plan of the households takes less."""
+
 _BOOKS = {"planner": open_planned_book, "lookup": open_lookup_book}
 """The models that have answers of their own."""
 
@@ -60,6 +72,8 @@ class _Question(NamedTuple):
         done: what has been executed in the world as the question tells it.
         text: all that was said.
         stated: the answer whose goals it states in the place of the task's; None for the task's.
+        scene: the scene graph that it tells of in the place of the task's scene; None for the task's.
+        asks: what else than the ability it asks for; None for the ability.
     """
 
     benchmark: Benchmark
@@ -70,6 +84,8 @@ class _Question(NamedTuple):
     done: tuple[Action, ...]
     text: str
     stated: str | None = None
+    scene: str | None = None
+    asks: str | None = None
 
 
 @modelapi(name=PROVIDER)
@@ -83,7 +99,8 @@ class BuiltInModel(ModelAPI):
             goals, objects renamed), ``random`` (random possible actions; argument ``seed``), ``noisy``
             (the data set's answers, spoilt anew in each attempt; arguments ``rate`` and ``seed``, and
             ``heed``, with which it mends what it is told of with this probability, and else says the same
-            again) or ``replay`` (answers from response files, of further attempts from
+            again), ``eyes`` (scene graphs of pictures, with errors; arguments ``rate`` and ``seed``) or
+            ``replay`` (answers from response files, of further attempts from
             ``<model>_attempt_<k>_outputs.json``; argument ``path``).
         base_url: not used.
         api_key: not used.
@@ -142,6 +159,8 @@ class BuiltInModel(ModelAPI):
             tuple([Action(name, tuple(arguments)) for name, *arguments in about.get("done", ())]),
             "\n\n".join([message.text for message in input]),
             about.get(STATED),
+            about.get(SCENE),
+            about.get(ASKS),
         )
         return self._output(input, self._answer(question))
 
@@ -167,6 +186,12 @@ class BuiltInModel(ModelAPI):
                 raise InputError(f"eai/{self.model_name} has no answers to world-model questions")
 
     def _answer(self, asked: _Question) -> str:
+        if (self.model_name == EYES) != (asked.asks == SCENE_GRAPH):
+            raise InputError(
+                f"eai/{self.model_name} has no answer: eai/{EYES} alone looks, and does nothing else"
+            )
+        if self.model_name == EYES:
+            return self._look(asked)
         if self.model_name == "replay":
             recorded = self._recorded(asked.benchmark, asked.ability, asked.attempt)
             if asked.task_id not in recorded:
@@ -177,6 +202,8 @@ class BuiltInModel(ModelAPI):
         if self.model_name == "planner" and asked.stated is not None:
             stated = {asked.task_id: asked.stated}
             return open_planned_book(asked.benchmark, asked.ability, stated=stated).gold(asked.task_id).text
+        if self.model_name == "planner" and asked.scene is not None:
+            return self._believing(asked.benchmark, asked.task_id, asked.scene, asked.ability)
         if self.model_name == "random":
             seed = f"{self._seed} {asked.epoch} {asked.attempt}"
             return self._random(asked.benchmark, asked.ability)(asked.task_id, seed, asked.done).text
@@ -184,6 +211,19 @@ class BuiltInModel(ModelAPI):
         if self.model_name in ("oracle", *_BOOKS):
             return book.gold(asked.task_id).text
         return self._noisy(book, asked).text
+
+    def _look(self, asked: _Question) -> str:
+        """The scene graph of a task with errors: as many facts are lost as are misplaced, on average."""
+        half = self._rate / 2
+        noise, stream = SceneNoise(missing=half, misplaced=half, seed=self._seed), str(asked.epoch)
+        task = asked.benchmark.tasks_for(asked.ability, Source())[asked.task_id]
+        return perceive(task, scene_words(asked.benchmark), noise, stream).text
+
+    def _believing(self, benchmark: Benchmark, task_id: str, scene: str, ability: Ability) -> str:
+        """A plan in the perceived scene; little is spent on it, as many have none."""
+        graph = read_scene_graph(scene, scene_words(benchmark).arities).graph
+        seen = perceiving(benchmark, {task_id: graph})
+        return open_planned_book(seen, ability, limits=PERCEIVED_LIMITS).gold(task_id).text
 
     def _noisy(self, book: AnswerBook, asked: _Question) -> WrittenAnswer:
         """A spoilt answer: a new one in each attempt, or the same, mended where feedback is heeded."""

@@ -40,13 +40,12 @@ from eai.benchmarks.suite import Suite, open_suite
 from eai.metrics.breakdown import outcome
 from eai.metrics.summary import summarise
 from eai.pddl.planning import PlannerChoice
-from eai.run.messages import STATED
 from eai.run.score_text import explained
 from eai.run.solver import ANSWERS
 from eai.scoring.answer import Place
 from eai.scoring.batch import Settings, score_batch, score_run
 from eai.scoring.majority import majority
-from eai.scoring.stage_one import Interpretations, believe
+from eai.scoring.stage_one import STATED, Interpretations, believe
 from eai.scoring.trials import record_of_trial, replay
 
 

@@ -28,8 +28,9 @@ from eai.benchmarks.source import ErrataChoice, Source, errata_choice
 from eai.benchmarks.suite import DEFAULT_PROTOCOL, open_suite
 from eai.errors import InputError, did_you_mean
 from eai.pddl.planning import PlannerChoice
+from eai.perception.scenes import ASKS, SCENE_GRAPH
 from eai.prompts.prompt import Prompt, PromptSet
-from eai.run.messages import STATED, messages_of
+from eai.run.messages import messages_of
 from eai.run.refusal import refusing
 from eai.run.scorer import EXPERIMENT, SCORERS
 from eai.run.solver import ask_as_published
@@ -48,7 +49,7 @@ def build_task(
     source: Source | None = None,
     metadata: Mapping[str, Json] | None = None,
     experiment: Experiment | None = None,
-    stated: Mapping[str, str] | None = None,
+    about: Mapping[str, Mapping[str, str]] | None = None,
 ) -> inspect_ai.Task:
     """The Inspect task that puts prompts to a model, each with its task's id and gold answer.
 
@@ -61,7 +62,7 @@ def build_task(
         source: where the gold answers come from, and the planner; the user's default store if None.
         metadata: what the log says of the task besides its domain and ability.
         experiment: what it is an experiment of, if answers are carried out in one.
-        stated: the answers to goal interpretation whose goals the prompts state, by task, if they do.
+        about: what the built-in models are to know of questions besides, by task.
     """
     name = f"{benchmark.name}_{ability.value}"
     source = source or Source()
@@ -75,7 +76,7 @@ def build_task(
                 "domain": benchmark.reference,
                 "ability": ability.value,
                 "task_id": task_id,
-                **({STATED: stated[task_id]} if stated and task_id in stated else {}),
+                **((about or {}).get(task_id, {})),
             },
             experiment,
         )
@@ -90,6 +91,32 @@ def build_task(
         name=name,
         metadata={"domain": benchmark.name, "ability": ability.value, **(metadata or {})},
     )
+
+
+def build_scene_task(
+    benchmark: Benchmark,
+    prompts: Mapping[str, Prompt],
+    solver: Solver,
+    targets: Mapping[str, str],
+    metadata: Mapping[str, Json],
+) -> inspect_ai.Task:
+    """The Inspect task that asks for scene graphs of pictures; it scores none (`eai.perception.errors` does).
+
+    Args:
+        benchmark: the benchmark.
+        prompts: the questions by id of their task.
+        solver: what asks them.
+        targets: the scene graphs, by task.
+        metadata: what the log says of the task besides.
+    """
+    name = f"{benchmark.name}_{SCENE_GRAPH}"
+    known = {"domain": benchmark.reference, "ability": Ability.ACTION_SEQUENCING.value, ASKS: SCENE_GRAPH}
+    samples = [
+        _sample(prompt, targets[task_id], {**known, "task_id": task_id}, None)
+        for task_id, prompt in prompts.items()
+    ]
+    about = {"domain": benchmark.name, "ability": SCENE_GRAPH, **metadata}
+    return inspect_ai.Task(MemoryDataset(samples, name=name), solver=solver, name=name, metadata=about)
 
 
 def published_task(reference: str, ability: Ability) -> Callable[..., inspect_ai.Task]:
@@ -124,14 +151,14 @@ def published_task(reference: str, ability: Ability) -> Callable[..., inspect_ai
             rules, trials = protocol_of(protocol), None
             how = (replans, world, feedback, feedback_form, slip, slip_seed, slip_notice, until)
             experiment = preset_experiment(preset, slip, slip_seed, replans) or chosen_experiment(*how)
-            stated = None
+            about = None
             if goals is not None:
                 if experiment is not None:
                     raise InputError(
                         "goals: not with attempts or slips; feedback would tell the task's goals"
                     )
                 believed = read_believed(Path(goals), benchmark, ability, source)
-                asked, stated = _stating(believed, asked, library.open(benchmark, ability, believed.beliefs))
+                asked, about = _stating(believed, asked, library.open(benchmark, ability, believed.beliefs))
                 experiment = believed.experiment
             elif experiment is not None:
                 suite = open_suite(benchmark, ability, rules, source=source)
@@ -139,7 +166,7 @@ def published_task(reference: str, ability: Ability) -> Callable[..., inspect_ai
                 experiment = trials.experiment
         solver = ask_as_published(trials)
         task = build_task(
-            benchmark, ability, asked, solver, rules, source=source, experiment=experiment, stated=stated
+            benchmark, ability, asked, solver, rules, source=source, experiment=experiment, about=about
         )
         task.config = GenerateConfig(temperature=0.0)
         task.score_on_error = True
@@ -153,10 +180,10 @@ def published_task(reference: str, ability: Ability) -> Callable[..., inspect_ai
 
 
 class _Stating(NamedTuple):
-    """Prompts that state interpreted goals, and the answers that state them, by task."""
+    """Prompts that state interpreted goals, and what says by which answers, by task."""
 
     prompts: Mapping[str, Prompt]
-    stated: Mapping[str, str]
+    about: Mapping[str, Mapping[str, str]]
 
 
 def _stating(believed: BelievedGoals, asked: Mapping[str, Prompt], prompts: Mapping[str, Prompt]) -> _Stating:
@@ -171,8 +198,7 @@ def _stating(believed: BelievedGoals, asked: Mapping[str, Prompt], prompts: Mapp
             f"goals: {len(missing)} of {len(asked)} tasks have no answer to goal interpretation; "
             "leave them out with -T tasks=, or take eai run, which counts them as failed"
         )
-    stated = {task_id: believed.beliefs[task_id].answer for task_id in asked}
-    return _Stating({task_id: prompts[task_id] for task_id in asked}, stated)
+    return _Stating({task_id: prompts[task_id] for task_id in asked}, believed.about)
 
 
 def _only(prompts: Mapping[str, Prompt], tasks: str | int | Sequence[str]) -> Mapping[str, Prompt]:

@@ -9,6 +9,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Protocol as Shape
 
 from eai.abilities.protocol import Ability
 from eai.abilities.record import Origin, Record, Usage
@@ -24,8 +25,15 @@ from eai.scoring.answer import Answer, Place
 from eai.scoring.batch import Settings, Told, score_run, untold
 from eai.scoring.majority import majority
 from eai.scoring.results import write_results
-from eai.scoring.stage_one import BelievedGoals
 from eai.scoring.trials import Trials, Tried, record_of_trial
+
+
+class Believed(Shape):
+    """What questions told of otherwise than it is."""
+
+    def marked(self, record: Record) -> Record:
+        """The record of an answer to such a question."""
+        ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,7 +49,8 @@ class Obtained:
         epochs: how many answers to each task were asked for.
         trials: how answers were carried out in an experiment; None where each question was asked once.
         tried: in an experiment all answers and what became of them, by task and epoch.
-        believed: in a pipeline the goals that the questions stated; ``failures`` has the tasks without any.
+        believed: what the questions told of otherwise than it is: goals in a pipeline, or perceived scenes;
+            ``failures`` has the tasks without any.
         prompt_name: what the prompts are called; None if they have no name.
     """
 
@@ -53,7 +62,7 @@ class Obtained:
     epochs: int
     trials: Trials | None = None
     tried: Mapping[Place, Tried] = field(default_factory=dict)
-    believed: BelievedGoals | None = None
+    believed: Believed | None = None
     prompt_name: str | None = None
 
 

@@ -30,8 +30,8 @@ from eai.scoring.results import RECORDS
 STAGE_TWO = (Ability.ACTION_SEQUENCING, Ability.SUBGOAL_DECOMPOSITION)
 """The abilities whose questions state the goals of a task."""
 
-NO_GOALS_STATED = "there is no answer to goal interpretation that would state the goals"
-"""Why a task without a first stage has no second one."""
+STATED = "stated"
+"""The field of a question's metadata that has the answer whose goals it states instead of the task's."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,6 +55,14 @@ class BelievedGoals:
     model: str
     beliefs: Mapping[str, Belief]
     stated: Mapping[str, Stated]
+
+    lacking = "there is no answer to goal interpretation that would state the goals"
+    """Why a task without a first stage has no second one."""
+
+    @property
+    def about(self) -> dict[str, dict[str, str]]:
+        """What the built-in models are to know of questions that state these goals, by task."""
+        return {task_id: {STATED: belief.answer} for task_id, belief in self.beliefs.items()}
 
     @property
     def experiment(self) -> Experiment:

@@ -1,0 +1,59 @@
+"""``eai pictures``: schematic pictures of tasks, each with all that can be seen in it."""
+
+from __future__ import annotations
+
+from enum import Enum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from eai.abilities.protocol import Ability
+from eai.benchmarks.source import Source
+from eai.benchmarks.suite import open_suite
+from eai.cli.chosen_tasks import tasks_of
+from eai.cli.console import DOMAIN_HELP, counted, data_progress, output
+from eai.cli.data import DataFolder, store
+from eai.errors import InputError
+from eai.perception.drawing import png, svg
+from eai.perception.pictures import Clutter, picture_of, picture_words
+
+
+class Format(str, Enum):
+    """How pictures are written."""
+
+    PNG = "png"
+    SVG = "svg"
+
+
+def pictures(
+    domain: Annotated[str, typer.Option(help=DOMAIN_HELP)],
+    tasks: Annotated[str, typer.Option(metavar="ID,ID", help="Only these; short: forty.")] = "",
+    limit: Annotated[int | None, typer.Option(min=1, help="So many, at most.")] = None,
+    clutter: Annotated[Clutter, typer.Option(help="How much else is shown.")] = Clutter.NONE,
+    form: Annotated[Format, typer.Option("--format", help="PNG needs the extra 'plots'.")] = Format.PNG,
+    out: Annotated[Path, typer.Option(help="The folder to write to.")] = Path("pictures"),
+    data: DataFolder = None,
+) -> None:
+    """Draw the initial state of tasks; beside each picture stands its scene graph, as JSON.
+
+    Objects lie in what they are in or on, and say what else holds of them. Equal states give equal bytes.
+
+    Example: eai pictures --domain virtualhome --tasks 27_2 --format svg --out pictures
+    """
+    with data_progress() as report:
+        suite = open_suite(domain, Ability.ACTION_SEQUENCING, source=Source(store(data), report))
+    (named,) = tasks_of(tasks, [suite])
+    words = picture_words(suite.benchmark)
+    chosen = [task_id for task_id in suite.task_ids if not named or task_id in named][:limit]
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+        for task_id in chosen:
+            picture = picture_of(suite.tasks[task_id], words, clutter)
+            drawn = png(picture.drawing) if form is Format.PNG else svg(picture.drawing).encode()
+            (out / f"{task_id}.{form.value}").write_bytes(drawn)
+            (out / f"{task_id}.json").write_text(picture.truth.text + "\n", encoding="utf-8")
+    except OSError as error:
+        raise InputError(f"{out}: cannot be written ({error.strerror})") from error
+    message = f"{counted(len(chosen), 'picture')}, each with its scene graph; in {out}"
+    output().print(message, soft_wrap=True, highlight=False, markup=False)

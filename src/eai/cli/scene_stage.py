@@ -1,0 +1,115 @@
+"""What the questions of a run show of the scene: pictures, lists with errors, lists that another model made.
+
+A model that sees is asked first, for all tasks of a domain at once; its lists are then what others are told.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import NamedTuple, TypeAlias
+
+from eai.abilities.responses import file_name
+from eai.abilities.task import Task
+from eai.benchmarks.prompt_library import Library
+from eai.benchmarks.suite import Suite
+from eai.cli.scene import Scene, SceneChoice
+from eai.errors import InputError
+from eai.perception.belief import scene_words
+from eai.perception.noise import perceive
+from eai.perception.pictures import Clutter, drawn_images, images_in
+from eai.perception.results import in_words, write_scene_graphs
+from eai.perception.scene_graph import ReadGraph, read_scene_graph
+from eai.perception.scenes import (
+    SCENE_GRAPH,
+    PerceivedScenes,
+    perceived_scenes,
+    pictured_scenes,
+    scene_graph_question,
+)
+from eai.prompts.prompt import Image, Prompt, PromptSet
+from eai.prompts.template import Templates
+from eai.run.job import Endpoint
+
+
+class SceneStage(NamedTuple):
+    """What a model is asked that is shown the scene in this way: the prompts of the tasks that can be."""
+
+    prompts: Mapping[str, Prompt]
+    believed: PerceivedScenes
+
+
+AskEyes: TypeAlias = Callable[
+    [Endpoint, Mapping[str, Prompt], Suite, Mapping[str, str], Path], Mapping[str, str]
+]
+"""Asks a model for scene graphs: endpoint, questions, suite, right answers, folder; gives its answers."""
+
+
+@dataclass(frozen=True)
+class Scenes:
+    """How the scenes of a run are shown, once for each domain and ability.
+
+    Attributes:
+        choice: what the command line says.
+        library: where prompts come from.
+        ask: asks the model that sees.
+        wanted: the tasks that the run is about, by domain.
+        out: the folder of the run.
+        told: what was found out about the model that sees, a line a domain.
+    """
+
+    choice: SceneChoice
+    library: Library
+    ask: AskEyes
+    wanted: Mapping[str, Collection[str]]
+    out: Path
+    told: list[str] = field(default_factory=list)
+    _shown: dict[str, PerceivedScenes] = field(default_factory=dict)
+
+    def second(self, endpoint: Endpoint, task_ids: Collection[str], suite: Suite) -> SceneStage:
+        """What a model is asked; tasks that cannot be shown so are left out.
+
+        Raises:
+            InputError: published prompts cannot tell of another scene, or a picture is missing.
+        """
+        if self.library.prompts is PromptSet.OFFICIAL and suite.benchmark.published_prompts is not None:
+            scene = self.choice.scene.value
+            raise InputError(
+                f"--scene {scene}: published prompts tell of scenes in their own way; add --set eai"
+            )
+        if suite.domain not in self._shown:
+            self._shown[suite.domain] = self._show(suite)
+        shown = self._shown[suite.domain]
+        beliefs = {task_id: shown.beliefs[task_id] for task_id in task_ids if task_id in shown.beliefs}
+        prompts = self.library.open(suite.benchmark, suite.ability, beliefs)
+        return SceneStage({task_id: prompts[task_id] for task_id in beliefs}, shown)
+
+    def _show(self, suite: Suite) -> PerceivedScenes:
+        choice, words = self.choice, scene_words(suite.benchmark)
+        tasks = {i: suite.tasks[i] for i in suite.tasks if i in self.wanted[suite.domain]}
+        if choice.noise is not None:
+            seen = {i: ReadGraph(perceive(task, words, choice.noise)) for i, task in tasks.items()}
+            return perceived_scenes(choice.label, tasks, words, seen)
+        images = self._images(suite, tasks)
+        templates = Templates(self.library.folder)
+        if choice.eyes is None:
+            told = templates.text("scene_image.txt") if choice.scene is Scene.IMAGE else None
+            return pictured_scenes(choice.label, tasks, images, told=told)
+        asked = {i: scene_graph_question(task, words, images[i], templates) for i, task in tasks.items()}
+        right = {i: words.describe(task).text for i, task in tasks.items()}
+        name = f"{file_name(choice.eyes.model)}{choice.pictures}"
+        folder = self.out / suite.domain / SCENE_GRAPH / name
+        answers = self.ask(choice.eyes, asked, suite, right, folder)
+        read = {task_id: read_scene_graph(text, words.arities) for task_id, text in answers.items()}
+        scenes = perceived_scenes(choice.label, tasks, words, read)
+        write_scene_graphs(folder, name, suite.domain, read, scenes.errors)
+        self.told.append(
+            f"{suite.domain}, scenes as {choice.eyes.model} sees them: {in_words(scenes.errors)}; in {folder}"
+        )
+        return scenes
+
+    def _images(self, suite: Suite, tasks: Mapping[str, Task]) -> Mapping[str, tuple[Image, ...]]:
+        if self.choice.images is not None:
+            return images_in(self.choice.images, tasks)
+        return drawn_images(suite.benchmark, tasks, self.choice.clutter or Clutter.NONE)

@@ -1,0 +1,121 @@
+"""The scene in ``eai run``: every arm runs without a model, goes on where it was, and says what was seen."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from cli.conftest import Command
+from eai.abilities.codec import record_from_json
+from eai.data.store import Store
+from processes import eai as run_eai
+
+JARS = "bottling_fruit_0_Wainscott_0_int_0_2021-05-24_19-46-46"
+HOW = ("run", "--domain", "behavior", "--tasks", JARS, "--set", "eai", "--model")
+PLANS = ("eai/planner", "--ability", "action_sequencing")
+
+
+def lines_of(path: Path) -> list[dict[str, Any]]:
+    return [json.loads(line) for line in path.read_text(encoding="utf-8").splitlines()]
+
+
+def test_a_noisy_scene_is_told_and_counted(data_store: Store, tmp_path: Path) -> None:
+    noise = ("--scene", "noisy", "--noise", "missing=0.3", "--noise", "seed=1")
+    assert run_eai(*HOW, *PLANS, *noise, "--out", tmp_path).status == 0
+    folder = tmp_path / "behavior" / "action_sequencing" / "eai_planner" / "scene-noisy-missing-0.3-seed-1"
+    (line,) = lines_of(folder / "records.jsonl")
+    record = record_from_json(line)
+    assert record.experiment is not None
+    assert (record.experiment.name, record.experiment.scene) == ("perception", "noisy-missing-0.3-seed-1")
+    assert record.perceived is not None
+    assert record.perceived.missing == record.perceived.facts - record.perceived.perceived > 0
+
+
+def test_a_model_sees_for_another_one(data_store: Store, tmp_path: Path) -> None:
+    """Twice: what was seen is in the journal, and is not asked for again."""
+    predicted = ("--scene", "predicted", "--scene-model", "eai/eyes", "--scene-arg", "rate=0.5")
+    abilities = ("--ability", "subgoal_decomposition", *PLANS[1:])
+    folder = tmp_path / "behavior" / "scene_graph" / "eai_eyes"
+    for _ in range(2):
+        command = (*HOW, PLANS[0], *abilities, *predicted, "--clutter", "some", "--out", tmp_path)
+        done = run_eai(*command)
+        assert done.status == 0, done.err
+        assert "scenes as eai/eyes sees them: predicate errors" in done.out
+        folder = tmp_path / "behavior" / "scene_graph" / "eai_eyes-some"
+        assert len(lines_of(folder / "answers.jsonl")) == 1
+    (seen,) = lines_of(folder / "scene_graphs.jsonl")
+    summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
+    lost = seen["perceived"]["missing"] + seen["perceived"]["misplaced"]
+    assert summary["predicate_error"]["numerator"] == lost > 0
+    for ability in ("action_sequencing", "subgoal_decomposition"):
+        label = "scene-predicted-eai_eyes-some"
+        (line,) = lines_of(tmp_path / "behavior" / ability / "eai_planner" / label / "records.jsonl")
+        assert line["perceived"] == seen["perceived"]
+
+
+@pytest.mark.parametrize("scene", ["image", "both"])
+def test_questions_come_with_pictures(scene: str, data_store: Store, tmp_path: Path) -> None:
+    """The gold answers stay right: pictures change what is asked, not what is scored."""
+    pytest.importorskip("matplotlib")
+    asked = ("eai/oracle", "--ability", "goal_interpretation", "--scene", scene)
+    assert run_eai(*HOW, *asked, "--out", tmp_path).status == 0
+    folder = tmp_path / "behavior" / "goal_interpretation" / "eai_oracle" / f"scene-{scene}"
+    (line,) = lines_of(folder / "records.jsonl")
+    assert line["counts"]["all"][1:] == [0, 0]
+    assert "perceived" not in line
+
+
+@pytest.mark.parametrize(
+    ("options", "why"),
+    [
+        (("--noise", "missing=0.1"), "--noise: means nothing with --scene text"),
+        (("--scene", "noisy"), "--scene noisy: expected --noise NAME=RATE"),
+        (("--scene", "image", "--noise", "missing=0.1"), "--noise: means nothing with --scene image"),
+        (("--scene", "predicted"), "--scene predicted: expected --scene-model"),
+        (
+            ("--scene", "image", "--scene-model", "eai/eyes"),
+            "--scene-model: means nothing with --scene image",
+        ),
+        (
+            ("--scene", "predicted", "--scene-model", "eai/oracle"),
+            "--scene-model eai/oracle: expected eai/eyes",
+        ),
+        (
+            ("--scene", "image", "--scene-arg", "rate=1"),
+            "--scene-arg, --scene-base-url: expected --scene-model",
+        ),
+        (("--scene", "image", "--goals", "own"), "--goals: not with --scene image"),
+        (("--scene", "image", "--replans", "1"), "--replans, --slip, --until: not with --scene image"),
+        (("--scene", "image", "--ability", "transition_modeling"), "--scene image: questions of transition_"),
+        (("--scene", "image", "--images", "x", "--clutter", "some"), "--clutter: is of schematic pictures"),
+        (("--scene", "image", "--images", "nowhere"), "--images nowhere: no picture of 1 of 1 tasks"),
+        (
+            ("--scene", "image", "--set", "official"),
+            "--scene image: published prompts tell of scenes in their",
+        ),
+    ],
+)
+def test_what_makes_no_sense_is_said_in_one_line(
+    options: tuple[str, ...], why: str, eai: Command, data_store: Store, tmp_path: Path
+) -> None:
+    done = eai(*HOW, "eai/planner", *options, "--out", tmp_path)
+    assert done.status == 2
+    assert done.err.startswith(f"eai: {why}")
+    assert done.err.count("\n") == 1
+
+
+def test_eyes_only_look(eai: Command, tmp_path: Path) -> None:
+    done = eai("run", "--model", "eai/eyes", "--out", tmp_path)
+    assert (done.status, done.err.partition(":")[0]) == (2, "eai")
+    assert "it only looks" in done.err
+
+
+def test_pictures_are_written_with_their_truth(eai: Command, data_store: Store, tmp_path: Path) -> None:
+    done = eai("pictures", "--domain", "behavior", "--tasks", JARS, "--format", "svg", "--out", tmp_path)
+    assert done.status == 0, done.err
+    assert done.out == f"1 picture, each with its scene graph; in {tmp_path}\n"
+    assert sorted(file.name for file in tmp_path.iterdir()) == [f"{JARS}.json", f"{JARS}.svg"]
+    assert json.loads((tmp_path / f"{JARS}.json").read_text(encoding="utf-8"))["facts"]
