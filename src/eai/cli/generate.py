@@ -55,6 +55,9 @@ def generate_tasks(
         bool, typer.Option("--over-time", help="Also ask for an order, or that something never be so.")
     ] = False,
     objects: Annotated[int, typer.Option(min=2, help="How many objects a scene has at most.")] = 30,
+    depth: Annotated[
+        int, typer.Option(min=1, help="Try all plans of so many actions, as a lower bound of plan lengths.")
+    ] = 1,
     compress: Annotated[bool, typer.Option("--gzip", help="Write FILE.jsonl.gz.")] = False,
     data: DataFolder = None,
 ) -> None:
@@ -67,7 +70,16 @@ def generate_tasks(
     with data_progress() as report:
         benchmark, source = find_benchmark(like), Source(store(data), report)
         tasks = benchmark.tasks(source)
-    spec = Spec(like, tasks.sha256, tier, forms, actions=actions, over_time=over_time, most_objects=objects)
+    spec = Spec(
+        like,
+        tasks.sha256,
+        tier,
+        forms,
+        actions=actions,
+        over_time=over_time,
+        most_objects=objects,
+        depth=depth,
+    )
     seeds = Seeds(file_name(split), seed, secret)
     file = out / f"{seeds.split}.jsonl{'.gz' if compress else ''}"
     known = fingerprints_in(out, without=file)

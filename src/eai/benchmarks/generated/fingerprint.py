@@ -24,7 +24,7 @@ def of_goals(goals: Iterable[f.Formula], scene: Scene) -> str:
 def of_scene(initial: State, goals: Iterable[f.Formula]) -> str:
     """The fingerprint of what can change and holds at the start of what the goals speak of."""
     scene, vocabulary = initial.scene, initial.scene.vocabulary
-    named = {index for goal in goals for index in _spoken_of(goal, scene)}
+    named = {index for goal in goals for index in spoken_of(goal, scene)}
     static = {predicate.name for predicate in vocabulary.predicates if predicate.static}
     facts = [
         f"{fact.predicate} {[scene.objects[i].category for i in fact.arguments]}"
@@ -40,7 +40,7 @@ def of_task(task: Task) -> tuple[str, str]:
     return of_goals(goals, task.scene), of_scene(task.initial, goals)
 
 
-def _spoken_of(goal: f.Formula, scene: Scene) -> Iterator[int]:
+def spoken_of(goal: f.Formula, scene: Scene) -> Iterator[int]:
     """The objects that a goal names or ranges over."""
     yield from (scene.index[name] for name in objects(goal))
     for part in walk(goal):

@@ -19,10 +19,10 @@ from eai.benchmarks.generated.goals import Proposals, clash, subjects_of
 from eai.benchmarks.generated.over_time import Seeker
 from eai.benchmarks.generated.prior import Prior, prior_of
 from eai.benchmarks.generated.reader import Reader
-from eai.benchmarks.generated.scene import closed_scene
+from eai.benchmarks.generated.scene import closed_scene, with_guests
 from eai.benchmarks.generated.spec import CANARY, LENGTHS, Spec, Tier, tier_of
 from eai.benchmarks.generated.usage import Usage
-from eai.benchmarks.generated.walk import Walk, certificate, one_action_solves, posed
+from eai.benchmarks.generated.walk import Walk, certificate, lower_bound, posed
 from eai.benchmarks.generated.words import Words
 from eai.benchmarks.lookup import LookupTable
 from eai.benchmarks.source import Source
@@ -34,10 +34,13 @@ from eai.world.relation import bits
 from eai.world.state import State
 
 _TRIES = 12
-"""How many goals are proposed for one that is wanted."""
+"""How many goals are proposed for one that is wanted, where scenes are rich ten times as many."""
 
 _GIVEN_UP = 5
 """After so many goals in a row that are not reached, a scene has no more to offer."""
+
+_RICH = (Tier.L, Tier.XL, Tier.XXL)
+"""The tiers that ask for scenes with more in them than those of the data set."""
 
 _LEAST_STEPS = 3
 """How short a certificate may be where nothing else is asked for."""
@@ -149,6 +152,9 @@ class Generator:
             reason = self._objection(task, least, most + _LONGER)
         if reason is not None:
             return Rejected(seed, reason)
+        about["lower_bound"] = least = lower_bound(task, self.benchmark.domain, self.spec.depth)
+        if least == 1:
+            return Rejected(seed, Reason.ONE_ACTION)
         return Generated(task, {**self._about(task, seed), **about})
 
     def _about(self, task: Task, seed: str) -> dict[str, Json]:
@@ -156,6 +162,8 @@ class Generator:
         of_goals, of_scene = fingerprint.of_task(task)
         return {
             "tier": tier_of(len(task.script)).value,
+            "distractors": len(task.scene.objects) - len(_needed(task)),
+            "operators": len({action.operator for action in task.script}),
             "goals_fingerprint": of_goals,
             "scene_fingerprint": of_scene,
             "spec": self.spec.sha256[:16],
@@ -165,7 +173,12 @@ class Generator:
 
     def _scene(self, base: Task, rng: random.Random) -> State:
         """A closed scene in which some things were done before, none of which leaves anything in a hand."""
-        closed = self._usage.state(*closed_scene(base, self.prior, rng, self.spec.most_objects))
+        most = self.spec.most_objects
+        rich = self.spec.tier in _RICH
+        found = closed_scene(base, self.prior, rng, most, rich=rich)
+        if rich:
+            found = with_guests(found, self._tasks, self.prior, rng, most)
+        closed = self._usage.state(*found)
         proposals = self._proposals(closed)
         walk = Walk(self._usage.domain, self._planner, closed)
         for _ in range(rng.randint(0, self.spec.disturbances)):
@@ -205,8 +218,9 @@ class Generator:
         tried: set[f.Formula] = set()
         ending = proposals.ending(rng)
         failures = 0  # one after the other
-        for _ in range(_TRIES * max(2, wanted // 3)):
-            if len(walk.trail) >= wanted or failures == _GIVEN_UP:
+        tries = _TRIES * (10 if self.spec.tier in _RICH else 1)
+        for _ in range(tries * max(2, wanted // 3)):
+            if len(walk.trail) >= wanted or failures == max(_GIVEN_UP, wanted // 3):
                 break
             goal = proposals.goal(rng)
             if goal is None or goal in tried or walk.holds(goal, initial):
@@ -248,7 +262,7 @@ class Generator:
             return Reason.PUBLIC
         if self._is_solved(task, self._table.plan(task)):
             return Reason.PUBLIC_PLAN
-        return Reason.ONE_ACTION if one_action_solves(task, self.benchmark.domain) else None
+        return None
 
     def _is_solved(self, task: Task, plan: Sequence[Action]) -> bool:
         """Whether a plan runs to its end and reaches all goals."""
@@ -264,6 +278,13 @@ class Generator:
             return Reader(Words.of(self.benchmark, task.scene)).goals(task.instruction) == _formulas(task)
         except InputError:
             return False
+
+
+def _needed(task: Task) -> set[int]:
+    """The objects that the goals name or range over, that the certificate uses, and the agent."""
+    used = {index for action in task.script for index in action.arguments}
+    asked = {index for each in task.goals for index in fingerprint.spoken_of(each.formula, task.scene)}
+    return used | asked | {i for i in (task.scene.agent,) if i is not None}
 
 
 def _formulas(task: Task) -> tuple[f.Formula, ...]:

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import random
+import re
 from collections.abc import Iterator, Sequence
-from typing import NamedTuple
+from itertools import count
+from typing import NamedTuple, TypeVar
 
 from eai.abilities.task import Task
 from eai.benchmarks.generated.prior import Prior
 from eai.world.relation import bits
-from eai.world.state import Fact, Scene, State
+from eai.world.state import Fact, Scene, State, WorldObject
+
+K = TypeVar("K")
 
 LEAST_OBJECTS = 16
 """How many objects a scene has at least, where the task's own has so many."""
@@ -22,8 +26,10 @@ class Closed(NamedTuple):
     facts: tuple[Fact, ...]
 
 
-def closed_scene(task: Task, prior: Prior, rng: random.Random, most: int) -> Closed:
+def closed_scene(task: Task, prior: Prior, rng: random.Random, most: int, *, rich: bool = False) -> Closed:
     """Some of a task's objects: those that it is about, and others that plans and goals know.
+
+    A rich one has fewer of its own (`with_guests`), rather those of which something is wanted.
 
     What stands somewhere comes with the place, and a part with its whole. Of a relation in which things stand
     to many others only what concerns the agent is kept; of two things that are said to be in each other,
@@ -31,11 +37,12 @@ def closed_scene(task: Task, prior: Prior, rng: random.Random, most: int) -> Clo
     """
     state = task.initial
     everything = range(len(state.scene.objects))
-    size = rng.randint(min(LEAST_OBJECTS, most), most)
+    size = most * 2 // 3 if rich else rng.randint(min(LEAST_OBJECTS, most), most)
     chosen: set[int] = set() if state.scene.agent is None else _with_places(state.scene.agent, state, prior)
     usual = prior.taken | prior.used
     others = [i for i in everything if not usual or state.scene.objects[i].category in usual]
-    for index in (*_shuffled(task.relevant, rng), *_by_category(others, state.scene, rng)):
+    usually = (*_shuffled(task.relevant, rng), *_by_category(others, state.scene, rng))
+    for index in _by_pattern(prior, state.scene, rng) if rich else usually:
         if len(chosen) >= size:
             break
         wider = chosen | _with_places(index, state, prior)
@@ -50,7 +57,81 @@ def closed_scene(task: Task, prior: Prior, rng: random.Random, most: int) -> Clo
     return Closed(scene, tuple(_facts_among(state, kept, prior)))
 
 
-def _shuffled(indices: Sequence[int], rng: random.Random) -> list[int]:
+def with_guests(closed: Closed, tasks: Sequence[Task], prior: Prior, rng: random.Random, most: int) -> Closed:
+    """A scene with more things to take in hand, up to so many objects, brought from other tasks.
+
+    Each stands where something in the scene stands in the same way as it did at home: on a table of a
+    kitchen, say. It has the states that it had.
+    """
+    state = closed.scene.state(closed.facts)
+    objects, facts = list(closed.scene.objects), list(closed.facts)
+    here = {thing.category for thing in objects}
+    wanted = {
+        pattern.categories[0]
+        for (_, truth), known in prior.patterns.items()
+        for pattern in known
+        if truth and len(pattern.categories) == 2 and pattern.categories[1] in here
+    }
+    hosts: dict[frozenset[tuple[str, str]], list[int]] = {}
+    for index in range(len(objects)):
+        if objects[index].category in prior.taken:
+            hosts.setdefault(_standing(index, state, prior), []).append(index)
+    for _ in range(_ASKED * (most - len(objects))):
+        if len(objects) >= most:
+            break
+        home = rng.choice(tasks)
+        guest = rng.choice(home.relevant)
+        thing = home.scene.objects[guest]
+        standing = _standing(guest, home.initial, prior)
+        if thing.category in wanted & prior.taken - prior.pieces and standing in hosts and standing:
+            number = len(objects)
+            objects.append(WorldObject(_free_name(thing.name, objects), thing.category))
+            facts += [Fact(name, (number,)) for name in _states(guest, home.initial)]
+            host = rng.choice(hosts[standing])
+            facts += [
+                Fact(name, (number, target))
+                for name in prior.places
+                for target in bits(state.relation(name).row(host))
+            ]
+    scene = Scene(closed.scene.vocabulary, objects, closed.scene.agent)
+    return Closed(scene, tuple(facts))
+
+
+_ASKED = 30
+"""How many things are asked for one that comes."""
+
+
+def _standing(index: int, state: State, prior: Prior) -> frozenset[tuple[str, str]]:
+    """How a thing stands: in which relation to things of what category; empty if it is part of a whole."""
+    if any(state.relation(name).row(index) | state.relation(name).column(index) for name in prior.parts):
+        return frozenset()
+    things = state.scene.objects
+    return frozenset(
+        (name, things[target].category)
+        for name in prior.places
+        for target in bits(state.relation(name).row(index))
+    )
+
+
+def _states(index: int, state: State) -> Iterator[str]:
+    """The predicates of one object that are true of an object."""
+    vocabulary = state.scene.vocabulary
+    for name in vocabulary.unary_slots:
+        if vocabulary.arity(name) and state.those(name) >> index & 1:
+            yield name
+
+
+def _free_name(name: str, objects: Sequence[WorldObject]) -> str:
+    """A name with a number that no object has."""
+    taken = {number[0] for each in objects if (number := re.search(r"\d+$", each.name))}
+    stem = re.sub(r"\d+$", "", name)
+    stem = f"{stem}_" if stem == name else stem
+    if name not in {each.name for each in objects} and name.removeprefix(stem) not in taken:
+        return name
+    return next(f"{stem}{number}" for number in count(len(objects)) if str(number) not in taken)
+
+
+def _shuffled(indices: Sequence[K], rng: random.Random) -> list[K]:
     return rng.sample(indices, len(indices))
 
 
@@ -63,6 +144,16 @@ def _by_category(indices: Sequence[int], scene: Scene, rng: random.Random) -> It
         ranked[category] = ranked.get(category, -1) + 1
         order.append((ranked[category], rng.random(), index))
     return (index for _, _, index in sorted(order))
+
+
+def _by_pattern(prior: Prior, scene: Scene, rng: random.Random) -> Iterator[int]:
+    """Objects that together make up what is usually wanted, in random order."""
+    for pattern in _shuffled(
+        [p for (_, truth), known in prior.patterns.items() if truth for p in known], rng
+    ):
+        members = [list(bits(scene.category(category))) for category in pattern.categories]
+        if all(members):
+            yield from map(rng.choice, members)
 
 
 def _with_places(index: int, state: State, prior: Prior) -> set[int]:

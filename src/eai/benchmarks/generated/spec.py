@@ -54,6 +54,7 @@ class Spec:
         actions: whether goals may ask for actions, where the data set's do.
         over_time: whether a goal over time is asked for besides: an order, or what must never be.
         most_objects: how many objects a scene has at most.
+        depth: all plans of so many actions are tried, to bound the length of a plan from below.
         disturbances: how many things are brought about at most in a scene before the task begins.
         version: of the generator.
     """
@@ -65,6 +66,7 @@ class Spec:
     actions: bool = False
     over_time: bool = False
     most_objects: int = 30
+    depth: int = 1
     disturbances: int = 4
     version: int = VERSION
 

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
 import eai.logic.formula as f
 import eai.logic.semantics as semantics
 from eai.abilities.goal_test import GoalTest
-from eai.abilities.task import Task, goal
+from eai.abilities.task import GoalKind, Task, goal
 from eai.planning.action_elimination import without_needless_actions
 from eai.planning.planner import Planner, PlanningEnd, PlanningGoal, PlanningLimits
 from eai.planning.successor_generator import Node, SuccessorGenerator, applicable_actions
@@ -143,17 +143,34 @@ def _course(node: Node) -> Trajectory:
     return Trajectory(tuple(states[::-1]), tuple(steps[::-1]))
 
 
-def one_action_solves(task: Task, domain: Domain) -> bool:
-    """Whether some single action reaches all goals."""
+def lower_bound(task: Task, domain: Domain, depth: int) -> int:
+    """How many actions a plan has at least: all that are shorter, up to this depth, were tried.
+
+    It is the length of a shortest plan if that is not longer than the depth, and else the depth and one.
+    """
     test, objects = GoalTest(task), range(len(task.scene.objects))
+    nodes, seen = [Node(task.initial)], {task.initial}
+    forgetful = not test.watches and not task.goals_of(GoalKind.ACTION)
+    for length in range(1, depth + 1):
+        nodes, parents = [], nodes
+        for parent in parents:
+            for action, after in _successors(domain, parent.state, objects):
+                node = Node(after, depth=length, parent=parent, action=action)
+                operators = [each.operator for each in node.plan()]
+                if all(test.reached(after, operators, _course(node) if test.watches else None)):
+                    return length
+                if not (forgetful and after in seen):
+                    seen.add(after)
+                    nodes.append(node)
+    return depth + 1
+
+
+def _successors(domain: Domain, state: State, objects: Sequence[int]) -> Iterator[tuple[Action, State]]:
+    """Every possible action with the state after it."""
     for operator in domain.operators:
         compiled = domain.compiled[operator.name]
-        for action in applicable_actions(domain, operator, task.initial, objects):
-            after = compiled.apply(task.initial, compiled.bind(task.initial, action.arguments))
-            course = Trajectory((task.initial, after), (Step(action, None),)) if test.watches else None
-            if all(test.reached(after, (operator.name,), course)):
-                return True
-    return False
+        for action in applicable_actions(domain, operator, state, objects):
+            yield action, compiled.apply(state, compiled.bind(state, action.arguments))
 
 
 def posed(
