@@ -17,6 +17,7 @@ from pathlib import Path
 from eai.abilities.task import Task
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.errata import NO_ERRATA
+from eai.benchmarks.obfuscated import obfuscated
 from eai.benchmarks.pddl_files import open_pddl
 from eai.benchmarks.source import OpenTasks
 from eai.benchmarks.task_files import ENDINGS, open_task_files
@@ -27,6 +28,9 @@ GROUP = "eai.benchmarks"
 
 PDDL = "pddl"
 """What stands before the colon in a reference to PDDL files."""
+
+OBFUSCATED = "obfuscated"
+"""What stands before the colon in a reference to the twin of a benchmark whose words mean other things."""
 
 CAPITALISED = {"virtualhome": "VirtualHome", "behavior": "Behavior"}
 """How identifiers with capitals spell the benchmarks that come with the package."""
@@ -55,7 +59,7 @@ def find_benchmark(reference: str) -> Benchmark:
 
     A module is also looked for in the working directory; a domain file in PDDL comes with a file of a problem
     or a folder of them; a task file ends in ``.jsonl`` or ``.jsonl.gz``, or is in a folder, which is known by
-    having a slash in its name.
+    having a slash in its name. ``obfuscated:`` before any of them is its twin in other words.
 
     Raises:
         InputError: there is none, or it cannot be loaded.
@@ -72,9 +76,11 @@ def title_of(name: str) -> str:
 def _find(reference: str) -> Benchmark:
     if reference in _entry_points():
         return _as_benchmark(_entry_points()[reference].load(), reference)
-    if reference.endswith((*ENDINGS, "/")) or Path(reference).is_dir():
-        return _open_tasks(Path(reference)).referred_to_as(reference)
     module, separator, name = reference.partition(":")
+    if module != OBFUSCATED and (reference.endswith((*ENDINGS, "/")) or Path(reference).is_dir()):
+        return _open_tasks(Path(reference)).referred_to_as(reference)
+    if module == OBFUSCATED:
+        return obfuscated(find_benchmark(name)).referred_to_as(reference)
     if module == PDDL:
         return _open_pddl(name).referred_to_as(reference)
     if separator:

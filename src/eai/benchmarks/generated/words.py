@@ -66,21 +66,13 @@ class Words:
         self, predicate: str, *, negated: bool = False, several: bool = False, never: bool = False
     ) -> str:
         """The sentence of a predicate, denied (once or for ever) or in the plural."""
-        first, verb, *rest = self._phrase(predicate).split(" ")
+        first, verb, *rest = phrase_of(predicate, self.arities[predicate], self.phrases).split(" ")
         is_short = verb in ("is", "has")
         if never:
             verb = f"{verb} {NEVER}" if is_short else f"{NEVER} {verb}"
         if negated:
             verb = f"{verb} not" if is_short else f"does not {verb.removesuffix('s')}"
         return " ".join([first, _PLURAL.get(verb, verb) if several else verb, *rest])
-
-    def _phrase(self, predicate: str) -> str:
-        given = self.phrases.get(predicate)
-        if given is not None:
-            return given
-        name = re.sub("[_-]", " ", predicate).lower().removeprefix("is ")
-        verb = name if name in _PLURAL else f"is {name}"
-        return f"{{x}} {verb} {{y}}" if self.arities[predicate] == 2 else f"{{x}} {verb}"
 
     @cached_property
     def nouns(self) -> Mapping[str, str]:
@@ -187,6 +179,16 @@ class Words:
         said = [values[t.name] if isinstance(t, f.Variable) else self.name(t.name) for t in atom.arguments]
         phrase = self.phrase(atom.predicate, negated=negated, several=several, never=never)
         return phrase.format(**dict(zip("xy", said, strict=False)))
+
+
+def phrase_of(predicate: str, arity: int, phrases: Mapping[str, str]) -> str:
+    """The sentence of a predicate in the singular, such as ``{x} is on top of {y}``."""
+    given = phrases.get(predicate)
+    if given is not None:
+        return given
+    name = re.sub("[_-]", " ", predicate).lower().removeprefix("is ")
+    verb = name if name in _PLURAL else f"is {name}"
+    return f"{{x}} {verb} {{y}}" if arity == 2 else f"{{x}} {verb}"
 
 
 def plural(noun: str) -> str:

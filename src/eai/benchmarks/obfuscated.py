@@ -1,0 +1,227 @@
+"""Obfuscated twins: a benchmark whose words mean other things, the same throughout.
+
+Who plans needs to know what actions do, not what they are called. In a twin the declared names of predicates,
+operators and kinds of objects are permuted, each among those that are used alike; the world, the tasks and
+their verdicts are those of the benchmark. Prompts say what each word means.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import random
+import re
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, replace
+
+from eai.abilities.action_sequencing.notation import PlanNotation
+from eai.abilities.action_sequencing.plan import WrittenPlan
+from eai.abilities.protocol import Ability
+from eai.abilities.subgoal_decomposition.lexicon import SubgoalLexicon
+from eai.abilities.subgoal_decomposition.notation import SubgoalNotation, WrittenSubgoals
+from eai.abilities.task import Task
+from eai.abilities.transition_modeling.task import TransitionTask
+from eai.abilities.unreadable import Unreadable
+from eai.benchmarks.benchmark import Benchmark
+from eai.benchmarks.generated.words import phrase_of
+from eai.benchmarks.source import Source, TaskSet
+from eai.planning.planner import Planner
+from eai.prompts.wording import Wording
+from eai.world.execution import Action
+from eai.world.state import Scene
+
+_TOKEN = re.compile(r"[A-Za-z_][\w-]*(?:\.\w+)*")
+_NUMBERED = re.compile(r"(.+?)([._]\d+)")
+_KEPT = frozenset(
+    (
+        *("action", "object", "output", "not", "and", "or", "then", "until", "implies", "next", "eventually"),
+        *("always", "true", "false", "forall", "exists", "forn", "forpairs", "fornpairs", "x", "y", "z"),
+    )
+)
+"""The words of the syntaxes, which stay."""
+
+
+@dataclass(frozen=True)
+class Cipher:
+    """Words for words, one to one.
+
+    Attributes:
+        words: what is written for each word that changes.
+    """
+
+    words: Mapping[str, str]
+
+    def encode(self, text: str) -> str:
+        """A text in the twin's words; names of objects keep their numbers."""
+        return _TOKEN.sub(lambda token: _replaced(token[0], self.words), text)
+
+    def decode(self, text: str) -> str:
+        """A text of the twin in the benchmark's words."""
+        back = {new: old for old, new in self.words.items()}
+        return _TOKEN.sub(lambda token: _replaced(token[0], back), text)
+
+    @staticmethod
+    def of(benchmark: Benchmark, tasks: Iterable[Task]) -> Cipher:
+        """The cipher of a benchmark: the same on every machine."""
+        uses: dict[str, dict[str, object]] = {}
+        for name in benchmark.wording(Ability.ACTION_SEQUENCING).predicates:
+            uses.setdefault(name, {})["predicate"] = benchmark.domain.vocabulary.arity(name)
+        for operator in benchmark.domain.operators:
+            uses.setdefault(operator.name, {})["operator"] = operator.arity
+        groups: dict[str, list[tuple[str, ...]]] = {}
+        for name, use in uses.items():
+            groups.setdefault(str(sorted(use.items())), []).append((name,))
+        for category, stems in _kinds(tasks).items():
+            if not {category, *stems} & uses.keys():
+                groups.setdefault(f"{category in stems} {len(stems)}", []).append((category, *stems))
+        digest = hashlib.sha256(f"obfuscated {benchmark.domain.name}".encode()).digest()
+        rng, words = random.Random(digest), dict[str, str]()  # noqa: S311 - names, not secrets
+        for group in groups.values():
+            changing = [each for each in group if _KEPT.isdisjoint(each)]
+            start = rng.sample(changing, len(changing))
+            for old, new in zip(start, (*start[1:], *start[:1]), strict=True):  # one cycle: none stays
+                words |= dict(zip(old, new, strict=True))
+        return Cipher(words)
+
+
+def _replaced(token: str, words: Mapping[str, str]) -> str:
+    if token in words:
+        return words[token]
+    numbered = _NUMBERED.fullmatch(token)
+    return token if numbered is None else words.get(numbered[1], numbered[1]) + numbered[2]
+
+
+def _kinds(tasks: Iterable[Task]) -> Mapping[str, tuple[str, ...]]:
+    """The categories but the agent's, each with what the names of its objects are without their numbers."""
+    found: dict[str, dict[str, None]] = {}
+    owner: dict[str, str] = {}
+    agents = set()
+    for task in tasks:
+        for index, thing in enumerate(task.scene.objects):
+            numbered = _NUMBERED.fullmatch(thing.name)
+            stem = thing.name if numbered is None else numbered[1]
+            if owner.setdefault(stem, thing.category) == thing.category:
+                found.setdefault(thing.category, {})[stem] = None
+            if index == task.scene.agent:
+                agents.add(thing.category)
+    return {category: tuple(sorted(stems)) for category, stems in found.items() if category not in agents}
+
+
+@dataclass(frozen=True)
+class _TwinWording(Wording):
+    """A wording in the words of a twin.
+
+    Attributes:
+        cipher: the words.
+        phrases: what predicates mean in English.
+    """
+
+    cipher: Cipher = Cipher({})
+    phrases: Mapping[str, str] | None = None
+
+    def vocabulary(self) -> str:
+        phrases = self.phrases or {}
+        meant = [phrase_of(name, self._arity(name), phrases).format(x="x", y="y") for name in self.predicates]
+        lines = self.cipher.encode(super().vocabulary()).splitlines()
+        return "\n".join(f"{line}: {meaning}" for line, meaning in zip(lines, meant, strict=True))
+
+    def operators(self) -> str:
+        lines = super().operators().splitlines()
+        return "\n".join(line if line.startswith(" ") else self._headed(line) for line in lines)
+
+    def _headed(self, line: str) -> str:
+        head, bracket, rest = line.partition("(")
+        return f"{self.cipher.encode(head)}{bracket}{rest}"
+
+    def object(self, task: Task, index: int) -> str:
+        return self.cipher.encode(super().object(task, index))
+
+    def initial(self, task: Task) -> str:
+        return self.cipher.encode(super().initial(task))
+
+    def goals(self, task: Task) -> str:
+        return self.cipher.encode(super().goals(task))
+
+
+class _TwinPlans(PlanNotation):
+    """Plans in the words of a twin."""
+
+    def __init__(self, plain: PlanNotation, cipher: Cipher) -> None:
+        self._plain, self._cipher = plain, cipher
+
+    def read(self, text: str) -> WrittenPlan | Unreadable:
+        return self._plain.read(self._cipher.decode(text))
+
+    def operator(self, word: str) -> str:
+        return self._plain.operator(word)
+
+    def objects(self, task: Task) -> Callable[[object], int | None]:
+        return self._plain.objects(task)
+
+    def write(self, plan: Iterable[Action], scene: Scene) -> tuple[str, ...]:
+        return tuple(map(self._cipher.encode, self._plain.write(plan, scene)))
+
+    def join(self, parts: Iterable[str]) -> str:
+        return self._plain.join(parts)
+
+
+class _TwinSubgoals(SubgoalNotation):
+    """Subgoals in the words of a twin."""
+
+    def __init__(self, plain: SubgoalNotation, cipher: Cipher) -> None:
+        super().__init__(plain.domain)
+        self._plain, self._cipher = plain, cipher
+        self.writes_scripts = plain.writes_scripts
+
+    def lexicon(self, scene: Scene) -> SubgoalLexicon:
+        return self._plain.lexicon(scene)
+
+    def read(self, text: str) -> WrittenSubgoals | Unreadable:
+        return self._plain.read(self._cipher.decode(text))
+
+    def planner(self) -> Planner:
+        return self._plain.planner()
+
+    def write(self, task: Task, plan: Iterable[Action]) -> tuple[str, ...]:
+        return tuple(map(self._cipher.encode, self._plain.write(task, plan)))
+
+    def planned(self, task: Task, planner: Planner) -> tuple[str, ...]:
+        return tuple(map(self._cipher.encode, self._plain.planned(task, planner)))
+
+    def join(self, parts: Iterable[str]) -> str:
+        return self._plain.join(parts)
+
+
+def obfuscated(benchmark: Benchmark, source: Source | None = None) -> Benchmark:
+    """The twin of a benchmark: its plans and subgoals are asked for in other words; nothing else is."""
+    public = benchmark.open_public or benchmark.open_tasks
+    cipher = Cipher.of(benchmark, public(source or Source()).values())
+
+    def wording(ability: Ability) -> Wording:
+        plain = benchmark.wording(ability)
+        return _TwinWording(
+            plain.domain,
+            plain.predicates,
+            plain.written_as,
+            plain.object_name,
+            cipher=cipher,
+            phrases=benchmark.phrases,
+        )
+
+    def in_capitals(text: str) -> str:
+        return _TOKEN.sub(lambda t: _replaced(t[0], cipher.words) if t[0].isupper() else t[0], text)
+
+    return replace(
+        benchmark,
+        name=f"{benchmark.name}-obfuscated",
+        title=f"{benchmark.title or benchmark.name}, obfuscated",
+        plans=_TwinPlans(benchmark.plans, cipher),
+        subgoals=_TwinSubgoals(benchmark.subgoals or SubgoalNotation(benchmark.domain), cipher),
+        wordings=wording,
+        formats={ability: in_capitals(text) for ability, text in benchmark.formats.items()},
+        wings={},
+        asks={**benchmark.asks, Ability.GOAL_INTERPRETATION: lambda task: False},
+        open_operators=lambda source: TaskSet((), dict[str, TransitionTask]().__getitem__, ""),
+        published_prompts=None,
+        response_schemas={},
+        reference="",
+    )
