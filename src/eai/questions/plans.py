@@ -51,16 +51,25 @@ class Outcome(NamedTuple):
     requirement: int = 0
 
 
-def outcome(setting: Setting, start: State, plan: Sequence[Action]) -> Outcome:
-    """What a plan comes to."""
-    state = start
-    for place, action in enumerate(plan):
-        after = setting.after(state, action)
-        if after is None:
-            return Outcome(Result.FAILS, (), place, setting.failing(state, action)[0])
-        state = after
-    missed = tuple([n for n, held in enumerate(setting.reached(state), 1) if not held])
+def outcome(setting: Setting, start: State, plan: Sequence[Action], done: int = 0) -> Outcome:
+    """What a plan comes to from a state on, before which so many of its steps were taken."""
+    states = _states_along(setting, start, plan[done:])
+    place = done + len(states) - 1
+    if place < len(plan):
+        return Outcome(Result.FAILS, (), place, setting.failing(states[-1], plan[place])[0])
+    missed = tuple([n for n, held in enumerate(setting.reached(states[-1]), 1) if not held])
     return Outcome(Result.MISSES, missed) if missed else Outcome(Result.WORKS)
+
+
+def _states_along(setting: Setting, start: State, plan: Sequence[Action]) -> list[State]:
+    """The state before each step up to the first that is impossible; if none is, also the last."""
+    states = [start]
+    for action in plan:
+        after = setting.after(states[-1], action)
+        if after is None:
+            break
+        states.append(after)
+    return states
 
 
 def state_tracking(setting: Setting, rng: random.Random, number: int) -> Item | None:
@@ -91,11 +100,12 @@ def counterfactual(setting: Setting, rng: random.Random, number: int) -> Item | 
         variant = _variant(setting, rng)
         if variant is None:
             continue
-        came_to = outcome(setting, setting.states[0], [step.action for step in variant.steps])
+        plan = [step.action for step in variant.steps]
+        came_to = outcome(setting, setting.states[variant.place], plan, variant.place)
         if came_to.result == number % len(Result):
             numbers = [step.number for step in variant.steps]
             shown = [setting.said(action) for action in setting.way]
-            told = {step.action.operator for step in variant.steps} | _operators(setting.way)
+            told = _operators([*plan, *setting.way])
             values = {"plan": numbered(shown), "change": variant.change}
             return _of_plan(setting, rng, came_to, numbers, told, values)
     return None
@@ -105,23 +115,32 @@ def validation(setting: Setting, rng: random.Random, number: int) -> Item | None
     """Where a plan fails, and why; or whether it works."""
     if not setting.works:
         return None
-    for _ in range(_TRIES):
-        plan = _with_detours(setting, rng) if rng.random() < 0.5 else list(setting.way)
-        if number % len(Result) != Result.WORKS:
-            _spoil(setting, plan, rng)
-        came_to = outcome(setting, setting.states[0], plan)
-        if plan and came_to.result == number % len(Result):
-            values = {"plan": numbered([setting.said(action) for action in plan])}
-            return _of_plan(setting, rng, came_to, range(1, len(plan) + 1), _operators(plan), values)
-    return None
+    course = _with_detours(setting, rng)
+    plan, came_to = course.plan, Outcome(Result.WORKS)
+    if number % len(Result) != Result.WORKS:
+        for _ in range(_TRIES):
+            place = rng.randrange(len(course.plan))
+            plan = _spoilt(setting, course.plan, place, rng)
+            came_to = outcome(setting, course.states[place], plan, place)
+            if plan and came_to.result == number % len(Result):
+                break
+        else:
+            return None
+    values = {"plan": numbered([setting.said(action) for action in plan])}
+    return _of_plan(setting, rng, came_to, range(1, len(plan) + 1), _operators(plan), values)
 
 
 def justification(setting: Setting, rng: random.Random, number: int) -> Item | None:
     """Which steps of a plan can be left out, each by itself."""
     if not setting.works:
         return None
-    plan = _with_detours(setting, rng)
-    needless = [place for place in range(len(plan)) if _works_without(setting, plan, place)]
+    course = _with_detours(setting, rng)
+    plan = course.plan
+    needless = [
+        place
+        for place in range(len(plan))
+        if outcome(setting, course.states[place], plan[place + 1 :]).result is Result.WORKS
+    ]
     steps = [f"step {place + 1}" for place in range(len(plan))]
     return Item(
         setting.states[0],
@@ -143,9 +162,10 @@ class _Numbered(NamedTuple):
 
 
 class _Variant(NamedTuple):
-    """A plan that is changed, and the change in words."""
+    """A plan that is changed from a place on, and the change in words."""
 
     steps: list[_Numbered]
+    place: int
     change: str
 
 
@@ -154,15 +174,16 @@ def _variant(setting: Setting, rng: random.Random) -> _Variant | None:
     place = rng.randrange(len(steps))
     match rng.choice(("leave out", "exchange", "put in")):
         case "leave out" if len(steps) > 1:
-            return _Variant(steps[:place] + steps[place + 1 :], f"step {place + 1} is left out")
+            return _Variant(steps[:place] + steps[place + 1 :], place, f"step {place + 1} is left out")
         case "exchange" if place + 1 < len(steps):
             steps[place : place + 2] = reversed(steps[place : place + 2])
-            return _Variant(steps, f"steps {place + 1} and {place + 2} change places")
+            return _Variant(steps, place, f"steps {place + 1} and {place + 2} change places")
         case "put in":
             action = setting.some_action(rng, setting.states[place], possible=True)
             if action is not None:
                 steps.insert(place, _Numbered(0, action))
-                return _Variant(steps, f"just before step {place + 1}, {setting.said(action)} is carried out")
+                change = f"just before step {place + 1}, {setting.said(action)} is carried out"
+                return _Variant(steps, place, change)
     return None
 
 
@@ -206,44 +227,44 @@ def _of_plan(
     )
 
 
-def _spoil(setting: Setting, plan: list[Action], rng: random.Random) -> None:
-    """Leave a step out, exchange two, or take another object or operator."""
-    place = rng.randrange(len(plan))
-    action = plan[place]
+def _spoilt(setting: Setting, plan: Sequence[Action], place: int, rng: random.Random) -> list[Action]:
+    """The plan without a step, with two exchanged, or with another object or operator at a place."""
+    action, spoilt = plan[place], list(plan)
     match rng.choice(("leave out", "exchange", "object", "operator")):
         case "leave out":
-            del plan[place]
+            del spoilt[place]
         case "exchange":
-            plan[place : place + 2] = reversed(plan[place : place + 2])
+            spoilt[place : place + 2] = reversed(spoilt[place : place + 2])
         case "object" if action.arguments:
             changed = list(action.arguments)
-            changed[rng.randrange(len(changed))] = rng.randrange(len(setting.scene.objects))
-            plan[place] = Action(action.operator, tuple(changed))
+            changed[rng.randrange(len(changed))] = rng.choice(setting.things)
+            spoilt[place] = Action(action.operator, tuple(changed))
         case _:
             alike = [o.name for o in setting.rules.operators if o.arity == len(action.arguments)]
-            plan[place] = Action(rng.choice(alike), action.arguments)
+            spoilt[place] = Action(rng.choice(alike), action.arguments)
+    return spoilt
 
 
-def _with_detours(setting: Setting, rng: random.Random) -> list[Action]:
-    """The plan with up to three further actions that do not keep it from working."""
-    plan = list(setting.way)
+class _Course(NamedTuple):
+    """A plan that works, and the states along it."""
+
+    plan: list[Action]
+    states: list[State]
+
+
+def _with_detours(setting: Setting, rng: random.Random) -> _Course:
+    """The way with up to three further actions that do not keep it from working."""
+    plan, states = list(setting.way), list(setting.states)
     for _ in range(rng.randint(0, _DETOURS)):
         place = rng.randrange(len(plan))
-        state = setting.states[0]
-        for action in plan[:place]:
-            state = setting.after(state, action) or state
-        action_put_in = setting.some_action(rng, state, possible=True)
-        if action_put_in is None:
+        action = setting.some_action(rng, states[place], possible=True)
+        if action is None:
             continue
-        longer = [*plan[:place], action_put_in, *plan[place:]]
-        if outcome(setting, setting.states[0], longer).result is Result.WORKS:
-            plan = longer
-    return plan
-
-
-def _works_without(setting: Setting, plan: Sequence[Action], place: int) -> bool:
-    shorter = [*plan[:place], *plan[place + 1 :]]
-    return outcome(setting, setting.states[0], shorter).result is Result.WORKS
+        rest = [action, *plan[place:]]
+        along = _states_along(setting, states[place], rest)
+        if len(along) > len(rest) and all(setting.reached(along[-1])):
+            plan[place:], states[place:] = rest, along
+    return _Course(plan, states)
 
 
 def _operators(plan: Sequence[Action]) -> set[str]:

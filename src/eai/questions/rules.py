@@ -16,6 +16,7 @@ from eai.world.derived import Lookup, meaning, stored_sources
 from eai.world.domain import Domain
 from eai.world.effect import Add, Delete, Effect, ForEach, Let, When
 from eai.world.operator import Operator
+from eai.world.reading import Readings
 from eai.world.vocabulary import DerivedPredicate
 
 _INDENT = "  "
@@ -44,6 +45,11 @@ class Rules:
     def names(self) -> frozenset[str]:
         """The names of these."""
         return frozenset([operator.name for operator in self.operators])
+
+    @cached_property
+    def readings(self) -> Readings:
+        """Formulas as functions of states."""
+        return Readings(self.domain.vocabulary)
 
     @cached_property
     def memory(self) -> frozenset[str]:

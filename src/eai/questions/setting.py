@@ -97,7 +97,7 @@ class Setting:
 
     def reached(self, state: State) -> tuple[bool, ...]:
         """Of each goal whether it holds."""
-        return tuple([self.domain.holds(goal, state) for goal in self.goals])
+        return tuple([self.rules.readings.holds(goal, {}, state) for goal in self.goals])
 
     def added(self, before: State, after: State) -> list[Fact]:
         """What holds in one state and not in another, of what can change and be told."""

@@ -26,6 +26,15 @@ _CANDIDATES = 4
 _LEAST_DISTANCE = 2
 """How many actions a goal takes at least."""
 
+_MOST_GOALS = 3
+"""How many facts are to hold together, at most."""
+
+_DISTANCES = 4
+"""How many different distances are asked for in turn."""
+
+_AIMS = 8
+"""How many goals are tried for one of the distance that is asked for."""
+
 
 def reachability(setting: Setting, rng: random.Random, number: int) -> Item | None:
     """Which facts can become true by some actions, and which never do."""
@@ -52,7 +61,7 @@ def reachability(setting: Setting, rng: random.Random, number: int) -> Item | No
 
 def next_action(setting: Setting, rng: random.Random, number: int) -> Item | None:
     """Which action a shortest plan begins with."""
-    aim = _some_aim(setting, rng)
+    aim = _some_aim(setting, rng, number)
     if aim is None:
         return None
     left = aim.ways.from_here(aim.is_reached)
@@ -62,7 +71,7 @@ def next_action(setting: Setting, rng: random.Random, number: int) -> Item | Non
 
 def landmarks(setting: Setting, rng: random.Random, number: int) -> Item | None:
     """Which actions are in every plan."""
-    aim = _some_aim(setting, rng)
+    aim = _some_aim(setting, rng, number)
     if aim is None:
         return None
     needed = [n for n in range(len(aim.ways.actions)) if aim.ways.distance(aim.is_reached, without=n) is None]
@@ -91,19 +100,24 @@ class _Aim:
         return self._reached[number]
 
 
-def _some_aim(setting: Setting, rng: random.Random) -> _Aim | None:
-    """One or two facts that are new in a state that takes a few actions to get to."""
+def _some_aim(setting: Setting, rng: random.Random, number: int) -> _Aim | None:
+    """A few facts that are new in a state that takes some actions to get to.
+
+    Of those that are tried it is the one whose distance comes nearest to what the number asks for.
+    """
     ways = _some_ways(setting, rng)
     if ways is None:
         return None
+    wanted = _LEAST_DISTANCE + number % _DISTANCES
     far = [n for n, depth in enumerate(ways.depths) if depth >= _LEAST_DISTANCE]
-    for n in some(rng, far, _CANDIDATES):
+    farther = [n for n in far if ways.depths[n] >= wanted]
+    aims = []
+    for n in some(rng, farther or far, _AIMS):
         new = setting.added(ways.states[0], ways.states[n])
         if new:
-            aim = _Aim(ways, some(rng, new, rng.randint(1, 2)))
-            if aim.distance >= _LEAST_DISTANCE:
-                return aim
-    return None
+            aims.append(_Aim(ways, some(rng, new, rng.randint(1, _MOST_GOALS))))
+    fitting = [aim for aim in aims if aim.distance >= _LEAST_DISTANCE]
+    return min(fitting, key=lambda aim: abs(aim.distance - wanted), default=None)
 
 
 def _some_ways(setting: Setting, rng: random.Random) -> Repertoire | None:
@@ -114,8 +128,10 @@ def _some_ways(setting: Setting, rng: random.Random) -> Repertoire | None:
     for _ in range(2 * _ACTIONS):
         if len(chosen) >= _ACTIONS:
             break
-        action = setting.some_action(rng, rng.choice(states), possible=True)
-        chosen |= {} if action is None else {action: None}
+        state = rng.choice(states)
+        action = setting.some_action(rng, state, possible=True)
+        if action is not None and setting.after(state, action) != state:
+            chosen[action] = None
     if len(chosen) < _LEAST_ACTIONS:
         return None
     return exhaust(setting, states[0], rng.sample(list(chosen), len(chosen)), _STATES)

@@ -1,0 +1,44 @@
+"""World-model questions a CPU second, by kind, and how even their answers are.
+
+A thousand questions of all kinds are written first, so that no kind pays for opening the tasks.
+
+    python bench/questions.py [--domain D ...] [--n N]
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+
+from eai.benchmarks.registry import FIRST, find_benchmark
+from eai.questions.balance import balance_of
+from eai.questions.question import Form, Kind
+from eai.questions.writer import Wanted, Writer
+
+WARM = 1_000
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--domain", nargs="+", default=list(FIRST))
+    parser.add_argument("--n", type=int, default=300)
+    arguments = parser.parse_args()
+    for domain in arguments.domain:
+        writer = Writer(find_benchmark(domain))
+        list(writer.write(Wanted(number=WARM)))
+        for kind in Kind:
+            start = time.process_time()
+            questions = list(writer.write(Wanted([kind], number=arguments.n)))
+            seconds = time.process_time() - start
+            even = [balance_of(questions, kind, form).entropy or 0.0 for form in Form]
+            size = sum(len(question.prompt) for question in questions) / max(1, len(questions))
+            print(
+                f"{domain} {kind.value}: {len(questions)} questions, {len(questions) / seconds:.0f} a CPU s, "
+                f"{size:.0f} characters, entropy {' '.join(f'{each:.2f}' for each in even)}"
+            )
+
+
+if __name__ == "__main__":
+    main()
