@@ -22,7 +22,7 @@ def lines_of(path: Path) -> list[dict[str, Any]]:
     return [json.loads(line) for line in path.read_text(encoding="utf-8").splitlines()]
 
 
-def test_a_noisy_scene_is_told_and_counted(data_store: Store, tmp_path: Path) -> None:
+def test_a_noisy_scene_is_told_counted_and_analysed(eai: Command, data_store: Store, tmp_path: Path) -> None:
     noise = ("--scene", "noisy", "--noise", "missing=0.3", "--noise", "seed=1")
     assert run_eai(*HOW, *PLANS, *noise, "--out", tmp_path).status == 0
     folder = tmp_path / "behavior" / "action_sequencing" / "eai_planner" / "scene-noisy-missing-0.3-seed-1"
@@ -32,6 +32,11 @@ def test_a_noisy_scene_is_told_and_counted(data_store: Store, tmp_path: Path) ->
     assert (record.experiment.name, record.experiment.scene) == ("perception", "noisy-missing-0.3-seed-1")
     assert record.perceived is not None
     assert record.perceived.missing == record.perceived.facts - record.perceived.perceived > 0
+    done = eai("analyze", "perception", tmp_path, "--out", tmp_path / "told", "--no-plots")
+    assert (done.status, done.out) == (0, f"4 tables, 0 plots; in {tmp_path / 'told'}\n")
+    assert len([*(tmp_path / "told").glob("perception_*.csv")]) == 4
+    refused = eai("analyze", "perception", folder.parent / "nothing", "--out", tmp_path / "told")
+    assert refused.status == 2
 
 
 def test_a_model_sees_for_another_one(data_store: Store, tmp_path: Path) -> None:

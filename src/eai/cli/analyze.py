@@ -10,6 +10,7 @@ from eai.cli import (
     analyze_errors,
     analyze_goals,
     analyze_items,
+    analyze_perception,
     analyze_pipeline,
     analyze_prompts,
     analyze_replanning,
@@ -26,6 +27,7 @@ app.command(no_args_is_help=True)(analyze_sensitivity.sensitivity)
 app.command(no_args_is_help=True)(analyze_items.items)
 app.command(no_args_is_help=True)(analyze_prompts.prompts)
 app.command("annotations", no_args_is_help=True)(analyze_annotations.rate_annotations)
+app.command(no_args_is_help=True)(analyze_perception.perception)
 app.command(no_args_is_help=True)(analyze_pipeline.pipeline)
 app.command(no_args_is_help=True)(analyze_replanning.replanning)
 

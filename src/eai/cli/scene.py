@@ -17,7 +17,7 @@ from eai.perception.noise import Noise
 from eai.perception.pictures import Clutter
 from eai.run.job import EYES, PROVIDER, Endpoint, check_model
 
-PANEL = "Perception (action sequencing, subgoals, goal interpretation; with --set eai)"
+PANEL = "Perception (with --set eai)"
 
 
 class Scene(str, Enum):
@@ -39,7 +39,12 @@ ABILITIES = (Ability.GOAL_INTERPRETATION, Ability.SUBGOAL_DECOMPOSITION, Ability
 
 InScene = Annotated[
     Scene,
-    typer.Option("--scene", help="How questions show the scene.", rich_help_panel=PANEL),
+    typer.Option(
+        "--scene",
+        metavar="HOW",
+        help="How questions show the scene: text, image, both, predicted or noisy.",
+        rich_help_panel=PANEL,
+    ),
 ]
 SceneImages = Annotated[
     Path | None,
