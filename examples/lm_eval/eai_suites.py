@@ -1,0 +1,59 @@
+"""The suites of eai as tasks of the LM Evaluation Harness, each question asked once.
+
+    lm_eval --include_path examples/lm_eval --tasks eai_behavior_action_sequencing --model dummy
+
+A metric is the sum of its numerators over that of its denominators, as everywhere in eai; answers to tasks
+that the protocol leaves out count for nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import cache
+from typing import Any
+
+import datasets
+
+import eai
+from eai import Ability, Suite
+from eai.abilities.declarations import DECLARATIONS
+from eai.benchmarks.prompt_library import Library
+from eai.metrics.summary import contributions
+from eai.prompts.prompt import PromptSet
+
+
+@cache
+def suite_of(domain: str, ability: str) -> Suite:
+    """The suite; its tasks are made once."""
+    return eai.open(domain, ability)
+
+
+def questions(domain: str, ability: str, **_: object) -> dict[str, datasets.Dataset]:
+    """The official prompts of a suite, a row each, in the split ``test``."""
+    suite = suite_of(domain, ability)
+    asked = Library(PromptSet.OFFICIAL, None, suite.source).open(suite.benchmark, Ability(ability))
+    about = {"domain": domain, "ability": ability}
+    rows = [
+        {**about, "task_id": task_id, "system": prompt.system or "", "user": prompt.user}
+        for task_id, prompt in asked.items()
+    ]
+    return {"test": datasets.Dataset.from_list(rows)}
+
+
+def text(row: Mapping[str, str]) -> str:
+    """A question as one text, its system message first."""
+    return f"{row['system']}\n\n{row['user']}" if row["system"] else row["user"]
+
+
+def shares(row: Mapping[str, str], answers: Sequence[str]) -> dict[str, Any]:
+    """What an answer contributes to each main metric: a numerator and a denominator."""
+    ability = Ability(row["ability"])
+    verdict = suite_of(row["domain"], row["ability"]).score(row["task_id"], answers[0])
+    counted = contributions([verdict], ability)
+    return {name: tuple(each[name]) for each in counted for name in DECLARATIONS[ability].main}
+
+
+def rate(counted: Sequence[tuple[float, float]]) -> float:
+    """A metric, from 0 to 1; 0 where nothing is counted."""
+    whole = sum(share[1] for share in counted)
+    return sum(share[0] for share in counted) / whole if whole else 0.0

@@ -1,0 +1,65 @@
+"""Other harnesses: what Inspect finds by reading files, and the tasks of the LM Evaluation Harness."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from inspect_ai import list_tasks
+
+import eai
+from eai.abilities.declarations import DECLARATIONS
+from eai.abilities.protocol import Ability
+from eai.benchmarks.gold_answers import open_answer_book
+from eai.data.store import Store
+from eai.run.registry import TASKS
+
+ROOT = Path(__file__).parents[2]
+EXAMPLE = ROOT / "examples/lm_eval"
+SUITES = {f"eai_{name}" for name in TASKS}
+
+
+def test_every_suite_is_a_task_that_is_found_by_reading_the_file() -> None:
+    found = list_tasks("examples/inspect", root_dir=ROOT)
+    assert {task.name for task in found} == TASKS.keys()
+
+
+def test_every_suite_is_a_task_of_the_lm_evaluation_harness() -> None:
+    for path in EXAMPLE.glob("eai_*.yaml"):
+        assert f"task: {path.stem}\n" in path.read_text(encoding="utf-8")
+        ability = next(each for each in Ability if path.stem.endswith(each.value))
+        assert path.read_text(encoding="utf-8").count("metric: ") == len(DECLARATIONS[ability].main)
+    assert {path.stem for path in EXAMPLE.glob("eai_*.yaml")} == SUITES
+
+
+@pytest.fixture
+def suites(monkeypatch: pytest.MonkeyPatch) -> Iterator[Any]:
+    pytest.importorskip("lm_eval", reason="no LM Evaluation Harness: pip install lm_eval")
+    monkeypatch.syspath_prepend(EXAMPLE)
+    import eai_suites
+
+    yield eai_suites
+    sys.modules.pop("eai_suites", None)
+
+
+def test_right_answers_are_right_in_the_lm_evaluation_harness(data_store: Store, suites: Any) -> None:
+    rows = suites.questions("behavior", "action_sequencing", version=1.0)["test"]
+    suite = eai.open("behavior", "action_sequencing")
+    book = open_answer_book(suite.benchmark, suite.ability, suite.source)
+    counted = [suites.shares(row, [book.gold(row["task_id"]).text]) for row in rows.select(range(5))]
+    assert suites.rate([each["task_success"] for each in counted]) == 1.0
+    assert suites.rate([suites.shares(rows[0], ["lol"])["task_success"]]) == 0.0
+
+
+@pytest.mark.filterwarnings("ignore::DeprecationWarning")
+def test_its_dummy_model_gets_nothing(data_store: Store, suites: Any) -> None:
+    import lm_eval
+    from lm_eval.tasks import TaskManager
+
+    manager = TaskManager(include_path=str(EXAMPLE))
+    name = "eai_virtualhome_action_sequencing"
+    results = lm_eval.simple_evaluate("dummy", tasks=[name], limit=3, task_manager=manager)["results"]
+    assert results[name]["task_success,none"] == 0.0
