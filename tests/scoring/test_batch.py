@@ -1,6 +1,9 @@
 from __future__ import annotations
 
+import os
+import signal
 from dataclasses import replace
+from itertools import islice
 
 import pytest
 
@@ -9,7 +12,7 @@ from eai.abilities.protocol import Protocol
 from eai.abilities.record import NOT_ANSWERED
 from eai.abilities.responses import Response, ResponseFile
 from eai.abilities.verdict import PlanVerdict
-from eai.scoring.batch import Settings, score_batch, score_run
+from eai.scoring.batch import Scoring, Settings, score_batch, score_run
 from scoring.work import TASK_IDS, echo_suite
 
 ANSWERS = ResponseFile("m", tuple(Response(i, f"answer to {i}") for i in TASK_IDS))
@@ -59,3 +62,14 @@ def test_explanations_stand_in_the_records_where_they_are_asked_for(workers: int
     first = score_batch(echo_suite(), ANSWERS, workers=workers, explanations=True)[0]
     assert first.explanation == Explanation(notes=("on answer to 0_1",))
     assert score_batch(echo_suite(), ANSWERS, workers=workers)[0].explanation is None
+
+
+def test_a_killed_worker_changes_no_record() -> None:
+    many = [Response(TASK_IDS[number % 7], f"answer {number} to {number % 7}_1") for number in range(3_000)]
+    suite = echo_suite()
+    with Scoring(workers=2) as scoring:
+        records = scoring.records(suite, "m", many)
+        begun = list(islice(records, 20))
+        assert scoring._pool is not None
+        os.kill(next(iter(scoring._pool._processes)), signal.SIGKILL)
+        assert [*begun, *records] == list(Scoring().records(suite, "m", many))

@@ -40,8 +40,8 @@ def squares(items: Sequence[int]) -> list[int]:
     return [item * item for item in items]
 
 
-def shifted(items: Sequence[int], by: int) -> list[int]:
-    return [item + by for item in items]
+def cubes(items: Sequence[int]) -> list[int]:
+    return [item**3 for item in items]
 
 
 def failing(items: Sequence[int]) -> list[int]:

@@ -4,12 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TypeAlias
+from functools import partial
+from itertools import tee
+from typing import NamedTuple, TypeAlias
 
 from eai.abilities.declarations import DECLARATIONS
+from eai.abilities.explanation import Explanation
 from eai.abilities.protocol import Ability
-from eai.abilities.record import NOT_ANSWERED, Record
+from eai.abilities.record import NOT_ANSWERED, Record, TaskFeatures
 from eai.abilities.responses import Response, ResponseFile
+from eai.abilities.verdict import Verdict
 from eai.benchmarks.suite import Suite
 from eai.scoring.reward import Reward
 from eai.scoring.shards import Shard
@@ -87,8 +91,10 @@ class Scoring(Workers):
             allow_missing: leave tasks without an answer out of all rates instead of counting them as failed.
         """
         workers = self if suite.portable else Workers()  # what has no name cannot be opened elsewhere
-        work = _Records(suite, explanations, allow_missing)
-        return workers.each(work, responses, model, at_a_time=_at_a_time(suite))
+        asked, given = tee(responses)
+        work = _Judge(suite, explanations, allow_missing)
+        judged = workers.each(work, given, at_a_time=_at_a_time(suite))
+        return map(partial(_record, suite, model), asked, judged)
 
     def rewards(self, reward: Reward, answers: Iterable[tuple[str, str]]) -> Iterator[float | None]:
         """What answers are worth, in their order.
@@ -106,21 +112,36 @@ def _at_a_time(suite: Suite) -> tuple[int, int]:
     return (1, 4) if suite.ability is Ability.TRANSITION_MODELING else (SMALLEST, LARGEST)
 
 
+class _Judged(NamedTuple):
+    """What a record has that is not known before an answer is scored: all that a worker sends back."""
+
+    verdict: Verdict
+    task: TaskFeatures | None
+    explanation: Explanation | None = None
+
+
 @dataclass(frozen=True, slots=True)
-class _Records:
-    """From answers to records."""
+class _Judge:
+    """From answers to what is made of them."""
 
     suite: Suite
     explanations: bool
     allow_missing: bool
 
-    def __call__(self, items: Sequence[Response | Missing], model: str) -> list[Record]:
-        return [
-            _lacking(self.suite, model, item, left_out=self.allow_missing)
-            if isinstance(item, Missing)
-            else _record(self.suite, model, item, explanations=self.explanations)
-            for item in items
-        ]
+    def __call__(self, items: Sequence[Response | Missing]) -> list[_Judged]:
+        return [self._missing(item) if isinstance(item, Missing) else self._judged(item) for item in items]
+
+    def _judged(self, response: Response) -> _Judged:
+        assessment = self.suite.scorer(response.task_id).assess(response.text)
+        explanation = assessment.explain() if self.explanations else None
+        return _Judged(assessment.verdict, self.suite.features(response.task_id), explanation)
+
+    def _missing(self, missing: Missing) -> _Judged:
+        """What is made of a task without an answer."""
+        verdict = self.suite.unanswered(missing.task_id)
+        if self.allow_missing and verdict.excluded is None:
+            verdict = DECLARATIONS[self.suite.ability].verdict(excluded=NOT_ANSWERED)
+        return _Judged(verdict, self.suite.features(missing.task_id))
 
 
 @dataclass(frozen=True, slots=True)
@@ -204,41 +225,20 @@ def _counted(records: Iterable[Record], told: Told) -> list[Record]:
     return found
 
 
-def _record(suite: Suite, model: str, response: Response, *, explanations: bool) -> Record:
-    assessment = suite.scorer(response.task_id).assess(response.text)
+def _record(suite: Suite, model: str, item: Response | Missing, judged: _Judged) -> Record:
+    text, why = ("", item.why) if isinstance(item, Missing) else (item.text, None)
     return Record(
         suite.protocol,
         suite.domain,
         suite.ability,
         model,
-        response.task_id,
-        response.text,
+        item.task_id,
+        text,
         suite.data_sha256,
-        assessment.verdict,
-        assessment.explain() if explanations else None,
-        task=suite.features(response.task_id),
+        judged.verdict,
+        judged.explanation,
+        task=judged.task,
+        unanswered=why,
         suite_size=len(suite.task_ids),
-        errata=suite.errata.use(suite.ability, response.task_id),
-    )
-
-
-def _lacking(suite: Suite, model: str, missing: Missing, *, left_out: bool) -> Record:
-    """The record of a task without an answer."""
-    task_id = missing.task_id
-    verdict = suite.unanswered(task_id)
-    if left_out and verdict.excluded is None:
-        verdict = DECLARATIONS[suite.ability].verdict(excluded=NOT_ANSWERED)
-    return Record(
-        suite.protocol,
-        suite.domain,
-        suite.ability,
-        model,
-        task_id,
-        "",
-        suite.data_sha256,
-        verdict,
-        task=suite.features(task_id),
-        unanswered=missing.why,
-        suite_size=len(suite.task_ids),
-        errata=suite.errata.use(suite.ability, task_id),
+        errata=suite.errata.use(suite.ability, item.task_id),
     )

@@ -46,7 +46,7 @@ class _Batch:
     """Some items of a stream, and what becomes of them."""
 
     items: Sequence[Any]
-    results: Future[Sequence[Any]]
+    results: Future[bytes]
 
 
 class Workers:
@@ -95,7 +95,7 @@ class Workers:
         self,
         work: Callable[..., Sequence[R]],
         items: Iterable[T],
-        *rest: object,
+        *,
         at_a_time: tuple[int, int] = (SMALLEST, LARGEST),
     ) -> Iterator[R]:
         """What a function makes of the items, in their order.
@@ -104,7 +104,6 @@ class Workers:
             work: from a batch of items to as many results. It is pickled; each worker loads it once, as long
                 as it is one of the last few.
             items: the items; pickled, as are results.
-            rest: what the function is given besides.
             at_a_time: how many items a worker is given at first, and at most.
 
         Raises:
@@ -112,7 +111,7 @@ class Workers:
         """
         if self._number < 2:
             for item in items:
-                yield from work((item,), *rest)
+                yield from work((item,))
             return
         content = pickle.dumps(work)
         ahead: deque[_Batch] = deque()
@@ -120,35 +119,34 @@ class Workers:
         deaths = 0
         while True:
             for batch in islice(coming, self._number * AHEAD - len(ahead)):
-                ahead.append(_Batch(batch, self._submit(content, batch, rest)))
+                ahead.append(_Batch(batch, self._submit(content, batch)))
             if not ahead:
                 return
             try:
-                results = ahead[0].results.result()
+                results = _unpacked(ahead[0].results.result())
             except BrokenProcessPool as error:
                 deaths += 1
                 if deaths == DEATHS:
                     raise WorkerError(_told(ahead[0].items)) from error
                 self._revive()
-                ahead = deque([self._again(content, batch, rest) for batch in ahead])
+                ahead = deque([self._again(content, batch) for batch in ahead])
                 continue
             deaths = 0
             ahead.popleft()
             yield from results
 
-    def _submit(
-        self, content: bytes, batch: Sequence[Any], rest: tuple[object, ...]
-    ) -> Future[Sequence[Any]]:
+    def _submit(self, content: bytes, batch: Sequence[Any]) -> Future[bytes]:
+        items = pickle.dumps(batch)  # plainly: as a pool does it takes twice as long
         try:
-            return self._opened().submit(_done, content, batch, rest)
+            return self._opened().submit(_done, content, items)
         except BrokenProcessPool:  # a worker died while none of them had anything to do
             self._revive()
-            return self._opened().submit(_done, content, batch, rest)
+            return self._opened().submit(_done, content, items)
 
-    def _again(self, content: bytes, batch: _Batch, rest: tuple[object, ...]) -> _Batch:
+    def _again(self, content: bytes, batch: _Batch) -> _Batch:
         """A batch that was done before the workers ended, or else the same to be done anew."""
         done = batch.results.done() and not batch.results.cancelled() and batch.results.exception() is None
-        return batch if done else _Batch(batch.items, self._submit(content, batch.items, rest))
+        return batch if done else _Batch(batch.items, self._submit(content, batch.items))
 
     def _opened(self) -> ProcessPoolExecutor:
         """The processes, started when they are first needed; they share nothing with threads of this one."""
@@ -179,10 +177,10 @@ def _batches(items: Iterable[T], workers: int, size: int, largest: int) -> Itera
             size = min(2 * size, largest)
 
 
-def _done(content: bytes, items: Sequence[Any], rest: tuple[object, ...]) -> Sequence[Any]:
+def _done(content: bytes, items: bytes) -> bytes:
     """In a worker: what some work makes of a batch; told to end, it does so when it has cleaned up."""
     try:
-        return _loaded(content)(items, *rest)
+        return pickle.dumps(_loaded(content)(_unpacked(items)))
     except SystemExit:
         os._exit(128 + signal.SIGTERM)
 
@@ -190,8 +188,12 @@ def _done(content: bytes, items: Sequence[Any], rest: tuple[object, ...]) -> Seq
 @lru_cache(maxsize=8)
 def _loaded(content: bytes) -> Callable[..., Sequence[Any]]:
     """In a worker: the work; opening the tasks that it is about takes long."""
-    work: Callable[..., Sequence[Any]] = pickle.loads(content)  # noqa: S301 - of the process that started this
+    work: Callable[..., Sequence[Any]] = _unpacked(content)
     return work
+
+
+def _unpacked(content: bytes) -> Any:
+    return pickle.loads(content)  # noqa: S301 - of a process of this program
 
 
 @contextmanager
