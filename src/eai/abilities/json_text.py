@@ -8,7 +8,7 @@ import re
 import warnings
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple, TypeVar
+from typing import NamedTuple, TypeAlias, TypeVar
 
 _FENCED = re.compile(r"```[\w-]*\s*\n?(.*?)(?:```|\Z)", re.DOTALL)
 _SPECIAL_TOKENS = re.compile(r"<\|[\w-]+\|>")
@@ -34,11 +34,15 @@ class Pairs(NamedTuple):
         return "{" + ", ".join(f"{key!r}: {value!r}" for key, value in self.members) + "}"
 
 
+Value: TypeAlias = object
+"""What JSON holds: `Pairs`, a list, a text, a number, a truth value, or None."""
+
+
 @dataclass(frozen=True, slots=True)
 class Found:
     """A JSON value and the names of the repairs that were needed to find it."""
 
-    value: object
+    value: Value
     repairs: tuple[str, ...]
 
 

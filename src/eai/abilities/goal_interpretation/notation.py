@@ -16,7 +16,7 @@ from eai.abilities.goal_interpretation.written import (
     WrittenGoal,
     WrittenGoals,
 )
-from eai.abilities.json_text import Pairs, find_json
+from eai.abilities.json_text import Pairs, Value, find_json
 from eai.abilities.task import GoalKind, Task
 from eai.abilities.unreadable import Unreadable
 from eai.logic.choice import Choice, ground
@@ -62,7 +62,7 @@ class Entry(NamedTuple):
     """An entry of an answer, as JSON, and the kind of goals that its section is of; None if of no kind."""
 
     kind: GoalKind | None
-    value: object
+    value: Value
 
 
 class GoalNotation(ABC):
