@@ -84,6 +84,17 @@ def test_sensitivity_needs_operators_and_a_planner(eai: Command, tmp_path: Path)
     assert none.err == "eai: --planner none: operators are tried by a planner\n"
 
 
+def test_all_analyses_are_those_of_the_single_commands(eai: Command, tmp_path: Path) -> None:
+    pytest.importorskip("scipy")
+    records = [*(action_run(model) for model in ("first", "second", "third")), goal_run(), operator_run()]
+    runs = write_runs(tmp_path / "runs", records)
+    assert eai("analyze", "all", runs, "--no-plots", "--out", tmp_path / "all").status == 0
+    for name in ("cofactors", "errors", "goals", "items"):
+        assert eai("analyze", name, runs, "--no-plots", "--out", tmp_path / name).status == 0
+        together = {file.name: file.read_bytes() for file in (tmp_path / "all" / name).iterdir()}
+        assert together == {file.name: file.read_bytes() for file in (tmp_path / name).iterdir()}
+
+
 def test_a_missing_extra_is_one_line(eai: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     runs = write_runs(tmp_path / "runs", [action_run("first"), action_run("second")])
     monkeypatch.setitem(sys.modules, "numpy", None)

@@ -173,3 +173,28 @@ def test_intervals_of_differences_hold_the_truth(rates: tuple[float, float]) -> 
         return found and found.interval
 
     assert covered(100 * (rates[1] - rates[0]), 500, draw) >= PROMISED
+
+
+@pytest.mark.parametrize("rates", [(0.05, 0.2), (0.5, 0.5), (0.8, 0.98)])
+def test_intervals_of_means_hold_the_truth(rates: tuple[float, float]) -> None:
+    generator = random.Random(f"mean/{rates}")
+
+    def draw() -> Interval | None:
+        found = certainty_of_mean([(0.5, successes_by_name(generator, rate)) for rate in rates])
+        return found and found.interval
+
+    assert covered(50 * sum(rates), 500, draw) >= PROMISED
+
+
+@pytest.mark.parametrize("rate", [0.1, 0.5, 0.9])
+def test_intervals_of_what_counts_several_times_hold_the_truth(rate: float) -> None:
+    """As many errors as tasks at a rate of one half: each task has two chances to err."""
+    generator = random.Random(f"several/{rate}")
+
+    def draw() -> Interval | None:
+        names = successes_by_name(generator, rate)
+        twice = [Case(t, n, Share(2 * numerator, of)) for t, n, (numerator, of) in names]
+        found = certainty_of_rate(twice)
+        return found and found.interval
+
+    assert covered(200 * rate, 500, draw) >= PROMISED

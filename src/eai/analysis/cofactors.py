@@ -100,8 +100,8 @@ def cofactor_tables(tables: Tables, *, width: int = 10, measure: Measure = Measu
     """
     suites: dict[SuiteKey, list[Counted]] = {}
     for suite, answers in by_suite(tables.answers).items():
-        counted = [Counted(answer, MEASURES[measure](answer)) for answer in answers]
-        suites[suite] = [each for each in counted if each.share.denominator]
+        counted = [Counted(answer, case_of(answer, MEASURES[measure](answer))) for answer in answers]
+        suites[suite] = [each for each in counted if each.case.share.denominator]
     return [
         _adjusted(by_suite(tables.answers)),
         _correlations(suites),
@@ -115,7 +115,7 @@ class Counted(NamedTuple):
     """An answer with what it adds to the measure."""
 
     answer: AnswerLine
-    share: Share
+    case: Case
 
 
 def bins_of(feature: str, values: Iterable[int], width: int) -> Callable[[int], tuple[int, int]]:
@@ -166,10 +166,10 @@ def _curve(
     feature: str, answers: Iterable[Counted], bin_of: Callable[[int], tuple[int, int]]
 ) -> Iterator[tuple[Cell, ...]]:
     bins: dict[tuple[int, int], list[Case]] = {}
-    for answer, share in answers:
+    for answer, case in answers:
         value = getattr(answer, feature)
         if value is not None:
-            bins.setdefault(bin_of(value), []).append(case_of(answer, share))
+            bins.setdefault(bin_of(value), []).append(case)
     for (low, high), cases in sorted(bins.items()):
         tasks = len({case.task for case in cases})
         yield low, high, Estimate.of(cases), tasks, tasks < FEW
@@ -203,7 +203,7 @@ def _correlated(answers: Iterable[Counted]) -> Iterator[tuple[Cell, ...]]:
     tasks: dict[str, list[Counted]] = {}
     for each in answers:
         tasks.setdefault(each.answer.task, []).append(each)
-    scores = {t: fmean(Rate(*e.share).share or 0 for e in found) for t, found in tasks.items()}
+    scores = {t: fmean(Rate(*e.case.share).share or 0 for e in found) for t, found in tasks.items()}
     for feature in FEATURES:
         values = {task: getattr(found[0].answer, feature) for task, found in tasks.items()}
         known = {task: value for task, value in values.items() if value is not None}

@@ -55,8 +55,7 @@ class ItemFlags:
         verdict = suite.over([answer]).score(task.id, answer)
         if isinstance(verdict, PlanVerdict) and verdict.success:
             return Flag.PLAN_EXISTS
-        end = find_plan(task, domain.planner).end
-        return Flag.NO_PLAN if end is PlanningEnd.UNREACHABLE else Flag.UNSOLVED
+        return Flag.NO_PLAN if domain.end(task) is PlanningEnd.UNREACHABLE else Flag.UNSOLVED
 
     def _opened(self, domain: _Domain, key: SuiteKey) -> tuple[Suite, AnswerBook]:
         """A suite, and answers to it that are made of the built-in planner's plans."""
@@ -79,7 +78,14 @@ class _Domain:
     def __init__(self, benchmark: Benchmark, source: Source) -> None:
         self.benchmark = benchmark
         self.tasks: TaskSet[Task] = benchmark.tasks(source)
-        self.planner = Planner(benchmark.domain)
+        self._planner = Planner(benchmark.domain)
+        self._ends: dict[str, PlanningEnd] = {}
+
+    def end(self, task: Task) -> PlanningEnd:
+        """How the search for a plan of a task ends, which several suites ask for."""
+        if task.id not in self._ends:
+            self._ends[task.id] = find_plan(task, self._planner).end
+        return self._ends[task.id]
 
 
 def _is_ambiguous(task: Task, benchmark: Benchmark) -> bool:

@@ -163,8 +163,10 @@ def _agreement(matrix: Matrix) -> Table:
         "Do models agree on which prompts are better?",
         "`tau`: Kendall's tau-b of the prompts' order in two models (1 the same, -1 the reverse); "
         f"`shared_top`: how many of the best {min(TOP, len(matrix.prompts))} are so in both; `concordance`: "
-        "Kendall's W of all models (0 none, 1 the same order). Intervals: percentiles of "
-        f"{DRAWS} draws of task names. Empty where all prompts are equal in a model.",
+        "Kendall's W of all models (0 none, 1 the same order). Intervals are percentiles of "
+        f"{DRAWS} draws of task names: how far the measured agreement rests on these tasks. They are not "
+        "where the agreement of the true orders is: chance makes it look lower where prompts are close. "
+        "Empty where all prompts are equal in a model.",
         ("one", "other", "tau", "shared_top", "concordance"),
         tuple(rows),
     )

@@ -5,6 +5,7 @@ from __future__ import annotations
 import typer
 
 from eai.cli import (
+    analyze_all,
     analyze_annotations,
     analyze_cofactors,
     analyze_errors,
@@ -19,6 +20,7 @@ from eai.cli import (
 )
 
 app = typer.Typer(no_args_is_help=True, help="Analyses of records.")
+app.command("all", no_args_is_help=True)(analyze_all.everything)
 app.command(no_args_is_help=True)(analyze_table.table)
 app.command(no_args_is_help=True)(analyze_cofactors.cofactors)
 app.command(no_args_is_help=True)(analyze_errors.errors)

@@ -33,11 +33,12 @@ def cofactors(
     with with_extra():
         found = cofactor_tables(tables, width=bins, measure=measure)
     write_tables(out, "cofactors", found)
-    drawn = draw_figures(_figures(found, measure), out) if plots else 0
+    drawn = draw_figures(figures(found, measure), out) if plots else 0
     say(found, drawn, out)
 
 
-def _figures(found: list[Table], measure: Measure) -> Figures:
+def figures(found: list[Table], measure: Measure) -> Figures:
+    """The plots of the analysis."""
     adjusted, _, curves, by_action, by_predicate = found
     label = f"{measure.value}, percent"
     for suite, rows in plot_analyses.rows_of(curves).items():

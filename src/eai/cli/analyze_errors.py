@@ -28,11 +28,12 @@ def errors(
     tables = tables_of(records, data)
     found = error_tables(tables.answers, tables.clauses, examples=examples)
     write_tables(out, "errors", found)
-    drawn = draw_figures(_figures(found), out) if plots else 0
+    drawn = draw_figures(figures(found), out) if plots else 0
     say(found, drawn, out)
 
 
-def _figures(found: list[Table]) -> Figures:
+def figures(found: list[Table]) -> Figures:
+    """The plots of the analysis."""
     leaves, why = found[:2]
     for suite, rows in plot_analyses.rows_of(leaves).items():
         levels = ("stage", "kind", "detail")

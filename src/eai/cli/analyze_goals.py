@@ -26,11 +26,12 @@ def goals(
     """
     found = goal_tables(tables_of(records, data).atoms)
     write_tables(out, "goals", found)
-    drawn = draw_figures(_figures(found), out) if plots else 0
+    drawn = draw_figures(figures(found), out) if plots else 0
     say(found, drawn, out)
 
 
-def _figures(found: list[Table]) -> Figures:
+def figures(found: list[Table]) -> Figures:
+    """The plots of the analysis."""
     by_predicate, reasons = found[:2]
     for suite, rows in plot_analyses.rows_of(by_predicate).items():
         for score in ("precision", "recall"):

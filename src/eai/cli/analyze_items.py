@@ -33,11 +33,12 @@ def items(
     if not found[0].rows:
         raise InputError(f"expected answers of at least {FEWEST_MODELS} models to one suite")
     write_tables(out, "items", found)
-    drawn = draw_figures(_figures(found), out) if plots else 0
+    drawn = draw_figures(figures(found), out) if plots else 0
     say(found, drawn, out)
 
 
-def _figures(found: list[Table]) -> Figures:
+def figures(found: list[Table]) -> Figures:
+    """The plots of the analysis."""
     abilities = plot_analyses.rows_of(found[1])
     for suite, rows in plot_analyses.rows_of(found[3]).items():
         yield f"items-{suite.file_name}", plot_items.draw(rows, abilities[suite])

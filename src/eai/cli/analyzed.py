@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, TypeAlias
 
 import typer
 
-from eai.analysis.table import Table
+from eai.analysis.table import Table, write_tables
 from eai.analysis.tidy import TableMaker, Tables
 from eai.benchmarks.source import ErrataChoice, Source
 from eai.cli.console import counted, data_progress, errors, output
@@ -80,6 +80,16 @@ def draw_figures(figures: Figures, folder: Path) -> int:
     except EaiError as error:
         errors().print(f"no plots: {error}", markup=False, highlight=False, soft_wrap=True)
     return drawn
+
+
+def write_analysis(name: str, tables: Sequence[Table], figures: Figures, out: Path, *, plots: bool) -> None:
+    """Write an analysis among others into a folder of its own, and say so.
+
+    Raises:
+        InputError: the folder cannot be written.
+    """
+    write_tables(out / name, name, tables)
+    say(tables, draw_figures(figures, out / name) if plots else 0, out / name)
 
 
 def say(tables: Sequence[Table], drawn: int, out: Path) -> None:

@@ -15,11 +15,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from statistics import NormalDist, fmean
 from typing import NamedTuple, TypeAlias
 
-from eai.abilities.share import NOTHING, Share
+from eai.abilities.share import Share
 from eai.metrics import deviation
 from eai.metrics.deviation import Deviations
 from eai.metrics.rate import Rate
@@ -97,13 +97,26 @@ def mean_over_names(cases: Cases) -> float | None:
 def certainty_of_rate(cases: Cases) -> Certainty | None:
     """How sure a rate is; None if it is of nothing.
 
-    Where a task can add more than one (errors that count several times), the interval is symmetric.
+    Where a task can add more than one (errors that count several times), the rate is taken as a share of the
+    most that any task adds.
     """
-    tasks, names = deviation.of_rate(of_tasks(cases)), deviation.of_rate(of_names(cases))
+    most = max((share.numerator / share.denominator for _, _, share in cases if share.denominator), default=0)
+    if most <= 1:
+        return _certainty_of_share(cases)
+    shares = (Share(case.share.numerator / most, case.share.denominator) for case in cases)
+    found = _certainty_of_share([case._replace(share=s) for case, s in zip(cases, shares, strict=True)])
+    if found is None:
+        return None
+    by_name, by_task = (Interval(low * most, high * most) for low, high in (found.interval, found.by_task))
+    return replace(found, interval=by_name, by_task=by_task)
+
+
+def _certainty_of_share(cases: Cases) -> Certainty | None:
+    each_task, each_name = of_tasks(cases), of_names(cases)
+    tasks = deviation.of_rate(each_task)
+    names = tasks if len(each_name) == len(each_task) else deviation.of_rate(each_name)
     if tasks is None or names is None:
         return None
-    if any(case.share.numerator > case.share.denominator for case in cases):
-        return _certainty(_as_is(tasks), _as_is(names), _from_zero)
     yes_no = all(case.share in _YES_NO for case in cases) and len(tasks.of_units) == len(cases)
     return _certainty(_binomial(tasks) if yes_no else _within_one(tasks), _within_one(names), _wilson)
 
@@ -178,9 +191,12 @@ def _binomial(spread: Deviations) -> _Noise:
 
 def _sums(shares: Iterable[tuple[str, Share]]) -> dict[str, Share]:
     sums: dict[str, Share] = {}
-    for unit, (numerator, denominator) in shares:
-        before = sums.get(unit, NOTHING)
-        sums[unit] = Share(before.numerator + numerator, before.denominator + denominator)
+    for unit, share in shares:
+        before = sums.get(unit)
+        if before is None:
+            sums[unit] = share
+        else:
+            sums[unit] = Share(before.numerator + share.numerator, before.denominator + share.denominator)
     return sums
 
 
@@ -210,11 +226,6 @@ def _wilson(noise: _Noise) -> Interval:
 def _symmetric(noise: _Noise) -> Interval:
     half = noise.quantile * math.sqrt(noise.variance)
     return Interval(100 * (noise.value - half), 100 * (noise.value + half))
-
-
-def _from_zero(noise: _Noise) -> Interval:
-    low, high = _symmetric(noise)
-    return Interval(max(0.0, low), high)
 
 
 def _between_ones(noise: _Noise) -> Interval:

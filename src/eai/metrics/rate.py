@@ -48,7 +48,11 @@ def total(contributions: Iterable[Shares]) -> dict[str, Rate]:
 
 def rate_of(shares: Iterable[Share]) -> Rate:
     """The rate that shares of one metric add up to."""
-    return total({"": share} for share in shares).get("", NOTHING)
+    numerator = denominator = 0.0
+    for more, of in shares:
+        numerator += more
+        denominator += of
+    return Rate(_plain(numerator), _plain(denominator))
 
 
 def _plain(number: float) -> float:

@@ -1,0 +1,72 @@
+"""What all analyses of many models' records cost: `eai analyze all` on the records of some under more names.
+
+    .venv/bin/python bench/analyses.py RECORDS... [--models 18]
+
+Exits with status 1 above 60 CPU seconds or 1 GB. A loop of known length stands beside it, since a
+busy machine takes more processor time for the same.
+"""
+
+from __future__ import annotations
+
+import argparse
+import re
+import resource
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Sequence
+from pathlib import Path
+
+from eai.report.runs import find_record_files
+
+CPU_SECONDS, MEGABYTES = 60, 1024
+LOOP = 20_000_000
+MODEL = re.compile(r'"model": "([^"]*)"')
+
+
+def main() -> None:
+    """Print what it costs."""
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("records", type=Path, nargs="+")
+    parser.add_argument("--models", type=int, default=18)
+    arguments = parser.parse_args()
+    with tempfile.TemporaryDirectory(prefix="eai-bench-") as folder:
+        records, out = Path(folder) / "records", Path(folder) / "out"
+        copied = copy(find_record_files(arguments.records), records, arguments.models)
+        command = "from eai.cli import main; main()"
+        words = ["analyze", "all", str(records), "--out", str(out)]
+        subprocess.run([sys.executable, "-c", command, *words], check=True)
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    seconds, megabytes = used.ru_utime + used.ru_stime, used.ru_maxrss / 1024
+    print(f"{copied} runs: {seconds:.1f} CPU s, {megabytes:.0f} MB; {LOOP:,} additions: {loop():.2f} CPU s")
+    sys.exit(seconds > CPU_SECONDS or megabytes > MEGABYTES)
+
+
+def copy(files: Sequence[Path], folder: Path, models: int) -> int:
+    """Copy records under other names of models until each suite has so many runs; returns how many runs."""
+    suites: dict[tuple[str, ...], list[str]] = {}
+    for file in files:
+        text = file.read_text(encoding="utf-8")
+        suites.setdefault(file.parts[:-2], []).append(text)
+    copied = 0
+    for texts in suites.values():
+        for number in range(models):
+            renamed = MODEL.sub(rf'"model": "\1-{number // len(texts)}"', texts[number % len(texts)])
+            target = folder / str(copied) / "records.jsonl"
+            target.parent.mkdir(parents=True)
+            target.write_text(renamed, encoding="utf-8")
+            copied += 1
+    return copied
+
+
+def loop() -> float:
+    """CPU seconds of a loop."""
+    begun, total = time.process_time(), 0
+    for number in range(LOOP):
+        total += number & 3
+    return time.process_time() - begun
+
+
+if __name__ == "__main__":
+    main()
