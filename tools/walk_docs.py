@@ -170,7 +170,11 @@ def walk_through(pages: Sequence[Path], walk: Walk, work: Path) -> int:
         folder = work / page.stem
         shutil.copytree(ground, folder)
         name = page.relative_to(ROOT).as_posix()
-        failed += sum(not walk.run(command, folder, name) for command in commands(page.read_text("utf-8")))
+        for command in commands(page.read_text("utf-8")):
+            if command.startswith("cd ") and (folder / command[3:]).is_dir():
+                folder /= command[3:]
+            else:
+                failed += not walk.run(command, folder, name)
     return failed
 
 
