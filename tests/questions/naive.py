@@ -23,7 +23,7 @@ Facts = frozenset[Fact]
 Act = tuple[str, tuple[int, ...]]
 
 _OBJECT = re.compile(r"- (\S+) \[(\S+)\](, the agent)?")
-_FACT = re.compile(r"(\w+)\(((?:[^(){}]|\{[^}]*\})*)\)")
+_FACT = re.compile(r"([\w-]+)\(((?:[^(){}]|\{[^}]*\})*)\)")
 _CHOICE = re.compile(r"^([A-D])\. (.+)$", re.MULTILINE)
 
 
@@ -119,7 +119,7 @@ def read_world(prompt: str, domain: Domain) -> World:
         for predicate, arguments in _FACT.findall(line)
         for names in _spread(arguments)
     )
-    told = tuple(name for name in re.findall(r"^(\w+)\(", rules, re.MULTILINE) if name in domain.arities)
+    told = tuple(name for name in re.findall(r"^([\w-]+)\(", rules, re.MULTILINE) if name in domain.arities)
     fluents = frozenset(p.name for p in domain.vocabulary.predicates if p.visible and not p.static)
     return World(domain, scene, start, told, fluents)
 
@@ -166,7 +166,7 @@ class _Asked:
             Kind.INVERSE: r"Can the action be (.+)\?",
             Kind.STATE: r"Does (.+) hold at the end",
             Kind.APPLICABILITY: r"Is (.+) possible now",
-            Kind.WHY_NOT: r"Is its (requirement \d+) not met",
+            Kind.WHY_NOT: r"Is its (requirement \d+) among",
             Kind.COUNTERFACTUAL: r"what happens: (.+)\?",
             Kind.VALIDATION: r"what happens: (.+)\?",
             Kind.JUSTIFICATION: r"left out: (.+)\?",

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
 from eai.abilities.task import GoalKind
@@ -40,6 +42,36 @@ def differing(benchmark: Benchmark, source: Source, wanted: Wanted) -> list[str]
 
 def test_in_a_world_of_ones_own(lamps: Benchmark) -> None:
     assert differing(lamps, Source(), Wanted(number=4 * CELLS)) == []
+
+
+DOMAIN = """
+(define (domain blocks) (:requirements :strips :typing) (:types block)
+ (:predicates (on ?x ?y - block) (ontable ?x - block) (clear ?x - block) (handempty) (holding ?x - block))
+ (:action pick-up :parameters (?x - block)
+  :precondition (and (clear ?x) (ontable ?x) (handempty))
+  :effect (and (not (ontable ?x)) (not (clear ?x)) (not (handempty)) (holding ?x)))
+ (:action put-down :parameters (?x - block)
+  :precondition (holding ?x)
+  :effect (and (not (holding ?x)) (clear ?x) (handempty) (ontable ?x)))
+ (:action stack :parameters (?x ?y - block)
+  :precondition (and (holding ?x) (clear ?y))
+  :effect (and (not (holding ?x)) (not (clear ?y)) (clear ?x) (handempty) (on ?x ?y)))
+ (:action unstack :parameters (?x ?y - block)
+  :precondition (and (on ?x ?y) (clear ?x) (handempty))
+  :effect (and (holding ?x) (clear ?y) (not (clear ?x)) (not (handempty)) (not (on ?x ?y)))))
+"""
+PROBLEM = """
+(define (problem p1) (:domain blocks) (:objects a b c d - block)
+ (:init (ontable a) (on b a) (clear b) (ontable c) (on d c) (clear d) (handempty))
+ (:goal (and (on a b) (on b c) (on c d))))
+"""
+
+
+def test_in_pddl(tmp_path: Path) -> None:
+    (tmp_path / "domain.pddl").write_text(DOMAIN)
+    (tmp_path / "p1.pddl").write_text(PROBLEM)
+    blocks = find_benchmark(f"pddl:{tmp_path / 'domain.pddl'},{tmp_path / 'p1.pddl'}")
+    assert differing(blocks, Source(), Wanted(number=3 * CELLS)) == []
 
 
 @pytest.mark.parametrize("domain", ["virtualhome", "behavior"])

@@ -34,7 +34,7 @@ def balance_of(questions: Sequence[Question], kind: Kind, form: Form) -> Balance
     counts = Counter(map(_label, chosen))
     shares = [Rate(times, len(chosen)).share or 0.0 for times in counts.values()]
     most = max([question.options for question in chosen]) or len(counts)
-    entropy = -sum([share * math.log2(share) for share in shares])
+    entropy = 0.0 - sum([share * math.log2(share) for share in shares])
     return Balance(len(chosen), Rate(entropy, math.log2(most)).share if most > 1 else 0.0)
 
 
