@@ -57,7 +57,7 @@ class _WritesByDefault(TyperGroup):
 app = typer.Typer(
     cls=_WritesByDefault,
     no_args_is_help=True,
-    help="World-model questions with computed answers: write them, put them to a model, score answers.",
+    help="World-model questions with computed answers. Options without a command are those of write.",
 )
 QuestionPath = Annotated[Path, typer.Argument(help="The questions.", metavar="FILE")]
 Out = Annotated[Path | None, typer.Option(metavar="DIR", help="Where records and the summary go.")]
