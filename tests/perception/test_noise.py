@@ -118,6 +118,13 @@ def test_no_circle_is_seen_and_no_object_named_that_is_not(name: str, data_store
         assert {names[index] for action in plan for index in action.arguments} <= {*graph.names}
 
 
+def test_tasks_with_errata_are_corrected_once(data_store: Store) -> None:
+    benchmark, tasks = tasks_of("behavior", data_store, 1)
+    source, seen = Source(data_store), {task.id: scene_words(benchmark).describe(task) for task in tasks}
+    for task_id, task in perceiving(benchmark, seen).tasks(source).items():
+        assert task.script == benchmark.tasks(source)[task_id].script
+
+
 @pytest.mark.parametrize("name", HOUSEHOLDS)
 @pytest.mark.parametrize("kind", ["missing", "misplaced"])
 def test_success_falls_with_the_rate(name: str, kind: str, data_store: Store) -> None:

@@ -14,6 +14,7 @@ from dataclasses import replace
 from eai.abilities.protocol import Ability
 from eai.abilities.task import Task
 from eai.benchmarks.benchmark import Benchmark
+from eai.benchmarks.errata import NO_ERRATA
 from eai.benchmarks.source import Source, TaskSet
 from eai.logic.traversal import objects
 from eai.perception.description import SceneWords
@@ -53,7 +54,7 @@ def perceiving(benchmark: Benchmark, graphs: Mapping[str, SceneGraph]) -> Benchm
 
         return TaskSet(tasks, believed, tasks.sha256)
 
-    return replace(benchmark, open_tasks=open_tasks)
+    return replace(benchmark, open_tasks=open_tasks, errata=NO_ERRATA)  # its tasks are corrected already
 
 
 def believed_task(task: Task, words: SceneWords, graph: SceneGraph) -> Task:
