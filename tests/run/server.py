@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import contextlib
 import json
+import socket
+import struct
 import threading
 import time
 from collections import Counter
@@ -24,6 +26,10 @@ class Reply:
         retry_after: what the header of that name says, in seconds.
         delay: seconds until the answer begins.
         cut: the connection is closed in the middle of the answer.
+        reset: the connection is reset before there is an answer.
+        drip: seconds between the pieces of the answer, of which there are ten.
+        body: what is sent in the place of a completion.
+        message: fields of the message that replace or join its text.
         finish: why the message ends.
         reasoning: what the field ``reasoning_content`` holds.
         unless: parameters that make the server answer with status 400.
@@ -35,6 +41,10 @@ class Reply:
     retry_after: str | None = None
     delay: float = 0.0
     cut: bool = False
+    reset: bool = False
+    drip: float = 0.0
+    body: str | None = None
+    message: Mapping[str, Any] = field(default_factory=dict)
     finish: str = "stop"
     reasoning: str | None = None
     unless: tuple[str, ...] = ()
@@ -76,10 +86,16 @@ def serve(script: Mapping[str, Sequence[Reply]]) -> Iterator[Served]:
 
         def _answer(self, reply: Reply, request: dict[str, Any]) -> None:
             time.sleep(reply.delay)
+            if reply.reset:
+                linger = struct.pack("ii", 1, 0)  # closing sends a reset
+                self.connection.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, linger)
+                self.connection.close()
+                raise ConnectionResetError
             refused = any(name in request for name in reply.unless)
             status = 400 if refused else reply.status
             empty = any(name in request for name in reply.empty_if)
             body = json.dumps(_completion(reply, empty=empty) if status == 200 else _error(status)).encode()
+            body = body if reply.body is None else reply.body.encode()
             self.send_response(status)
             self.send_header("Content-Type", "application/json")
             self.send_header("Content-Length", str(len(body)))
@@ -90,7 +106,10 @@ def serve(script: Mapping[str, Sequence[Reply]]) -> Iterator[Served]:
                 self.wfile.write(body[: len(body) // 2])
                 self.close_connection = True
             else:
-                self.wfile.write(body)
+                size = len(body) if not reply.drip else -(-len(body) // 10)
+                for start in range(0, len(body), size):
+                    self.wfile.write(body[start : start + size])
+                    time.sleep(reply.drip)
 
         def log_message(self, format: str, *args: object) -> None:
             pass
@@ -123,6 +142,7 @@ def _completion(reply: Reply, *, empty: bool) -> dict[str, Any]:
     message: dict[str, Any] = {"role": "assistant", "content": "" if empty else reply.text}
     if reply.reasoning is not None:
         message["reasoning_content"] = reply.reasoning
+    message |= reply.message
     return {
         "id": "chatcmpl-1",
         "object": "chat.completion",

@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from eai.abilities.protocol import Ability
+from eai.errors import EaiError, InputError
 from eai.prompts.prompt import Prompt
 from eai.run.evaluation import Answers
 from eai.run.job import Decoding, Endpoint, Job, Pace
@@ -39,6 +40,7 @@ def ask(tmp_path: Path, process: Executor) -> Callable[..., Answers]:
         cut_at: tuple[str, ...] = (),
         decoding: Decoding | None = None,
         timeout: int = 60,
+        connections: int | None = None,
     ) -> Answers:
         ask_all = partial(
             Job,
@@ -46,7 +48,7 @@ def ask(tmp_path: Path, process: Executor) -> Callable[..., Answers]:
             ability=Ability.SUBGOAL_DECOMPOSITION,
             prompts={task_id: Prompt(task_id, stop=cut_at) for task_id in task_ids},
             decoding=decoding or Decoding(),
-            pace=Pace(max_retries=0, timeout=timeout),
+            pace=Pace(connections, max_retries=0, timeout=timeout),
         )
         journal, logs = tmp_path / "answers.jsonl", tmp_path / "logs"
         return process.submit(obtain_in_child, ask_all, journal, logs).result(timeout=300)
@@ -94,6 +96,69 @@ def test_failures_cost_their_own_samples_only(run: Run) -> None:
     assert "Connection" in answers.failures["cut", 1]
     assert log.asked["busy"] == 2
     assert {request["temperature"] for request in log.requests} == {0.0}
+
+
+CALL = {"id": "1", "type": "function", "function": {"name": "walk", "arguments": "{}"}}
+EMPTY_LIST = '{"object": "list", "data": []}'
+UNREAD = "the provider's reply cannot be read"
+FAULTS = {
+    "busy": ([Reply(status=429, retry_after="0.01"), Reply(PLAN)], PLAN),
+    "busy, and says not for how long": ([Reply(status=429), Reply(PLAN)], PLAN),
+    "busy for ever": ([Reply(status=429, retry_after="0.01")], "RateLimitError: "),
+    "out of order for a while": ([Reply(status=500), Reply(PLAN)], PLAN),
+    "out of order": ([Reply(status=500)], "InternalServerError: "),
+    "reset once": ([Reply(reset=True), Reply(PLAN)], PLAN),
+    "reset": ([Reply(reset=True)], "APIConnectionError: "),
+    "cut": ([Reply(PLAN, cut=True)], "APIConnectionError: "),
+    "half of JSON": ([Reply(body='{"choices": [{"mess')], UNREAD),
+    "no JSON": ([Reply(body="<html>Bad gateway</html>")], UNREAD),
+    "other JSON": ([Reply(body=EMPTY_LIST)], UNREAD),
+    "empty": ([Reply("")], ""),
+    "null": ([Reply(message={"content": None})], ""),
+    "refusal": ([Reply(message={"content": None, "refusal": "I will not"})], "I will not"),
+    "filtered": ([Reply("", finish="content_filter")], ""),
+    "tool call": ([Reply(message={"content": None, "tool_calls": [CALL]}, finish="tool_calls")], ""),
+    "slow drip": ([Reply(PLAN, drip=0.02)], PLAN),
+    "500 kB": ([Reply("x" * 500_000)], "x" * 500_000),
+    "lone surrogates": ([Reply('["\ud800", "\udfff\ud800"]')], '["\ud800", "\udfff\ud800"]'),
+    "controls": ([Reply('["\0\u202e\r\n\u2028"]')], '["\0\u202e\r\n\u2028"]'),
+}
+"""What a provider may do -> what it comes to: an answer, or how the line begins that tells the failure."""
+
+
+def test_what_a_provider_does_costs_the_sample_alone_and_is_told_in_a_line(run: Run) -> None:
+    answers, _ = run({name: replies for name, (replies, _) in FAULTS.items()})
+    texts = {name: answer.text for (name, _), answer in answers.given.items()}
+    reasons = {name: why for (name, _), why in answers.failures.items()}
+    failing = {name for name, (_, expected) in FAULTS.items() if expected.endswith((": ", UNREAD))}
+    assert texts == {name: expected for name, (_, expected) in FAULTS.items() if name not in failing}
+    assert reasons.keys() == failing
+    for name, why in reasons.items():
+        assert why.startswith(FAULTS[name][1]), name
+        assert len(why.splitlines()) == 1, name
+
+
+@pytest.mark.parametrize("status", [401, 404])
+def test_what_will_never_work_stops_the_run_at_once(
+    ask: Callable[..., Answers], tmp_path: Path, status: int
+) -> None:
+    script = {"first": [Reply(PLAN)]} | {f"{n}": [Reply(status=status, delay=0.2)] for n in range(60)}
+    with serve(script) as served:
+        told = r"openai-api/local/scripted: \w+: Error code: 40\d.*; the same command goes on from here$"
+        with pytest.raises(EaiError, match=told):
+            ask(served.url, script, connections=2)
+    assert sum(served.log.asked.values()) < 10
+    assert len((tmp_path / "answers.jsonl").read_text().splitlines()) == 1
+
+
+def test_a_journal_that_cannot_be_written_stops_the_run_at_once(
+    ask: Callable[..., Answers], tmp_path: Path
+) -> None:
+    (tmp_path / "answers.jsonl").mkdir()
+    script = {f"{n}": [Reply(PLAN, delay=0.2)] for n in range(60)}
+    with serve(script) as served, pytest.raises(InputError, match=r"answers\.jsonl: cannot be"):
+        ask(served.url, script, connections=2)
+    assert sum(served.log.asked.values()) < 10
 
 
 def test_an_answer_that_takes_too_long_is_none(ask: Callable[..., Answers]) -> None:

@@ -47,7 +47,7 @@ def _transition_modeling(benchmark: Benchmark, source: Source) -> Opened:
     from eai.abilities.transition_modeling.scorer import TransitionModeling
 
     tasks = benchmark.operators(source)
-    rules = PaperRules.with_planner(make_planner(source.planner, benchmark.planner_seconds))
+    rules = PaperRules.with_planner(make_planner(source.planner, benchmark.planner_seconds, source.terms))
     return Opened(tuple(tasks), tasks.sha256, lambda task_id: TransitionModeling(tasks[task_id], rules))
 
 

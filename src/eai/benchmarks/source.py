@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import Enum
 from functools import wraps
 from pathlib import Path
@@ -14,7 +14,7 @@ from eai.abilities.protocol import member
 from eai.abilities.task import Task
 from eai.data.progress import Report, silent
 from eai.data.store import Store
-from eai.pddl.planning import PlannerChoice
+from eai.pddl.planning import PlannerChoice, PlannerTerms
 
 T = TypeVar("T")
 T_co = TypeVar("T_co", covariant=True)
@@ -44,6 +44,7 @@ class Source:
     report: Report = silent
     planner: PlannerChoice = PlannerChoice.AUTO
     errata: ErrataChoice = ErrataChoice.CURRENT
+    terms: PlannerTerms = field(default_factory=PlannerTerms)
 
 
 class TaskSet(Mapping[str, T_co]):

@@ -68,6 +68,29 @@ Errata = Annotated[
     ),
 ]
 
+PlannerSeconds = Annotated[
+    int | None,
+    typer.Option(
+        "--planner-seconds",
+        min=1,
+        metavar="S",
+        help="CPU seconds that Fast Downward may take for one problem (records say so); the benchmark's if "
+        "not given.",
+        rich_help_panel=SCORING,
+    ),
+]
+
+PlannerMemory = Annotated[
+    int | None,
+    typer.Option(
+        "--planner-memory",
+        min=64,
+        metavar="MIB",
+        help="Memory for all planners at a time; what there is if not given.",
+        rich_help_panel=SCORING,
+    ),
+]
+
 Workers = Annotated[
     int, typer.Option("--workers", min=1, metavar="N", help="Processes.", rich_help_panel=SCORING)
 ]

@@ -18,7 +18,7 @@ from eai.cli.progress import run_progress, scoring_progress
 from eai.cli.scene_stage import Scenes
 from eai.prompts.prompt import Prompt
 from eai.run.job import Decoding, Endpoint, Job, Pace
-from eai.run.journal import JOURNAL
+from eai.run.journal import JOURNAL, sole_run
 from eai.scoring.batch import Settings
 from eai.scoring.epochs import Obtained, SuiteResult, settle, undisturbed
 from eai.scoring.trials import Trials
@@ -72,26 +72,27 @@ def obtain_and_score(
     if order.prompt_name is not None:
         folder /= Experiment(prompt_name=order.prompt_name).label
     title = f"{suite.domain} {suite.ability.value} {endpoint.model}"
-    with run_progress(title, quiet=order.quiet) as watch:
-        answers = obtain_answers(job, folder / JOURNAL, order.out / LOGS, watch=watch)
-    epochs = range(1, order.epochs + 1)
-    unasked = [(task_id, epoch) for task_id in prompts if task_id not in asked for epoch in epochs]
-    obtained = Obtained(
-        endpoint.model,
-        name,
-        asked,
-        answers.given,
-        {**answers.failures, **dict.fromkeys(unasked, "" if believed is None else believed.lacking)},
-        order.epochs,
-        trials,
-        answers.tried,
-        believed,
-        order.prompt_name,
-    )
-    with undisturbed():
-        with scoring_progress(f"scoring {title}", len(answers.given), quiet=order.quiet) as told:
-            outcome = settle(obtained, folder, suite, order.settings, told)
-        write_scores(answers.log, outcome.by_place(), suite.source)
+    with sole_run(folder):
+        with run_progress(title, quiet=order.quiet) as watch:
+            answers = obtain_answers(job, folder / JOURNAL, order.out / LOGS, watch=watch)
+        epochs = range(1, order.epochs + 1)
+        unasked = [(task_id, epoch) for task_id in prompts if task_id not in asked for epoch in epochs]
+        obtained = Obtained(
+            endpoint.model,
+            name,
+            asked,
+            answers.given,
+            {**answers.failures, **dict.fromkeys(unasked, "" if believed is None else believed.lacking)},
+            order.epochs,
+            trials,
+            answers.tried,
+            believed,
+            order.prompt_name,
+        )
+        with undisturbed():
+            with scoring_progress(f"scoring {title}", len(answers.given), quiet=order.quiet) as told:
+                outcome = settle(obtained, folder, suite, order.settings, told)
+            write_scores(answers.log, outcome.by_place(), suite.source)
     return outcome
 
 
@@ -166,4 +167,7 @@ def _effort(outcome: SuiteResult) -> str:
         parts.append(dollars(usage.cost))
     if outcome.truncated:
         parts.append(f"{outcome.truncated} cut off")
+    empty = sum(record.unanswered is None and not record.response.strip() for record in outcome.records)
+    if empty:
+        parts.append(f"{empty} empty")
     return f"{', '.join(parts)}; records in {outcome.folder}"

@@ -16,6 +16,9 @@ from eai.scoring.batch import Told, untold
 PATIENCE = 5
 """For how many seconds scoring is silent at a time where there is no terminal."""
 
+LONGEST_SILENCE = 60
+"""After how many seconds there is a line in any case, as soon as something is done."""
+
 LINES = 10
 """How many lines a run takes where there is no terminal."""
 
@@ -77,18 +80,24 @@ def _bar(title: str, console: Console) -> Iterator[Watch]:
 
 
 def _lines(title: str, console: Console, patience: float = 0) -> Watch:
-    """A line for every tenth, and none sooner than some seconds after the one before or the beginning."""
-    told, due = -1, time.monotonic() + patience
+    """A line for every tenth, and none sooner than some seconds after the one before or the beginning.
+
+    What takes long has a line a minute, and says for how much longer it will take, if it goes on like that.
+    """
+    began = time.monotonic()
+    told, due, overdue = -1, began + patience, began + LONGEST_SILENCE
 
     def watch(count: Count) -> None:
-        nonlocal told, due
-        done = count.answered + count.failed
+        nonlocal told, due, overdue
+        done, now = count.answered + count.failed, time.monotonic()
         tenth = done * LINES // count.total if count.total else LINES
-        if tenth != told and time.monotonic() >= due:
-            told, due = tenth, time.monotonic() + patience
+        if (tenth != told and now >= due) or now >= overdue:
+            told, due, overdue = tenth, now + patience, now + LONGEST_SILENCE
             failed = f", {count.failed} failed" if count.failed else ""
+            left = (now - began) / done * (count.total - done) if done else 0
+            about = f", about {round(left / 60)} min left" if left >= LONGEST_SILENCE else ""
             console.print(
-                f"{title}: {done}/{count.total}{failed}", markup=False, highlight=False, soft_wrap=True
+                f"{title}: {done}/{count.total}{failed}{about}", markup=False, highlight=False, soft_wrap=True
             )
 
     return watch

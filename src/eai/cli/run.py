@@ -55,11 +55,14 @@ from eai.cli.options import (
     Errata,
     Explanations,
     Planner,
+    PlannerMemory,
+    PlannerSeconds,
     Rules,
     Wide,
     Workers,
 )
 from eai.cli.order import Order, ask_for_scene_graphs, obtain_and_score, tell
+from eai.cli.planning import planner_terms
 from eai.cli.scene import (
     InClutter,
     InScene,
@@ -108,6 +111,7 @@ def resumable(command: Callable[P, None]) -> Callable[P, None]:
 
 @resumable
 def run(
+    context: typer.Context,
     model: Annotated[
         list[str],
         typer.Option(
@@ -243,6 +247,8 @@ def run(
     protocol: Rules = DEFAULT_PROTOCOL,
     planner: Planner = PlannerChoice.AUTO,
     errata: Errata = ErrataChoice.CURRENT,
+    planner_seconds: PlannerSeconds = None,
+    planner_memory: PlannerMemory = None,
     workers: Workers = 1,
     explanations: Explanations = True,
     allow_missing: AllowMissing = False,
@@ -299,7 +305,8 @@ def run(
         prompt_name=prompt_name,
     )
     with data_progress() as report:
-        source = Source(store(data), report, planner, errata)
+        terms = planner_terms(context, planner_seconds, planner_memory)
+        source = Source(store(data), report, planner, errata, terms)
         suites = [
             open_suite(name, each, protocol, source=source)
             for name in domain or registered()

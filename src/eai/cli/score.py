@@ -42,10 +42,13 @@ from eai.cli.options import (
     Errata,
     Explanations,
     Planner,
+    PlannerMemory,
+    PlannerSeconds,
     Rules,
     Wide,
     Workers,
 )
+from eai.cli.planning import planner_terms, tell_authority
 from eai.cli.progress import scoring_progress
 from eai.cli.table import Result, print_rates
 from eai.errors import InputError, InterruptError
@@ -95,6 +98,7 @@ class _Share:
 
 
 def score(
+    context: typer.Context,
     paths: Annotated[
         list[Path],
         typer.Argument(
@@ -107,6 +111,8 @@ def score(
     protocol: Rules = DEFAULT_PROTOCOL,
     planner: Planner = PlannerChoice.AUTO,
     errata: Errata = ErrataChoice.CURRENT,
+    planner_seconds: PlannerSeconds = None,
+    planner_memory: PlannerMemory = None,
     workers: Workers = 1,
     explanations: Explanations = True,
     allow_missing: AllowMissing = False,
@@ -147,7 +153,8 @@ def score(
     with ExitStack() as stack:
         places = [stack.enter_context(unpacked(path)) for path in paths]
         with data_progress() as report:
-            source = Source(store(data), report, planner, errata)
+            terms = planner_terms(context, planner_seconds, planner_memory)
+            source = Source(store(data), report, planner, errata, terms)
             if domain is not None and ability is not None:
                 suite = open_suite(domain, ability, protocol, source=source)
                 shares = _shares_of_suite(places, suite, out)
@@ -198,6 +205,7 @@ def _score_all(
                 results[share.answers.model] = Result(rates, coverage_of(records))
                 if share.out is not None:
                     write_results(share.out, records, rates)
+                tell_authority(share.answers.model, records)
                 printed.append(_json(share, records, results[share.answers.model], effects[-1]))
             if not as_json:
                 _print(suite, results, wide=wide)

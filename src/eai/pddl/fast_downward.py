@@ -15,6 +15,7 @@ import signal
 import subprocess
 import sys
 import tempfile
+from contextlib import nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
@@ -23,6 +24,7 @@ from eai.errors import DataError
 from eai.pddl.execute import PlanStep
 from eai.pddl.planner import checked_plan
 from eai.pddl.planning import PlannerOutcome, PlannerResult, PlanningTask
+from eai.pddl.sharing import Seats
 from eai.pddl.writer import write_domain, write_problem
 
 _DISTRIBUTION = "up-fast-downward"
@@ -83,11 +85,15 @@ class FastDownward:
         binaries: the folder with the program ``downward`` and the package of the translator.
         version: that of the wheel; it belongs into every report, for it decides the numbers.
         limits: per process.
+        seats: how many calls there may be at a time; any number if None.
+        told: what its name says besides, where the limits are not the usual ones.
     """
 
     binaries: Path
     version: str
     limits: PlannerLimits
+    seats: Seats | None = None
+    told: str = ""
 
     @classmethod
     def installed(cls, limits: PlannerLimits) -> FastDownward:
@@ -109,11 +115,12 @@ class FastDownward:
     @property
     def name(self) -> str:
         """What it is called in records."""
-        return f"Fast Downward {self.version}"
+        return f"Fast Downward {self.version}{self.told}"
 
     def solve(self, task: PlanningTask) -> PlannerResult:
         """Look for a plan."""
-        with tempfile.TemporaryDirectory(prefix="eai-planner-") as folder:
+        seat = nullcontext() if self.seats is None else self.seats.taken()
+        with seat, tempfile.TemporaryDirectory(prefix="eai-planner-") as folder:
             return self._solve_in(Path(folder), task)
 
     def _solve_in(self, folder: Path, task: PlanningTask) -> PlannerResult:
@@ -123,9 +130,8 @@ class FastDownward:
         if translated.status != 0:
             return self._failure(translated)
         if task.fatal is not None and _mentions(folder / "output.sas", task.fatal.predicate):
-            return PlannerResult(
-                PlannerOutcome.CRASH, detail="an effect that adds an unbound variable is reachable"
-            )
+            detail = f"{self.name}: an effect that adds an unbound variable is reachable"
+            return PlannerResult(PlannerOutcome.CRASH, detail=detail)
         searched = self._search(folder)
         if searched.status != 0:
             return self._failure(searched)
@@ -165,7 +171,7 @@ class FastDownward:
 
     def _failure(self, ended: _Ended) -> PlannerResult:
         if ended.status is None:
-            return PlannerResult(PlannerOutcome.TIME, detail="time on the clock")
+            return PlannerResult(PlannerOutcome.TIME, detail=f"{self.name}: time on the clock")
         outcome = _OUTCOMES.get(ended.status, PlannerOutcome.CRASH)
         lines = ended.output.strip().splitlines()
         last = lines[-1] if lines else "no output"

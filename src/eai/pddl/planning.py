@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import Enum
+from pathlib import Path
 from typing import Protocol
 
 from eai.logic.formula import Atom
@@ -39,6 +40,21 @@ class PlannerChoice(str, Enum):
     """The built-in search alone; what it cannot decide counts as not solved."""
     FAST_DOWNWARD = "fast_downward"
     NONE = "none"
+
+
+@dataclass(frozen=True, slots=True)
+class PlannerTerms:
+    """On what terms planners are asked, where the benchmark's are not to count.
+
+    Attributes:
+        seconds: CPU seconds of each process of a call; the benchmark's if None.
+        memory_mib: what all planners together may use at a time; what there is if None.
+        folder: what processes share that plan together (`eai.pddl.sharing`); None where nothing is shared.
+    """
+
+    seconds: int | None = None
+    memory_mib: int | None = None
+    folder: Path | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -54,9 +54,13 @@ class Relaxation:
         actions: the ground actions.
         goal: the goal.
         atoms: how many atoms there are.
+
+    Attributes:
+        looks: how many effects of actions have been looked at; what an estimate costs is as many of them.
     """
 
     def __init__(self, actions: Sequence[GroundAction], goal: GroundCondition, atoms: int) -> None:
+        self.looks = 0
         self._goal = goal
         self._actions = actions
         self._atoms = atoms
@@ -69,7 +73,7 @@ class Relaxation:
 
     def reachable(self, state: int) -> list[GroundAction]:
         """The actions that can ever be taken from a state on, in order."""
-        layers, _ = _explore(self._rules, _Layer(state, ~state), until=None)
+        layers, _ = self._explore(self._rules, _Layer(state, ~state), until=None)
         return [action for action in self._actions if _may_hold(action.precondition, *layers[-1])]
 
     def estimate(self, state: int) -> Estimate | None:
@@ -79,7 +83,7 @@ class Relaxation:
         if again:
             goal = goal._replace(true=goal.true | again << self._atoms)
             rules = [_marking(rule, again, self._atoms) for rule in rules]
-        layers, fired = _explore(rules, _Layer(state, ~state), until=goal)
+        layers, fired = self._explore(rules, _Layer(state, ~state), until=goal)
         return _extract(goal, layers, fired) if _may_hold(goal, *layers[-1]) else None
 
     def _to_be_lost(self, state: int) -> int:
@@ -90,6 +94,40 @@ class Relaxation:
             if missing & bit:
                 lost |= price
         return lost & state
+
+    def _explore(
+        self, rules: Sequence[_Rule], start: _Layer, until: GroundCondition | None
+    ) -> tuple[list[_Layer], list[list[_Rule]]]:
+        """Relaxed states one step apart, and the rules that lead from each to the next.
+
+        Ends when a condition may hold, or when nothing more grows.
+        """
+        layers, fired = [start], list[list[_Rule]]()
+        waiting = rules
+        while until is None or not _may_hold(until, *layers[-1]):
+            true, false = layers[-1]
+            not_true, not_false = ~true, ~false
+            new, rest = list[_Rule](), list[_Rule]()
+            grown_true, grown_false = true, false
+            self.looks += len(waiting)
+            for rule in waiting:
+                needed_true, needed_false, choices = rule.condition
+                if (
+                    needed_true & not_true
+                    or needed_false & not_false
+                    or (choices and not _may_hold(rule.condition, true, false))
+                ):
+                    rest.append(rule)
+                elif rule.add & not_true or rule.delete & not_false:
+                    new.append(rule)
+                    grown_true |= rule.add
+                    grown_false |= rule.delete
+            if not new:
+                break
+            waiting = rest
+            fired.append(new)
+            layers.append(_Layer(grown_true, grown_false))
+        return layers, fired
 
 
 def _prices(actions: Sequence[GroundAction], goal: GroundCondition) -> dict[int, int]:
@@ -126,46 +164,19 @@ def _marking(rule: _Rule, again: int, atoms: int) -> _Rule:
     return rule._replace(add=rule.add | marked << atoms) if marked else rule
 
 
-def _explore(
-    rules: Sequence[_Rule], start: _Layer, until: GroundCondition | None
-) -> tuple[list[_Layer], list[list[_Rule]]]:
-    """Relaxed states one step apart, and the rules that lead from each to the next.
-
-    Ends when a condition may hold, or when nothing more grows.
-    """
-    layers, fired = [start], list[list[_Rule]]()
-    waiting = rules
-    while until is None or not _may_hold(until, *layers[-1]):
-        true, false = layers[-1]
-        not_true, not_false = ~true, ~false
-        new, rest = list[_Rule](), list[_Rule]()
-        grown_true, grown_false = true, false
-        for rule in waiting:
-            needed_true, needed_false, choices = rule.condition
-            if (
-                needed_true & not_true
-                or needed_false & not_false
-                or (choices and not _may_hold(rule.condition, true, false))
-            ):
-                rest.append(rule)
-            elif rule.add & not_true or rule.delete & not_false:
-                new.append(rule)
-                grown_true |= rule.add
-                grown_false |= rule.delete
-        if not new:
-            break
-        waiting = rest
-        fired.append(new)
-        layers.append(_Layer(grown_true, grown_false))
-    return layers, fired
-
-
 def _may_hold(condition: GroundCondition, true: int, false: int) -> bool:
-    if condition.true & ~true or condition.false & ~false:
+    not_true, not_false = ~true, ~false
+    if condition.true & not_true or condition.false & not_false:
         return False
-    if not condition.choices:
-        return True
-    return all(any(_may_hold(part, true, false) for part in choice) for choice in condition.choices)
+    for choice in condition.choices:  # in loops: this is asked more often than anything else
+        for needed_true, needed_false, choices in choice:
+            if needed_true & not_true or needed_false & not_false:
+                continue
+            if not choices or _may_hold(GroundCondition(0, 0, choices), true, false):
+                break
+        else:
+            return False
+    return True
 
 
 def _extract(goal: GroundCondition, layers: Sequence[_Layer], fired: Sequence[Sequence[_Rule]]) -> Estimate:

@@ -54,7 +54,7 @@ def obtain_answers(job: Job, journal: Path, log_dir: Path, *, watch: Watch = unw
     Raises:
         InputError: a folder cannot be made, or the journal cannot be used.
         InterruptError: the user ended it.
-        EaiError: the run as a whole failed: no such model, a key is missing.
+        EaiError: the run as a whole failed: no such model, a key is missing or wrong.
     """
     with Journal(journal) as written:
         desk = Desk(job, written, watch)
@@ -62,7 +62,10 @@ def obtain_answers(job: Job, journal: Path, log_dir: Path, *, watch: Watch = unw
         log = find_log(job, log_dir) if desk.complete else None
         if log is None:
             _make_folder(log_dir)
-            log = _log_of(job, _evaluate(job, _task(job, desk), log_dir))
+            evaluated = _evaluate(job, _task(job, desk), log_dir)
+            if desk.stopped is not None:
+                raise desk.stopped
+            log = _log_of(job, evaluated)
     return Answers(desk.answers, desk.tried, desk.failures, log)
 
 

@@ -7,9 +7,11 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
+from contextlib import contextmanager
 from io import BufferedWriter
 from pathlib import Path
 
+from filelock import FileLock, Timeout
 from pydantic import TypeAdapter, ValidationError
 
 from eai.errors import InputError
@@ -17,6 +19,9 @@ from eai.scoring.answer import Answer, Place
 
 JOURNAL = "answers.jsonl"
 """Name of the journal in the folder of a run."""
+
+LOCK = "answers.lock"
+"""Name of the file beside it that a process holds which works there."""
 
 
 class Journal:
@@ -46,7 +51,7 @@ class Journal:
         """Write an answer down; when this returns, the end of the process cannot lose it.
 
         Raises:
-            InputError: the file cannot be written.
+            InputError: the file cannot be written, or is not there any more.
         """
         try:
             if self._file is None:
@@ -54,6 +59,7 @@ class Journal:
                 self._file = self._path.open("ab")
             self._file.write(json.dumps(answer.to_json()).encode() + b"\n")
             self._file.flush()
+            self._path.stat()
         except OSError as error:
             raise self._unwritten(error) from error
         self._keep(answer)
@@ -83,6 +89,31 @@ class Journal:
     def _keep(self, answer: Answer) -> None:
         place = (answer.task_id, answer.epoch, answer.attempt)
         self._answers.setdefault(answer.request_sha256, {})[place] = answer
+
+
+@contextmanager
+def sole_run(folder: Path) -> Iterator[None]:
+    """Keeps other processes out of the folder of a run during the block; the folder is made if need be.
+
+    Raises:
+        InputError: another process is working there, or the folder cannot be made.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        lock = FileLock(folder / LOCK, timeout=0)
+        lock.acquire()
+    except Timeout as error:
+        hint = "wait for its end, or give another --out"
+        raise InputError(f"{folder}: another process is running there; {hint}") from error
+    except NotImplementedError:  # a file system without locks
+        yield
+        return
+    except OSError as error:
+        raise InputError(f"{folder}: cannot be written ({error.strerror})") from error
+    try:
+        yield
+    finally:
+        lock.release()
 
 
 def _read(path: Path) -> Iterator[Answer]:

@@ -35,6 +35,11 @@ from eai.scoring.trials import Inquiry, Trials
 _REFUSED_PARAMETERS = (400, 422)
 """The HTTP statuses with which servers answer to parameters that they do not take."""
 
+_UNREADABLE = (ValueError, TypeError, LookupError, AttributeError)
+"""What providers' libraries raise where a reply has not the form that they expect."""
+
+_IN_VAIN = (401, 404)
+"""The HTTP statuses that no repetition changes: a key that is wrong, a model that is unknown."""
 
 ANSWERS = "answers"
 """The field of a sample's metadata that has the answers to it, in order, without reasoning."""
@@ -61,11 +66,15 @@ def ask(desk: Desk) -> Solver:
             transcript.ask(question, inquiry)
             transcript.remember(answer)
         while not inquiry.over:
+            if desk.stopped is not None:  # the run is told so; a traceback for each sample takes long
+                return state
             question, request = inquiry.question, desk.request(place)
             messages = transcript.ask(question, inquiry)
             try:
                 reply = await _obtain(messages, restrictions(question.stop))
             except Exception as error:
+                if _status(error) in _IN_VAIN:
+                    desk.stop(reason(error))
                 desk.give_up(*place, reason(error))
                 raise
             transcript.hear(reply)
@@ -168,10 +177,23 @@ def _remember(state: TaskState, answer: Answer) -> None:
 
 def reason(error: BaseException) -> str:
     """Why a request failed, in one line; of a request that was repeated in vain, why its last attempt did."""
-    if isinstance(error, RetryError) and error.__cause__ is not None:
-        error = error.__cause__
+    error = _last(error)
     lines = str(error).strip().splitlines()
-    return f"{type(error).__name__}: {lines[0].strip()}" if lines else type(error).__name__
+    told = f"{type(error).__name__}: {lines[0].strip()}" if lines else type(error).__name__
+    return f"the provider's reply cannot be read ({told})" if isinstance(error, _UNREADABLE) else told
+
+
+def _last(error: BaseException) -> BaseException:
+    """Of a request that was repeated in vain the error of its last attempt."""
+    if isinstance(error, RetryError) and error.__cause__ is not None:
+        return error.__cause__
+    return error
+
+
+def _status(error: BaseException) -> int | None:
+    """The HTTP status with which a request failed, if it is known."""
+    status = getattr(_last(error), "status_code", None)
+    return status if isinstance(status, int) else None
 
 
 def _answer(state: TaskState, request_sha256: str, prompt: Prompt, reply: _Reply, *, attempt: int) -> Answer:
@@ -209,7 +231,7 @@ async def _obtain(messages: list[ChatMessage], restrictions: GenerateConfig | No
     try:
         reply = await _request(messages, restrictions)
     except Exception as error:
-        if getattr(error, "status_code", None) in _REFUSED_PARAMETERS:
+        if _status(error) in _REFUSED_PARAMETERS:
             return await _request(messages, GenerateConfig())
         raise
     if not reply.parts.answer.strip() and reply.output.stop_reason == "stop":

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TypeAlias
 
+from eai.errors import EaiError, InputError
 from eai.prompts.prompt import Prompt
 from eai.run.job import Job
 from eai.run.journal import Journal
@@ -50,6 +51,7 @@ class Desk:
         asked: the questions to which these are the answers.
         inquiries: each task as it is put to the model, by task and epoch; what is over is answered.
         failures: why there is no answer, by task and epoch.
+        stopped: why nothing more is to be asked, if that is so.
     """
 
     def __init__(self, job: Job, journal: Journal, watch: Watch = unwatched) -> None:
@@ -58,6 +60,7 @@ class Desk:
         self.asked: dict[Place, list[Prompt]] = {}
         self.inquiries: dict[Place, Inquiry] = {}
         self.failures: dict[Place, str] = {}
+        self.stopped: EaiError | None = None
         self._journal = journal
         self._watch = watch
         self._over = 0
@@ -94,9 +97,13 @@ class Desk:
         """Write an answer down.
 
         Raises:
-            InputError: the journal cannot be written.
+            InputError: the journal cannot be written; then nothing more is to be asked.
         """
-        self._journal.add(answer)
+        try:
+            self._journal.add(answer)
+        except InputError as error:
+            self.stopped = error
+            raise
         self._accept(answer)
         self.tell()
 
@@ -104,6 +111,11 @@ class Desk:
         """Note that a request failed for good."""
         self.failures[task_id, epoch] = why
         self.tell()
+
+    def stop(self, why: str) -> None:
+        """Note that no request can ever succeed, so that nothing more is to be asked."""
+        hint = "nothing more was asked, and what is answered is kept; the same command goes on from here"
+        self.stopped = EaiError(f"{self.job.endpoint.model}: {why}; {hint}")
 
     def tell(self) -> None:
         """Say how far the run is."""

@@ -15,8 +15,9 @@ from eai.abilities.verdict import ALL, Confusion, OperatorVerdict, Verdict
 from eai.pddl.fast_downward import FastDownward, PlannerLimits
 from eai.pddl.operator_text import OperatorText
 from eai.pddl.planner import BuiltInPlanner, TieredPlanner
-from eai.pddl.planning import PlannerChoice, PlannerOutcome, PlannerResult, PlanningTask
+from eai.pddl.planning import PlannerChoice, PlannerOutcome, PlannerResult, PlannerTerms, PlanningTask
 from eai.pddl.reader import read_domain
+from eai.pddl.sharing import Seats, SharedPlanner
 from eai.world.fault import FaultKind
 from operator_rules import rules_of
 
@@ -188,6 +189,23 @@ def test_an_explanation_names_what_is_wrong_and_shows_the_plan() -> None:
 def test_planners_by_choice() -> None:
     assert make_planner(PlannerChoice.NONE, 200) is None
     assert make_planner(PlannerChoice.BUILT_IN, 200) == BuiltInPlanner()
+
+
+def test_the_terms_of_planners_are_told_where_they_are_not_the_usual_ones(tmp_path: Path) -> None:
+    if not FastDownward.is_installed():
+        pytest.skip("Fast Downward is not installed")
+    usual = make_planner(PlannerChoice.FAST_DOWNWARD, 200)
+    assert isinstance(usual, FastDownward)
+    assert (usual.limits, usual.seats, usual.told) == (PlannerLimits(200), None, "")
+    brief = make_planner(PlannerChoice.FAST_DOWNWARD, 200, PlannerTerms(seconds=5))
+    assert isinstance(brief, FastDownward)
+    assert (brief.limits, brief.name) == (PlannerLimits(5), f"{usual.name} (5 s)")
+    for memory, limit, seats in ((30_000, 4096, 7), (1_000, 1_000, 1)):
+        shared = make_planner(PlannerChoice.FAST_DOWNWARD, 200, PlannerTerms(None, memory, tmp_path))
+        assert isinstance(shared, SharedPlanner)
+        assert isinstance(shared.planner, FastDownward)
+        assert shared.planner.limits == PlannerLimits(200, limit)
+        assert shared.planner.seats == Seats(seats, tmp_path)
 
 
 def test_fast_downward_is_asked_where_it_is_installed(monkeypatch: pytest.MonkeyPatch) -> None:

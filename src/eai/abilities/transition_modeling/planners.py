@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from eai.abilities.protocol import member
 from eai.pddl.fast_downward import FastDownward, PlannerLimits
 from eai.pddl.planner import BuiltInPlanner, TieredPlanner
-from eai.pddl.planning import PddlPlanner, PlannerChoice
+from eai.pddl.planning import PddlPlanner, PlannerChoice, PlannerTerms
 from eai.pddl.search import Effort
+from eai.pddl.sharing import Seats, SharedPlanner, machine_memory_mib
 
 FIRST_EFFORT = Effort(full=300)
 """What the built-in search may do before Fast Downward is asked, which is then the quicker of the two."""
@@ -28,19 +31,45 @@ def available(choice: PlannerChoice) -> PlannerChoice:
     return PlannerChoice.FULL if FastDownward.is_installed() else PlannerChoice.BUILT_IN
 
 
-def make_planner(choice: PlannerChoice, cpu_seconds: int) -> PddlPlanner | None:
+def make_planner(
+    choice: PlannerChoice, cpu_seconds: int, terms: PlannerTerms | None = None
+) -> PddlPlanner | None:
     """The planner that may take so long for one task, or None if none is to be asked.
+
+    Args:
+        choice: which.
+        cpu_seconds: how long Fast Downward may take, where the terms do not say.
+        terms: on what terms it is asked.
 
     Raises:
         DataError: Fast Downward is not installed; the message says how to install it.
     """
-    match available(choice):
+    terms = terms or PlannerTerms()
+    planner = _planner(available(choice), cpu_seconds, terms)
+    return planner if planner is None or terms.folder is None else SharedPlanner(planner, terms.folder)
+
+
+def _planner(choice: PlannerChoice, cpu_seconds: int, terms: PlannerTerms) -> PddlPlanner | None:
+    match choice:
         case PlannerChoice.NONE:
             return None
         case PlannerChoice.BUILT_IN:
             return BuiltInPlanner()
         case PlannerChoice.FAST_DOWNWARD:
-            return FastDownward.installed(PlannerLimits(cpu_seconds=cpu_seconds))
+            return _authority(cpu_seconds, terms)
         case PlannerChoice.FULL | PlannerChoice.AUTO:
-            authority = FastDownward.installed(PlannerLimits(cpu_seconds=cpu_seconds))
-            return TieredPlanner(BuiltInPlanner(FIRST_EFFORT), authority)
+            return TieredPlanner(BuiltInPlanner(FIRST_EFFORT), _authority(cpu_seconds, terms))
+
+
+def _authority(cpu_seconds: int, terms: PlannerTerms) -> FastDownward:
+    """Fast Downward, of which no more run at a time than there is memory for."""
+    limits = PlannerLimits(terms.seconds or cpu_seconds)
+    memory = machine_memory_mib() if terms.memory_mib is None else terms.memory_mib
+    told = "" if limits.cpu_seconds == cpu_seconds else f" ({limits.cpu_seconds} s)"
+    if terms.memory_mib is not None and memory < limits.memory_mib:
+        limits = replace(limits, memory_mib=memory)
+        told += f" ({memory} MiB)"
+    seats = None
+    if terms.folder is not None:
+        seats = Seats(max(1, memory // limits.memory_mib), terms.folder)
+    return replace(FastDownward.installed(limits), seats=seats, told=told)

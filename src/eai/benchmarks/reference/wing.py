@@ -68,5 +68,5 @@ def _transition_modeling(benchmark: Benchmark, tasks: TaskSet[TransitionTask], s
     from eai.abilities.transition_modeling.scorer import TransitionModeling
     from eai.benchmarks.reference.operator_rules import ReferenceRules
 
-    rules = ReferenceRules.with_planner(make_planner(source.planner, benchmark.planner_seconds))
+    rules = ReferenceRules.with_planner(make_planner(source.planner, benchmark.planner_seconds, source.terms))
     return Opened(tuple(tasks), tasks.sha256, lambda task_id: TransitionModeling(tasks[task_id], rules))

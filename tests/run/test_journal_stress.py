@@ -1,0 +1,101 @@
+"""The journal where things go wrong around it: what cannot be kept is never taken for kept."""
+
+from __future__ import annotations
+
+import resource
+import shutil
+import signal
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from eai.abilities.record import Usage
+from eai.errors import InputError
+from eai.run.journal import Answer, Journal, sole_run
+
+ANSWER = Answer("27_2", 1, "request", "prompt", "{}", "", "stop", (), Usage(3, 5))
+
+HOLDER = """
+import sys
+from pathlib import Path
+from eai.run.journal import sole_run
+with sole_run(Path(sys.argv[1])):
+    print("there", flush=True)
+    sys.stdin.read()
+"""
+
+
+def test_two_processes_do_not_run_in_one_folder(tmp_path: Path) -> None:
+    folder = tmp_path / "run"
+    with subprocess.Popen(
+        [sys.executable, "-c", HOLDER, folder], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+    ) as holder:
+        assert holder.stdout is not None
+        assert holder.stdout.readline() == "there\n"
+        with pytest.raises(InputError, match=r"run: another process is running there"), sole_run(folder):
+            pass
+        with sole_run(tmp_path / "another"):
+            pass
+        holder.kill()  # however it ends
+        holder.wait()
+        with sole_run(folder):
+            pass
+    with sole_run(folder), Journal(folder / "answers.jsonl") as journal:
+        journal.add(ANSWER)
+
+
+def test_a_disk_that_fills_up_in_the_middle_of_an_answer_costs_that_answer_alone(tmp_path: Path) -> None:
+    file = tmp_path / "answers.jsonl"
+    with Journal(file) as journal:
+        journal.add(ANSWER)
+    size, limits = file.stat().st_size, resource.getrlimit(resource.RLIMIT_FSIZE)
+    ignored = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size + size // 2, limits[1]))
+    try:
+        full = Journal(file)
+        with pytest.raises(InputError, match=r"answers\.jsonl: cannot be written \(File too large\)"):
+            full.add(replace(ANSWER, epoch=2))
+        with pytest.raises(InputError, match=r"answers\.jsonl: cannot be written"):
+            full.close()
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+        signal.signal(signal.SIGXFSZ, ignored)
+    assert full.find(("27_2", 2), "request") is None
+    with Journal(file) as mended:
+        assert mended.find(("27_2", 1), "request") == ANSWER
+        assert mended.find(("27_2", 2), "request") is None
+        mended.add(replace(ANSWER, epoch=2))
+    assert Journal(file).find(("27_2", 2), "request") == replace(ANSWER, epoch=2)
+
+
+def test_a_folder_that_is_removed_during_a_run_is_noticed(tmp_path: Path) -> None:
+    folder = tmp_path / "run"
+    with Journal(folder / "answers.jsonl") as journal:
+        journal.add(ANSWER)
+        shutil.rmtree(folder)
+        with pytest.raises(
+            InputError, match=r"answers\.jsonl: cannot be written \(No such file or directory\)"
+        ):
+            journal.add(replace(ANSWER, epoch=2))
+
+
+def test_a_folder_that_cannot_be_written_is_told_before_anything_is_asked(tmp_path: Path) -> None:
+    """A file in the way stands for a folder without permission, which would not stop root."""
+    (tmp_path / "run").write_text("")
+    with pytest.raises(InputError, match=r"run: cannot be written"), sole_run(tmp_path / "run"):
+        pass
+    with pytest.raises(InputError, match=r"answers\.jsonl: cannot be written"):
+        Journal(tmp_path / "run" / "answers.jsonl").add(ANSWER)
+
+
+def test_a_hundred_thousand_answers_are_read_again(tmp_path: Path) -> None:
+    file, number = tmp_path / "answers.jsonl", 100_000
+    with Journal(file) as journal:
+        for epoch in range(1, number + 1):
+            journal.add(replace(ANSWER, epoch=epoch))
+    again = Journal(file)
+    assert all(again.find(("27_2", epoch), "request") for epoch in (1, number // 2, number))
+    assert len(file.read_bytes().splitlines()) == number
