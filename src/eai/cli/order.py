@@ -128,7 +128,8 @@ def ask_for_scene_graphs(
         source=suite.source,
         targets=right,
     )
-    with run_progress(f"{suite.domain} scene graphs {endpoint.model}", quiet=order.quiet) as watch:
+    title = f"{suite.domain} scene graphs {endpoint.model}"
+    with sole_run(folder), run_progress(title, quiet=order.quiet) as watch:
         answers = obtain_answers(job, folder / JOURNAL, order.out / LOGS, watch=watch)
     return {task_id: answers.given[task_id, 1].text for task_id in prompts if (task_id, 1) in answers.given}
 
