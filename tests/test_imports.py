@@ -33,7 +33,7 @@ LAYERS: tuple[frozenset[str], ...] = tuple(
         "prompts metrics",
         "benchmarks",
         "scoring",
-        "analysis perception questions",
+        "analysis annotation perception questions",
         "run envs report",
         "human",
         "cli",

@@ -16,12 +16,14 @@ PROTOCOL = re.compile(r"\bProtocol\.[A-Z]")
 EXAMPLES = frozenset(
     {
         "__init__.py",
+        "cli/annotate.py",
+        "cli/annotate_problems.py",
+        "cli/console.py",
         "cli/generate.py",
         "cli/pictures.py",
-        "cli/score.py",
         "cli/prompts.py",
         "cli/run.py",
-        "cli/console.py",
+        "cli/score.py",
     }
 )
 """Where households are named as examples in help."""

@@ -9,7 +9,7 @@ from eai.benchmarks.figure import Figure
 from eai.benchmarks.packs import Pack, open_virtualhome
 from eai.benchmarks.profiles import profiles_of
 from eai.benchmarks.registry import find_benchmark
-from eai.benchmarks.source import Source
+from eai.benchmarks.source import ErrataChoice, Source
 from eai.benchmarks.statistics import StatRow, table_of
 from eai.benchmarks.virtualhome.counts import count_annotated
 from eai.benchmarks.virtualhome.pack import PACK, VirtualHome
@@ -31,7 +31,7 @@ def rows_of(domain: str, store: Store) -> dict[str, StatRow]:
 def test_records_are_counted_as_annotated(store: Store, packs: Sequence[Pack]) -> None:
     fetch(store, packs=packs)
     figures: dict[str, Figure] = {
-        figure.label: figure for figure in count_annotated(VirtualHome(store.open(PACK)), ["1_1"], 5)
+        figure.label: figure for figure in count_annotated(VirtualHome.of(store.open(PACK)), ["1_1"], 5)
     }
     assert {label: figure.value for label, figure in figures.items()} == {
         "task names": 2,
@@ -122,7 +122,7 @@ def test_what_remarks_say_is_so(data_store: Store) -> None:
     goals = profiles_of(find_benchmark("virtualhome"), Source(data_store))
     instructed = [script for script, task in zip(scripts, goals, strict=True) if task.features.goals]
     assert round(100 * sum(len(script) >= 10 for script in instructed) / len(instructed), 1) == 38.2
-    tasks = profiles_of(find_benchmark("behavior"), Source(data_store))
+    tasks = profiles_of(find_benchmark("behavior"), Source(data_store, errata=ErrataChoice.NONE))
     options = [task.features.goal_options for task in tasks]
     assert round(max(options) / sum(options), 1) == 0.8
     lists = read_shared("paper", "task_lists.json")["behavior_plan_length"]
@@ -143,7 +143,10 @@ def test_four_tasks_have_neither_goals_nor_a_temporal_goal(data_store: Store) ->
 
 
 def test_options_by_decade_are_the_papers(data_store: Store) -> None:
-    found = {each.name: each for each in distributions(find_benchmark("behavior"), Source(data_store))}
+    found = {
+        each.name: each
+        for each in distributions(find_benchmark("behavior"), Source(data_store, errata=ErrataChoice.NONE))
+    }
     decades = [
         sum(count for value, count in found["goal_options"].counts.items() if len(str(value)) == digits)
         for digits in range(1, 7)

@@ -64,7 +64,7 @@ def test_fetching_makes_every_pack_once(store: Store, packs: Sequence[Pack]) -> 
     assert {step.stage for step in steps} == {Stage.DOWNLOAD, Stage.CONVERT}
     assert fetch(store, packs=packs) == ()
     assert fetch(store, packs=packs, force=True) == NAMES
-    assert list(VirtualHome(store.open(PACK))) == ["1_1", "2_1", "3_1"]
+    assert list(VirtualHome.of(store.open(PACK))) == ["1_1", "2_1", "3_1"]
     assert store.open(RESOURCES).read_json("problems.json") == dict.fromkeys(
         ["1_1", "2_1", "3_1"], "(define)"
     )
@@ -72,7 +72,7 @@ def test_fetching_makes_every_pack_once(store: Store, packs: Sequence[Pack]) -> 
 
 
 def test_what_is_absent_is_fetched_on_first_use(store: Store, packs: Sequence[Pack]) -> None:
-    assert len(VirtualHome(open_pack(PACK, store, packs=packs))) == 3
+    assert len(VirtualHome.of(open_pack(PACK, store, packs=packs))) == 3
     assert all(store.has(name) for name in NAMES)
 
 
@@ -127,7 +127,7 @@ def test_info_tells_what_is_there_and_what_is_not(store: Store, packs: Sequence[
     store.path(RESOURCES).write_bytes(b"damaged")
     ready, damaged, absent, *_ = info(store, packs=packs)
     assert ready.problem is None
-    assert ready.sha256 == VirtualHome(store.open(PACK)).sha256
+    assert ready.sha256 == VirtualHome.of(store.open(PACK)).sha256
     assert ready.size == store.path(PACK).stat().st_size
     assert damaged.problem is not None
     assert "eai data fetch --force" in damaged.problem
@@ -238,7 +238,7 @@ def test_a_read_only_folder_is_told_and_can_be_read(packs: Sequence[Pack]) -> No
         fetch(store, packs=packs)
         with read_only(folder):
             assert fetch(store, packs=packs) == ()
-            assert len(VirtualHome(open_pack(PACK, store, packs=packs))) == 3
+            assert len(VirtualHome.of(open_pack(PACK, store, packs=packs))) == 3
             with pytest.raises(DataError, match=r"cannot be written to .*EAI_DATA_DIR") as caught:
                 fetch(store, packs=packs, force=True)
             assert "\n" not in str(caught.value)

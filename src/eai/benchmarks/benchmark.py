@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import NamedTuple, TypeAlias
 
 from eai.abilities.action_sequencing.notation import JsonPlans, PlanNotation
@@ -18,6 +19,8 @@ from eai.abilities.verdict import Json
 from eai.benchmarks.errata import NO_ERRATA, Errata
 from eai.benchmarks.figure import Figure
 from eai.benchmarks.source import ErrataChoice, OpenTasks, Source, TaskSet
+from eai.data.progress import Report
+from eai.logic.formula import Formula
 from eai.prompts.believed import GoalSection
 from eai.prompts.prompt import Prompt
 from eai.prompts.published import PromptFiles, PublishedPrompts
@@ -44,6 +47,12 @@ class Opened(NamedTuple):
     make: Callable[[str], Scorer]
     form_of: FormOf = no_form
 
+
+OpenDemonstrations: TypeAlias = Callable[[Path, Report], TaskSet[Task]]
+"""Opens demonstrations that an archive holds; DataError if it is not there, or damaged."""
+
+ProblemOf: TypeAlias = Callable[[Task, Sequence[Formula]], str]
+"""From a task and some ground conditions to the PDDL problem of reaching them."""
 
 Wing: TypeAlias = Callable[["Benchmark", Ability, Form, Source], Opened]
 """How a protocol opens the suites of a benchmark."""
@@ -78,6 +87,9 @@ class Benchmark:
             a task that is known not to be in the data set.
         own_figures: counts the figures of the data set that are not counted from its tasks; None if all are.
         open_public: opens the tasks whose answers everybody has seen; None if they are its own.
+        open_demonstrations: opens demonstrations in an archive that are no tasks; None if it reads none.
+        problem_of: the planning problem that some ground goals of a task make with its published operators;
+            None where it is exported from the declaration.
         phrases: how to say in English that a predicate holds, as in ``{x} is on top of {y}``, by its name; by
             default made of the name (`eai.benchmarks.generated.words`).
         planner_seconds: how long a planner may take for one task of transition modeling, in CPU seconds.
@@ -105,6 +117,8 @@ class Benchmark:
     task_id_of: Callable[[str], str | None] = str
     own_figures: Callable[[Source], Sequence[Figure]] | None = None
     open_public: OpenTasks[Task] | None = None
+    open_demonstrations: OpenDemonstrations | None = None
+    problem_of: ProblemOf | None = None
     phrases: Mapping[str, str] = field(default_factory=dict)
     planner_seconds: int = 100
     reference: str = ""

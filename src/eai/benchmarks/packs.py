@@ -103,4 +103,4 @@ def open_virtualhome(store: Store | None = None, *, report: Report = silent) -> 
     Raises:
         DataError: they cannot be obtained, or the store is damaged.
     """
-    return virtualhome.VirtualHome(open_published(virtualhome.PACK, store, report=report))
+    return virtualhome.VirtualHome.of(open_published(virtualhome.PACK, store, report=report))

@@ -83,7 +83,7 @@ def _check_pack(store: Store, pack: Pack) -> Iterator[Finding]:
 
 def _check_tasks(store: Store, counts: Mapping[str, int | float]) -> Iterator[Finding]:
     """Counts and references, given that all packs can be read."""
-    tasks = VirtualHome(store.open(VIRTUALHOME))
+    tasks = VirtualHome.of(store.open(VIRTUALHOME))
     resources, prompts = store.open(RESOURCES), store.open(PROMPTS)
     transition_tasks = resources.read_json("success_task.json")
     operators = resources.read_json("gold_action.json")

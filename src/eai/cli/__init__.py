@@ -12,6 +12,7 @@ from typer.core import TyperGroup
 from eai import __version__
 from eai.cli import (
     analyze,
+    annotate,
     compare,
     data,
     explain,
@@ -68,6 +69,7 @@ app.command(no_args_is_help=True, rich_help_panel=MATERIAL)(prompts.prompts)
 app.command(no_args_is_help=True, rich_help_panel=MATERIAL)(pictures.pictures)
 app.add_typer(tasks.app, name="tasks", rich_help_panel=MATERIAL)
 app.command("generate", no_args_is_help=True, rich_help_panel=MATERIAL)(generate.generate_tasks)
+app.add_typer(annotate.app, name="annotate", rich_help_panel=MATERIAL)
 app.add_typer(questions.app, name="questions", rich_help_panel=MATERIAL)
 app.add_typer(human.app, name="human", rich_help_panel=MATERIAL)
 app.add_typer(export.app, name="export", rich_help_panel=MATERIAL)

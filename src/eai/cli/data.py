@@ -9,6 +9,7 @@ import typer
 from rich.table import Table
 
 from eai.abilities.verdict import Json
+from eai.annotation.quality import check_annotations
 from eai.benchmarks.croissant import write_croissant
 from eai.benchmarks.packs import fetch_published, published_packs
 from eai.benchmarks.registry import find_benchmark, registered
@@ -17,10 +18,11 @@ from eai.benchmarks.statistics import table_of
 from eai.benchmarks.validation import validate as check
 from eai.cli.console import DOMAIN_HELP, counted, data_progress, output, print_json, tell_findings
 from eai.cli.data_stats import print_statistics, write_distributions, write_tasks
-from eai.cli.options import AsJson
+from eai.cli.options import AsJson, Errata
 from eai.data import dataset
 from eai.data.dataset import PackStatus
 from eai.data.store import Store
+from eai.pddl.planning import PlannerChoice
 
 app = typer.Typer(help="The data set: fetch it, say where it is, count it, check it.", no_args_is_help=True)
 
@@ -128,13 +130,37 @@ def stats(
 
 
 @app.command()
-def validate(as_json: AsJson = False, data: DataFolder = None) -> None:
+def validate(
+    annotations: Annotated[
+        bool,
+        typer.Option("--annotations", help="Carry out plans, test goals, solve planning problems instead."),
+    ] = False,
+    domain: Annotated[
+        list[str] | None, typer.Option(help=f"{DOMAIN_HELP} Of --annotations: all registered if not given.")
+    ] = None,
+    errata: Errata = ErrataChoice.CURRENT,
+    as_json: AsJson = False,
+    data: DataFolder = None,
+) -> None:
     """Check every file of the store against its digest, and the tasks against the published counts.
 
+    With --annotations: whether the data set's plans reach their goals, and operators solve their problems.
+
     Example: eai data validate
+
+    Example: eai data validate --annotations --errata none
     """
-    findings = check(store(data))
-    tell_findings(findings, "the data set is as published", as_json=as_json)
+    if not annotations:
+        tell_findings(check(store(data)), "the data set is as published", as_json=as_json)
+        return
+    with data_progress() as report:
+        source = Source(store(data), report, PlannerChoice.BUILT_IN, errata)
+        found = [
+            each
+            for name in domain or registered()
+            for each in check_annotations(find_benchmark(name), source)
+        ]
+    tell_findings(found, "all plans reach their goals, all problems are solved", as_json=as_json)
 
 
 @app.command()

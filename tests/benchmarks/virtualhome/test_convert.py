@@ -20,7 +20,7 @@ from eai.errors import DataError
 
 def converted(tasks: tuple[MadeTask, ...], folder: Path) -> VirtualHome:
     members = convert_tasks(MemoryBundle(files(tasks)), silent)
-    return VirtualHome(Store(folder).write("virtualhome", {}, members))
+    return VirtualHome.of(Store(folder).write("virtualhome", {}, members))
 
 
 @pytest.fixture

@@ -6,6 +6,7 @@ from eai.abilities.protocol import Protocol
 from eai.abilities.transition_modeling.task import TransitionTask
 from eai.benchmarks.behavior.domain import as_meant
 from eai.benchmarks.behavior.goal_notation import BehaviorGoals
+from eai.benchmarks.behavior.problems import problem_text
 from eai.benchmarks.behavior.subgoal_notation import BehaviorSubgoals
 from eai.benchmarks.behavior.tasks import BehaviorTask
 from eai.benchmarks.behavior.tasks import open_tasks as open_behavior_tasks
@@ -59,6 +60,7 @@ def behavior() -> Benchmark:
         formats=formats_of("eai.benchmarks.behavior"),
         published_prompts=OfficialPrompts(NAME),
         errata=errata_of(NAME),
+        problem_of=problem_text,
         goal_sections=GOAL_SECTIONS,
         task_id_of=published_task,
         phrases=PHRASES,

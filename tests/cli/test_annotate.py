@@ -1,0 +1,120 @@
+"""`eai annotate`, as a person uses it."""
+
+from __future__ import annotations
+
+import io
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from cli.conftest import Command
+from eai.annotation.decisions import read_decisions
+
+TESTS = Path(__file__).parents[1]
+SHELVES = ("--domain", "annotation.demonstrated:shelves")
+CHOOSE = ("annotate", "choose", *SHELVES, "--title", "Tidy up", "--without", "near")
+
+
+@pytest.fixture(autouse=True)
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+
+
+def saying(monkeypatch: pytest.MonkeyPatch, *commands: str) -> None:
+    monkeypatch.setattr(sys, "stdin", io.StringIO("".join(f"{command}\n" for command in commands)))
+
+
+def test_from_demonstrations_to_a_task_file(eai: Command, monkeypatch: pytest.MonkeyPatch) -> None:
+    shown = eai("annotate", "differences", *SHELVES)
+    assert shown.out.splitlines()[0] == "cup: near(robot, shelf), on(cup, shelf)"
+    counted = eai("annotate", "frequencies", *SHELVES, "--without", "near")
+    assert counted.out.splitlines()[:2] == ["Tidy up: 3 demonstrations", "    3 lit(lamp)"]
+    saying(monkeypatch, "kep 2", "keep 2", "new", "keep 1", "drop 3", "undo", "done")
+    chosen = eai(*CHOOSE)
+    assert chosen.status == 0
+    assert chosen.err == "'kep' is no command: keep, or, drop, add, new, undo, done; did you mean keep?\n"
+    assert "candidate 1, met by 2:" in chosen.out
+    assert chosen.out.endswith("done; written to decisions.toml\n")
+    assigned = json.loads(eai("annotate", "assign", *SHELVES, "--json").out)
+    assert assigned == {"cup": 0, "jar": 0, "lamp": 1}
+    checked = eai("annotate", "check", *SHELVES)
+    assert (checked.status, checked.out) == (2, "Tidy up: lamp: lacks lit(lamp_2)\n")
+    made = eai("annotate", "concrete", *SHELVES, "--out", "goals.jsonl")
+    assert made.out == "3 tasks written to goals.jsonl\n"
+    assert eai("tasks", "check", "goals.jsonl").status == 0
+    posed = eai("annotate", "problems", "--domain", "goals.jsonl", "--out", "problems", "--conditions", "1")
+    assert posed.out == "3 problems written to problems\n"
+    domain, *problems = sorted(Path("problems").glob("*.pddl"), key=lambda each: each.name != "domain.pddl")
+    assert all("(:goal" in problem.read_text() for problem in problems)
+    again = eai("annotate", "problems", "--domain", "goals.jsonl", "--out", "again", "--conditions", "1")
+    assert again.status == 0
+    assert (Path("again") / domain.name).read_bytes() == domain.read_bytes()
+    assert all((Path("again") / each.name).read_bytes() == each.read_bytes() for each in problems)
+
+
+def test_choosing_goes_on_where_it_was_left(eai: Command, monkeypatch: pytest.MonkeyPatch) -> None:
+    saying(monkeypatch, "keep 1")
+    assert eai(*CHOOSE).out.endswith("the input ended; written to decisions.toml\n")
+    saying(monkeypatch, "drop 2")
+    going_on = eai(*CHOOSE)
+    assert re.search(r"candidate 1, met by 2:\n    lit\(lamp\)\n   2  on", going_on.out)
+    chosen = read_decisions(Path("decisions.toml")).titles["Tidy up"]
+    assert (len(chosen.candidates), len(chosen.dropped)) == (1, 1)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "why"),
+    [
+        (("assign", *SHELVES), "decisions.toml: no such file; eai annotate choose writes it"),
+        (
+            ("differences", *SHELVES, "--title", "Tidy"),
+            "no demonstration is called 'Tidy'; did you mean Tidy up",
+        ),
+        (
+            ("differences", *SHELVES, "--demonstrations", "x.whl"),
+            "shelves reads no archive of demonstrations",
+        ),
+        (
+            ("problems", *SHELVES, "--out", "p", "--planner", "none"),
+            "problems are kept if they can be solved",
+        ),
+    ],
+)
+def test_unusable_input_is_one_line(eai: Command, arguments: tuple[str, ...], why: str) -> None:
+    outcome = eai("annotate", *arguments)
+    assert (outcome.status, outcome.err.count("\n")) == (2, 1)
+    assert why in outcome.err
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="interrupts are sent otherwise there")
+def test_an_interrupt_loses_no_decision() -> None:
+    command = [sys.executable, "-u", "-c", "from eai.cli import main; main()", *CHOOSE]
+    path = os.pathsep.join([str(TESTS), os.environ.get("PYTHONPATH", "")])
+    process = subprocess.Popen(
+        command,
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+        env={**os.environ, "PYTHONPATH": path, "COLUMNS": "80"},
+    )
+    with process:
+        assert process.stdin is not None
+        assert process.stdout is not None
+        process.stdin.write("keep 1\ndrop 3\n")
+        process.stdin.flush()
+        said = [process.stdout.readline()]
+        while not (said.count("candidate 1, met by 2:\n") == 2 and "   6 " in said[-1]):
+            said.append(process.stdout.readline())
+        process.send_signal(signal.SIGINT)
+        rest = process.stdout.read()
+    assert "interrupted; the same command goes on from here; written to decisions.toml" in rest
+    assert process.returncode == 0
+    chosen = read_decisions(Path("decisions.toml")).titles["Tidy up"]
+    assert [list(map(str, entry)) for entry in chosen.candidates[0].entries] == [["lit(lamp)"]]
+    assert list(map(str, chosen.dropped)) == ["on(cup, shelf)"]
