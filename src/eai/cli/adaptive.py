@@ -61,13 +61,15 @@ def obtain_adaptively(
     chosen: list[str] = []
     scores: dict[str, float] = {}
     while True:
-        chosen += next_tasks(ROUND, scores, difficulties, names)
+        left = {task: difficulties[task] for task in difficulties if task in scores or task not in chosen}
+        chosen += next_tasks(ROUND, scores, left, names)
         asked = {task_id: prompts[task_id] for task_id in prompts if task_id in chosen}
         result = obtain_and_score(order, endpoint, asked, suite)
         scores = {
             record.task_id: float(bool(record.verdict.success))
             for record in result.records
-            if record.unanswered is None and isinstance(record.verdict, PlanVerdict)
+            if isinstance(record.verdict, PlanVerdict) and record.unanswered is None
+            if record.verdict.excluded is None
         }
         found = ability_of(scores, difficulties)
         if found.error <= target or result.failures or len(chosen) == len(difficulties):
