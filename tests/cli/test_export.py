@@ -67,6 +67,28 @@ def test_prompts_say_what_each_trainer_asks_for(eai: Command, data_store: Store,
         assert library.reward(row["task"], "") == 0
 
 
+def test_each_file_of_a_folder_of_tasks_is_a_split(
+    eai: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.syspath_prepend(Path(__file__).parents[2] / "examples" / "lamps")
+    line = {"base": "lamps:lamps", "instruction": "Light up.", "facts": {}, "goals": ["lit(lamp)"]}
+    objects = {"robot": "robot", "lamp": "lamp"}
+    tasks = tmp_path / "tasks"
+    tasks.mkdir()
+    for name in ("train", "fresh-1"):
+        whole = {"id": f"{name}-0", **line, "objects": objects, "agent": "robot"}
+        (tasks / f"{name}.jsonl").write_text(json.dumps(whole) + "\n")
+    asked = ("--domain", tasks, "--ability", "action_sequencing")
+    folder = tmp_path / "data"
+    assert "2 rows written" in eai("export", "prompts", *asked, "--out", folder, "--format", "hf").out
+    assert "- split: fresh_1\n    path: fresh_1.jsonl\n" in (folder / "README.md").read_text()
+    ((train,), (fresh,)) = read(folder / "train.jsonl"), read(folder / "fresh_1.jsonl")
+    assert (train["split"], fresh["split"]) == ("train", "fresh_1")
+    assert library.reward(fresh["task"], '[{"action": "GO", "object": "lamp"}]') == 0
+    eai("export", "prompts", *asked, "--out", tmp_path / "all.jsonl")
+    assert read(tmp_path / "all.jsonl") == [fresh, train]
+
+
 def test_only_answers_that_are_right_are_exported_once(eai: Command, records: Path, tmp_path: Path) -> None:
     assert "5 rows written" in eai("export", "sft", records, "--out", tmp_path / "sft.jsonl").out
     for row in read(tmp_path / "sft.jsonl"):

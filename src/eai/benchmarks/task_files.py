@@ -76,7 +76,7 @@ def open_task_files(path: Path) -> TaskFiles:
         InputError: there is no file or no task, an id is missing or stands there twice, or the first line is
             not as it should be; the message names file and line.
     """
-    files = _files(path)
+    files = task_files_in(path)
     contents = [_content(file) for file in files]
     lines: dict[str, Place] = {}
     for file, content in zip(files, contents, strict=True):
@@ -172,10 +172,15 @@ def lines_in(path: Path) -> Iterator[Place]:
     Raises:
         InputError: a file cannot be read.
     """
-    return (place for file in _files(path) for place in _places(file, _content(file)))
+    return (place for file in task_files_in(path) for place in _places(file, _content(file)))
 
 
-def _files(path: Path) -> list[Path]:
+def task_files_in(path: Path) -> list[Path]:
+    """The task files in a folder, by name, or the one that this is.
+
+    Raises:
+        InputError: there is none in the folder.
+    """
     if path.is_dir():
         found = sorted(file for file in path.iterdir() if file.name.endswith(ENDINGS))
         if not found:

@@ -5,9 +5,11 @@ from __future__ import annotations
 import json
 from collections import Counter
 from collections.abc import Iterable, Iterator
+from contextlib import ExitStack
 from enum import Enum
+from functools import cache
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, TextIO
 
 import typer
 
@@ -17,6 +19,7 @@ from eai.benchmarks.prompt_library import Library
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.source import Source
 from eai.benchmarks.suite import open_suite
+from eai.benchmarks.task_files import task_files_in
 from eai.cli.console import DOMAIN_HELP, counted, data_progress, output
 from eai.cli.data import DataFolder, store
 from eai.errors import InputError
@@ -58,14 +61,15 @@ _Records = Annotated[
 ]
 _Shaping = Annotated[Shaping, typer.Option(help="By which definition answers are worth something.")]
 
+TRAIN = "train"
+"""The split of what is not split."""
+
 _CARD = """\
 ---
 configs:
 - config_name: default
   data_files:
-  - split: train
-    path: {file}
----
+{files}---
 Made by `eai export`. The prompts hold text of the benchmarks they are of, which have licences of their own.
 """
 
@@ -81,16 +85,19 @@ def prompts(
 ) -> None:
     """Write the prompts of all tasks in which something is to be earned, for TRL, verl, SkyRL and OpenRLHF.
 
+    Each file of a folder of task files is a split.
+
     Example: eai export prompts --domain tasks/ --ability action_sequencing --out train.jsonl
     """
 
     def rows() -> Iterator[Row]:
         with data_progress() as report:
             source = Source(store(data), report, PlannerChoice.NONE)
-            for name in domain:
+            for split, name in [each for given in domain for each in _splits(given)]:
                 for each in ability or list(Ability):
                     asked = Library(prompt_set, None, source).open(find_benchmark(name), each)
-                    yield from prompt_rows(Reward(open_suite(name, each, source=source)), asked)
+                    for row in prompt_rows(Reward(open_suite(name, each, source=source)), asked):
+                        yield {**row, "split": split}
 
     _write(rows(), out, form)
 
@@ -153,23 +160,44 @@ def _answers(
             yield from rewarded(of_suite, paid, asked, left_out)
 
 
+def _splits(domain: str) -> list[tuple[str, str]]:
+    """The splits of a domain, each with the domain that it is: the files of a folder of tasks, or all."""
+    folder = Path(domain)
+    if not folder.is_dir():
+        return [(TRAIN, domain)]
+    return [(file.name.partition(".")[0].replace("-", "_"), str(file)) for file in task_files_in(folder)]
+
+
 def _write(rows: Iterable[Row], out: Path, form: Format) -> None:
     """Write a data set; nothing is there under its name before it is whole."""
-    file = out / "train.jsonl" if form is Format.HF else out
-    part, number = file.with_name(f"{file.name}.part"), 0
+    parts: dict[Path, Path] = {}
+    number = 0
     try:
-        file.parent.mkdir(parents=True, exist_ok=True)
-        with part.open("w", encoding="utf-8") as opened:
+        with ExitStack() as stack:
+
+            @cache
+            def opened(split: object) -> TextIO:
+                file = out / f"{split}.jsonl" if form is Format.HF else out
+                file.parent.mkdir(parents=True, exist_ok=True)
+                parts[file] = file.with_name(f"{file.name}.part")
+                return stack.enter_context(parts[file].open("w", encoding="utf-8"))
+
             for row in rows:
-                opened.write(json.dumps(row) + "\n")
+                split = row.get("split", TRAIN) if form is Format.HF else TRAIN
+                opened(split).write(json.dumps(row) + "\n")
                 number += 1
-        part.replace(file)
+            if not number:
+                opened(TRAIN)
+        for file, part in parts.items():
+            part.replace(file)
         if form is Format.HF:
-            (out / "README.md").write_text(_CARD.format(file=file.name), encoding="utf-8")
+            files = [f"  - split: {file.stem}\n    path: {file.name}\n" for file in parts]
+            (out / "README.md").write_text(_CARD.format(files="".join(files)), encoding="utf-8")
     except OSError as error:
         raise InputError(f"{out}: cannot be written ({error.strerror})") from error
     finally:
-        part.unlink(missing_ok=True)
+        for part in parts.values():
+            part.unlink(missing_ok=True)
     written = f"{counted(number, 'row')} written to {out}"
     output().print(written, soft_wrap=True, highlight=False, markup=False)
 

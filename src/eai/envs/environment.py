@@ -83,6 +83,7 @@ class TextEnvironment(gymnasium.Env[str, str]):
     Attributes:
         benchmark: the benchmark.
         rules: how its tasks are played.
+        task_ids: the tasks of which each reset chooses one.
     """
 
     metadata: dict[str, Any] = {"render_modes": [RENDER_MODE], "render_fps": 1}  # noqa: RUF012 - gymnasium's form
@@ -103,7 +104,7 @@ class TextEnvironment(gymnasium.Env[str, str]):
         self.action_space = AnyText(MAX_LENGTH)
         self.observation_space = AnyText(MAX_OBSERVATION)
         self._tasks = tasks
-        self._task_ids = tuple(task_ids)
+        self.task_ids = tuple(task_ids)
         self._stages: dict[str, Stage] = {}
         self._game: Game | None = None
         self._epoch = -1
@@ -162,7 +163,7 @@ class TextEnvironment(gymnasium.Env[str, str]):
 
     def _chosen(self) -> str:
         """One of the tasks at random; those without goals are passed over where there are others."""
-        order = [self._task_ids[int(i)] for i in self.np_random.permutation(len(self._task_ids))]
+        order = [self.task_ids[int(i)] for i in self.np_random.permutation(len(self.task_ids))]
         return next((task_id for task_id in order if self._tasks[task_id].left_out is None), order[0])
 
     def _stage(self, task_id: str) -> Stage:
