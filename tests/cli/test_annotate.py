@@ -100,6 +100,7 @@ def test_an_interrupt_loses_no_decision() -> None:
         command,
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
         text=True,
         env={**os.environ, "PYTHONPATH": path, "COLUMNS": "80"},
     )
@@ -113,8 +114,8 @@ def test_an_interrupt_loses_no_decision() -> None:
             said.append(process.stdout.readline())
         process.send_signal(signal.SIGINT)
         rest = process.stdout.read()
-    assert "interrupted; the same command goes on from here; written to decisions.toml" in rest
-    assert process.returncode == 0
+    assert "interrupted; every decision is in decisions.toml, and the same command goes on from here" in rest
+    assert process.returncode == 128 + signal.SIGINT
     chosen = read_decisions(Path("decisions.toml")).titles["Tidy up"]
     assert [list(map(str, entry)) for entry in chosen.candidates[0].entries] == [["lit(lamp)"]]
     assert list(map(str, chosen.dropped)) == ["on(cup, shelf)"]

@@ -26,7 +26,7 @@ from eai.cli import annotate_problems
 from eai.cli.console import DOMAIN_HELP, counted, data_progress, errors, output, print_json, tell_findings
 from eai.cli.data import DataFolder, store
 from eai.cli.options import AsJson
-from eai.errors import InputError
+from eai.errors import InputError, InterruptError
 from eai.logic.ltl_printer import print_ltl
 from eai.world.state import Fact, Scene
 
@@ -180,7 +180,11 @@ def choose(
 
 
 def _conversation(path: Path, known: Decisions, title: str, listing: Listing) -> str:
-    """Take commands until there are no more; what is decided is in the file after each of them."""
+    """Take commands until there are no more; what is decided is in the file after each of them.
+
+    Raises:
+        InterruptError: the user ended it.
+    """
     chosen, before = known.titles.get(title, Chosen()), list[Chosen]()
     try:
         while True:
@@ -198,8 +202,8 @@ def _conversation(path: Path, known: Decisions, title: str, listing: Listing) ->
         return "the input ended"
     except KeyboardInterrupt:
         write_decisions(path, known.deciding(title, chosen))  # it may have come before the last was written
-        output().print()
-        return "interrupted; the same command goes on from here"
+        told = f"interrupted; every decision is in {path}, and the same command goes on from here"
+        raise InterruptError(told) from None
 
 
 def _after(command: str, chosen: Chosen, before: list[Chosen], listing: Listing) -> Chosen:
