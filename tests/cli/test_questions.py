@@ -29,6 +29,18 @@ def test_options_alone_write(eai: Command, written: Path, tmp_path: Path) -> Non
     assert again.read_bytes() == written.read_bytes()
 
 
+def test_no_order_of_a_set_shows(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(LAMPS)
+    written = set()
+    for seed in "123":
+        file = tmp_path / f"{seed}.jsonl"
+        arguments = ("--domain", "lamps:lamps", "--n", 72, "--out", file)
+        outcome = in_own_process("questions", *arguments, PYTHONHASHSEED=seed)
+        assert outcome.status == 0, outcome.err
+        written.add(file.read_bytes())
+    assert len(written) == 1
+
+
 def test_kinds_and_forms_can_be_chosen(eai: Command, written: Path, tmp_path: Path) -> None:
     file = tmp_path / "some.jsonl"
     chosen = ("--kind", "forward", "--kind", "state", "--form", "open")

@@ -23,7 +23,8 @@ from eai.logic.formula import (
     Until,
     Variable,
 )
-from eai.logic.renaming import rename_objects
+from eai.logic.ltl_printer import print_ltl
+from eai.logic.renaming import rename_objects, rename_variables
 
 X, Y = Variable("x", "cup"), Variable("y", "cup")
 OLD, NEW, OTHER = Constant("old"), Constant("new"), Constant("other")
@@ -58,3 +59,9 @@ def test_objects_change_their_names_everywhere_and_variables_keep_them(
 ) -> None:
     assert rename_objects(before, {"old": "new", "cup": "mug"}) == after
     assert rename_objects(before, {}) == before
+
+
+def test_a_variable_is_renamed_where_it_stands_with_its_category() -> None:
+    lamp = Variable("l", "lamp")
+    formula = ForAll(lamp, And((Atom("lit", (lamp,)), Equals(lamp, Variable("l")))))
+    assert print_ltl(rename_variables(formula)) == "forall x: lamp. (lit(x) and x = x)"

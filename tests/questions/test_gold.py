@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
@@ -72,6 +73,20 @@ def test_in_pddl(tmp_path: Path) -> None:
     (tmp_path / "p1.pddl").write_text(PROBLEM)
     blocks = find_benchmark(f"pddl:{tmp_path / 'domain.pddl'},{tmp_path / 'p1.pddl'}")
     assert differing(blocks, Source(), Wanted(number=3 * CELLS)) == []
+
+
+@pytest.mark.parametrize("kind", [Kind.FORWARD, Kind.STATE])
+def test_what_held_before_does_not_tell(kind: Kind, data_store: Store) -> None:
+    """Who says that all is as it was is right about half the time."""
+    behavior = find_benchmark("behavior")
+    wanted = Wanted((kind,), (Form.YES_NO,), 160)
+    right = 0
+    for question in Writer(behavior, Source(data_store)).write(wanted):
+        world = read_world(question.prompt, behavior.domain)
+        (statement,) = re.findall(r"Does (.+) hold a", question.prompt)
+        held = world.fact(statement) in world.start
+        right += question.answer == ("yes" if held else "no",)
+    assert 0.35 * 160 < right < 0.65 * 160
 
 
 @pytest.mark.parametrize("domain", ["virtualhome", "behavior"])

@@ -31,9 +31,9 @@ def _renamed(formula: f.Formula, terms: Mapping[f.Term, f.Term], fresh: Iterator
     """The formula with other terms; ``fresh`` gives the names of bound variables, which stay where None."""
     match formula:
         case f.Atom(_, arguments) | f.Occurs(_, arguments):
-            return replace(formula, arguments=tuple([terms.get(term, term) for term in arguments]))
+            return replace(formula, arguments=tuple([_term(term, terms) for term in arguments]))
         case f.Equals(left, right):
-            return f.Equals(terms.get(left, left), terms.get(right, right))
+            return f.Equals(_term(left, terms), _term(right, terms))
         case f.Not(operand) | f.Next(operand) | f.Eventually(operand) | f.Always(operand):
             return replace(formula, operand=_renamed(operand, terms, fresh))
         case f.And(operands) | f.Or(operands):
@@ -58,6 +58,12 @@ def _renamed(formula: f.Formula, terms: Mapping[f.Term, f.Term], fresh: Iterator
             return replace(formula, first=one, second=other, body=_renamed(body, inner, fresh))
         case _:
             assert_never(formula)
+
+
+def _term(term: f.Term, terms: Mapping[f.Term, f.Term]) -> f.Term:
+    """What stands for a term; a variable goes by its name, with or without its category."""
+    found = terms.get(f.Variable(term.name) if isinstance(term, f.Variable) else term)
+    return term if found is None or found.name == term.name else found
 
 
 def _bound(variable: f.Variable, fresh: Iterator[str] | None) -> f.Variable:

@@ -23,8 +23,8 @@ class Item:
         state: what holds when it is asked.
         operators: the names of the operators whose rules are told.
         depth: how many actions there are to think of.
-        right: texts of which any is a right choice.
-        wrong: texts of which any is a wrong choice, however tempting.
+        right: texts of which any is a right choice, first what is easily taken for wrong.
+        wrong: texts of which any is a wrong choice, first what is easily taken for right.
         answer: the gold answers in open form.
         accept: whether all of these are wanted.
         values: what else the templates speak of.

@@ -49,7 +49,8 @@ def backward(setting: Setting, rng: random.Random, number: int) -> Item | None:
         return None
     fact = rng.choice([*added, *removed])
     wanted = fact in added
-    candidates = [name for name in setting.rules.names if fact.predicate in setting.rules.written(name)]
+    told = [operator.name for operator in setting.rules.operators]
+    candidates = [name for name in told if fact.predicate in setting.rules.written(name)]
     outcomes = _outcomes(setting, state, candidates)
     right = [each for each, reached in outcomes if _holds(reached, fact) is wanted]
     literal = setting.said(fact) if wanted else f"not {setting.said(fact)}"
@@ -66,7 +67,8 @@ def inverse(setting: Setting, rng: random.Random, number: int) -> Item | None:
     changed = {fact.predicate for fact in (*setting.added(state, after), *setting.added(after, state))}
     if not changed:
         return None
-    candidates = [name for name in setting.rules.names if changed <= setting.rules.written(name)]
+    told = [operator.name for operator in setting.rules.operators]
+    candidates = [name for name in told if changed <= setting.rules.written(name)]
     outcomes = _outcomes(setting, state, candidates)
     right = [each for each, reached in outcomes if setting.alike(reached, after)]
     wrong = _others(setting, rng, state, action, lambda s: s is None or not setting.alike(s, after))
@@ -77,8 +79,7 @@ def inverse(setting: Setting, rng: random.Random, number: int) -> Item | None:
 def applicability(setting: Setting, rng: random.Random, number: int) -> Item | None:
     """Which actions are possible; half of those to choose from are."""
     state = rng.choice(setting.states)
-    right = _drawn(setting, rng, state, _CANDIDATES // 2, possible=True)
-    wrong = _drawn(setting, rng, state, _CANDIDATES // 2, possible=False)
+    right, wrong = _alternatives(setting, rng, state, _CANDIDATES // 2)
     if len(right) < _CANDIDATES // 2 or len(wrong) < _CANDIDATES // 2:
         return None
     together = rng.sample([*right, *wrong], _CANDIDATES)
@@ -183,6 +184,28 @@ def _others(
         drawn.append(Action(action.operator, tuple(rng.sample(setting.things, number))))
     drawn += _drawn(setting, rng, state, _CHOICES, possible=True)
     return [each for each in dict.fromkeys(drawn) if is_wrong(setting.after(state, each))]
+
+
+def _alternatives(
+    setting: Setting, rng: random.Random, state: State, number: int
+) -> tuple[list[Action], list[Action]]:
+    """Possible actions and impossible ones, where it can be by the same operators: no name gives one away."""
+    right: list[Action] = []
+    wrong: list[Action] = []
+    for operator in rng.sample(setting.rules.operators, len(setting.rules.operators)):
+        if len(right) == number or operator.arity > len(setting.things):
+            continue
+        drawn = [
+            Action(operator.name, tuple(rng.sample(setting.things, operator.arity))) for _ in range(_DRAWS)
+        ]
+        possible = next((each for each in drawn if setting.after(state, each) is not None), None)
+        other = next((each for each in drawn if setting.after(state, each) is None), None)
+        if possible is not None and other is not None:
+            right.append(possible)
+            wrong.append(other)
+    right += _drawn(setting, rng, state, number - len(right), possible=True)
+    wrong += _drawn(setting, rng, state, number - len(wrong), possible=False)
+    return list(dict.fromkeys(right)), list(dict.fromkeys(wrong))
 
 
 def _which_action(

@@ -15,6 +15,9 @@ from eai.questions.setting import Setting
 LETTERS = "ABCD"
 """What choices are called."""
 
+_TEMPTING = 0.5
+"""How often a statement is the most tempting one there is."""
+
 _BLOCKS = 16
 """After how many times all letters their order repeats itself."""
 
@@ -98,7 +101,7 @@ def _posed(item: Item, form: Form, rng: random.Random, turn: int) -> _Posed | No
             among = item.right if is_right else item.wrong
             if not among:
                 return None
-            statement = rng.choice(among)
+            statement = rng.choice(among[:1] if rng.random() < _TEMPTING else among)
             return _Posed([statement], statement, ("yes" if is_right else "no",))
         case Form.CHOICE:
             if not item.right or len(item.wrong) < len(LETTERS) - 1:
