@@ -11,7 +11,7 @@ from eai.analysis.error_leaves import error_tables
 from eai.analysis.table import Table, write_tables
 from eai.cli.analyzed import Figures, Plots, Records, draw_figures, say, tables_of
 from eai.cli.data import DataFolder
-from eai.report import plot_analyses
+from eai.report import plot_analyses, plot_leaves
 
 
 def errors(
@@ -36,6 +36,7 @@ def figures(found: list[Table]) -> Figures:
     """The plots of the analysis."""
     leaves, why = found[:2]
     for suite, rows in plot_analyses.rows_of(leaves).items():
+        yield f"flow-{suite.file_name}", plot_leaves.draw(rows)
         levels = ("stage", "kind", "detail")
         yield (
             f"leaves-{suite.file_name}",

@@ -45,12 +45,11 @@ def styled() -> Iterator[None]:
 def write(figure: Figure, path: Path) -> tuple[Path, ...]:
     """Write a figure as ``path``.svg, ``.png`` and ``.pdf``, without the date and the program's version.
 
-    It is laid out once, so that it is the same in all of them.
+    Each is laid out by itself, for letters are not as wide in one as in another.
     """
     written = []
     for kind in FORMATS:
         target = path.with_name(f"{path.name}.{kind}")
         figure.savefig(target, metadata=_UNDATED[kind], dpi=_DOTS_PER_INCH)
-        figure.set_layout_engine("none")
         written.append(target)
     return tuple(written)

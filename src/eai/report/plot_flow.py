@@ -65,10 +65,10 @@ def _draw_model(panel: Axes, model: str, flow: Flow) -> None:
     panel.set_title(clipped(model))
     for stage, (label, kind) in enumerate(_LOSSES):
         kept, lost = shares[stage + 1], shares[stage] - shares[stage + 1]
-        _band(panel, stage, Band(_TOP - kept, _TOP - kept, kept), OUTCOME_COLORS[AnswerOutcome.SUCCESS])
+        draw_band(panel, stage, Band(_TOP - kept, _TOP - kept, kept), OUTCOME_COLORS[AnswerOutcome.SUCCESS])
         if lost >= _SMALLEST_LABELLED:
             end = _TOP - kept - lost - _GAP
-            _band(panel, stage, Band(_TOP - kept - lost, end, lost), OUTCOME_COLORS[kind])
+            draw_band(panel, stage, Band(_TOP - kept - lost, end, lost), OUTCOME_COLORS[kind])
             text = f"{label} {lost:.0f}"
             panel.text(stage + 0.1, end - 5, text, fontsize=6, va="center", color=INK)
     for stage, (name, share) in enumerate(zip(_STAGES, shares, strict=True)):
@@ -76,7 +76,8 @@ def _draw_model(panel: Axes, model: str, flow: Flow) -> None:
         panel.text(stage, 115, name, fontsize=5.8, ha="center", color="#55575e")
 
 
-def _band(panel: Axes, stage: int, band: Band, color: str) -> None:
+def draw_band(panel: Axes, stage: int, band: Band, color: str) -> None:
+    """A bent band from one stage to the next."""
     from matplotlib.patches import PathPatch
     from matplotlib.path import Path
 
