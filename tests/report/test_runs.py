@@ -17,6 +17,16 @@ def test_runs_are_found_in_folders_and_files(tmp_path: Path) -> None:
     assert len(list(read_runs([folder, folder]))) == 6
 
 
+def test_links_to_folders_are_followed_once(tmp_path: Path) -> None:
+    elsewhere = write_runs(tmp_path / "elsewhere", [action_run("first"), goal_run()])
+    runs = tmp_path / "runs"
+    runs.mkdir()
+    (runs / "linked").symlink_to(elsewhere, target_is_directory=True)
+    (runs / "again").symlink_to(elsewhere, target_is_directory=True)
+    (elsewhere / "round").symlink_to(runs, target_is_directory=True)
+    assert len(list(read_runs([runs]))) == 2
+
+
 def test_one_file_may_hold_several_runs(tmp_path: Path) -> None:
     file = tmp_path / "all.jsonl"
     write_records(file, [*action_run(), *goal_run()])

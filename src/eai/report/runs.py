@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -69,13 +70,15 @@ def as_asked_in_paper(run: Run) -> Run:
 def find_record_files(paths: Iterable[Path]) -> list[Path]:
     """The files of records that paths name, or that are below the folders they name, each once.
 
+    Links to folders are followed, each folder once.
+
     Raises:
         InputError: a path does not exist, or there is no such file below it.
     """
     found: dict[Path, None] = {}
     for path in paths:
         if path.is_dir():
-            files = sorted(path.rglob(RECORDS))
+            files = sorted(_below(path))
             if not files:
                 raise InputError(f"{path}: expected a folder with {RECORDS} somewhere below, found none")
             found |= dict.fromkeys(files)
@@ -84,6 +87,19 @@ def find_record_files(paths: Iterable[Path]) -> list[Path]:
         else:
             raise InputError(f"{path}: no such file or folder")
     return list(found)
+
+
+def _below(folder: Path) -> Iterator[Path]:
+    seen: set[str] = set()
+    for place, folders, files in os.walk(folder, followlinks=True):
+        real = os.path.realpath(place)
+        if real in seen:
+            folders.clear()
+            continue
+        seen.add(real)
+        folders.sort()
+        if RECORDS in files:
+            yield Path(place) / RECORDS
 
 
 def read_runs(paths: Iterable[Path]) -> Iterator[Run]:
