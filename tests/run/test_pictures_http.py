@@ -46,6 +46,12 @@ def test_a_server_is_sent_the_picture(scene: str, clutter: str, data_store: Stor
     facts = wording.initial(task).splitlines()
     assert all((fact in told["text"]) is (scene == "both") for fact in facts)
     assert wording.objects(task) in told["text"]
+    said = (
+        "The picture shows the same."
+        if scene == "both"
+        else "Initial state:\nWhat holds is in the picture alone."
+    )
+    assert f"{said}\n\nGoals:" in told["text"]
 
 
 def test_own_pictures_go_to_the_model_that_sees_and_its_list_to_the_other(

@@ -14,7 +14,7 @@ from eai.abilities.responses import file_name
 from eai.abilities.task import Task
 from eai.benchmarks.prompt_library import Library
 from eai.benchmarks.suite import Suite
-from eai.cli.scene import Scene, SceneChoice
+from eai.cli.scene import SceneChoice
 from eai.errors import InputError
 from eai.perception.belief import scene_words
 from eai.perception.noise import perceive
@@ -94,8 +94,8 @@ class Scenes:
         images = self._images(suite, tasks)
         templates = Templates(self.library.folder)
         if choice.eyes is None:
-            told = templates.text("scene_image.txt") if choice.scene is Scene.IMAGE else None
-            return pictured_scenes(choice.label, tasks, images, told=told)
+            told = templates.text(f"scene_{choice.scene.value}.txt")
+            return pictured_scenes(choice.label, tasks, images, told)
         asked = {i: scene_graph_question(task, words, images[i], templates) for i, task in tasks.items()}
         right = {i: words.describe(task).text for i, task in tasks.items()}
         name = f"{file_name(choice.eyes.model)}{choice.pictures}"

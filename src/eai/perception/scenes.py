@@ -78,7 +78,7 @@ def perceived_scenes(
 
 
 def pictured_scenes(
-    label: str, tasks: Mapping[str, Task], images: Mapping[str, tuple[Image, ...]], *, told: str | None
+    label: str, tasks: Mapping[str, Task], images: Mapping[str, tuple[Image, ...]], told: str
 ) -> PerceivedScenes:
     """What questions show that come with pictures.
 
@@ -86,7 +86,7 @@ def pictured_scenes(
         label: of what kind these are, as experiments have it.
         tasks: the tasks.
         images: the pictures of each.
-        told: what a question says instead of listing what holds; None where it lists that too.
+        told: what a question says of the start; ``$initial`` stands for what holds there.
     """
     return PerceivedScenes(
         label, {i: Belief(tasks[i], initial=told, images=shown) for i, shown in images.items()}

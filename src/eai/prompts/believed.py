@@ -14,6 +14,9 @@ from eai.abilities.task import Task
 from eai.errors import InputError
 from eai.prompts.prompt import Image
 
+TOLD = "$initial"
+"""What questions say of the start: what holds there."""
+
 
 @dataclass(frozen=True, slots=True)
 class Belief:
@@ -22,13 +25,13 @@ class Belief:
     Attributes:
         task: the task with the believed goals, or the perceived scene, in place of its own.
         answer: the answer to goal interpretation that states the goals, word for word; else empty.
-        initial: what a question says in the place of what holds at the start; None if it says that.
+        initial: what a question says of the start; ``$initial`` stands for what holds there.
         images: the pictures that go with a question.
     """
 
     task: Task
     answer: str = ""
-    initial: str | None = None
+    initial: str = TOLD
     images: tuple[Image, ...] = ()
 
 

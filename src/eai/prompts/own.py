@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from string import Template
 from typing import TypeAlias
 
 from eai.abilities.protocol import Ability
 from eai.abilities.task import Task
-from eai.prompts.believed import Belief
+from eai.prompts.believed import TOLD, Belief
 from eai.prompts.prompt import Prompt
 from eai.prompts.template import Templates
 from eai.prompts.wording import Wording
@@ -79,9 +80,7 @@ def _example_for(title: str, questions: Questions) -> str | None:
     return next((task_id for task_id, task in questions.tasks.items() if task.title != title), None)
 
 
-def _question(
-    name: str, wording: Wording, task: Task, templates: Templates, initial: str | None = None
-) -> str:
+def _question(name: str, wording: Wording, task: Task, templates: Templates, initial: str = TOLD) -> str:
     goals = wording.goals(task)
     if any(goal.is_over_time for goal in task.goals):
         goals += f"\n\n{templates.text('over_time.txt')}"
@@ -89,7 +88,7 @@ def _question(
         "title": task.title,
         "instruction": task.instruction,
         "objects": wording.objects(task),
-        "initial": wording.initial(task) if initial is None else initial,
+        "initial": Template(initial).safe_substitute(initial=wording.initial(task)),
         "goals": goals,
     }
     return templates.fill(f"{name}_task.txt", values)
