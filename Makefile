@@ -3,7 +3,8 @@
 # make lint | type | docs | bench | clean
 # make site    the documentation as a site, build/site/html
 # make packages mypy, tests and example of what is published from packages/, each in an environment of its own
-# make release build the package, check it as an index does, and write what is new; nothing is uploaded
+# make release build the package, check it as an index does, write what is new and what it needs; nothing is uploaded
+# make audit   known vulnerabilities of what is needed to run
 
 PYTHON ?= python3 python3.13 python3.12 python3.11 python3.10
 VENV   := .venv
@@ -16,7 +17,7 @@ WITH_DEV := $(VENV)/.with-dev
 WITH_RELEASE := $(VENV)/.with-release
 WITH_SITE := $(VENV)/.with-site
 
-.PHONY: demo test lint type bench docs site packages release clean
+.PHONY: demo test lint type bench docs site packages release audit clean
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
 
@@ -60,7 +61,22 @@ release: $(WITH_RELEASE)
 	$(BIN)/python -m build --outdir dist
 	$(BIN)/twine check --strict dist/*.whl dist/*.tar.gz
 	$(BIN)/python tools/release_notes.py --out dist/notes.md
+	$(RUNTIME)
+	$(BIN)/cyclonedx-py environment build/runtime/bin/python --pyproject pyproject.toml --output-reproducible \
+	  --output-format JSON --output-file dist/bom.json
 	@echo "made dist/; to publish: $(BIN)/twine upload dist/*.whl dist/*.tar.gz"
+
+audit: $(WITH_RELEASE)
+	$(RUNTIME)
+	$(BIN)/pip-audit --progress-spinner off --skip-editable --path "$$(build/runtime/bin/python -c \
+	  'import sysconfig; print(sysconfig.get_path("purelib"))')"
+
+# An environment with what the package and its extras need to run, and nothing else, in build/runtime.
+define RUNTIME
+rm -rf build/runtime
+$(BIN)/python -m venv build/runtime
+build/runtime/bin/python -m pip install --quiet --disable-pip-version-check '.[run,planner,plots,analysis,envs]'
+endef
 
 clean:
 	rm -rf $(VENV) packages/*/.venv build dist .mypy_cache .pytest_cache .ruff_cache .hypothesis

@@ -1,6 +1,8 @@
 """Kills a replanning run again and again, goes on with it, and looks whether anything is lost or doubled.
 
-    python bench/kill_and_resume.py --kills 100
+    python bench/kill_and_resume.py --kills 70                  replanning
+    python bench/kill_and_resume.py --kills 70 --kind plain     one answer a task
+    python bench/kill_and_resume.py --kills 70 --kind pipeline  questions that state interpreted goals
 
 A process that does a job of ``eai run`` is killed (SIGKILL) after a few more answers, at a moment that nobody
 chose, and started again, until it ends. Then its records, summary and answers must be those of a run that was
@@ -20,9 +22,12 @@ import tempfile
 import time
 from collections import Counter
 from pathlib import Path
+from typing import NamedTuple
 
 from eai.abilities.experiment import Experiment, Feedback
 from eai.abilities.protocol import Ability
+from eai.abilities.verdict import Json
+from eai.benchmarks.gold_answers import open_answer_book
 from eai.benchmarks.prompt_library import Library
 from eai.benchmarks.suite import open_suite
 from eai.prompts.prompt import PromptSet
@@ -30,6 +35,7 @@ from eai.run.evaluation import obtain_answers
 from eai.run.job import Endpoint, Job, Pace
 from eai.scoring.batch import Settings
 from eai.scoring.epochs import Obtained, settle
+from eai.scoring.stage_one import BelievedGoals, Interpretations, believe
 from eai.scoring.trials import open_trials
 
 EXPERIMENT = Experiment(3, feedback=Feedback.EXPLAINED, slip=0.05, slip_seed=0)
@@ -38,27 +44,59 @@ JOURNAL = "answers.jsonl"
 COMPARED = ("records.jsonl", "summary.json")
 
 
-def make_job(tasks: int) -> Job:
-    """The job of each run: the first tasks of BEHAVIOR, whose answers are spoilt and mended."""
+class Work(NamedTuple):
+    """What each run does; in a pipeline with goals that answers state."""
+
+    job: Job
+    believed: BelievedGoals | None = None
+
+
+def make_work(kind: str, tasks: int) -> Work:
+    """The first tasks of BEHAVIOR, whose answers are spoilt, and in an experiment mended."""
     suite, library = open_suite("behavior", Ability.ACTION_SEQUENCING), Library(PromptSet.OFFICIAL)
-    prompts = library.open(suite.benchmark, suite.ability)
-    asked = {task_id: prompts[task_id] for task_id in suite.task_ids[:tasks]}
-    trials = open_trials(suite, EXPERIMENT, library.asker(suite.benchmark, suite.ability, asked), asked)
-    endpoint = Endpoint(MODEL, {"rate": 0.2, "heed": 0.7})
-    pace = Pace(max_connections=2)
-    return Job(endpoint, suite.benchmark, suite.ability, asked, pace=pace, source=suite.source, trials=trials)
+    task_ids = suite.task_ids[:tasks]
+    believed, trials = None, None
+    if kind == "pipeline":
+        book = open_answer_book(suite.benchmark, Ability.GOAL_INTERPRETATION)
+        stated = Interpretations("oracle", {task_id: book.gold(task_id).text for task_id in task_ids})
+        believed = believe(stated, suite.benchmark, suite.source)
+    prompts = library.open(suite.benchmark, suite.ability, None if believed is None else believed.beliefs)
+    asked = {task_id: prompts[task_id] for task_id in task_ids}
+    arguments: dict[str, Json] = {"rate": 0.2}
+    if kind == "replanning":
+        trials = open_trials(suite, EXPERIMENT, library.asker(suite.benchmark, suite.ability, asked), asked)
+        arguments["heed"] = 0.7
+    job = Job(
+        Endpoint(MODEL, arguments),
+        suite.benchmark,
+        suite.ability,
+        asked,
+        pace=Pace(max_connections=2),
+        source=suite.source,
+        trials=trials,
+    )
+    return Work(job, believed)
 
 
-def work(job: Job, folder: Path) -> None:
+def work(todo: Work, folder: Path) -> None:
     """All that a run does, in this process."""
+    job = todo.job
     answers = obtain_answers(job, folder / JOURNAL, folder / "logs")
     obtained = Obtained(
-        MODEL, "noisy", job.prompts, answers.given, answers.failures, 1, job.trials, answers.tried
+        MODEL,
+        "noisy",
+        job.prompts,
+        answers.given,
+        answers.failures,
+        1,
+        job.trials,
+        answers.tried,
+        todo.believed,
     )
     settle(obtained, folder, open_suite("behavior", Ability.ACTION_SEQUENCING), Settings())
 
 
-def start(job: Job, folder: Path) -> int:
+def start(todo: Work, folder: Path) -> int:
     """A process that does the job; its id."""
     child = os.fork()
     if child:
@@ -66,7 +104,7 @@ def start(job: Job, folder: Path) -> int:
     null = os.open(os.devnull, os.O_WRONLY)
     os.dup2(null, 1)
     try:
-        work(job, folder)
+        work(todo, folder)
         status = 0
     except BaseException as error:  # whatever it is, the parent is to see it
         print(f"{type(error).__name__}: {error}", file=sys.stderr)
@@ -112,14 +150,15 @@ def main() -> None:
     """Kill, resume and compare."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--kills", type=int, default=100)
+    parser.add_argument("--kind", choices=("plain", "replanning", "pipeline"), default="replanning")
     parser.add_argument("--tasks", type=int, default=30)
     parser.add_argument("--seed", type=int, default=0)
     arguments = parser.parse_args()
-    job, chance = make_job(arguments.tasks), random.Random(arguments.seed)  # noqa: S311 - no secrets
+    todo, chance = make_work(arguments.kind, arguments.tasks), random.Random(arguments.seed)  # noqa: S311 - no secrets
     kills, runs, lost, doubled, differing, answers = 0, 0, 0, 0, 0, 0
     with tempfile.TemporaryDirectory() as temporary:
         alone = Path(temporary, "alone")
-        kill_or_wait(start(job, alone), alone, sys.maxsize)
+        kill_or_wait(start(todo, alone), alone, sys.maxsize)
         expected = outcome(alone)
         while kills < arguments.kills:
             runs += 1
@@ -128,7 +167,7 @@ def main() -> None:
             while killed:
                 more = chance.randint(1, 12) if kills < arguments.kills else sys.maxsize
                 before = lines(folder)
-                killed = kill_or_wait(start(job, folder), folder, more)
+                killed = kill_or_wait(start(todo, folder), folder, more)
                 kills += killed
                 lost += len(set(before) - set(lines(folder)))
             found = places(lines(folder))
@@ -136,7 +175,7 @@ def main() -> None:
             doubled += sum(times - 1 for times in found.values())
             lost += len(places(lines(alone)) - found)
             differing += outcome(folder) != expected
-    counted = {"kills": kills, "runs": runs, "answers": answers}
+    counted = {"kind": arguments.kind, "kills": kills, "runs": runs, "answers": answers}
     print(json.dumps({**counted, "lost": lost, "doubled": doubled, "differing": differing}))
 
 

@@ -1,0 +1,172 @@
+"""Do the tests notice when the core is wrong? A seeded sample of mutants, each tested by its module's tests.
+
+    python tools/mutants.py --number 50 --seed 3
+    python tools/mutants.py --only world/past
+
+A mutant is a module with one small change: a comparison, an operator or a connective is another one, a number
+is one more, a condition is negated. It lies in a copy of the sources, in which first the module's own test
+file runs, then, if that notices nothing, all tests of its package. Prints the mutants that survive, and how
+many are noticed; exits with status 1 if those are fewer than nine in ten. Survivors that no test can notice,
+since they mean the same, are listed in `EQUIVALENT`, with the reason.
+"""
+
+from __future__ import annotations
+
+import argparse
+import ast
+import os
+import random
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+ROOT = Path(__file__).resolve().parent.parent
+PACKAGES = ("world", "logic", "abilities", "metrics")
+WANTED = 0.9
+SECONDS = 300
+"""How long the tests of one mutant may take; one that takes longer is noticed."""
+
+_SWAPPED = (
+    (ast.Eq, ast.NotEq),
+    (ast.Lt, ast.LtE),
+    (ast.Gt, ast.GtE),
+    (ast.Is, ast.IsNot),
+    (ast.In, ast.NotIn),
+    (ast.And, ast.Or),
+    (ast.Add, ast.Sub),
+    (ast.BitAnd, ast.BitOr),
+    (ast.LShift, ast.RShift),
+)
+OTHER: dict[type[ast.AST], type[ast.AST]] = {**dict(_SWAPPED), **{b: a for a, b in _SWAPPED}}
+"""What stands in the place of what."""
+
+
+EQUIVALENT: dict[str, str] = {}
+"""A mutant, as it is printed -> why it means the same."""
+
+
+class Mutant(NamedTuple):
+    """A module in which one node is changed."""
+
+    path: Path
+    node: int
+    line: int
+    change: str
+
+    def __str__(self) -> str:
+        return f"{self.path.as_posix()}:{self.line}: {self.change}"
+
+    def text(self) -> str:
+        """The module."""
+        tree = _parsed(self.path)
+        _change(next(node for number, node in enumerate(ast.walk(tree)) if number == self.node))
+        return ast.unparse(ast.fix_missing_locations(tree))
+
+
+def mutants(path: Path) -> Iterator[Mutant]:
+    """All mutants of a module."""
+    for number, node in enumerate(ast.walk(_parsed(path))):
+        change = _change(node)  # which comes when the node's parts are in line to be visited
+        if change is not None:
+            yield Mutant(path, number, getattr(node, "lineno", 0), change)
+
+
+def _parsed(path: Path) -> ast.Module:
+    return ast.parse((ROOT / "src" / "eai" / path).read_text(encoding="utf-8"))
+
+
+def _change(node: ast.AST) -> str | None:
+    """Change a node, and say how; None where there is nothing to change."""
+    match node:
+        case ast.Compare(ops=[op, *rest]) if type(op) in OTHER:
+            node.ops = [OTHER[type(op)](), *rest]  # type: ignore[list-item]
+            return f"{type(op).__name__} is {type(node.ops[0]).__name__}"
+        case ast.BoolOp(op=op) | ast.BinOp(op=op) if type(op) in OTHER:
+            node.op = OTHER[type(op)]()  # type: ignore[assignment]
+            return f"{type(op).__name__} is {type(node.op).__name__}"
+        case ast.Constant(value=bool(value)):
+            node.value = not value
+            return f"{value} is {not value}"
+        case ast.Constant(value=int(value)):
+            node.value = value + 1
+            return f"{value} is {value + 1}"
+        case ast.If(test=test) | ast.IfExp(test=test) | ast.While(test=test):
+            node.test = ast.UnaryOp(ast.Not(), test)
+            return f"if not {ast.unparse(test)}"
+        case ast.comprehension(ifs=[test, *rest]):
+            node.ifs = rest
+            return f"without if {ast.unparse(test)}"
+    return None
+
+
+def is_noticed(mutant: Mutant, sources: Path) -> bool:
+    """Whether a test fails on a mutant, put into a copy of the sources for that time."""
+    place = sources / "eai" / mutant.path
+    original = place.read_text(encoding="utf-8")
+    place.write_text(mutant.text(), encoding="utf-8")
+    try:
+        return any(not _pass(tests, sources) for tests in _tests_of(mutant.path))
+    finally:
+        place.write_text(original, encoding="utf-8")
+
+
+def _tests_of(path: Path) -> list[Path]:
+    """The file that tests a module, where there is one, and the tests of its package."""
+    folder = ROOT / "tests" / path.parent
+    own = folder / f"test_{path.name}"
+    return [*([own] if own.exists() else []), folder if folder.is_dir() else ROOT / "tests" / path.parts[0]]
+
+
+def _pass(tests: Path, sources: Path) -> bool:
+    command = [sys.executable, "-m", "pytest", "-q", "-x", "-p", "no:cacheprovider", str(tests)]
+    environment = {
+        **os.environ,
+        "PYTHONPATH": f"{sources}{os.pathsep}{ROOT / 'tests'}",
+        "HYPOTHESIS_SEED": "0",
+    }
+    try:
+        done = subprocess.run(
+            [*command, str(tests)],
+            cwd=ROOT,
+            env=environment,
+            capture_output=True,
+            check=False,
+            timeout=SECONDS,
+        )
+    except subprocess.TimeoutExpired:
+        return False
+    return done.returncode in (0, 5)  # 5: there are no tests
+
+
+def main() -> int:
+    """Make mutants and test them."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--only", default="", help="a part of the path of a module, such as world/past")
+    parser.add_argument("--number", type=int, default=20)
+    parser.add_argument("--seed", type=int, default=0)
+    arguments = parser.parse_args()
+    folder = ROOT / "src" / "eai"
+    paths = [p.relative_to(folder) for name in PACKAGES for p in sorted((folder / name).rglob("*.py"))]
+    made = [mutant for path in paths if arguments.only in path.as_posix() for mutant in mutants(path)]
+    made = [mutant for mutant in made if str(mutant) not in EQUIVALENT]
+    sample = random.Random(arguments.seed).sample(made, min(arguments.number, len(made)))  # noqa: S311
+    survivors = 0
+    with tempfile.TemporaryDirectory() as temporary:
+        sources = Path(shutil.copytree(ROOT / "src", Path(temporary, "src")))
+        for mutant in sample:
+            if not is_noticed(mutant, sources):
+                survivors += 1
+                print(f"survives: {mutant}", flush=True)
+    noticed = len(sample) - survivors
+    print(f"{noticed} of {len(sample)} mutants are noticed ({len(made)} can be made)")
+    return int(noticed < WANTED * len(sample))
+
+
+if __name__ == "__main__":
+    sys.exit(main())
