@@ -195,11 +195,15 @@ def _alternatives(
     for operator in rng.sample(setting.rules.operators, len(setting.rules.operators)):
         if len(right) == number or operator.arity > len(setting.things):
             continue
-        drawn = [
-            Action(operator.name, tuple(rng.sample(setting.things, operator.arity))) for _ in range(_DRAWS)
-        ]
-        possible = next((each for each in drawn if setting.after(state, each) is not None), None)
-        other = next((each for each in drawn if setting.after(state, each) is None), None)
+        possible = other = None
+        for _ in range(_DRAWS):
+            action = Action(operator.name, tuple(rng.sample(setting.things, operator.arity)))
+            if setting.after(state, action) is None:
+                other = other or action
+            else:
+                possible = possible or action
+            if possible and other:
+                break
         if possible is not None and other is not None:
             right.append(possible)
             wrong.append(other)
