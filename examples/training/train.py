@@ -1,0 +1,183 @@
+"""Train a policy that fits into a table on generated tasks, through the environment, in minutes on a CPU.
+
+    pip install 'embodied-agent-interface[analysis,envs,plots]'
+    python examples/training/train.py --like behavior --out runs/training
+
+Tasks are generated first: `train` to learn from, `test` to measure with, which no policy learns from. After
+every few updates the policy plays each of `test` once, and what is told is how many it wins. Every seed is a
+policy of its own that begins with random commands, and a curve of its own.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import statistics
+import time
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+from policy import Choice, Reader, Table
+
+from eai.benchmarks.generated.generator import Generated, Generator, generate
+from eai.benchmarks.generated.sets import Seeds
+from eai.benchmarks.generated.spec import Spec, Tier
+from eai.benchmarks.registry import find_benchmark
+from eai.benchmarks.source import Source
+from eai.benchmarks.task_files import write_task_file
+from eai.benchmarks.task_lines import written
+from eai.envs import TextEnvironment, make
+
+TURNS = 12
+"""How many actions an episode has; certificates of tier S take 3 to 6."""
+
+OBJECTS = 10
+"""How many objects a scene has at most, so that there are tens and not hundreds of commands."""
+
+TOGETHER = 8
+"""How many episodes of a task are played before learning from them."""
+
+DISCOUNT = 0.9
+
+
+class Episode(NamedTuple):
+    """What was decided, what each turn paid, and whether the task was won."""
+
+    choices: list[Choice]
+    rewards: list[float]
+    won: bool
+
+
+class Point(NamedTuple):
+    """How many of the test tasks were won after so many training episodes."""
+
+    episodes: int
+    won: int
+    tasks: int
+
+
+def make_tasks(like: str, folder: Path, sizes: dict[str, int]) -> None:
+    """Task files with new tasks, no two of them the same."""
+    base, source = find_benchmark(like), Source()
+    spec = Spec(like, base.tasks(source).sha256, Tier.S, most_objects=OBJECTS)
+    known: set[tuple[str, str]] = set()
+    for split, size in sizes.items():
+        made = generate(Generator(base, spec, source), iter(Seeds(split, 0)), size, known)
+        tasks = [each for each in made if isinstance(each, Generated)]
+        lines = [written(each.task, like, base.domain, each.about) for each in tasks]
+        write_task_file(folder / f"{split}.jsonl", lines)
+
+
+def environment(domain: str) -> TextEnvironment:
+    """The tasks of a domain, paid for each goal when it is reached."""
+    return make(domain, admissible=True, reward="progress", max_steps=TURNS)
+
+
+def play(environment: TextEnvironment, policy: Table, task: str) -> Episode:
+    """One episode of a task."""
+    observation, info = environment.reset(options={"task_id": task})
+    reader = Reader(observation)
+    choices: list[Choice] = []
+    rewards: list[float] = []
+    over = False
+    while not over:
+        commands = info["admissible_commands"]
+        choices.append(policy.choose(reader, commands))
+        command = commands[choices[-1].taken]
+        observation, reward, terminated, truncated, info = environment.step(command)
+        reader.see(observation, command)
+        rewards.append(reward)
+        over = terminated or truncated
+    return Episode(choices, rewards, info["won"])
+
+
+def returns(rewards: Sequence[float]) -> list[float]:
+    """What each turn and those after it pay, discounted."""
+    found: list[float] = []
+    for reward in reversed(rewards):
+        found.append(reward + DISCOUNT * (found[-1] if found else 0.0))
+    return found[::-1]
+
+
+def learn(policy: Table, episodes: Sequence[Episode]) -> None:
+    """Learn from episodes of one task: what paid more than is usual at that turn is taken more often."""
+    paid = [returns(episode.rewards) for episode in episodes]
+    longest = max(map(len, paid))
+    padded = [[*each, *[0.0] * (longest - len(each))] for each in paid]
+    usual = [statistics.fmean(column) for column in zip(*padded, strict=True)]
+    policy.learn(
+        [choice for episode in episodes for choice in episode.choices],
+        [value - usual[turn] for each in paid for turn, value in enumerate(each)],
+    )
+
+
+def evaluate(environment: TextEnvironment, policy: Table) -> int:
+    """How many tasks the policy wins, each played once."""
+    return sum(play(environment, policy, task).won for task in environment.task_ids)
+
+
+def train(
+    learning: TextEnvironment, testing: TextEnvironment, seed: int, updates: int, every: int
+) -> Iterator[Point]:
+    """The learning curve of one seed; the first point is the policy that has learned nothing."""
+    policy = Table(seed)
+    tasks = learning.task_ids
+    for update in range(updates + 1):
+        if update % every == 0:
+            yield Point(update * TOGETHER, evaluate(testing, policy), len(testing.task_ids))
+        task = tasks[(update * 7 + seed * 31) % len(tasks)]
+        learn(policy, [play(learning, policy, task) for _ in range(TOGETHER)])
+
+
+def draw(curves: Sequence[Sequence[Point]], file: Path) -> None:
+    """Each seed's share of test tasks won, and the mean with its 95 % interval over seeds (Student's t)."""
+    from matplotlib.figure import Figure
+    from scipy.stats import t
+
+    episodes = [point.episodes for point in curves[0]]
+    shares = [[100 * point.won / point.tasks for point in curve] for curve in curves]
+    means = [statistics.fmean(column) for column in zip(*shares, strict=True)]
+    figure = Figure(figsize=(6, 3.6), layout="constrained")
+    axes = figure.subplots()
+    for share in shares:
+        axes.plot(episodes, share, color="0.7", linewidth=1)
+    axes.plot(episodes, means, color="C0", marker="o", label="mean of seeds")
+    if len(shares) > 1:
+        half = t.ppf(0.975, len(shares) - 1) / len(shares) ** 0.5
+        errors = [half * statistics.stdev(column) for column in zip(*shares, strict=True)]
+        low = [max(0.0, mean - error) for mean, error in zip(means, errors, strict=True)]
+        high = [min(100.0, mean + error) for mean, error in zip(means, errors, strict=True)]
+        axes.fill_between(episodes, low, high, alpha=0.2, label="95 % interval over seeds")
+    axes.axhline(means[0], color="0.4", linestyle=":", label="random commands (nothing learned)")
+    axes.set_xlabel("training episodes")
+    axes.set_ylabel("fresh tasks won, %")
+    axes.set_ylim(0, None)
+    axes.legend(frameon=False)
+    figure.savefig(file, dpi=150)
+
+
+def main() -> None:
+    """Train, write the curves, print and draw them."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    parser.add_argument("--like", default="behavior", help="whose world")
+    parser.add_argument("--seeds", type=int, default=3)
+    parser.add_argument("--updates", type=int, default=120)
+    parser.add_argument("--every", type=int, default=30, help="updates from one measurement to the next")
+    parser.add_argument("--tasks", type=int, nargs=2, default=(100, 40), metavar=("TRAIN", "TEST"))
+    parser.add_argument("--out", type=Path, default=Path("runs/training"))
+    options = parser.parse_args()
+    make_tasks(options.like, options.out, dict(zip(("train", "test"), options.tasks, strict=True)))
+    curves: list[list[Point]] = []
+    for seed in range(options.seeds):
+        begun = time.process_time()
+        environments = [environment(str(options.out / f"{split}.jsonl")) for split in ("train", "test")]
+        curves.append(list(train(*environments, seed, options.updates, options.every)))
+        told = ", ".join([str(point.won) for point in curves[-1]])
+        print(f"seed {seed}: won {told} of {curves[-1][0].tasks} ({time.process_time() - begun:.0f} CPU s)")
+    (options.out / "curves.json").write_text(json.dumps(curves) + "\n", encoding="utf-8")
+    draw(curves, options.out / "curve.png")
+
+
+if __name__ == "__main__":
+    main()
