@@ -34,7 +34,7 @@ def draw(runs: PerceptionRuns) -> Figure | None:
             panel.hlines(value.value, rate.low, rate.high, color=color, linewidth=0.7)
         fill = color if is_seen else "white"
         panel.plot(place, value.value, "o", color=color, markerfacecolor=fill, markersize=4, zorder=3)
-    panel.set_xlabel("facts missing or misplaced, percent of those described")
+    panel.set_xlabel("facts missing or misplaced, in percent")
     panel.set_ylabel(f"{runs.metric.replace('_', ' ')} in percent")
     panel.set_ylim(0, 102)
     panel.set_xlim(left=-2)
