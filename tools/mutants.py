@@ -5,7 +5,7 @@
 
 A mutant is a module with one small change: a comparison, an operator or a connective is another one, a number
 is one more, a condition is negated. It lies in a copy of the sources, in which first the module's own test
-file runs, then, if that notices nothing, all tests of its package. Prints the mutants that survive, and how
+file runs, then, if that notices nothing, all tests of its package. Prints what becomes of each, and how
 many are noticed; exits with status 1 if those are fewer than nine in ten. Survivors that no test can notice,
 since they mean the same, are listed in `EQUIVALENT`, with the reason.
 """
@@ -160,12 +160,11 @@ def main() -> int:
     with tempfile.TemporaryDirectory() as temporary:
         sources = Path(shutil.copytree(ROOT / "src", Path(temporary, "src")))
         for mutant in sample:
-            if not is_noticed(mutant, sources):
-                survivors += 1
-                print(f"survives: {mutant}", flush=True)
-    noticed = len(sample) - survivors
-    print(f"{noticed} of {len(sample)} mutants are noticed ({len(made)} can be made)")
-    return int(noticed < WANTED * len(sample))
+            noticed = is_noticed(mutant, sources)
+            survivors += not noticed
+            print(f"{'noticed' if noticed else 'survives'}: {mutant}", flush=True)
+    print(f"{len(sample) - survivors} of {len(sample)} mutants are noticed ({len(made)} can be made)")
+    return int(survivors > (1 - WANTED) * len(sample))
 
 
 if __name__ == "__main__":

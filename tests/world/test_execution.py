@@ -65,3 +65,13 @@ def test_an_empty_plan_changes_nothing() -> None:
     trajectory = execute(toy.DOMAIN, initial, [])
     assert trajectory.states == (initial,)
     assert trajectory.failure is None
+
+
+def test_what_had_been_done_by_then_ends_with_the_state_after_it() -> None:
+    whole = execute(toy.DOMAIN, toy.initial(), plan("GO hall", "GO shed", "GO shed", "PRESS lamp"))
+    assert len(whole.executed) == 2
+    for executed in range(len(whole.executed) + 1):
+        part = whole.up_to(executed)
+        assert part.executed == whole.executed[:executed]
+        assert part.states == whole.states[: executed + 1]
+        assert part.final is whole.states[executed]
