@@ -41,6 +41,20 @@ def test_a_folder_says_how_it_was_made(eai: Command, tmp_path: Path) -> None:
     assert {task["id"] for task in other}.isdisjoint(task["id"] for task in hidden)
 
 
+def test_a_secret_is_revealed_to_prove_what_was_used(eai: Command, tmp_path: Path) -> None:
+    made(eai, tmp_path, "--split", "test", "--secret", "only we know", "--tier", "S")
+    asked = ("tasks", "reveal", tmp_path, "--split", "test", "--secret")
+    assert eai(*asked, "only we know").status == 0
+    guessed = eai(*asked, "a guess")
+    assert guessed.status == 2
+    assert "the digest of the secret is not" in guessed.out
+    assert "3 of 3 tasks are of a seed that does not follow" in guessed.out
+    file = tmp_path / "test.jsonl"
+    file.write_text("".join(file.read_text().splitlines(keepends=True)[:2]))
+    assert "is not what was published" in eai(*asked, "only we know").out
+    assert "made with a secret" in eai("tasks", "reveal", tmp_path, "--split", "x", "--secret", "s").err
+
+
 def test_compressed_files_hold_the_same(eai: Command, tmp_path: Path) -> None:
     made(eai, tmp_path)
     outcome = eai("generate", "--like", "behavior", "--n", 3, "--out", tmp_path / "z", "--gzip")

@@ -125,6 +125,23 @@ def test_built_in_models_run(model: str) -> None:
         )
 
 
+def test_tasks_are_generated_run_and_reported(eai: Command) -> None:
+    """Without any code of its own."""
+    pytest.importorskip("inspect_ai")
+    assert eai("generate", "--like", LAMPS, "--n", 5, "--out", "fresh").status == 0
+    assert eai("tasks", "check", "fresh").status == 0
+    options = ("--ability", "action_sequencing", "--ability", "goal_interpretation", "--out", "runs")
+    for model in ("eai/oracle", "eai/random"):
+        abilities = ("--domain", "fresh/", *options)
+        outcome = in_own_process("run", "--model", model, *abilities)
+        assert outcome.status == 0, outcome.err
+    folder = Path("runs/lamps-fresh/action_sequencing")
+    solved = json.loads((folder / "eai_oracle" / "summary.json").read_text())["task_success"]
+    assert (solved["numerator"], solved["denominator"]) == (5, 5)
+    assert eai("report", "runs", "--out", "report").status == 0
+    assert any("lamps-fresh" in file.read_text() for file in Path("report").rglob("*.md"))
+
+
 @pytest.mark.parametrize("ability", [each.value for each in Ability])
 def test_prompts_are_written(eai: Command, ability: str) -> None:
     assert eai("prompts", "--domain", LAMPS, "--ability", ability, "--out", "prompts.json").status == 0

@@ -8,6 +8,7 @@ from eai.cli import (
     analyze_all,
     analyze_annotations,
     analyze_cofactors,
+    analyze_contamination,
     analyze_errors,
     analyze_goals,
     analyze_items,
@@ -23,6 +24,7 @@ app = typer.Typer(no_args_is_help=True, help="Analyses of records.")
 app.command("all", no_args_is_help=True)(analyze_all.everything)
 app.command(no_args_is_help=True)(analyze_table.table)
 app.command(no_args_is_help=True)(analyze_cofactors.cofactors)
+app.command(no_args_is_help=True)(analyze_contamination.contamination)
 app.command(no_args_is_help=True)(analyze_errors.errors)
 app.command(no_args_is_help=True)(analyze_goals.goals)
 app.command(no_args_is_help=True)(analyze_sensitivity.sensitivity)

@@ -54,6 +54,9 @@ def generate_tasks(
     over_time: Annotated[
         bool, typer.Option("--over-time", help="Also ask for an order, or that something never be so.")
     ] = False,
+    by_place: Annotated[
+        bool, typer.Option("--by-place", help="Instructions tell things by where they are, not by names.")
+    ] = False,
     objects: Annotated[int, typer.Option(min=2, help="How many objects a scene has at most.")] = 30,
     depth: Annotated[
         int, typer.Option(min=1, help="Try all plans of so many actions, as a lower bound of plan lengths.")
@@ -77,6 +80,7 @@ def generate_tasks(
         forms,
         actions=actions,
         over_time=over_time,
+        by_place=by_place,
         most_objects=objects,
         depth=depth,
     )

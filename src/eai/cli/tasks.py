@@ -8,6 +8,8 @@ from typing import Annotated
 
 import typer
 
+from eai.benchmarks.finding import Finding
+from eai.benchmarks.generated.sets import unproven
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.source import Source
 from eai.benchmarks.task_files import check_task_files, write_task_file
@@ -50,6 +52,21 @@ def write(
     lines = [written(task, domain, benchmark.domain) for task in tasks.values()]
     write_task_file(out, lines)
     output().print(f"{counted(len(lines), 'task')} written to {out}", soft_wrap=True, highlight=False)
+
+
+@app.command()
+def reveal(
+    folder: Annotated[Path, typer.Argument(help="A folder that eai generate wrote.", metavar="FOLDER")],
+    split: Annotated[str, typer.Option(help="The name of the set.")],
+    secret: Annotated[str, typer.Option(envvar="EAI_SECRET", help="What it was made with.")],
+    as_json: AsJson = False,
+) -> None:
+    """Check that a set was made with the secret whose digest was published; exit status 2 if it was not.
+
+    Example: eai tasks reveal fresh/ --split test --secret "what we kept"
+    """
+    findings = [Finding(str(folder / split), problem) for problem in unproven(folder, split, secret)]
+    tell_findings(findings, "the set was made with this secret", as_json=as_json)
 
 
 @app.command()

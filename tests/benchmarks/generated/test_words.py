@@ -118,5 +118,21 @@ def test_plurals(noun: str, nouns: str) -> None:
 def test_instructions_give_the_goals_back(like: str, forms: Forms) -> None:
     benchmark = find_benchmark(like)
     for each in tasks(like, 40, forms):
-        goals = Reader(Words.of(benchmark, each.task.scene)).goals(each.task.instruction)
+        goals = Reader(Words.of(benchmark, each.task.initial)).goals(each.task.instruction)
         assert goals == tuple(goal.formula for goal in each.task.goals)
+
+
+def test_things_are_told_by_their_places() -> None:
+    """What only one of its kind is to a thing that is the only one of its own; else by their names."""
+    benchmark = find_benchmark("behavior")
+    told = 0
+    for each in tasks("behavior"):
+        words = Words.of(benchmark, each.task.initial, by_place=True)
+        goals = [goal.formula for goal in each.task.goals]
+        instruction = words.instruction(goals, random.Random(0))
+        try:
+            assert Reader(words).goals(instruction) == tuple(goals)
+        except InputError as error:  # such a task is not made
+            assert "one meaning" in str(error)  # noqa: PT017
+        told += " that is " in instruction
+    assert told

@@ -131,7 +131,7 @@ class Generator:
         if not walk.goals:
             return Rejected(seed, Reason.NO_GOALS)
         goals = list(walk.goals)
-        words = Words.of(self.benchmark, initial.scene)
+        words = self._words(self._usage.original(initial))
         task = posed(
             f"{self.benchmark.name}-{self.spec.sha256[:6]}-{seed}",
             words.instruction(goals, rng),
@@ -272,10 +272,13 @@ class Generator:
             GoalTest(task).reached(trajectory.final, operators, trajectory)
         )
 
+    def _words(self, initial: State) -> Words:
+        return Words.of(self.benchmark, initial, by_place=self.spec.by_place)
+
     def _says_its_goals(self, task: Task) -> bool:
         """Whether the instruction, read again, gives the goals back."""
         try:
-            return Reader(Words.of(self.benchmark, task.scene)).goals(task.instruction) == _formulas(task)
+            return Reader(self._words(task.initial)).goals(task.instruction) == _formulas(task)
         except InputError:
             return False
 

@@ -8,7 +8,7 @@ import statistics
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import asdict, dataclass
-from itertools import count
+from itertools import count, islice
 from pathlib import Path
 
 from eai.abilities.task import Task
@@ -121,6 +121,48 @@ def manifest_entry(
     }
 
 
+def unproven(folder: Path, split: str, secret: str) -> Iterator[str]:
+    """What does not prove that a set was made with a secret whose digest its manifest published.
+
+    The content of the file, the secret, and that the seed of every task follows from it are checked; that a
+    seed gives its task is told by making the set again.
+
+    Raises:
+        InputError: there is no such set, or it was made without a secret.
+    """
+    entry = _manifest(folder / MANIFEST).get(split)
+    if not isinstance(entry, dict) or entry.get("secret_sha256") is None:
+        raise InputError(f"{folder / MANIFEST}: expected a set {split!r} that was made with a secret")
+    if hashlib.sha256(secret.encode()).hexdigest() != entry["secret_sha256"]:
+        yield "the digest of the secret is not the one that was published"
+    file = next((folder / f"{split}{end}" for end in ENDINGS if (folder / f"{split}{end}").exists()), None)
+    if file is None:
+        raise InputError(f"{folder}: expected {split}.jsonl or {split}.jsonl.gz")
+    lines = [place.content for place in lines_in(file)]
+    if hashlib.sha256(b"".join([line + b"\n" for line in lines])).hexdigest() != entry["sha256"]:
+        yield f"the content of {file} is not what was published"
+    tried = int(entry["tasks"]) + sum(map(int, entry["rejected"].values()))
+    seeds = set(islice(iter(Seeds(split, int(entry["seed"]), secret)), tried))
+    strange = [about for line in lines if (about := read_line(line).about.get("seed")) not in seeds]
+    if strange:
+        yield f"{len(strange)} of {len(lines)} tasks are of a seed that does not follow from the secret"
+
+
+def _manifest(file: Path) -> dict[str, Json]:
+    """The sets of a manifest.
+
+    Raises:
+        InputError: it cannot be read, or is none.
+    """
+    try:
+        sets = json.loads(file.read_bytes())["sets"]
+    except OSError as error:
+        raise InputError(f"{file}: cannot be read ({error.strerror})") from error
+    except (ValueError, KeyError, TypeError) as error:
+        raise InputError(f"{file}: expected the manifest of generated tasks") from error
+    return dict(sets)
+
+
 def write_manifest(folder: Path, split: str, entry: dict[str, Json]) -> None:
     """Enter a set into the manifest of a folder.
 
@@ -128,13 +170,9 @@ def write_manifest(folder: Path, split: str, entry: dict[str, Json]) -> None:
         InputError: there is a file of that name that is no manifest, or it cannot be written.
     """
     file = folder / MANIFEST
-    sets: dict[str, Json] = {}
+    sets = _manifest(file) if file.exists() else {}
     try:
-        if file.exists():
-            sets = json.loads(file.read_bytes())["sets"]
         text = json.dumps({"canary": CANARY, "sets": {**sets, split: entry}}, indent=2)
         file.write_text(f"{text}\n", encoding="utf-8")
     except OSError as error:
         raise InputError(f"{file}: cannot be written ({error.strerror})") from error
-    except (ValueError, KeyError, TypeError) as error:
-        raise InputError(f"{file}: expected the manifest of generated tasks") from error

@@ -53,6 +53,7 @@ class Spec:
         forms: which shapes goals have.
         actions: whether goals may ask for actions, where the data set's do.
         over_time: whether a goal over time is asked for besides: an order, or what must never be.
+        by_place: whether instructions tell things of one kind by where they are, and not by their names.
         most_objects: how many objects a scene has at most.
         depth: all plans of so many actions are tried, to bound the length of a plan from below.
         disturbances: how many things are brought about at most in a scene before the task begins.
@@ -65,6 +66,7 @@ class Spec:
     forms: Forms = Forms.DATA
     actions: bool = False
     over_time: bool = False
+    by_place: bool = False
     most_objects: int = 30
     depth: int = 1
     disturbances: int = 4

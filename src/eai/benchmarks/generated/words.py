@@ -12,7 +12,7 @@ import eai.logic.formula as f
 from eai.abilities.protocol import Ability
 from eai.benchmarks.benchmark import Benchmark
 from eai.errors import InputError
-from eai.world.state import Scene
+from eai.world.state import Fact, Scene, State
 
 OPENINGS = (
     "Make sure that",
@@ -49,18 +49,23 @@ class Words:
         scene: the scene.
         phrases: how to say that a predicate holds, by its name: a sentence in the singular whose second word
             is a verb of which the plural is known, as in ``{x} is on top of {y}``; if none, made of the name.
+        seen: what holds at the start, by which things of one kind may be told apart.
     """
 
     arities: Mapping[str, int]
     scene: Scene
     phrases: Mapping[str, str]
+    seen: Sequence[Fact] = ()
 
     @staticmethod
-    def of(benchmark: Benchmark, scene: Scene) -> Words:
-        """The words of a benchmark for a scene."""
-        arity = benchmark.domain.vocabulary.arity
-        predicates = benchmark.wording(Ability.ACTION_SEQUENCING).predicates
-        return Words({name: arity(name) or 0 for name in predicates}, scene, benchmark.phrases)
+    def of(benchmark: Benchmark, initial: State, *, by_place: bool = False) -> Words:
+        """The words of a benchmark for a scene; things may be told by where they are, instead of by name."""
+        arity, scene = benchmark.domain.vocabulary.arity, initial.scene
+        wording = benchmark.wording(Ability.ACTION_SEQUENCING)
+        arities = {name: arity(name) or 0 for name in wording.predicates}
+        everything = range(len(scene.objects)) if by_place else ()
+        seen = [fact for each in wording.listings for fact in each.facts(initial, everything)]
+        return Words(arities, scene, benchmark.phrases, seen)
 
     def phrase(
         self, predicate: str, *, negated: bool = False, several: bool = False, never: bool = False
@@ -85,10 +90,32 @@ class Words:
         return found
 
     def name(self, name: str) -> str:
-        """What an object is called: ``the lamp`` if there is no other, else by its name."""
-        category = self.scene.objects[self.scene.index[name]].category
-        alone = self.scene.category(category).bit_count() == 1
-        return f"the {self.nouns[category]}" if alone else name
+        """What an object is called: ``the lamp`` if there is no other, else by its place or its name."""
+        index = self.scene.index[name]
+        return f"the {self._noun_of(index)}" if self._is_alone(index) else self._by_place.get(index, name)
+
+    @cached_property
+    def _by_place(self) -> Mapping[int, str]:
+        """What tells things from others of their kind at the start: to what they alone are in a relation."""
+        told: dict[tuple[str, str, int], list[int]] = {}
+        for fact in self.seen:
+            if len(fact.arguments) == 2 and self._is_alone(fact.arguments[1]):
+                thing, place = fact.arguments
+                told.setdefault((fact.predicate, self.scene.objects[thing].category, place), []).append(thing)
+        found: dict[int, str] = {}
+        for (predicate, _, place), things in told.items():
+            if len(things) == 1 and not self._is_alone(things[0]):
+                noun, there = (self._noun_of(index) for index in (things[0], place))
+                found.setdefault(
+                    things[0], self.phrase(predicate).format(x=f"the {noun} that", y=f"the {there}")
+                )
+        return found
+
+    def _noun_of(self, index: int) -> str:
+        return self.nouns[self.scene.objects[index].category]
+
+    def _is_alone(self, index: int) -> bool:
+        return self.scene.category(self.scene.objects[index].category).bit_count() == 1
 
     def instruction(self, goals: Sequence[f.Formula], rng: random.Random) -> str:
         """A sentence that says all goals.
