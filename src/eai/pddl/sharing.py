@@ -26,8 +26,9 @@ _PAUSE = 0.05
 class SharedPlanner:
     """Asks a planner about each problem once, whichever process asks.
 
-    Two problems are the same if their texts are: operators of models often are, so that not each of nine
-    models pays for what all of them wrote. What two processes come to at once may be planned with twice.
+    Two problems are the same if their texts are: those of answers that repeat each other. (Different
+    models seldom do: of 338 problems of five models no two were the same.) What two processes come to at
+    once may be planned with twice.
 
     Args:
         planner: who is asked.
