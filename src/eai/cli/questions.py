@@ -22,8 +22,8 @@ from eai.cli.console import (
     without_inspect,
 )
 from eai.cli.data import DataFolder, store
+from eai.cli.models import pair
 from eai.cli.options import AsJson
-from eai.cli.run import pair
 from eai.cli.table import Column, percent, print_table
 from eai.errors import InputError
 from eai.prompts.template import Templates

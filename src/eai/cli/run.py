@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial, wraps
 from pathlib import Path
@@ -14,9 +13,6 @@ from typing_extensions import ParamSpec
 from eai.abilities.declarations import DECLARATIONS
 from eai.abilities.experiment import Experiment, FeedbackForm, World, chosen_experiment
 from eai.abilities.protocol import Ability, ability_of
-from eai.abilities.responses import file_name
-from eai.abilities.verdict import Json
-from eai.benchmarks.answer_files import recorded_file
 from eai.benchmarks.prompt_library import Library
 from eai.benchmarks.reference.replanning import preset_experiment
 from eai.benchmarks.registry import registered
@@ -47,6 +43,25 @@ from eai.cli.experiment import (
     SlipSeed,
 )
 from eai.cli.first_stage import FirstStage, stage_two
+from eai.cli.models import (
+    Epochs,
+    MaxTokens,
+    ModelArguments,
+    Models,
+    ModelUrl,
+    ReasoningEffort,
+    ReasoningTokens,
+    Seed,
+    Stop,
+    Structured,
+    Temperature,
+    TopP,
+    check_models,
+    check_replay,
+    eyes,
+    pair,
+    sampling,
+)
 from eai.cli.options import (
     ABILITIES,
     OUTPUT,
@@ -83,13 +98,12 @@ from eai.metrics.errata_effect import errata_effect
 from eai.pddl.planning import PlannerChoice
 from eai.perception.noise import noise_of
 from eai.prompts.prompt import Prompt, PromptSet
-from eai.run.job import EYES, PROVIDER, Decoding, Effort, Endpoint, Pace, check_model
+from eai.run.job import Decoding, Endpoint, Pace
 from eai.scoring.batch import Settings
 from eai.scoring.trials import Trials, open_trials
 from eai.world.episode import Notice
 
-REPLAY = "eai/replay"
-_MODEL, _ASKED, _PACE = "Who is asked", "What is asked", "Requests"
+_ASKED, _PACE = "What is asked", "Requests"
 """Panels of the help."""
 
 
@@ -112,58 +126,18 @@ def resumable(command: Callable[P, None]) -> Callable[P, None]:
 @resumable
 def run(
     context: typer.Context,
-    model: Annotated[
-        list[str],
-        typer.Option(
-            metavar="NAME",
-            help="As Inspect names it, openai/gpt-4o say; built in, without key or network: eai/oracle (gold "
-            "answers), eai/planner (finds plans), eai/lookup (plans of similar public tasks), eai/random "
-            "(random possible actions), eai/noisy (spoilt gold answers), eai/replay (from files).",
-            rich_help_panel=_MODEL,
-        ),
-    ],
-    model_arg: Annotated[
-        list[str] | None,
-        typer.Option("-M", metavar="KEY=VALUE", help="An argument of the model.", rich_help_panel=_MODEL),
-    ] = None,
-    model_base_url: Annotated[
-        str | None, typer.Option(metavar="URL", help="Where a local server listens.", rich_help_panel=_MODEL)
-    ] = None,
-    temperature: Annotated[
-        float, typer.Option(min=0.0, metavar="T", help="For sampling.", rich_help_panel=_MODEL)
-    ] = 0.0,
-    max_tokens: Annotated[
-        int | None, typer.Option(min=1, metavar="N", help="The most of an answer.", rich_help_panel=_MODEL)
-    ] = None,
-    top_p: Annotated[
-        float | None,
-        typer.Option(min=0.0, max=1.0, metavar="P", help="For sampling.", rich_help_panel=_MODEL),
-    ] = None,
-    seed: Annotated[
-        int | None,
-        typer.Option(metavar="N", help="For sampling, where a provider takes one.", rich_help_panel=_MODEL),
-    ] = None,
-    reasoning_effort: Annotated[
-        Effort | None,
-        typer.Option(
-            metavar="HOW", help="none, minimal, low, medium, high, xhigh, max.", rich_help_panel=_MODEL
-        ),
-    ] = None,
-    reasoning_tokens: Annotated[
-        int | None,
-        typer.Option(min=1, metavar="N", help="The most of its reasoning.", rich_help_panel=_MODEL),
-    ] = None,
-    stop: Annotated[
-        bool, typer.Option(help="Stop sequences as in the paper's runs.", rich_help_panel=_MODEL)
-    ] = True,
-    structured: Annotated[
-        bool,
-        typer.Option("--structured", help="Ask for JSON where a provider can.", rich_help_panel=_MODEL),
-    ] = False,
-    epochs: Annotated[
-        int,
-        typer.Option(min=1, metavar="N", help="Answers a task; the majority counts.", rich_help_panel=_MODEL),
-    ] = 1,
+    model: Models,
+    model_arg: ModelArguments = None,
+    model_base_url: ModelUrl = None,
+    temperature: Temperature = 0.0,
+    max_tokens: MaxTokens = None,
+    top_p: TopP = None,
+    seed: Seed = None,
+    reasoning_effort: ReasoningEffort = None,
+    reasoning_tokens: ReasoningTokens = None,
+    stop: Stop = True,
+    structured: Structured = False,
+    epochs: Epochs = 1,
     domain: Annotated[
         list[str] | None,
         typer.Option(metavar="NAME", help=f"{DOMAIN_HELP} All if not given.", rich_help_panel=_ASKED),
@@ -274,30 +248,29 @@ def run(
 
     Example: eai run --model eai/noisy -M rate=0.2 --domain virtualhome --ability action_sequencing
     """
-    _check_models(model)
+    check_models(model)
     how = (replans, world, feedback, feedback_form, slip, slip_seed, slip_notice, until)
     experiment = preset_experiment(preset, slip, slip_seed, replans) or chosen_experiment(*how)
     if goals is not None and experiment is not None:
         raise InputError("--goals: not with attempts or slips; feedback would tell the goals of the task")
     if adaptive is not None and (goals is not None or experiment is not None):
         raise InputError("--adaptive: not with --goals, attempts or slips, which make tasks harder or easier")
-    given = {
-        "top_p": top_p,
-        "seed": seed,
-        "reasoning_effort": None if reasoning_effort is None else reasoning_effort.value,
-        "reasoning_tokens": reasoning_tokens,
-    }
-    sampling = {name: value for name, value in given.items() if value is not None}
     arguments = dict(pair(text) for text in model_arg or ())
-    eyes = _eyes(scene_model, scene_arg, scene_base_url, prices)
-    choice = SceneChoice(scene, images, clutter, eyes, noise_of(noise) if noise else None)
+    seeing = eyes(scene_model, scene_arg, scene_base_url, prices)
+    choice = SceneChoice(scene, images, clutter, seeing, noise_of(noise) if noise else None)
     besides = {"--goals": goals, "--replans, --slip, --until": experiment, "--adaptive": adaptive}
     refuse_besides(choice, besides)
     wanted = _wanted(ability, experiment, goals, choice)
     order = Order(
         endpoints=[Endpoint(name, arguments, model_base_url, prices) for name in model],
         epochs=epochs,
-        decoding=Decoding(temperature, max_tokens, stop, structured, sampling),
+        decoding=Decoding(
+            temperature,
+            max_tokens,
+            stop,
+            structured,
+            sampling(top_p, seed, reasoning_effort, reasoning_tokens),
+        ),
         pace=Pace(max_connections, max_retries, timeout, batch),
         settings=Settings(workers, explanations, allow_missing),
         out=out,
@@ -319,7 +292,7 @@ def run(
             asked = chosen_prompts(suite, library, named, limit)
             if asked:
                 chosen.append((suite, asked))
-    _check_replay(order.endpoints, [suite for suite, _ in chosen])
+    check_replay(order.endpoints, [suite for suite, _ in chosen])
     note_planner([suite for suite, _ in chosen])
     scenes = _scenes(choice, library, order, chosen)
     first = _first_stage(goals, library, order, chosen)
@@ -407,17 +380,6 @@ def _first_stage(
     return FirstStage(goals, library, partial(obtain_and_score, order), _tasks_by_domain(chosen))
 
 
-def _eyes(
-    model: str | None, arguments: Sequence[str] | None, base_url: str | None, prices: Path | None
-) -> Endpoint | None:
-    """The model that sees, if there is one."""
-    if model is None:
-        if arguments or base_url is not None:
-            raise InputError("--scene-arg, --scene-base-url: expected --scene-model, whom they are about")
-        return None
-    return Endpoint(model, dict(pair(text, "--scene-arg") for text in arguments or ()), base_url, prices)
-
-
 def _scenes(
     choice: SceneChoice,
     library: Library,
@@ -436,42 +398,3 @@ def _tasks_by_domain(chosen: Sequence[tuple[Suite, Mapping[str, Prompt]]]) -> di
     for suite, asked in chosen:
         wanted.setdefault(suite.domain, set()).update(asked)
     return wanted
-
-
-def _check_models(models: Sequence[str]) -> None:
-    """Raise if there is no such model, or two are one folder's name: one would overwrite the other."""
-    named: dict[str, str] = {}
-    for model in models:
-        check_model(model)
-        if model == f"{PROVIDER}/{EYES}":
-            raise InputError(
-                f"--model {model}: it only looks; name it by --scene-model, with --scene predicted"
-            )
-        twin = named.setdefault(file_name(model), model)
-        if twin != model:
-            raise InputError(
-                f"--model {model}: its results would overwrite those of {twin}; run it by itself"
-            )
-
-
-def _check_replay(endpoints: Sequence[Endpoint], suites: Sequence[Suite]) -> None:
-    """Raise if recorded answers are to be replayed, and a suite has none or another suite's."""
-    for endpoint in endpoints:
-        path = endpoint.arguments.get("path")
-        if endpoint.model != REPLAY or path is None:
-            continue
-        files = [recorded_file(Path(str(path)), suite.domain, suite.ability) for suite in suites]
-        if len(set(files)) < len(files):
-            hint = "name its suite with --domain and --ability, or give a folder"
-            raise InputError(f"-M path={path}: one file cannot answer {len(files)} suites; {hint}")
-
-
-def pair(text: str, option: str = "-M") -> tuple[str, Json]:
-    """An argument of a model; what is a JSON value is taken as one."""
-    name, separator, value = text.partition("=")
-    if not separator:
-        raise InputError(f"{option} {text}: expected NAME=VALUE")
-    try:
-        return name, json.loads(value)
-    except json.JSONDecodeError:
-        return name, value
