@@ -265,7 +265,8 @@ def test_an_out_that_is_no_folder_is_said_before_anything_is_asked(tmp_path: Pat
     (tmp_path / "file").write_text("")
     run = eai("run", "--model", "eai/oracle", *NAMED, "--quiet", "--out", tmp_path / "file")
     assert (run.status, run.out) == (2, "")
-    assert run.err == f"eai: {tmp_path / 'file' / 'logs'}: cannot be made (Not a directory)\n"
+    folder = tmp_path / "file" / "virtualhome" / "action_sequencing" / "eai_oracle"
+    assert run.err == f"eai: {folder}: cannot be written (Not a directory)\n"
 
 
 def test_what_cannot_be_run_is_said_in_one_line(tmp_path: Path) -> None:
