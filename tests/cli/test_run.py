@@ -276,10 +276,10 @@ def test_what_cannot_be_run_is_said_in_one_line(tmp_path: Path) -> None:
         (("--model", "eai/orcle"), "eai: eai/orcle: expected one of eai/oracle, "),
         (("--model", "gpt-4o"), "eai: --model gpt-4o: expected PROVIDER/NAME, such as openai/gpt-4o"),
         (("--model", "eai/noisy", "-M", "rate=much"), "eai: eai/noisy: expected -M rate= with a number from"),
-        (("--model", ".."), "eai: '..': expected a name that files can be named after"),
+        (("--model", ".."), "eai: --model ..: expected PROVIDER/NAME, such as openai/gpt-4o"),
         (
-            ("--model", "eai/oracle", "--model", "eai_oracle"),
-            "eai: --model eai_oracle: its results would overwrite those of eai/oracle",
+            ("--model", "openai/a b", "--model", "openai/a_b"),
+            "eai: --model openai/a_b: its results would overwrite those of openai/a b",
         ),
         (("--model", "eai/oracle", "--tasks", "0_0"), "eai: --tasks: '0_0' is not a task of"),
         (("--model", "eai/oracle", "-M", "rate"), "eai: -M rate: expected NAME=VALUE"),
