@@ -182,7 +182,7 @@ def test_prompts_of_the_user_need_a_place_for_goals(
     file.write_text(json.dumps(rows), encoding="utf-8")
     official = Library(PromptSet.OFFICIAL, tmp_path, Source(data_store))
     assert official.open(benchmark, ability, beliefs)[JARS].user == "Mine.\n## Goal States\n\n\n## Output"
-    with pytest.raises(InputError, match="states the goals of the task"):
+    with pytest.raises(InputError, match="tells of the task as it is, not of a belief"):
         Library(PromptSet.EAI, tmp_path, Source(data_store)).open(benchmark, ability, beliefs)
     rows[0]["llm_prompt"] = "Mine."
     file.write_text(json.dumps(rows), encoding="utf-8")
