@@ -2,9 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import TypeAlias
+
 from eai.abilities.task import GoalKind, Task
 from eai.logic.formula import Formula, Occurs, Or
 from eai.planning.planner import Planned, Planner, PlanningGoal, PlanningLimits
+
+FindPlan: TypeAlias = "Callable[[Task, Planner, PlanningLimits | None], Planned]"
+"""How a plan is looked for: `find_plan`, or what remembers what that found."""
 
 
 def planning_goal(task: Task) -> PlanningGoal:

@@ -19,7 +19,7 @@ from eai.benchmarks.source import Source, TaskSet
 from eai.benchmarks.suite import Suite, open_suite
 from eai.logic.ltl_printer import print_ltl
 from eai.logic.renaming import rename_objects
-from eai.planning.planner import Planner, PlanningEnd
+from eai.planning.planner import Planned, Planner, PlanningEnd, PlanningLimits
 
 
 class ItemFlags:
@@ -62,7 +62,8 @@ class ItemFlags:
         if key not in self._suites:
             ability, protocol = Ability(key.ability), Protocol(key.protocol)
             suite = open_suite(domain.benchmark, ability, protocol, source=self._source)
-            self._suites[key] = (suite, open_planned_book(domain.benchmark, ability, self._source))
+            book = open_planned_book(domain.benchmark, ability, self._source, find=domain.find)
+            self._suites[key] = (suite, book)
         return self._suites[key]
 
     def _domain(self, name: str) -> _Domain | None:
@@ -79,13 +80,17 @@ class _Domain:
         self.benchmark = benchmark
         self.tasks: TaskSet[Task] = benchmark.tasks(source)
         self._planner = Planner(benchmark.domain)
-        self._ends: dict[str, PlanningEnd] = {}
+        self._found: dict[str, Planned] = {}
+
+    def find(self, task: Task, planner: Planner, limits: PlanningLimits | None = None) -> Planned:
+        """What the search for a plan of a task comes to, which several suites ask for."""
+        if task.id not in self._found:
+            self._found[task.id] = find_plan(task, planner, limits)
+        return self._found[task.id]
 
     def end(self, task: Task) -> PlanningEnd:
-        """How the search for a plan of a task ends, which several suites ask for."""
-        if task.id not in self._ends:
-            self._ends[task.id] = find_plan(task, self._planner).end
-        return self._ends[task.id]
+        """How that search ends."""
+        return self.find(task, self._planner).end
 
 
 def _is_ambiguous(task: Task, benchmark: Benchmark) -> bool:

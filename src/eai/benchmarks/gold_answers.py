@@ -12,7 +12,7 @@ from typing_extensions import assert_never
 from eai.abilities.goal_interpretation.gold import write_goals
 from eai.abilities.goal_interpretation.stated import read_stated
 from eai.abilities.goal_test import remaining_goals
-from eai.abilities.planning import find_plan
+from eai.abilities.planning import FindPlan, find_plan
 from eai.abilities.protocol import Ability
 from eai.abilities.subgoal_decomposition.notation import SubgoalNotation
 from eai.abilities.task import Task
@@ -70,6 +70,7 @@ def open_planned_book(
     source: Source | None = None,
     stated: Mapping[str, str] | None = None,
     limits: PlanningLimits | None = None,
+    find: FindPlan = find_plan,
 ) -> AnswerBook:
     """Answers made of plans that the built-in search finds on the declared domain, instead of gold ones.
 
@@ -82,6 +83,7 @@ def open_planned_book(
         stated: answers to goal interpretation, by task id, whose goals are to be reached instead of the
             tasks'; goals that name what does not exist are passed over.
         limits: how much the search for a plan of action sequencing may do.
+        find: how that is looked for.
 
     Raises:
         InputError: a plan is no answer to this ability.
@@ -92,7 +94,7 @@ def open_planned_book(
         benchmark = _believing(benchmark, stated)
     match ability:
         case Ability.ACTION_SEQUENCING:
-            return _plans(benchmark, source, scripts=False, limits=limits)
+            return _plans(benchmark, source, scripts=False, limits=limits, find=find)
         case Ability.SUBGOAL_DECOMPOSITION:
             return _subgoals(benchmark, source, scripts=False)
         case _:
@@ -138,7 +140,12 @@ def _goals(benchmark: Benchmark, source: Source) -> AnswerBook:
 
 
 def _plans(
-    benchmark: Benchmark, source: Source, *, scripts: bool, limits: PlanningLimits | None = None
+    benchmark: Benchmark,
+    source: Source,
+    *,
+    scripts: bool,
+    limits: PlanningLimits | None = None,
+    find: FindPlan = find_plan,
 ) -> AnswerBook:
     """Plans: the data set's own, where it has them and they are asked for, or else what the search finds."""
     tasks, notation = benchmark.tasks_for(Ability.ACTION_SEQUENCING, source), benchmark.plans
@@ -147,7 +154,7 @@ def _plans(
     @cache
     def answer(task_id: str) -> WrittenAnswer:
         task = tasks[task_id]
-        plan = (scripts and task.script) or find_plan(task, planner, limits).plan
+        plan = (scripts and task.script) or find(task, planner, limits).plan
         return WrittenAnswer(notation.write(plan, task.scene), notation.join)
 
     return AnswerBook(tuple(tasks), answer)

@@ -7,6 +7,7 @@ from collections.abc import Sequence, Set
 from eai.benchmarks.prompt_library import Library
 from eai.benchmarks.short_tests import SHORT, short_test
 from eai.benchmarks.suite import Suite
+from eai.cli.options import listed
 from eai.errors import InputError, did_you_mean
 from eai.prompts.prompt import Prompt
 
@@ -17,7 +18,7 @@ def _named(tasks: str, suites: Sequence[Suite]) -> frozenset[str]:
     Raises:
         InputError: no suite has a task of this name.
     """
-    named = [task_id.strip() for task_id in tasks.split(",") if task_id.strip()]
+    named = listed(tasks)
     for task_id in named:
         if not any(task_id in suite.task_ids for suite in suites):
             only = f"{suites[0].domain} {suites[0].ability.value}"

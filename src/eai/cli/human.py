@@ -14,6 +14,7 @@ from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.source import Source
 from eai.cli.console import DOMAIN_HELP, counted, data_progress, output
 from eai.cli.data import DataFolder, store
+from eai.cli.options import listed
 from eai.errors import InputError
 from eai.human.form import form_html
 from eai.prompts.prompt import PromptSet
@@ -50,7 +51,7 @@ def form(
     with data_progress() as report:
         benchmark, source = find_benchmark(domain), Source(store(data), report)
         asked = Library(prompt_set, prompts, source).open(benchmark, ability)
-    named = [task_id.strip() for task_id in tasks.split(",") if task_id.strip()] or list(asked)
+    named = listed(tasks) or list(asked)
     for task_id in named:
         if task_id not in asked:
             raise InputError(f"--tasks: {task_id!r} is not a task of {benchmark.name} {ability.value}")

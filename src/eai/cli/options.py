@@ -121,3 +121,8 @@ Wide = Annotated[
     bool,
     typer.Option("--wide", help="All columns in one table, however wide.", rich_help_panel=OUTPUT),
 ]
+
+
+def listed(text: str | None) -> list[str]:
+    """What an option names, separated by commas."""
+    return [name.strip() for name in (text or "").split(",") if name.strip()]

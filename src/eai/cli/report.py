@@ -16,7 +16,7 @@ from eai.benchmarks.registry import find_benchmark, registered
 from eai.benchmarks.source import Source
 from eai.cli.console import errors, output, print_json
 from eai.cli.data import DataFolder, store
-from eai.cli.options import AsJson
+from eai.cli.options import AsJson, listed
 from eai.data import dataset
 from eai.data.store import Store
 from eai.errors import EaiError, InputError
@@ -61,7 +61,7 @@ def report(
 
     Example: eai report scores --out report --paper
     """
-    narrow = Narrow(_names(models), _names(columns), intervals)
+    narrow = Narrow(listed(models), listed(columns), intervals)
     runs = list(read_runs(records))
     known = background(store(data), [run.key.domain for run in runs]) if prompts else Background()
     explorer = ExplorerData(known)
@@ -85,10 +85,6 @@ def report(
         return
     message = f"{len(summaries)} runs, {written} tables, {len(drawn)} plots; open {out / EXPLORER}"
     output().print(message, soft_wrap=True, highlight=False)
-
-
-def _names(text: str | None) -> list[str]:
-    return [name.strip() for name in (text or "").split(",") if name.strip()]
 
 
 def _draw(summaries: Sequence[RunSummary], folder: Path) -> list[Plot]:
