@@ -24,6 +24,9 @@ import types
 from contextlib import redirect_stdout
 from pathlib import Path
 
+FOLDER = tempfile.TemporaryDirectory(prefix="eai-bench-")
+"""Where answers are written that the package reads from files; it goes with this process."""
+
 ABSENT = ("igibson", "gym", "bddl", "pybullet", "pyquaternion")
 
 
@@ -146,7 +149,7 @@ def subgoal_decomposition(scene, subgoals):
     """A function that evaluates subgoals, and returns the package's report."""
     module = importlib.import_module("behavior_eval.evaluation.subgoal_decomposition.subgoal_sim_utils")
     task = make_task(scene)
-    path = Path(tempfile.mkdtemp()) / "plan.json"
+    path = Path(tempfile.mkdtemp(dir=FOLDER.name)) / "plan.json"
     path.write_text(json.dumps([{"identifier": scene["activity"], "llm_output": subgoals}]))
 
     def evaluate():

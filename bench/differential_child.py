@@ -33,6 +33,9 @@ MAX_SECONDS = 60
 """The processor time that one answer may take: ways to do subgoals double with every alternative."""
 
 SEED = 0
+FOLDER = tempfile.TemporaryDirectory(prefix="eai-bench-")
+"""What the package reads from files and writes; it goes with this process."""
+
 COUNTED = {
     "Parsing wrong": "parsing",
     "Hallucination": "hallucination",
@@ -155,7 +158,7 @@ def evaluation_of(ability):
     evaluation = importlib.import_module(VIRTUALHOME + ".evaluation." + ability + ".scripts.evaluate_results")
     library = importlib.import_module(GRAPHS + ".eval_utils")
     prepare_virtualhome(evaluation)
-    folder = tempfile.mkdtemp(prefix="eai-bench-")
+    folder = tempfile.mkdtemp(dir=FOLDER.name)
     path = Path(folder) / "virtualhome" / ability / "model_outputs.json"
     path.parent.mkdir(parents=True)
     arguments = virtualhome_arguments(ability, folder)
@@ -274,7 +277,7 @@ def transition_modeling(given):
         domain,
         100,
         str(root),
-        tempfile.mkdtemp(prefix="eai-bench-"),
+        tempfile.mkdtemp(dir=FOLDER.name),
         str(root / "problem_pddl"),
         actions,
         read("id2category_2"),
