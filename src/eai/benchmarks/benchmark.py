@@ -18,6 +18,7 @@ from eai.abilities.transition_modeling.task import TransitionTask
 from eai.abilities.verdict import Json
 from eai.benchmarks.errata import NO_ERRATA, Errata
 from eai.benchmarks.figure import Figure
+from eai.benchmarks.problem_world import ProblemWorld
 from eai.benchmarks.source import ErrataChoice, OpenTasks, Source, TaskSet
 from eai.data.progress import Report
 from eai.logic.formula import Formula
@@ -53,6 +54,9 @@ OpenDemonstrations: TypeAlias = Callable[[Path, Report], TaskSet[Task]]
 
 ProblemOf: TypeAlias = Callable[[Task, Sequence[Formula]], str]
 """From a task and some ground conditions to the PDDL problem of reaching them."""
+
+OpenWorld: TypeAlias = Callable[[Source], ProblemWorld]
+"""Opens what problems in a language of the data set's own may speak of."""
 
 Wing: TypeAlias = Callable[["Benchmark", Ability, Form, Source], Opened]
 """How a protocol opens the suites of a benchmark."""
@@ -90,6 +94,7 @@ class Benchmark:
         open_demonstrations: opens demonstrations in an archive that are no tasks; None if it reads none.
         problem_of: the planning problem that some ground goals of a task make with its published operators;
             None where it is exported from the declaration.
+        open_bddl: opens what problems in BDDL may speak of; by default what the declaration does.
         phrases: how to say in English that a predicate holds, as in ``{x} is on top of {y}``, by its name; by
             default made of the name (`eai.benchmarks.generated.words`).
         planner_seconds: how long a planner may take for one task of transition modeling, in CPU seconds.
@@ -119,6 +124,7 @@ class Benchmark:
     open_public: OpenTasks[Task] | None = None
     open_demonstrations: OpenDemonstrations | None = None
     problem_of: ProblemOf | None = None
+    open_bddl: OpenWorld | None = None
     phrases: Mapping[str, str] = field(default_factory=dict)
     planner_seconds: int = 100
     reference: str = ""

@@ -3,20 +3,25 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
+from eai.abilities.task import Task
 from eai.benchmarks.finding import Finding
 from eai.benchmarks.generated.sets import unproven
-from eai.benchmarks.registry import find_benchmark
+from eai.benchmarks.problem_files import ProblemReader, problem_files_in
+from eai.benchmarks.registry import PDDL, find_benchmark
 from eai.benchmarks.source import Source
 from eai.benchmarks.task_files import check_task_files, write_task_file
 from eai.benchmarks.task_lines import json_schema, written
 from eai.cli.console import DOMAIN_HELP, counted, data_progress, output, tell_findings
 from eai.cli.data import DataFolder, store
 from eai.cli.options import AsJson
+from eai.errors import InputError
+from eai.world.domain import Domain
 
 app = typer.Typer(help="Task files: check and write them, print their schema.", no_args_is_help=True)
 
@@ -34,6 +39,29 @@ def check(
     tell_findings(findings, "all tasks are as they say", as_json=as_json)
 
 
+@app.command("import")
+def import_problems(
+    files: Annotated[
+        list[Path], typer.Argument(help="Problems, *.bddl or *.pddl, or folders of them.", metavar="FILE...")
+    ],
+    domain: Annotated[str, typer.Option(help=DOMAIN_HELP)],
+    out: Annotated[Path, typer.Option(help="The file to write: FILE.jsonl or FILE.jsonl.gz.")],
+    data: DataFolder = None,
+) -> None:
+    """Write problems in BDDL, or in PDDL of the exported domain, as tasks of a benchmark.
+
+    Example: eai tasks import problems --domain lamps:lamps --out tasks.jsonl
+    """
+    if domain.startswith(f"{PDDL}:"):
+        raise InputError(
+            f"--domain {domain}: its problems are tasks already; eai tasks write --domain writes them"
+        )
+    with data_progress() as report:
+        benchmark = find_benchmark(domain)
+        tasks = ProblemReader(benchmark, Source(store(data), report)).read(problem_files_in(files))
+    _write(out, tasks, domain, benchmark.domain)
+
+
 @app.command()
 def write(
     domain: Annotated[str, typer.Option(help=DOMAIN_HELP)],
@@ -49,7 +77,11 @@ def write(
     with data_progress() as report:
         benchmark = find_benchmark(domain)
         tasks = benchmark.tasks(Source(store(data), report))
-    lines = [written(task, domain, benchmark.domain) for task in tasks.values()]
+    _write(out, tasks.values(), domain, benchmark.domain)
+
+
+def _write(out: Path, tasks: Iterable[Task], base: str, domain: Domain) -> None:
+    lines = [written(task, base, domain) for task in tasks]
     write_task_file(out, lines)
     output().print(f"{counted(len(lines), 'task')} written to {out}", soft_wrap=True, highlight=False)
 

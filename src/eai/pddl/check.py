@@ -117,11 +117,19 @@ class _Checker:
             case f.Implies(premise, conclusion):
                 yield from self.formula(premise, scope)
                 yield from self.formula(conclusion, scope)
-            case f.ForAll(variable, body) | f.Exists(variable, body):
-                yield from _unknown_types((variable,), self.vocabulary, self.place)
-                yield from self.formula(body, {**scope, variable.name: m.type_of(variable)})
+            case f.ForAll(variable, body) | f.Exists(variable, body) | f.Exactly(_, variable, body):
+                yield from self.below((variable,), body, scope)
+            case f.ForPairs(first, second, body):
+                yield from self.below((first, second), body, scope)
             case _:
                 yield PddlFinding(Offence.UNSUPPORTED, type(formula).__name__, self.place)
+
+    def below(
+        self, variables: tuple[f.Variable, ...], body: f.Formula, scope: TypeScope
+    ) -> Iterator[PddlFinding]:
+        """What is wrong below a quantifier."""
+        yield from _unknown_types(variables, self.vocabulary, self.place)
+        yield from self.formula(body, {**scope, **{each.name: m.type_of(each) for each in variables}})
 
     def effect(self, effect: m.PddlEffect, scope: TypeScope) -> Iterator[PddlFinding]:
         match effect:

@@ -16,7 +16,7 @@ from eai.errors import DomainError
 from eai.logic.renaming import rename_objects
 from eai.pddl.evaluation import PddlState
 from eai.pddl.execute import PlanStep
-from eai.pddl.export_problem import ProblemWriter, object_key, order_name, type_name
+from eai.pddl.export_problem import ProblemWriter, object_key, order_name
 from eai.pddl.glossary import ConditionWriter, Glossary, hidden_predicates, without
 from eai.pddl.names import PddlNames
 from eai.pddl.ordered_effects import OrderedEffects
@@ -63,6 +63,13 @@ class ProblemSource:
     initial: State
     goals: tuple[f.Formula, ...]
     objects: int | None = None
+
+    @property
+    def kept(self) -> int:
+        """The objects that the problem is about, with the agent, as a mask."""
+        scene = self.initial.scene
+        agent = 0 if scene.agent is None else 1 << scene.agent
+        return scene.everything if self.objects is None else self.objects | agent
 
 
 @dataclass(frozen=True, slots=True)
@@ -139,6 +146,8 @@ def export_problems(
         DomainError: a goal is not about one state, or uses what is not declared.
     """
     glossary = Glossary(domain.vocabulary)
+    for source in sources:
+        glossary.use_types(source.initial.scene, source.kept)
     hidden = frozenset() if options.invisible else hidden_predicates(domain.vocabulary)
     operators = PddlNames(operator.name for operator in domain.operators)
     written = [_Operators(glossary, hidden, options, operators).write(each) for each in domain.operators]
@@ -183,10 +192,7 @@ def _things(glossary: Glossary, scene: Scene) -> PddlNames:
 def _writer(
     glossary: Glossary, names: PddlNames, source: ProblemSource, header: m.PddlDomain
 ) -> ProblemWriter:
-    scene = source.initial.scene
-    agent = 0 if scene.agent is None else 1 << scene.agent
-    kept = scene.everything if source.objects is None else source.objects | agent
-    return ProblemWriter(glossary, names, header, source.initial, kept)
+    return ProblemWriter(glossary, names, header, source.initial, source.kept)
 
 
 def _goal(glossary: Glossary, names: PddlNames, source: ProblemSource, hidden: frozenset[str]) -> f.Formula:
@@ -251,7 +257,7 @@ def _with_history(action: m.PddlAction, glossary: Glossary, operators: PddlNames
 
 def _header(glossary: Glossary, name: str, hidden: frozenset[str], scene: Scene) -> m.PddlDomain:
     """The domain without operators: every predicate, type and constant that is in use."""
-    axioms = tuple(_axioms(glossary))
+    axioms, constants = tuple(_axioms(glossary)), tuple(_constants(glossary, scene))
     stored = [p for p in glossary.vocabulary.predicates if p.name not in hidden]
     predicates = [_declared(glossary.predicates[each.name], each.arity) for each in stored]
     derived = [*glossary.derived.values(), *glossary.frozen.values()]
@@ -264,7 +270,7 @@ def _header(glossary: Glossary, name: str, hidden: frozenset[str], scene: Scene)
         name=PddlNames()[name],
         requirements=REQUIREMENTS if axioms else REQUIREMENTS[:1],
         types=tuple([m.TypedName(written) for _, written in glossary.types.items()]),
-        constants=tuple(_constants(glossary, scene)),
+        constants=constants,
         predicates=tuple(predicates),
         actions=(),
         axioms=axioms,
@@ -275,8 +281,8 @@ def _constants(glossary: Glossary, scene: Scene) -> Iterator[m.TypedName]:
     """The objects that operators name; they are of one category in all problems."""
     index = {object_key(scene, i): i for i in range(len(scene.objects))}
     for name, written in glossary.things.items():
-        category = scene.objects[index[name]].category if name in index else m.OBJECT
-        yield m.TypedName(written, type_name(glossary, category))
+        kind = glossary.types[scene.objects[index[name]].category] if name in index else m.OBJECT
+        yield m.TypedName(written, kind)
 
 
 def _declared(name: str, arity: int) -> m.PddlPredicate:

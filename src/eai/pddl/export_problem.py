@@ -8,7 +8,7 @@ from itertools import product
 from eai.errors import DomainError
 from eai.logic.formula import Atom, Constant, Formula, Variable
 from eai.pddl.glossary import Glossary
-from eai.pddl.model import OBJECT, PddlDomain, PddlProblem, TypedName
+from eai.pddl.model import PddlDomain, PddlProblem, TypedName
 from eai.pddl.names import PddlNames
 from eai.world.derived import Computed, Lookup
 from eai.world.frame import AGENT
@@ -23,11 +23,6 @@ def object_key(scene: Scene, index: int) -> str:
     if index == scene.agent:
         return AGENT.name
     return f"{name} " if name == AGENT.name else name
-
-
-def type_name(glossary: Glossary, category: str) -> str:
-    """The type of the objects of a category, if anything ranges over them alone."""
-    return glossary.types[category] if category in glossary.types else OBJECT  # noqa: SIM401 - no mapping
 
 
 def order_name(glossary: Glossary) -> str:
@@ -76,8 +71,7 @@ class ProblemWriter:
         )
 
     def _type(self, index: int) -> str:
-        category = self._scene.objects[index].category
-        return type_name(self._glossary, category)
+        return self._glossary.types[self._scene.objects[index].category]
 
     def _facts(self) -> Iterator[Atom]:
         declared = {predicate.name for predicate in self._header.predicates}

@@ -72,12 +72,12 @@ def read_domain_file(path: Path) -> DomainFile:
     Raises:
         InputError: it cannot be read, or is no sound domain of a fragment that is understood.
     """
-    text = _text(path)
+    text = read_text(path)
     try:
         group = read_group(text)
         remarks = (COSTS_IGNORED,) if _checked(text, group, _DOMAIN) else ()
         domain = PddlReader(text).domain(_without_costs(group))
-        _refuse(text, check_domain(domain))
+        refuse(text, check_domain(domain))
     except PddlError as error:
         raise InputError(f"{path}: {error}") from error
     return DomainFile(domain, path, text, remarks)
@@ -89,7 +89,7 @@ def read_problem_file(path: Path, domain: PddlDomain) -> ProblemFile:
     Raises:
         InputError: it cannot be read, or is no sound problem of the domain.
     """
-    text = _text(path)
+    text = read_text(path)
     try:
         group = read_group(text)
         _checked(text, group, _PROBLEM)
@@ -97,13 +97,18 @@ def read_problem_file(path: Path, domain: PddlDomain) -> ProblemFile:
         if problem.domain != domain.name:
             place = _offset(text, ":domain", 0)
             raise error_at(text, place, Offence.MALFORMED, f"(:domain {domain.name})")
-        _refuse(text, check_problem(problem, domain))
+        refuse(text, check_problem(problem, domain))
     except PddlError as error:
         raise InputError(f"{path}: {error}") from error
     return ProblemFile(problem, path, text)
 
 
-def _text(path: Path) -> str:
+def read_text(path: Path) -> str:
+    """The text of a file.
+
+    Raises:
+        InputError: it cannot be read.
+    """
     try:
         return path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
@@ -158,8 +163,12 @@ def _head(group: Group) -> str:
     return group.items[0].text if group.items and isinstance(group.items[0], Symbol) else ""
 
 
-def _refuse(text: str, findings: Sequence[PddlFinding]) -> None:
-    """Raise the first finding that a planner would not accept, at its place in the text."""
+def refuse(text: str, findings: Sequence[PddlFinding]) -> None:
+    """Refuse a text for what was found in it.
+
+    Raises:
+        PddlError: for the first finding that a planner would not accept, at its place in the text.
+    """
     for finding in findings:
         if finding.offence.stops_planner:
             operator = finding.place.rpartition(" of ")[2] if " of " in finding.place else ""

@@ -16,6 +16,7 @@ from eai.logic.traversal import walk
 from eai.pddl.names import PddlNames
 from eai.pddl.simplify import conjunction, disjunction, equality, negation
 from eai.world.derived import Defined, meaning
+from eai.world.relation import bits
 from eai.world.state import Scene
 from eai.world.vocabulary import DerivedPredicate, Vocabulary
 
@@ -33,7 +34,7 @@ class Glossary:
     Attributes:
         vocabulary: the predicates of the declared domain.
         predicates: names of predicates, and of what the export adds to them.
-        types: names of the categories that quantifiers range over.
+        types: names of the categories of objects, and of those that quantifiers range over.
         things: names of the objects that the domain names; the agent is one of them.
         derived: derived predicates in use that have a formula.
         frozen: derived predicates in use that have none.
@@ -72,6 +73,11 @@ class Glossary:
         elif derived is None and self.vocabulary.stored(name) is None:
             raise DomainError(f"predicate {name} is not declared")
         return self.predicates[name]
+
+    def use_types(self, scene: Scene, objects: int) -> None:
+        """Name the categories of some objects of a scene, given as a mask."""
+        for i in bits(objects):
+            self.types[scene.objects[i].category]
 
     def kind(self, category: str) -> str:
         """The static predicate of the objects of a category."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from eai.abilities.protocol import Protocol
 from eai.abilities.transition_modeling.task import TransitionTask
+from eai.benchmarks.behavior.activities import Activities
 from eai.benchmarks.behavior.domain import as_meant
 from eai.benchmarks.behavior.goal_notation import BehaviorGoals
 from eai.benchmarks.behavior.problems import problem_text
@@ -61,6 +62,7 @@ def behavior() -> Benchmark:
         published_prompts=OfficialPrompts(NAME),
         errata=errata_of(NAME),
         problem_of=problem_text,
+        open_bddl=lambda source: Activities(open_tasks(source)),
         goal_sections=GOAL_SECTIONS,
         task_id_of=published_task,
         phrases=PHRASES,

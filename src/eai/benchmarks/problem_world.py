@@ -1,0 +1,198 @@
+"""What problems in PDDL or BDDL may speak of, and what that means in the world of a benchmark."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, replace
+from typing import NamedTuple, Protocol
+
+import eai.logic.formula as f
+from eai.abilities.task import Task
+from eai.pddl.export import export
+from eai.pddl.glossary import Glossary
+from eai.pddl.model import OBJECT, PddlDomain, PddlPredicate, PddlProblem, TypedName
+from eai.pddl.names import PddlNames
+from eai.world.derived import is_a
+from eai.world.domain import Domain
+from eai.world.frame import AGENT
+from eai.world.state import Fact, Scene, State, WorldObject
+
+
+class Posed(NamedTuple):
+    """A problem in the world of a benchmark.
+
+    Attributes:
+        initial: the state at the start.
+        meaning: from a condition of the problem to the formula that it means.
+    """
+
+    initial: State
+    meaning: Callable[[f.Formula], f.Formula]
+
+
+class ProblemWorld(Protocol):
+    """How problems about one world are read."""
+
+    @property
+    def header(self) -> PddlDomain:
+        """The names that they may use."""
+
+    def pose(self, problem: PddlProblem) -> Posed:
+        """A problem that uses no others."""
+
+
+def header_of(
+    name: str, types: Iterable[str], constants: Mapping[str, str], arities: Mapping[str, int]
+) -> PddlDomain:
+    """The names of a domain: types, constants with theirs, predicates with their number of arguments."""
+    return PddlDomain(
+        name=name,
+        requirements=(),
+        types=tuple(map(TypedName, types)),
+        constants=tuple([TypedName(*item) for item in constants.items()]),
+        predicates=tuple(
+            [
+                PddlPredicate(predicate, tuple([f.Variable(f"x{place}") for place in range(arity)]))
+                for predicate, arity in arities.items()
+            ]
+        ),
+        actions=(),
+    )
+
+
+@dataclass(frozen=True)
+class DeclaredWorld:
+    """A declaration, as problems spell it, whose objects are of the categories that its tasks have.
+
+    Attributes:
+        domain: the declaration.
+        header: its names as they are spelt.
+        predicates: what is spelt so, by the spelling.
+        kinds: the categories that predicates ask for.
+        performed: the operators of which predicates say that they have been taken.
+        order: the predicate of the order of the objects; empty if there is none.
+        categories: the categories.
+        names: the objects of tasks by spelling and category; others are called as they are spelt.
+        agent: the acting object, which problems need not declare.
+    """
+
+    domain: Domain
+    header: PddlDomain
+    predicates: Mapping[str, str]
+    kinds: Mapping[str, str]
+    performed: Mapping[str, str]
+    order: str
+    categories: Mapping[str, str]
+    names: Mapping[tuple[str, str], str]
+    agent: WorldObject | None
+
+    @staticmethod
+    def in_bddl(domain: Domain, tasks: Iterable[Task]) -> DeclaredWorld:
+        """The declaration in BDDL: in small letters."""
+        vocabulary = domain.vocabulary
+        declared = [each.name for each in vocabulary.predicates] + list(vocabulary.derived_by_name)
+        return _world(domain, tasks, str.lower, {name.lower(): name for name in declared})
+
+    @staticmethod
+    def in_pddl(domain: Domain, tasks: Iterable[Task]) -> DeclaredWorld:
+        """The declaration in PDDL, as `eai.pddl.export` writes it."""
+        glossary = Glossary(domain.vocabulary)
+        spelt = {written: name for name, written in glossary.predicates.items()}
+        tasks = list(tasks)
+        world = _world(domain, tasks, lambda name: PddlNames()[name], spelt)
+        named = [export(domain, task.initial, (), objects=0).domain.constants for task in tasks[:1]]
+        constants = dict.fromkeys([*world.header.constants, *(item for items in named for item in items)])
+        kinds = {glossary.kind(name): name for name in world.categories.values()}
+        performed = {glossary.done(operator.name): operator.name for operator in domain.operators}
+        order = glossary.precedes(f.Variable("x"), f.Variable("y")).predicate
+        arities = {**dict.fromkeys(kinds, 1), **dict.fromkeys(performed, 0), order: 2}
+        predicates = (*world.header.predicates, *header_of("", (), {}, arities).predicates)
+        header = replace(world.header, constants=tuple(constants), predicates=predicates)
+        return replace(world, header=header, kinds=kinds, performed=performed, order=order)
+
+    def pose(self, problem: PddlProblem) -> Posed:
+        """A problem of these names."""
+        spelt = {item.name: self._named(item) for item in (*self.header.constants, *problem.objects)}
+        scene = Scene(
+            self.domain.vocabulary,
+            list(spelt.values()),
+            None if self.agent is None else list(spelt).index(AGENT.name),
+        )
+        index = {word: i for i, word in enumerate(spelt)}
+        stored = ((self.predicates.get(atom.predicate, ""), atom.arguments) for atom in problem.initial)
+        facts = [
+            Fact(name, tuple([index[term.name] for term in arguments]))
+            for name, arguments in stored
+            if self.domain.vocabulary.stored(name) is not None
+        ]
+        names = {word: thing.name for word, thing in spelt.items()}
+        return Posed(scene.state(facts), lambda formula: self._meaning(formula, names))
+
+    def _named(self, item: TypedName) -> WorldObject:
+        if item.name == AGENT.name and self.agent is not None:
+            return self.agent
+        category = self.categories.get(item.type, item.type)
+        return WorldObject(self.names.get((item.name, category), item.name), category)
+
+    def _meaning(self, formula: f.Formula, names: Mapping[str, str]) -> f.Formula:
+        """A condition in the words of the declaration."""
+
+        def meant(term: f.Term) -> f.Term:
+            return f.Constant(names[term.name]) if isinstance(term, f.Constant) else term
+
+        match formula:
+            case f.Atom(name, (argument,)) if name in self.kinds:
+                return is_a(meant(argument), self.kinds[name])
+            case f.Atom(name) if name in self.performed:
+                return f.Occurs(self.performed[name], ())
+            case f.Atom(name) if name == self.order:
+                return f.TRUE
+            case f.Atom(name, arguments):
+                return f.Atom(self.predicates.get(name, name), tuple(map(meant, arguments)))
+            case f.Equals(left, right):
+                return f.Equals(meant(left), meant(right))
+            case f.Not(operand):
+                return f.Not(self._meaning(operand, names))
+            case f.And(parts) | f.Or(parts):
+                return type(formula)(tuple([self._meaning(part, names) for part in parts]))
+            case f.Implies(left_part, right_part):
+                return f.Implies(self._meaning(left_part, names), self._meaning(right_part, names))
+            case f.ForAll(variable, body) | f.Exists(variable, body) | f.Exactly(_, variable, body):
+                return replace(formula, variable=self._ranging(variable), body=self._meaning(body, names))
+            case f.ForPairs(first, second, body):
+                first, second = self._ranging(first), self._ranging(second)
+                return replace(formula, first=first, second=second, body=self._meaning(body, names))
+            case _:
+                return formula
+
+    def _ranging(self, variable: f.Variable) -> f.Variable:
+        """A quantified variable, by its category; of the root of all types it has none."""
+        category = variable.category or OBJECT
+        return f.Variable(variable.name, self.categories.get(category))
+
+
+def _world(
+    domain: Domain,
+    tasks: Iterable[Task],
+    spell: Callable[[str], str],
+    predicates: Mapping[str, str],
+) -> DeclaredWorld:
+    """The declaration with what its tasks have, and no predicates but those that it declares."""
+    scenes = [task.scene for task in tasks]
+    things = dict.fromkeys([thing for scene in scenes for thing in scene.objects])
+    categories = {spell(category): category for category in dict.fromkeys(t.category for t in things)}
+    agents = [scene.objects[scene.agent] for scene in scenes if scene.agent is not None]
+    agent = agents[0] if agents else None
+    constants = {AGENT.name: spell(agent.category)} if agent is not None else {}
+    arities = {word: domain.vocabulary.arity(name) or 0 for word, name in predicates.items()}
+    return DeclaredWorld(
+        domain,
+        header_of(spell(domain.name), categories, constants, arities),
+        predicates,
+        {},
+        {},
+        "",
+        categories,
+        {(spell(thing.name), thing.category): thing.name for thing in things},
+        agent,
+    )
