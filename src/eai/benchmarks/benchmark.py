@@ -15,7 +15,6 @@ from eai.abilities.subgoal_decomposition.notation import SubgoalNotation
 from eai.abilities.task import Task
 from eai.abilities.transition_modeling.declared import declared_tasks
 from eai.abilities.transition_modeling.task import TransitionTask
-from eai.abilities.verdict import Json
 from eai.benchmarks.errata import NO_ERRATA, Errata
 from eai.benchmarks.figure import Figure
 from eai.benchmarks.problem_world import ProblemWorld
@@ -83,7 +82,6 @@ class Benchmark:
         also_observed: what observations of an environment tell besides that of which prompts of action
             sequencing speak: predicates by name.
         formats: how an answer is written, in words, by ability; by default that of the default notation.
-        response_schemas: the JSON schema of an answer, by ability, for providers that can enforce one.
         published_prompts: the prompts of the data set; None if it has none.
         errata: what is wrong in the data set, and how it is corrected.
         goal_sections: where these state the goals of a task, by ability, so that they can state others.
@@ -115,7 +113,6 @@ class Benchmark:
     wordings: Callable[[Ability], Wording] | None = None
     also_observed: tuple[str, ...] = ()
     formats: Mapping[Ability, str] = field(default_factory=dict)
-    response_schemas: Mapping[Ability, Mapping[str, Json]] = field(default_factory=dict)
     published_prompts: PublishedPrompts | None = None
     errata: Errata = NO_ERRATA
     goal_sections: Mapping[Ability, GoalSection] = field(default_factory=dict)

@@ -222,6 +222,5 @@ def obfuscated(benchmark: Benchmark, source: Source | None = None) -> Benchmark:
         asks={**benchmark.asks, Ability.GOAL_INTERPRETATION: lambda task: False},
         open_operators=lambda source: TaskSet((), dict[str, TransitionTask]().__getitem__, ""),
         published_prompts=None,
-        response_schemas={},
         reference="",
     )

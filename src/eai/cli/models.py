@@ -61,7 +61,11 @@ ReasoningTokens = Annotated[
 Stop = Annotated[bool, typer.Option(help="Stop sequences as in the paper's runs.", rich_help_panel=_PANEL)]
 Structured = Annotated[
     bool,
-    typer.Option("--structured", help="Ask for JSON where a provider can.", rich_help_panel=_PANEL),
+    typer.Option(
+        "--structured",
+        help="Hold answers to the task's form and words, where a provider can.",
+        rich_help_panel=_PANEL,
+    ),
 ]
 Epochs = Annotated[
     int,

@@ -73,7 +73,7 @@ class Decoding:
         temperature: 0 as in the paper, or another.
         max_tokens: the most an answer may take; None for the provider's limit.
         stop: cut answers where the paper's runs did.
-        structured: ask for JSON where the provider can enforce it.
+        structured: hold answers to the form and the words of tasks where the provider can enforce it.
         sampling: what else providers know, by the names of Inspect's ``GenerateConfig``: ``seed``, ``top_p``,
             ``reasoning_effort``, ``reasoning_tokens``.
     """

@@ -15,19 +15,22 @@ from inspect_ai.model import (
     ContentText,
     GenerateConfig,
     ModelOutput,
+    ResponseSchema,
     StopReason,
     get_model,
 )
 from inspect_ai.solver import Generate, Solver, TaskState, solver
+from inspect_ai.util import JSONSchema
 from pydantic import TypeAdapter
 from tenacity import RetryError
 
 from eai.abilities.record import Usage
+from eai.benchmarks.answer_form import answer_form
+from eai.perception.scenes import SCENE
 from eai.prompts.prompt import Prompt
 from eai.run.job import Job
 from eai.run.messages import messages_of
 from eai.run.reasoning import Parts, complete, part
-from eai.run.response_schema import response_schema
 from eai.run.state import Desk
 from eai.scoring.answer import Answer
 from eai.scoring.trials import Inquiry, Trials
@@ -71,7 +74,7 @@ def ask(desk: Desk) -> Solver:
             question, request = inquiry.question, desk.request(place)
             messages = transcript.ask(question, inquiry)
             try:
-                reply = await _obtain(messages, restrictions(question.stop))
+                reply = await _obtain(messages, restrictions(place[0], question.stop))
             except Exception as error:
                 if _status(error) in _IN_VAIN:
                     desk.stop(reason(error))
@@ -211,13 +214,24 @@ def _answer(state: TaskState, request_sha256: str, prompt: Prompt, reply: _Reply
     )
 
 
-def _restrictions(job: Job, stop: tuple[str, ...]) -> GenerateConfig | None:
+def _restrictions(job: Job, task_id: str, stop: tuple[str, ...]) -> GenerateConfig | None:
     """What a request asks for that not every model can stand: stop sequences and a form of the answer."""
-    schema = response_schema(job.benchmark, job.ability) if job.decoding.structured else None
+    schema = _response_schema(job, task_id) if job.decoding.structured else None
     stop = stop if job.decoding.stop else ()
     if not stop and schema is None:
         return None
     return GenerateConfig(stop_seqs=list(stop) or None, response_schema=schema)
+
+
+def _response_schema(job: Job, task_id: str) -> ResponseSchema | None:
+    """The form of an answer; a question that tells of a scene as it was perceived lists other objects."""
+    perceived = SCENE in job.about.get(task_id, {})
+    task = None if perceived else job.benchmark.tasks(job.source).get(task_id)
+    schema = answer_form(job.benchmark, job.ability, task, job.prompts[task_id])
+    if schema is None:
+        return None
+    form = JSONSchema.model_validate(schema)
+    return ResponseSchema(name=job.ability.value, json_schema=form, strict=True)
 
 
 async def _obtain(messages: list[ChatMessage], restrictions: GenerateConfig | None) -> _Reply:

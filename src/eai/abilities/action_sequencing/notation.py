@@ -5,16 +5,19 @@ from __future__ import annotations
 import json
 import re
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 
 from eai.abilities.action_sequencing.plan import WrittenPlan, WrittenStep
+from eai.abilities.answer_schema import Schema, closed, either, listed, text
 from eai.abilities.json_text import Pairs, find_json
 from eai.abilities.task import Task
 from eai.abilities.unreadable import Unreadable
+from eai.world.domain import Domain
 from eai.world.execution import Action
 from eai.world.state import Scene
 
+_SPECIAL = re.compile(r"[\\^$.|?*+()\[\]{}/]")
 _COMMENT = re.compile(r"(?<=[\[\]{},\s])#[^\n]*")
 
 
@@ -44,6 +47,19 @@ class PlanNotation(ABC):
     @abstractmethod
     def join(self, parts: Iterable[str]) -> str:
         """The parts as one answer."""
+
+    def words(self, task: Task) -> tuple[str, ...]:
+        """What questions about a task call its objects, each word once; nothing if that is not known."""
+        return ()
+
+    def schema(self, domain: Domain, words: Sequence[str] | None) -> Schema | None:
+        """The form of an answer, for providers that can enforce one; None if it is not known.
+
+        Args:
+            domain: the actions.
+            words: what objects may be called; None if any text will do.
+        """
+        return None
 
 
 class JsonPlans(PlanNotation):
@@ -78,6 +94,18 @@ class JsonPlans(PlanNotation):
         """A list of the steps."""
         return "[" + ", ".join(parts) + "]"
 
+    def words(self, task: Task) -> tuple[str, ...]:
+        """The names of the objects."""
+        return tuple([task.scene.objects[index].name for index in task.relevant])
+
+    def schema(self, domain: Domain, words: Sequence[str] | None) -> Schema:
+        """An object around the list, as a list alone cannot be enforced."""
+        names: dict[int, list[str]] = {}
+        for operator in domain.operators:
+            names.setdefault(operator.arity, []).append(operator.name)
+        steps = [closed({"action": text(names[n]), "object": _objects(n, words)}) for n in sorted(names)]
+        return closed({"plan": listed(either(steps))})
+
 
 def _steps(value: object) -> tuple[WrittenStep, ...] | None:
     """The steps of a JSON value that is a plan of at least one step, or None."""
@@ -99,6 +127,16 @@ def _step(value: object) -> WrittenStep | None:
     if isinstance(objects, str):
         return WrittenStep(action, named(objects.split(",")) if objects.strip() else ())
     return WrittenStep(action, named(map(str, objects))) if isinstance(objects, list) else None
+
+
+def _objects(number: int, words: Sequence[str] | None) -> Schema:
+    """So many objects as one text."""
+    if number == 0:
+        return text([""])
+    if number == 1 or words is None:
+        return text(words)
+    one = "(" + "|".join(_SPECIAL.sub(r"\\\g<0>", word) for word in words) + ")"
+    return {**text(), "pattern": f"^{', ?'.join([one] * number)}$"}
 
 
 def named(words: Iterable[str]) -> tuple[str, ...]:

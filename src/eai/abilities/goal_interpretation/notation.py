@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import json
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple, TypeAlias
 
+from eai.abilities.answer_schema import Schema, closed, either, listed, text
 from eai.abilities.explanation import formula_text
 from eai.abilities.goal_interpretation.nested import read_nested
 from eai.abilities.goal_interpretation.written import (
@@ -111,6 +112,15 @@ class GoalNotation(ABC):
         """What each object of the scene is called; several may share one name."""
         return tuple([thing.name for thing in task.scene.objects])
 
+    def schema(self, domain: Domain, words: Sequence[str] | None) -> Schema | None:
+        """The form of an answer, for providers that can enforce one; None if it is not known.
+
+        Args:
+            domain: the predicates and the actions.
+            words: what objects may be called; None if any text will do.
+        """
+        return None
+
     def alternatives(self, task: Task) -> tuple[Alternatives, ...]:
         """The goals that an answer is compared with: those of the task.
 
@@ -187,6 +197,20 @@ class JsonGoals(GoalNotation):
         for entry in map(json.loads, parts):
             sections[SECTIONS[_section(entry)]].append(entry)
         return json.dumps(sections)
+
+    def schema(self, domain: Domain, words: Sequence[str] | None) -> Schema:
+        """Literals as lists of words, and names of actions."""
+        spelt = self.words(domain)
+
+        def entry(kind: GoalKind) -> Schema:
+            if kind is GoalKind.ACTION:
+                return text(domain.arities)
+            said = [word.spelling for word in spelt if (word.arity < 2) == (kind is GoalKind.STATE)]
+            literal = None if words is None else [*said, *words]
+            part = text() if literal is None else text(["not", *literal])
+            return listed(either([part, listed(text(literal))]))
+
+        return closed({key: listed(entry(kind)) for key, kind in self._kinds.items()})
 
     def word(self, text: str) -> str:
         """A word of an answer as all spellings of it come out."""

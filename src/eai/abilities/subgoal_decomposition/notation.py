@@ -6,6 +6,7 @@ import json
 from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass
 
+from eai.abilities.answer_schema import Schema, closed, listed, text
 from eai.abilities.json_text import Pairs, find_json
 from eai.abilities.planning import find_plan
 from eai.abilities.subgoal_decomposition.lexicon import ObjectsAndClasses, SubgoalLexicon, spelt
@@ -104,6 +105,10 @@ class SubgoalNotation:
     def join(self, parts: Iterable[str]) -> str:
         """The subgoals as one answer."""
         return json.dumps({"output": list(parts)})
+
+    def schema(self) -> Schema:
+        """The form of an answer, for providers that can enforce one. A formula may be any text."""
+        return closed({"output": listed(text())})
 
 
 def _visible_changes(before: State, after: State) -> Iterator[GroundAtom]:

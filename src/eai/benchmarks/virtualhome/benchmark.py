@@ -7,7 +7,6 @@ from pathlib import Path
 
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.transition_modeling.task import TransitionTask
-from eai.abilities.verdict import Json
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.errata import errata_of
 from eai.benchmarks.formats import formats_of
@@ -30,11 +29,6 @@ from eai.data.progress import Report
 from eai.data.store import Store
 
 NAME = "virtualhome"
-
-_PLAN: dict[str, Json] = {
-    "type": "object",
-    "additionalProperties": {"type": "array", "items": {"type": "string"}},
-}
 
 PHRASES = {
     "ON": "{x} is switched on",
@@ -86,7 +80,6 @@ def virtualhome() -> Benchmark:
         asks={Ability.SUBGOAL_DECOMPOSITION: lambda task: task.temporal_goal is not None},
         wordings=wording,
         formats=formats_of("eai.benchmarks.virtualhome"),
-        response_schemas={Ability.ACTION_SEQUENCING: _PLAN},
         published_prompts=OfficialPrompts(NAME, {Ability.GOAL_INTERPRETATION: _rendered}),
         errata=errata_of(NAME),
         open_demonstrations=_demonstrations,

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 
+from eai.abilities.answer_schema import Schema, closed, listed, text
 from eai.abilities.goal_interpretation.notation import GoalNotation, Word
 from eai.abilities.goal_interpretation.written import (
     SECTIONS,
@@ -60,6 +61,18 @@ class VirtualHomeGoals(GoalNotation):
             for key, entry in json.loads(part).items():
                 sections[key].append(entry)
         return json.dumps(sections, indent=1)
+
+    def schema(self, domain: Domain, words: Sequence[str] | None) -> Schema:
+        """The three sections; an entry has its fields, and an action a description."""
+        said = self.words(domain)
+        states, relations = [[word.spelling for word in said if word.arity == number] for number in (1, 2)]
+        name = text(words)
+        entries = {
+            GoalKind.STATE: {"name": name, "state": text(states)},
+            GoalKind.RELATION: {"from_name": name, "relation": text(relations), "to_name": name},
+            GoalKind.ACTION: {"action": text(domain.arities), "description": text()},
+        }
+        return closed({SECTIONS[kind]: listed(closed(fields)) for kind, fields in entries.items()})
 
     def words(self, domain: Domain) -> Mapping[Word, str]:
         """The states that change, and the relations of scene graphs."""

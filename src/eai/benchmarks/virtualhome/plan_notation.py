@@ -8,17 +8,22 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
 from eai.abilities.action_sequencing.notation import PlanNotation
 from eai.abilities.action_sequencing.plan import TOO_LONG, WrittenPlan, WrittenStep
+from eai.abilities.answer_schema import Schema, closed, either, listed, text
 from eai.abilities.json_text import MAX_LENGTH, Pairs, find_json
 from eai.abilities.task import Task
 from eai.abilities.unreadable import Unreadable
+from eai.world.domain import Domain
 from eai.world.execution import Action
 from eai.world.state import Scene
+
+_STEPS = "action commands"
+"""The key of the steps where the form of an answer is enforced; of one word the reference makes a step."""
 
 _STEP = re.compile(r"""["'](\w+)["']\s*:\s*(\[[^\[\]{}]*\])""")
 
@@ -61,6 +66,18 @@ class VirtualHomePlans(PlanNotation):
     def join(self, parts: Iterable[str]) -> str:
         """A JSON object of the steps."""
         return "{" + ", ".join(parts) + "}"
+
+    def words(self, task: Task) -> tuple[str, ...]:
+        """Their classes, and their ids."""
+        named = [task.scene.objects[index].name.rsplit(".", 1) for index in task.relevant]
+        return tuple(dict.fromkeys([word for words in zip(*named, strict=True) for word in words]))
+
+    def schema(self, domain: Domain, words: Sequence[str] | None) -> Schema:
+        """A list of objects of one step each, as an action may occur more than once, and no key may."""
+        steps = [
+            closed({each.name: listed(text(words if each.arity else None))}) for each in domain.operators
+        ]
+        return closed({_STEPS: listed(either(steps))})
 
 
 def index_of(by_class: Mapping[str, int], by_name: Mapping[str, int]) -> Callable[[object], int | None]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable, Sequence
 
+from eai.abilities.answer_schema import Schema, closed, listed, text
 from eai.abilities.subgoal_decomposition.lexicon import ObjectsAndClasses, SubgoalLexicon
 from eai.abilities.subgoal_decomposition.notation import SubgoalNotation, WrittenSubgoals, read_output
 from eai.abilities.task import Task
@@ -84,3 +85,13 @@ class VirtualHomeSubgoals(SubgoalNotation):
         """The subgoals as one answer."""
         answer = {"necessity_to_use_action": "no", "actions_to_include": [], "output": list(parts)}
         return json.dumps(answer, indent=1)
+
+    def schema(self) -> Schema:
+        """The members that the published prompts ask for."""
+        return closed(
+            {
+                "necessity_to_use_action": text(("yes", "no")),
+                "actions_to_include": listed(text(self._actions)),
+                "output": listed(text()),
+            }
+        )

@@ -1,0 +1,46 @@
+"""The form of answers over HTTP: what a server is told of it, in both households and another domain."""
+
+from __future__ import annotations
+
+import json
+from collections import defaultdict
+from pathlib import Path
+from typing import Any
+
+from processes import eai
+from run.server import Reply, serve
+
+ROOT = Path(__file__).parents[2]
+LOCAL = "openai-api/local/scripted"
+WORDS = {
+    "virtualhome": {"soap", "1002", "CLOSED"},
+    "behavior": {"LEFT_GRASP", "candle_0", "inside", "candle.n.01_1"},
+    "lamps:lamps": {"PRESS", "lamp_1", "lit"},
+}
+"""Some of what the forms of the answers to the first task of a domain must offer."""
+
+
+def objects(schema: Any) -> list[dict[str, Any]]:
+    if isinstance(schema, dict):
+        inner = [each for value in schema.values() for each in objects(value)]
+        return [schema, *inner] if schema.get("type") == "object" else inner
+    return [each for value in schema for each in objects(value)] if isinstance(schema, list) else []
+
+
+def test_a_server_is_told_the_words_of_each_task(tmp_path: Path) -> None:
+    domains = [part for name in WORDS for part in ("--domain", name)]
+    how = ("--structured", "--planner", "none", "--limit", 1, "-M", "api_key=none", "--out", tmp_path)
+    path = f"{ROOT / 'examples/lamps'}:{ROOT / 'src'}"
+    with serve(defaultdict(lambda: [Reply("{}")])) as served:
+        outcome = eai(
+            "run", "--model", LOCAL, "--model-base-url", served.url, *domains, *how, PYTHONPATH=path
+        )
+    assert outcome.status == 0, outcome.err
+    asked = [request["response_format"]["json_schema"] for request in served.log.requests]
+    assert [each["strict"] for each in asked] == [True] * 4 * len(WORDS)
+    for place, words in enumerate(WORDS.values()):
+        told = json.dumps(asked[4 * place : 4 * place + 4])
+        assert {word for word in words if f'"{word}"' not in told} == set()
+    for each in objects([one["schema"] for one in asked]):
+        assert each["additionalProperties"] is False
+        assert each["required"] == list(each["properties"])
