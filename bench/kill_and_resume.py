@@ -158,7 +158,7 @@ def main() -> None:
     kills, runs, lost, doubled, differing, answers = 0, 0, 0, 0, 0, 0
     with tempfile.TemporaryDirectory() as temporary:
         alone = Path(temporary, "alone")
-        kill_or_wait(start(todo, alone), alone, sys.maxsize)
+        work(todo, alone)  # here, so that what it imports is there in every process that follows
         expected = outcome(alone)
         while kills < arguments.kills:
             runs += 1
