@@ -4,10 +4,11 @@
     python tools/mutants.py --only world/past
 
 A mutant is a module with one small change: a comparison, an operator or a connective is another one, a number
-is one more, a condition is negated. It lies in a copy of the sources, in which first the module's own test
-file runs, then, if that notices nothing, all tests of its package. Prints what becomes of each, and how
-many are noticed; exits with status 1 if those are fewer than nine in ten. Survivors that no test can notice,
-since they mean the same, are listed in `EQUIVALENT`, with the reason.
+is one more, a condition is negated. Annotations are left alone, and decorators, which say whether instances
+have slots. It lies in a copy of the sources, in which first the module's own test file runs, then, if that
+notices nothing, all tests of its package. Prints what becomes of each, and how many are noticed; exits with
+status 1 if those are fewer than nine in ten. Survivors that no test can notice, since they mean the same, are
+listed in `EQUIVALENT`, with the reason.
 """
 
 from __future__ import annotations
@@ -69,10 +70,23 @@ class Mutant(NamedTuple):
 
 def mutants(path: Path) -> Iterator[Mutant]:
     """All mutants of a module."""
-    for number, node in enumerate(ast.walk(_parsed(path))):
-        change = _change(node)  # which comes when the node's parts are in line to be visited
-        if change is not None:
+    tree = _parsed(path)
+    idle = {id(part) for node in ast.walk(tree) for each in _idle(node) for part in ast.walk(each)}
+    for number, node in enumerate(ast.walk(tree)):
+        # A change comes when the node's parts are in line to be visited.
+        if id(node) not in idle and (change := _change(node)) is not None:
             yield Mutant(path, number, getattr(node, "lineno", 0), change)
+
+
+def _idle(node: ast.AST) -> Iterator[ast.AST]:
+    """The parts of a node that say nothing of what is done."""
+    match node:
+        case ast.arg(annotation=ast.AST() as annotation) | ast.AnnAssign(annotation=annotation):
+            yield annotation
+        case ast.FunctionDef(returns=ast.AST() as annotation):
+            yield annotation
+        case ast.ClassDef(decorator_list=decorators):
+            yield from decorators
 
 
 def _parsed(path: Path) -> ast.Module:
@@ -130,7 +144,7 @@ def _pass(tests: Path, sources: Path) -> bool:
     }
     try:
         done = subprocess.run(
-            [*command, str(tests)],
+            command,
             cwd=ROOT,
             env=environment,
             capture_output=True,

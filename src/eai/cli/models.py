@@ -117,11 +117,19 @@ def check_replay(endpoints: Sequence[Endpoint], suites: Sequence[Suite]) -> None
 def eyes(
     model: str | None, arguments: Sequence[str] | None, base_url: str | None, prices: Path | None
 ) -> Endpoint | None:
-    """The model that sees, if there is one."""
+    """The model that sees, if there is one.
+
+    Raises:
+        InputError: there is no such model, or it cannot see.
+    """
     if model is None:
         if arguments or base_url is not None:
             raise InputError("--scene-arg, --scene-base-url: expected --scene-model, whom they are about")
         return None
+    check_model(model)
+    provider, _, name = model.partition("/")
+    if provider == PROVIDER and name != EYES:
+        raise InputError(f"--scene-model {model}: expected {PROVIDER}/{EYES} or another provider")
     return Endpoint(model, dict(pair(text, "--scene-arg") for text in arguments or ()), base_url, prices)
 
 

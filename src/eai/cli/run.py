@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from functools import partial, wraps
+from collections.abc import Callable, Mapping
+from functools import wraps
 from pathlib import Path
 from typing import Annotated
 
@@ -11,24 +11,31 @@ import typer
 from typing_extensions import ParamSpec
 
 from eai.abilities.declarations import DECLARATIONS
-from eai.abilities.experiment import Experiment, FeedbackForm, World, chosen_experiment
-from eai.abilities.protocol import Ability, ability_of
+from eai.abilities.experiment import FeedbackForm, World, chosen_experiment
 from eai.benchmarks.prompt_library import Library
 from eai.benchmarks.reference.replanning import preset_experiment
 from eai.benchmarks.registry import registered
 from eai.benchmarks.source import ErrataChoice, Source
 from eai.benchmarks.suite import DEFAULT_PROTOCOL, Suite, open_suite
 from eai.cli.adaptive import adaptive_suites, obtain_adaptively
-from eai.cli.chosen_tasks import chosen_prompts, tasks_of
-from eai.cli.console import (
-    DOMAIN_HELP,
-    counted,
-    data_progress,
-    note_planner,
-    output,
-    print_errata,
-    print_remark,
+from eai.cli.arm import Arm
+from eai.cli.asked import (
+    Abilities,
+    Adaptive,
+    Batch,
+    Domains,
+    Limit,
+    MaxConnections,
+    MaxRetries,
+    OfSet,
+    Prices,
+    PromptName,
+    Prompts,
+    Tasks,
+    Timeout,
 )
+from eai.cli.chosen_tasks import chosen_prompts, tasks_of
+from eai.cli.console import counted, data_progress, note_planner, output, print_errata, print_remark
 from eai.cli.data import DataFolder, store
 from eai.cli.experiment import (
     Ending,
@@ -42,7 +49,7 @@ from eai.cli.experiment import (
     Slip,
     SlipSeed,
 )
-from eai.cli.first_stage import FirstStage, stage_two
+from eai.cli.first_stage import FirstStage
 from eai.cli.models import (
     Epochs,
     MaxTokens,
@@ -63,7 +70,6 @@ from eai.cli.models import (
     sampling,
 )
 from eai.cli.options import (
-    ABILITIES,
     OUTPUT,
     AllowMissing,
     AsJson,
@@ -76,36 +82,28 @@ from eai.cli.options import (
     Wide,
     Workers,
 )
-from eai.cli.order import Order, ask_for_scene_graphs, obtain_and_score, tell
+from eai.cli.order import Order, obtain_and_score, tell
 from eai.cli.planning import planner_terms
 from eai.cli.scene import (
     InClutter,
     InScene,
-    Scene,
-    SceneChoice,
     SceneImages,
     SceneModel,
     SceneModelArgument,
     SceneModelUrl,
     SceneNoise,
-    refuse_besides,
-    scene_abilities,
 )
 from eai.cli.scene_stage import Scenes
 from eai.cli.table import Result, print_rates
-from eai.errors import InputError, InterruptError
+from eai.errors import InterruptError
 from eai.metrics.errata_effect import errata_effect
 from eai.pddl.planning import PlannerChoice
 from eai.perception.noise import noise_of
+from eai.perception.showing import Scene, SceneChoice
 from eai.prompts.prompt import Prompt, PromptSet
 from eai.run.job import Decoding, Endpoint, Pace
 from eai.scoring.batch import Settings
-from eai.scoring.trials import Trials, open_trials
 from eai.world.episode import Notice
-
-_ASKED, _PACE = "What is asked", "Requests"
-"""Panels of the help."""
-
 
 P = ParamSpec("P")
 
@@ -138,69 +136,19 @@ def run(
     stop: Stop = True,
     structured: Structured = False,
     epochs: Epochs = 1,
-    domain: Annotated[
-        list[str] | None,
-        typer.Option(metavar="NAME", help=f"{DOMAIN_HELP} All if not given.", rich_help_panel=_ASKED),
-    ] = None,
-    ability: Annotated[
-        list[Ability] | None,
-        typer.Option(
-            parser=ability_of,
-            metavar="NAME",
-            help=f"{ABILITIES}. All if not given.",
-            rich_help_panel=_ASKED,
-        ),
-    ] = None,
-    tasks: Annotated[
-        str,
-        typer.Option(
-            metavar="ID,ID",
-            help="Only these, in suites that have them; short: forty that stand for a suite.",
-            rich_help_panel=_ASKED,
-        ),
-    ] = "",
-    limit: Annotated[
-        int | None,
-        typer.Option(min=1, metavar="N", help="Tasks a suite, at most.", rich_help_panel=_ASKED),
-    ] = None,
-    adaptive: Annotated[
-        float | None,
-        typer.Option(
-            min=0.05,
-            metavar="S",
-            help="Choose tasks by what they tell, until the ability's standard error is at most S logits.",
-            rich_help_panel=_ASKED,
-        ),
-    ] = None,
-    prompt_set: Annotated[
-        PromptSet,
-        typer.Option("--set", help="Which prompts: the data set's, or ours.", rich_help_panel=_ASKED),
-    ] = PromptSet.OFFICIAL,
-    prompts: Annotated[
-        Path | None, typer.Option(metavar="DIR", help="Prompts of your own.", rich_help_panel=_ASKED)
-    ] = None,
-    prompt_name: Annotated[
-        str | None,
-        typer.Option(metavar="NAME", help="What these prompts are called.", rich_help_panel=_ASKED),
-    ] = None,
-    max_connections: Annotated[
-        int | None, typer.Option(min=1, metavar="N", help="Requests at a time.", rich_help_panel=_PACE)
-    ] = None,
-    max_retries: Annotated[
-        int, typer.Option(min=0, metavar="N", help="Repeat a failed one so often.", rich_help_panel=_PACE)
-    ] = 5,
-    timeout: Annotated[
-        int | None,
-        typer.Option(min=1, metavar="S", help="Seconds until one failed.", rich_help_panel=_PACE),
-    ] = None,
-    batch: Annotated[
-        bool,
-        typer.Option("--batch", help="Use the provider's batch service.", rich_help_panel=_PACE),
-    ] = False,
-    prices: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="Prices of models, as Inspect reads them.", rich_help_panel=_PACE),
-    ] = None,
+    domain: Domains = None,
+    ability: Abilities = None,
+    tasks: Tasks = "",
+    limit: Limit = None,
+    adaptive: Adaptive = None,
+    prompt_set: OfSet = PromptSet.OFFICIAL,
+    prompts: Prompts = None,
+    prompt_name: PromptName = None,
+    max_connections: MaxConnections = None,
+    max_retries: MaxRetries = 5,
+    timeout: Timeout = None,
+    batch: Batch = False,
+    prices: Prices = None,
     replans: Replans = 0,
     world: InWorld = World.RESTART,
     feedback: OfFeedback = None,
@@ -251,16 +199,12 @@ def run(
     check_models(model)
     how = (replans, world, feedback, feedback_form, slip, slip_seed, slip_notice, until)
     experiment = preset_experiment(preset, slip, slip_seed, replans) or chosen_experiment(*how)
-    if goals is not None and experiment is not None:
-        raise InputError("--goals: not with attempts or slips; feedback would tell the goals of the task")
-    if adaptive is not None and (goals is not None or experiment is not None):
-        raise InputError("--adaptive: not with --goals, attempts or slips, which make tasks harder or easier")
-    arguments = dict(pair(text) for text in model_arg or ())
     seeing = eyes(scene_model, scene_arg, scene_base_url, prices)
-    choice = SceneChoice(scene, images, clutter, seeing, noise_of(noise) if noise else None)
-    besides = {"--goals": goals, "--replans, --slip, --until": experiment, "--adaptive": adaptive}
-    refuse_besides(choice, besides)
-    wanted = _wanted(ability, experiment, goals, choice)
+    seen_with = None if seeing is None else seeing.model
+    shown = SceneChoice(scene, images, clutter, seen_with, noise_of(noise) if noise else None)
+    arm = Arm(experiment, goals, adaptive, shown, seeing)
+    wanted = arm.wanted(ability)
+    arguments = dict(pair(text) for text in model_arg or ())
     order = Order(
         endpoints=[Endpoint(name, arguments, model_base_url, prices) for name in model],
         epochs=epochs,
@@ -294,29 +238,27 @@ def run(
                 chosen.append((suite, asked))
     check_replay(order.endpoints, [suite for suite, _ in chosen])
     note_planner([suite for suite, _ in chosen])
-    scenes = _scenes(choice, library, order, chosen)
-    first = _first_stage(goals, library, order, chosen)
+    first = arm.first(library, order, chosen)
     outcomes = []
     for suite, asked in chosen:
-        trials = _trials(experiment, library, suite, asked)
+        trials = arm.trials(library, suite, asked)
         of_suite = [
-            obtain_and_score(order, endpoint, asked, suite, trials, scenes or first)
+            obtain_and_score(order, endpoint, asked, suite, trials, first)
             if adaptive is None
             else obtain_adaptively(order, endpoint, asked, suite, adaptive)
             for endpoint in order.endpoints
         ]
         if not order.quiet:
-            title = _title(suite, experiment, goals, choice)
             results = {outcome.model: Result(outcome.rates, outcome.coverage) for outcome in of_suite}
-            print_rates(output(), title, DECLARATIONS[suite.ability].terminal, results, wide=wide)
+            terminal = DECLARATIONS[suite.ability].terminal
+            print_rates(output(), arm.title(suite), terminal, results, wide=wide)
             for name, result in results.items():
                 print_remark(name, result.coverage)
             print_errata(errata_effect(outcome.records) for outcome in of_suite)
             _tell_corrected(library, suite, asked)
         outcomes += of_suite
-    tell(
-        [*(first.outcomes if first else ()), *outcomes], order, scenes.told if scenes else (), as_json=as_json
-    )
+    before = first.outcomes if isinstance(first, FirstStage) else ()
+    tell([*before, *outcomes], order, first.told if isinstance(first, Scenes) else (), as_json=as_json)
 
 
 def _tell_corrected(library: Library, suite: Suite, prompts: Mapping[str, Prompt]) -> None:
@@ -327,74 +269,3 @@ def _tell_corrected(library: Library, suite: Suite, prompts: Mapping[str, Prompt
             f"{counted(corrected, 'question')} asked as corrected by errata; --errata none asks as published."
         )
         output().print(told, markup=False, highlight=False, soft_wrap=True)
-
-
-def _wanted(
-    abilities: Sequence[Ability] | None, experiment: Experiment | None, goals: str | None, scene: SceneChoice
-) -> list[Ability]:
-    """The abilities that are asked for, in order: in an experiment those that it can be made with.
-
-    Raises:
-        InputError: one that is named is none of them.
-    """
-    if goals is not None:
-        return stage_two(abilities)
-    if scene.scene is not Scene.TEXT:
-        return scene_abilities(abilities, scene.scene)
-    if experiment is None:
-        return [each for each in Ability if not abilities or each in abilities]
-    for each in abilities or ():
-        if each is not Ability.ACTION_SEQUENCING:
-            raise InputError(f"--ability {each.value}: only plans are carried out, attempt by attempt")
-    return [Ability.ACTION_SEQUENCING]
-
-
-def _title(suite: Suite, experiment: Experiment | None, goals: str | None, scene: SceneChoice) -> str:
-    """What stands above the results of a suite."""
-    title = f"{suite.domain}, {suite.ability.value}, protocol {suite.protocol.value}"
-    if experiment is not None:
-        title += f"\n{experiment.label}"
-    if goals is not None:
-        title += f"\ngoals: {goals}"
-    return title if scene.scene is Scene.TEXT else f"{title}\nscene: {scene.label}"
-
-
-def _trials(
-    experiment: Experiment | None, library: Library, suite: Suite, prompts: Mapping[str, Prompt]
-) -> Trials | None:
-    """How answers are carried out, in an experiment."""
-    if experiment is None:
-        return None
-    return open_trials(suite, experiment, library.asker(suite.benchmark, suite.ability, prompts), prompts)
-
-
-def _first_stage(
-    goals: str | None,
-    library: Library,
-    order: Order,
-    chosen: Sequence[tuple[Suite, Mapping[str, Prompt]]],
-) -> FirstStage | None:
-    """The first stage of a pipeline, if it is one."""
-    if goals is None:
-        return None
-    return FirstStage(goals, library, partial(obtain_and_score, order), _tasks_by_domain(chosen))
-
-
-def _scenes(
-    choice: SceneChoice,
-    library: Library,
-    order: Order,
-    chosen: Sequence[tuple[Suite, Mapping[str, Prompt]]],
-) -> Scenes | None:
-    """How questions show scenes, where they do not tell of them as they are."""
-    if choice.scene is Scene.TEXT:
-        return None
-    return Scenes(choice, library, partial(ask_for_scene_graphs, order), _tasks_by_domain(chosen), order.out)
-
-
-def _tasks_by_domain(chosen: Sequence[tuple[Suite, Mapping[str, Prompt]]]) -> dict[str, set[str]]:
-    """The tasks that a run is about."""
-    wanted: dict[str, set[str]] = {}
-    for suite, asked in chosen:
-        wanted.setdefault(suite.domain, set()).update(asked)
-    return wanted

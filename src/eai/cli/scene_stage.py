@@ -11,24 +11,20 @@ from pathlib import Path
 from typing import NamedTuple, TypeAlias
 
 from eai.abilities.responses import file_name
-from eai.abilities.task import Task
 from eai.benchmarks.prompt_library import Library
 from eai.benchmarks.suite import Suite
-from eai.cli.scene import SceneChoice
-from eai.errors import InputError
 from eai.perception.belief import scene_words
-from eai.perception.noise import perceive
-from eai.perception.pictures import Clutter, drawn_images, images_in
 from eai.perception.results import in_words, write_scene_graphs
-from eai.perception.scene_graph import ReadGraph, read_scene_graph
-from eai.perception.scenes import (
-    SCENE_GRAPH,
-    PerceivedScenes,
-    perceived_scenes,
-    pictured_scenes,
-    scene_graph_question,
+from eai.perception.scene_graph import read_scene_graph
+from eai.perception.scenes import SCENE_GRAPH, PerceivedScenes, perceived_scenes, scene_graph_question
+from eai.perception.showing import (
+    SceneChoice,
+    pictures_for,
+    refuse_published,
+    showing_prompts,
+    shown_scenes,
 )
-from eai.prompts.prompt import Image, Prompt, PromptSet
+from eai.prompts.prompt import Prompt
 from eai.prompts.template import Templates
 from eai.run.job import Endpoint
 
@@ -52,6 +48,7 @@ class Scenes:
 
     Attributes:
         choice: what the command line says.
+        eyes: the model that sees for others, if there is one.
         library: where prompts come from.
         ask: asks the model that sees.
         wanted: the tasks that the run is about, by domain.
@@ -60,6 +57,7 @@ class Scenes:
     """
 
     choice: SceneChoice
+    eyes: Endpoint | None
     library: Library
     ask: AskEyes
     wanted: Mapping[str, Collection[str]]
@@ -73,43 +71,30 @@ class Scenes:
         Raises:
             InputError: published prompts cannot tell of another scene, or a picture is missing.
         """
-        if self.library.prompts is PromptSet.OFFICIAL and suite.benchmark.published_prompts is not None:
-            scene = self.choice.scene.value
-            raise InputError(
-                f"--scene {scene}: published prompts tell of scenes in their own way; add --set eai"
-            )
+        refuse_published(self.choice, self.library, suite.benchmark)
         if suite.domain not in self._shown:
             self._shown[suite.domain] = self._show(suite)
         shown = self._shown[suite.domain]
-        beliefs = {task_id: shown.beliefs[task_id] for task_id in task_ids if task_id in shown.beliefs}
-        prompts = self.library.open(suite.benchmark, suite.ability, beliefs)
-        return SceneStage({task_id: prompts[task_id] for task_id in beliefs}, shown)
+        return SceneStage(
+            showing_prompts(self.library, suite.benchmark, suite.ability, shown, task_ids), shown
+        )
 
     def _show(self, suite: Suite) -> PerceivedScenes:
         choice, words = self.choice, scene_words(suite.benchmark)
         tasks = {i: suite.tasks[i] for i in suite.tasks if i in self.wanted[suite.domain]}
-        if choice.noise is not None:
-            seen = {i: ReadGraph(perceive(task, words, choice.noise)) for i, task in tasks.items()}
-            return perceived_scenes(choice.label, tasks, words, seen)
-        images = self._images(suite, tasks)
         templates = Templates(self.library.folder)
-        if choice.eyes is None:
-            told = templates.text(f"scene_{choice.scene.value}.txt")
-            return pictured_scenes(choice.label, tasks, images, told)
+        if self.eyes is None:
+            return shown_scenes(choice, suite.benchmark, tasks, templates)
+        images = pictures_for(choice, suite.benchmark, tasks)
         asked = {i: scene_graph_question(task, words, images[i], templates) for i, task in tasks.items()}
         right = {i: words.describe(task).text for i, task in tasks.items()}
-        name = f"{file_name(choice.eyes.model)}{choice.pictures}"
+        name = f"{file_name(self.eyes.model)}{choice.pictures}"
         folder = self.out / suite.domain / SCENE_GRAPH / name
-        answers = self.ask(choice.eyes, asked, suite, right, folder)
+        answers = self.ask(self.eyes, asked, suite, right, folder)
         read = {task_id: read_scene_graph(text, words.arities) for task_id, text in answers.items()}
         scenes = perceived_scenes(choice.label, tasks, words, read)
         write_scene_graphs(folder, name, suite.domain, read, scenes.errors)
         self.told.append(
-            f"{suite.domain}, scenes as {choice.eyes.model} sees them: {in_words(scenes.errors)}; in {folder}"
+            f"{suite.domain}, scenes as {self.eyes.model} sees them: {in_words(scenes.errors)}; in {folder}"
         )
         return scenes
-
-    def _images(self, suite: Suite, tasks: Mapping[str, Task]) -> Mapping[str, tuple[Image, ...]]:
-        if self.choice.images is not None:
-            return images_in(self.choice.images, tasks)
-        return drawn_images(suite.benchmark, tasks, self.choice.clutter or Clutter.NONE)

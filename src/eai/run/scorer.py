@@ -40,6 +40,8 @@ from eai.benchmarks.suite import Suite, open_suite
 from eai.metrics.breakdown import outcome
 from eai.metrics.summary import summarise
 from eai.pddl.planning import PlannerChoice
+from eai.perception.scenes import SCENE
+from eai.perception.showing import told_scene
 from eai.run.score_text import explained
 from eai.run.solver import ANSWERS
 from eai.scoring.answer import Place
@@ -112,6 +114,8 @@ def _record_of(state: TaskState, suite: Suite) -> Record:
         return record_of_trial(suite, experiment, model, task_id, attempts)
     answers = ResponseFile(model, (Response(task_id, state.output.completion),))
     (record,) = score_batch(suite, answers, explanations=True)
+    if experiment is not None and experiment.scene is not None:
+        return told_scene(experiment.scene, suite, task_id, state.metadata.get(SCENE)).marked(record)
     if experiment is None or experiment.goals_from is None:
         return record
     stated = Interpretations(experiment.goals_from, {task_id: state.metadata[STATED]})

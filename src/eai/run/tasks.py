@@ -25,17 +25,29 @@ from eai.benchmarks.prompt_library import Library
 from eai.benchmarks.reference.replanning import preset_experiment
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.source import ErrataChoice, Source, errata_choice
-from eai.benchmarks.suite import DEFAULT_PROTOCOL, open_suite
+from eai.benchmarks.suite import DEFAULT_PROTOCOL, Suite, open_suite
 from eai.errors import InputError, did_you_mean
 from eai.pddl.planning import PlannerChoice
+from eai.perception.noise import noise_of
+from eai.perception.pictures import Clutter
 from eai.perception.scenes import ASKS, SCENE_GRAPH
+from eai.perception.showing import (
+    Scene,
+    SceneChoice,
+    refuse_besides,
+    refuse_published,
+    scene_abilities,
+    showing_prompts,
+    shown_scenes,
+)
 from eai.prompts.prompt import Prompt, PromptSet
+from eai.prompts.template import Templates
 from eai.run.messages import messages_of
 from eai.run.refusal import refusing
 from eai.run.scorer import EXPERIMENT, SCORERS
 from eai.run.solver import ask_as_published
-from eai.scoring.stage_one import BelievedGoals, read_believed
-from eai.scoring.trials import open_trials
+from eai.scoring.stage_one import read_believed
+from eai.scoring.trials import Trials, open_trials
 from eai.world.episode import Notice
 
 
@@ -139,34 +151,41 @@ def published_task(reference: str, ability: Ability) -> Callable[..., inspect_ai
         until: str | None = None,
         preset: str = "",
         goals: str | None = None,
+        scene: str = Scene.TEXT.value,
+        images: str | None = None,
+        clutter: str | None = None,
+        noise: str | Sequence[str] | None = None,
     ) -> inspect_ai.Task:
         with refusing():
             folder = None if prompt_folder is None else Path(prompt_folder)
-            benchmark = find_benchmark(reference)
             source = Source(planner=planner_of(planner), errata=errata_choice(errata))
+            suite = open_suite(find_benchmark(reference), ability, protocol_of(protocol), source=source)
             library = Library(member(PromptSet, prompts, "set of prompts"), folder, source)
-            asked = library.open(benchmark, ability)
-            if tasks is not None:
-                asked = _only(asked, tasks)
-            rules, trials = protocol_of(protocol), None
             how = (replans, world, feedback, feedback_form, slip, slip_seed, slip_notice, until)
             experiment = preset_experiment(preset, slip, slip_seed, replans) or chosen_experiment(*how)
-            about = None
-            if goals is not None:
-                if experiment is not None:
-                    raise InputError(
-                        "goals: not with attempts or slips; feedback would tell the task's goals"
-                    )
-                believed = read_believed(Path(goals), benchmark, ability, source)
-                asked, about = _stating(believed, asked, library.open(benchmark, ability, believed.beliefs))
-                experiment = believed.experiment
+            if goals is not None and experiment is not None:
+                raise InputError("goals: not with attempts or slips; feedback would tell the task's goals")
+            shown = _scene_choice(scene, images, clutter, noise)
+            refuse_besides(shown, {"goals": goals, "replans, slip, until": experiment})
+            questions = library.open(suite.benchmark, ability)
+            asked = _Asked(questions if tasks is None else _only(questions, tasks))
+            if shown.scene is not Scene.TEXT:
+                asked = _showing(shown, asked, library, suite)
+            elif goals is not None:
+                asked = _stating(Path(goals), asked, library, suite)
             elif experiment is not None:
-                suite = open_suite(benchmark, ability, rules, source=source)
-                trials = open_trials(suite, experiment, library.asker(benchmark, ability, asked), asked)
-                experiment = trials.experiment
-        solver = ask_as_published(trials)
+                asker = library.asker(suite.benchmark, ability, asked.prompts)
+                trials = open_trials(suite, experiment, asker, asked.prompts)
+                asked = _Asked(asked.prompts, experiment=trials.experiment, trials=trials)
         task = build_task(
-            benchmark, ability, asked, solver, rules, source=source, experiment=experiment, about=about
+            suite.benchmark,
+            ability,
+            asked.prompts,
+            ask_as_published(asked.trials),
+            suite.protocol,
+            source=source,
+            experiment=asked.experiment,
+            about=asked.about,
         )
         task.config = GenerateConfig(temperature=0.0)
         task.score_on_error = True
@@ -179,26 +198,66 @@ def published_task(reference: str, ability: Ability) -> Callable[..., inspect_ai
     return registered
 
 
-class _Stating(NamedTuple):
-    """Prompts that state interpreted goals, and what says by which answers, by task."""
+class _Asked(NamedTuple):
+    """What is asked.
+
+    Attributes:
+        prompts: the questions by task.
+        about: what the built-in models are to know of them besides, by task.
+        experiment: what they are an experiment of.
+        trials: how answers are carried out in it.
+    """
 
     prompts: Mapping[str, Prompt]
-    about: Mapping[str, Mapping[str, str]]
+    about: Mapping[str, Mapping[str, str]] = {}
+    experiment: Experiment | None = None
+    trials: Trials | None = None
 
 
-def _stating(believed: BelievedGoals, asked: Mapping[str, Prompt], prompts: Mapping[str, Prompt]) -> _Stating:
-    """The prompts of the tasks that are asked.
+def _stating(answers: Path, asked: _Asked, library: Library, suite: Suite) -> _Asked:
+    """The same questions with interpreted goals.
 
     Raises:
         InputError: a task has no answer to goal interpretation; a log would leave it out of all rates.
     """
-    missing = [task_id for task_id in asked if task_id not in believed.beliefs]
+    believed = read_believed(answers, suite.benchmark, suite.ability, suite.source)
+    missing = [task_id for task_id in asked.prompts if task_id not in believed.beliefs]
     if missing:
         raise InputError(
-            f"goals: {len(missing)} of {len(asked)} tasks have no answer to goal interpretation; "
+            f"goals: {len(missing)} of {len(asked.prompts)} tasks have no answer to goal interpretation; "
             "leave them out with -T tasks=, or take eai run, which counts them as failed"
         )
-    return _Stating({task_id: prompts[task_id] for task_id in asked}, believed.about)
+    prompts = library.open(suite.benchmark, suite.ability, believed.beliefs)
+    return _Asked({i: prompts[i] for i in asked.prompts}, believed.about, believed.experiment)
+
+
+def _scene_choice(
+    scene: str, images: str | None, clutter: str | None, noise: str | Sequence[str] | None
+) -> SceneChoice:
+    """How questions show the scene.
+
+    Raises:
+        InputError: it makes no sense, or a second model would have to be asked first.
+    """
+    how = member(Scene, scene, "way to show the scene")
+    if how is Scene.PREDICTED:
+        raise InputError("scene=predicted: a second model is asked before the questions; take eai run")
+    return SceneChoice(
+        how,
+        None if images is None else Path(images),
+        None if clutter is None else member(Clutter, clutter, "degree of clutter"),
+        noise=noise_of([noise] if isinstance(noise, str) else noise) if noise else None,
+    )
+
+
+def _showing(choice: SceneChoice, asked: _Asked, library: Library, suite: Suite) -> _Asked:
+    """The same questions with the scene shown in another way."""
+    scene_abilities([suite.ability], choice.scene)
+    refuse_published(choice, library, suite.benchmark)
+    tasks = {i: suite.tasks[i] for i in asked.prompts}
+    scenes = shown_scenes(choice, suite.benchmark, tasks, Templates(library.folder))
+    prompts = showing_prompts(library, suite.benchmark, suite.ability, scenes, asked.prompts)
+    return _Asked(prompts, scenes.about, scenes.experiment)
 
 
 def _only(prompts: Mapping[str, Prompt], tasks: str | int | Sequence[str]) -> Mapping[str, Prompt]:

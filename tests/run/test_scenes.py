@@ -1,0 +1,100 @@
+"""Scenes as arguments of Inspect's tasks: what is asked, and what the records of a log say of it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from concurrent.futures import Executor, ProcessPoolExecutor
+from multiprocessing import get_context
+from pathlib import Path
+
+import pytest
+from inspect_ai.log import read_eval_log
+from inspect_ai.model import ContentImage
+
+from eai.abilities.codec import record_from_json
+from eai.abilities.protocol import Ability, Protocol
+from eai.benchmarks.suite import open_suite
+from eai.data.store import Store
+from eai.errors import InputError
+from eai.perception.belief import scene_words
+from eai.perception.errors import perception_errors
+from eai.perception.noise import noise_of, perceive
+from eai.perception.scene_graph import ReadGraph
+from eai.run.registry import TASKS
+from run.child import Asked, Whom, evaluate_experiment_in_child, score_in_child
+
+PLANS = Ability.ACTION_SEQUENCING
+JARS = "bottling_fruit_0_Wainscott_0_int_0_2021-05-24_19-46-46"
+MAKE = TASKS["behavior_action_sequencing"]
+
+
+@pytest.fixture(scope="module")
+def process() -> Iterator[Executor]:
+    """A process of its own for Inspect."""
+    with ProcessPoolExecutor(1, get_context("spawn")) as pool:
+        yield pool
+
+
+@pytest.mark.parametrize(("scene", "told"), [("image", False), ("both", True)])
+def test_a_task_shows_pictures(data_store: Store, scene: str, told: bool) -> None:
+    pytest.importorskip("matplotlib")
+    (sample,) = MAKE(tasks=[JARS], prompts="eai", scene=scene, clutter="none").dataset
+    assert isinstance(sample.input, list)
+    picture, *_ = sample.input[-1].content
+    assert isinstance(picture, ContentImage)
+    assert picture.image.startswith("data:image/png;base64,")
+    suite = open_suite("behavior", PLANS)
+    facts = scene_words(suite.benchmark).wording.initial(suite.tasks[JARS]).splitlines()
+    assert all((fact in sample.input[-1].text) is told for fact in facts)
+
+
+def test_a_question_lists_what_is_seen_be_it_there_or_not(data_store: Store) -> None:
+    settings = ["unseen=0.3", "invented=0.3", "seed=2"]
+    (sample,) = MAKE(tasks=[JARS], prompts="eai", scene="noisy", noise=settings).dataset
+    assert isinstance(sample.input, list)
+    _, _, own = sample.input[-1].text.rpartition("Your task")
+    listed = own.partition("Objects [kind]: properties\n")[2].partition("\n\n")[0].splitlines()
+    suite = open_suite("behavior", PLANS)
+    words = scene_words(suite.benchmark)
+    seen = perceive(suite.tasks[JARS], words, noise_of(settings))
+    there = {*words.names(suite.tasks[JARS])}
+    assert {line.partition(" [")[0] for line in listed} == {*seen.names}
+    assert {*seen.names} - there
+    assert {*words.describe(suite.tasks[JARS]).names} - {*seen.names}
+
+
+def test_what_makes_no_sense_is_refused(data_store: Store) -> None:
+    for wrong, message in (
+        ({"scene": "image"}, "published prompts tell of scenes in their own way"),
+        ({"scene": "seen"}, "'seen' is no way to show the scene: expected one of text, image"),
+        ({"scene": "predicted", "prompts": "eai"}, "a second model is asked before the questions; take eai"),
+        ({"scene": "noisy", "prompts": "eai"}, "expected --noise NAME=RATE"),
+        ({"scene": "noisy", "prompts": "eai", "noise": "mising=1"}, "did you mean missing"),
+        ({"scene": "image", "prompts": "eai", "replans": 1}, "not with --scene image"),
+        ({"noise": "missing=0.1"}, "means nothing with --scene text"),
+    ):
+        with pytest.raises(InputError, match=message):
+            MAKE(tasks=[JARS], **wrong)
+    with pytest.raises(InputError, match="questions of transition_modeling tell of no scene"):
+        TASKS["behavior_transition_modeling"](scene="image", prompts="eai")
+
+
+def test_records_of_a_log_say_what_was_perceived(
+    data_store: Store, process: Executor, tmp_path: Path
+) -> None:
+    """The planner acts on what it was told; scoring the log again changes nothing."""
+    asked = Asked("behavior", PLANS, Protocol.STRICT, [JARS])
+    settings = ["missing=0.3", "seed=1"]
+    told = {"scene": "noisy", "noise": settings, "prompts": "eai"}
+    path = process.submit(evaluate_experiment_in_child, asked, Whom("eai/planner", {}), tmp_path, told)
+    scored = process.submit(score_in_child, path.result(), asked).result()
+    suite = open_suite("behavior", PLANS)
+    task, words = suite.tasks[JARS], scene_words(suite.benchmark)
+    expected = perception_errors(task, words, ReadGraph(perceive(task, words, noise_of(settings))))
+    for log in (read_eval_log(path.result()), read_eval_log(scored)):
+        (sample,) = log.samples or ()
+        record = record_from_json((sample.scores or {})[PLANS.value].metadata or {})
+        assert record.experiment is not None
+        assert record.experiment.scene == "noisy-missing-0.3-seed-1"
+        assert record.perceived == expected
+        assert expected.missing > 0
