@@ -6,7 +6,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from eai.world.domain import CompiledOperator, Domain
+from eai.world.domain import Domain
+from eai.world.executable import CompiledOperator
 from eai.world.fault import FaultKind
 from eai.world.frame import Binding
 from eai.world.operator import Check

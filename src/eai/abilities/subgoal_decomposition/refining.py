@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from eai.abilities.subgoal_decomposition.program import Plan
 from eai.abilities.subgoal_decomposition.repertoire import Holds, Known
-from eai.world.domain import CompiledOperator
+from eai.world.executable import CompiledOperator
 from eai.world.execution import Action
 from eai.world.fault import FaultKind
 from eai.world.frame import Binding

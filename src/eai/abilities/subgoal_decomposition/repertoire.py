@@ -19,8 +19,9 @@ from eai.planning.role import role_of
 from eai.planning.subgoal import GroundAtom
 from eai.world.condition import Conditions
 from eai.world.derived import stored_sources
-from eai.world.domain import CompiledOperator, Domain
+from eai.world.domain import Domain
 from eai.world.effect import ANYTHING
+from eai.world.executable import CompiledOperator
 from eai.world.execution import Action
 from eai.world.fault import FaultKind
 from eai.world.frame import AGENT, UNBOUND, Frame, Truth

@@ -7,7 +7,8 @@ from functools import cache
 
 from eai.benchmarks.behavior.operators import declared_operators, going_there
 from eai.benchmarks.behavior.predicates import VOCABULARY, X, held, is_sliced, part, shut_in
-from eai.world.domain import Domain, was_possible_before
+from eai.world.domain import Domain
+from eai.world.history import was_possible_before
 from eai.world.operator import in_paper_order
 
 
