@@ -12,12 +12,14 @@ from eai.analysis.suites import SuiteKey
 from eai.analysis.table import Table
 from eai.benchmarks.source import Source
 from eai.data.store import Store
+from eai.planning.planner import Planned, Planner
 from oracle import MODELS
 
 pytest.importorskip("scipy")
 
 SUBGOALS = SuiteKey("eai-1.0.5", "virtualhome", "subgoal_decomposition")
 PLANS = SuiteKey("eai-1.0.5", "virtualhome", "action_sequencing")
+WRONG_GOLD = "preserving_food_0_Rs_int_0_2021-08-25_15-53-33"
 
 
 def rows(table: Table) -> list[dict[str, Any]]:
@@ -74,6 +76,24 @@ def test_what_nobody_solves_is_tried_by_the_planner(
 ) -> None:
     """In 26_1 the character sits, and under eai-1.0.5 no subgoal makes it stand up."""
     assert list(ItemFlags(Source(data_store))(suite, task, unsolved)) == flags
+
+
+def test_a_gold_answer_that_is_right_proves_a_plan_without_a_search(
+    data_store: Store, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The second task's gold answer is wrong under strict, so that a plan is looked for."""
+    strict, searched = SuiteKey("strict", "behavior", "subgoal_decomposition"), []
+
+    def search(self: Planner, *args: Any, **kwargs: Any) -> Planned:
+        searched.append(args)
+        return plan(self, *args, **kwargs)
+
+    plan = Planner.plan
+    monkeypatch.setattr(Planner, "plan", search)
+    flags = ItemFlags(Source(data_store))
+    for task, looks in (("bottling_fruit_0_Wainscott_0_int_0_2021-05-24_19-46-46", 0), (WRONG_GOLD, 1)):
+        assert list(flags(strict, task, True)) == [Flag.PLAN_EXISTS]
+        assert len(searched) == looks
 
 
 def test_eight_tasks_ask_for_two_lights_of_one_name(data_store: Store) -> None:

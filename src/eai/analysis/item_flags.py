@@ -13,7 +13,7 @@ from eai.abilities.verdict import PlanVerdict
 from eai.analysis.items import Flag
 from eai.analysis.suites import SuiteKey
 from eai.benchmarks.benchmark import Benchmark
-from eai.benchmarks.gold_answers import AnswerBook, open_planned_book
+from eai.benchmarks.gold_answers import AnswerBook, open_answer_book, open_planned_book
 from eai.benchmarks.registry import find_benchmark, registered
 from eai.benchmarks.source import Source, TaskSet
 from eai.benchmarks.suite import Suite, open_suite
@@ -23,9 +23,10 @@ from eai.planning.planner import Planned, Planner, PlanningEnd, PlanningLimits
 
 
 class ItemFlags:
-    """Looks tasks up in the data set; the built-in planner is asked only of those that no model solves.
+    """Looks tasks up in the data set; of those that no model solves, it asks whether there is a plan.
 
-    That there is a plan means that an answer made of it is right by the rules that the models were scored by.
+    That there is one means that an answer is right by the rules that the models were scored by: the gold
+    answer, or else one that is made of a plan that the built-in planner finds.
 
     Args:
         source: where the data set is.
@@ -34,7 +35,7 @@ class ItemFlags:
     def __init__(self, source: Source) -> None:
         self._source = source
         self._domains: dict[str, _Domain | None] = {}
-        self._suites: dict[SuiteKey, tuple[Suite, AnswerBook]] = {}
+        self._suites: dict[SuiteKey, tuple[Suite, tuple[AnswerBook, ...]]] = {}
 
     def __call__(self, suite: SuiteKey, task: str, unsolved: bool) -> Iterator[Flag]:
         """The flags of a task."""
@@ -50,20 +51,22 @@ class ItemFlags:
             yield Flag.AMBIGUOUS
 
     def _of_unsolved(self, domain: _Domain, key: SuiteKey, task: Task) -> Flag:
-        suite, book = self._opened(domain, key)
-        answer = book.gold(task.id).text
-        verdict = suite.over([answer]).score(task.id, answer)
-        if isinstance(verdict, PlanVerdict) and verdict.success:
-            return Flag.PLAN_EXISTS
+        suite, books = self._opened(domain, key)
+        for book in books:
+            answer = book.gold(task.id).text
+            verdict = suite.over([answer]).score(task.id, answer)
+            if isinstance(verdict, PlanVerdict) and verdict.success:
+                return Flag.PLAN_EXISTS
         return Flag.NO_PLAN if domain.end(task) is PlanningEnd.UNREACHABLE else Flag.UNSOLVED
 
-    def _opened(self, domain: _Domain, key: SuiteKey) -> tuple[Suite, AnswerBook]:
-        """A suite, and answers to it that are made of the built-in planner's plans."""
+    def _opened(self, domain: _Domain, key: SuiteKey) -> tuple[Suite, tuple[AnswerBook, ...]]:
+        """A suite, its gold answers, and answers that are made of the built-in planner's plans."""
         if key not in self._suites:
             ability, protocol = Ability(key.ability), Protocol(key.protocol)
             suite = open_suite(domain.benchmark, ability, protocol, source=self._source)
-            book = open_planned_book(domain.benchmark, ability, self._source, find=domain.find)
-            self._suites[key] = (suite, book)
+            gold = open_answer_book(domain.benchmark, ability, self._source)
+            planned = open_planned_book(domain.benchmark, ability, self._source, find=domain.find)
+            self._suites[key] = (suite, (gold, planned))
         return self._suites[key]
 
     def _domain(self, name: str) -> _Domain | None:

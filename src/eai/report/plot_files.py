@@ -45,11 +45,23 @@ def styled() -> Iterator[None]:
 def write(figure: Figure, path: Path) -> tuple[Path, ...]:
     """Write a figure as ``path``.svg, ``.png`` and ``.pdf``, without the date and the program's version.
 
-    Each is laid out by itself, for letters are not as wide in one as in another.
+    It is laid out once, for the picture of dots. No letters are joined: for joined ones a PDF embeds a second
+    font, and a search of its text misses them.
     """
-    written = []
-    for kind in FORMATS:
-        target = path.with_name(f"{path.name}.{kind}")
-        figure.savefig(target, metadata=_UNDATED[kind], dpi=_DOTS_PER_INCH)
-        written.append(target)
-    return tuple(written)
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.text import Text
+
+    for text in figure.findobj(Text):
+        if isinstance(text, Text) and hasattr(text, "set_fontfeatures"):
+            text.set_fontfeatures(("-liga",))
+    figure.dpi = _DOTS_PER_INCH
+    canvas = FigureCanvasAgg(figure)
+    canvas.print_png(_target(path, "png"), metadata=_UNDATED["png"])  # type: ignore[no-untyped-call]
+    figure.set_layout_engine(None)
+    for kind in ("svg", "pdf"):
+        figure.savefig(_target(path, kind), metadata=_UNDATED[kind])
+    return tuple(_target(path, kind) for kind in FORMATS)
+
+
+def _target(path: Path, kind: str) -> Path:
+    return path.with_name(f"{path.name}.{kind}")
