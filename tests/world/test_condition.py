@@ -6,6 +6,7 @@ from hypothesis import strategies as st
 
 from eai.errors import DomainError
 from eai.logic.formula import (
+    TRUE,
     And,
     Atom,
     Constant,
@@ -21,10 +22,14 @@ from eai.logic.formula import (
     Or,
     Variable,
 )
+from eai.world.derived import Computed
+from eai.world.domain import Domain
 from eai.world.frame import AGENT
-from eai.world.state import Fact, Scene, WorldObject
+from eai.world.state import Fact, Scene, State, WorldObject
+from eai.world.vocabulary import Vocabulary
 from world import plain_sets, toy
 
+X = Variable("x")
 VARIABLES = [Variable(name) for name in "abc"]
 terms = st.sampled_from([*VARIABLES, AGENT, Constant("lamp")])
 atoms = st.one_of(
@@ -115,3 +120,26 @@ def test_a_scene_lists_its_categories() -> None:
     scene = Scene(toy.VOCABULARY, (WorldObject("red", "box"), WorldObject("blue", "box")))
     assert scene.names(scene.category("box")) == ("red", "blue")
     assert scene.category("lamp") == 0
+
+
+@pytest.mark.parametrize(
+    ("formula", "expected"),
+    [
+        (And((toy.holding(X), Atom("looked_at", (X,)))), ["red"]),
+        (Or((toy.holding(X), Atom("looked_at", (X,)))), ["robot", "hall", "shed", "blue", "lamp"]),
+        (And((toy.holding(X), Not(Implies(toy.at(X, X), TRUE)), Atom("looked_at", (X,)))), []),
+        (And((toy.holding(X), Exists(Variable("y", "box"), Atom("looked_at", (X,))))), ["red"]),
+    ],
+)
+def test_only_what_the_rest_of_a_formula_leaves_is_tried(formula: Formula, expected: list[str]) -> None:
+    looked_at: list[str] = []
+
+    def look(state: State, arguments: tuple[int, ...]) -> bool:
+        looked_at.append(scene.objects[arguments[0]].name)
+        return False
+
+    vocabulary = Vocabulary(toy.VOCABULARY.predicates, (Computed("looked_at", 1, look, ()),))
+    scene = Scene(vocabulary, toy.initial().scene.objects)
+    state = scene.state((Fact("holding", (scene.index["red"],)),))
+    Domain("looking", vocabulary, ()).holds(Exists(X, formula), state)
+    assert looked_at == expected

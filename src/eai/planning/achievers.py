@@ -166,7 +166,7 @@ def _complete(state: State, binding: Binding, steps: Sequence[_Step], usable: in
     slot, is_parameter, masks, tests = steps[0]
     mask = usable if is_parameter else state.scene.everything
     for matching in masks:
-        mask &= matching(state, binding)
+        mask = matching(state, binding, mask)
     for index in bits(mask):
         binding[slot] = index
         if all(test(state, binding) for test in tests):

@@ -1,24 +1,29 @@
 """State formulas compiled to functions of a state and a binding.
 
 A formula is compiled once per domain and evaluated millions of times. Two readings exist: its *truth* under a
-binding of all its free variables, and its *extension* in one free variable, that is, the mask of all objects
-that make it true. Quantifiers are questions about extensions, so most of them cost a few integer operations.
+binding of all its free variables, and its *extension* in one free variable, that is, the mask of those of
+some objects that make it true. Quantifiers are questions about extensions, so most of them cost a few integer
+operations; where objects must be tried one by one, only those are that the rest of the formula leaves.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from typing import TypeAlias
 
 import eai.logic.formula as f
 from eai.errors import DomainError
 from eai.logic.matching import maximum_matching
-from eai.world.connective import all_of, any_of, emptiness, intersection, negation, union
+from eai.world.connective import all_of, any_of, complement, intersection, negation, union
 from eai.world.derived import Computed, Defined, Lookup, evaluated_as
 from eai.world.frame import UNBOUND, Binding, Extension, Frame, Truth
 from eai.world.relation import bits
 from eai.world.state import State
 from eai.world.vocabulary import Vocabulary
+
+_Values: TypeAlias = Callable[[State, Binding], int]
+"""The mask of all objects that something is true of."""
 
 
 class Conditions:
@@ -54,8 +59,8 @@ class Conditions:
             case f.Implies(premise, conclusion):
                 return self.truth(f.Or((f.Not(premise), conclusion)), scope, wanted=wanted)
             case f.Exists(variable, body):
-                empty = emptiness(self._values(variable, body, scope))
-                return negation(empty) if wanted else empty
+                matching = self._values(variable, body, scope)
+                return lambda state, binding: bool(matching(state, binding)) is wanted
             case f.ForAll(variable, body):
                 return self.truth(f.Exists(variable, f.Not(body)), scope, wanted=not wanted)
             case f.Exactly(count, variable, body):
@@ -67,51 +72,43 @@ class Conditions:
             case _:
                 raise DomainError(f"{type(formula).__name__} is not a condition on one state")
 
-    def extension(
-        self, formula: f.Formula, slot: int, scope: Mapping[str, int], category: str | None = None
-    ) -> Extension:
-        """The mask of all objects that make the formula true when put in ``slot``.
-
-        Where there is a ``category``, only its objects need be told from each other.
-        """
+    def extension(self, formula: f.Formula, slot: int, scope: Mapping[str, int]) -> Extension:
+        """The mask of those of some objects that make the formula true when put in ``slot``."""
         match formula:
             case f.Atom():
-                return self._atom_extension(formula, slot, scope, category)
+                return self._atom_extension(formula, slot, scope)
             case f.Equals(left, right):
                 slots = {self._frame.slot_of(left, scope), self._frame.slot_of(right, scope)}
                 if slot in slots and len(slots) == 2:
                     other = (slots - {slot}).pop()
-                    return lambda state, binding: 1 << binding[other]
-                return self._by_trial(formula, slot, scope, category)
+                    return lambda state, binding, among: among & 1 << binding[other]
+                return self._by_trial(formula, slot, scope)
             case f.Not(operand):
-                inner = self.extension(operand, slot, scope, category)
-                return lambda state, binding: state.scene.everything & ~inner(state, binding)
+                return complement(self.extension(operand, slot, scope))
             case f.And(operands) | f.Or(operands):
-                parts = [self.extension(operand, slot, scope, category) for operand in operands]
+                parts = [self.extension(operand, slot, scope) for operand in operands]
                 return intersection(parts) if isinstance(formula, f.And) else union(parts)
             case f.Implies(premise, conclusion):
-                return self.extension(f.Or((f.Not(premise), conclusion)), slot, scope, category)
+                return self.extension(f.Or((f.Not(premise), conclusion)), slot, scope)
             case _:
-                return self._by_trial(formula, slot, scope, category)
+                return self._by_trial(formula, slot, scope)
 
-    def _values(self, variable: f.Variable, body: f.Formula, scope: Mapping[str, int]) -> Extension:
+    def _values(self, variable: f.Variable, body: f.Formula, scope: Mapping[str, int]) -> _Values:
         """The mask of the values of a quantified variable for which the body holds."""
         slot = self._frame.new_slot()
+        matching = self.extension(body, slot, {**scope, variable.name: slot})
         category = variable.category
-        inner = self.extension(body, slot, {**scope, variable.name: slot}, category)
         if category is None:
-            return inner
-        return lambda state, binding: inner(state, binding) & state.scene.category(category)
+            return lambda state, binding: matching(state, binding, state.scene.everything)
+        return lambda state, binding: matching(state, binding, state.scene.category(category))
 
-    def _by_trial(
-        self, formula: f.Formula, slot: int, scope: Mapping[str, int], category: str | None
-    ) -> Extension:
-        """The extension of any formula: put every object of a category into the slot and look."""
+    def _by_trial(self, formula: f.Formula, slot: int, scope: Mapping[str, int]) -> Extension:
+        """The extension of any formula: put every object into the slot and look."""
         truth = self.truth(formula, scope)
 
-        def extension(state: State, binding: Binding) -> int:
+        def extension(state: State, binding: Binding, among: int) -> int:
             mask = 0
-            for i in bits(state.scene.category(category)):
+            for i in bits(among):
                 binding[slot] = i
                 if truth(state, binding):
                     mask |= 1 << i
@@ -155,21 +152,20 @@ class Conditions:
             case _:
                 raise DomainError(f"derived predicate {atom.predicate} has no known form")
 
-    def _atom_extension(
-        self, atom: f.Atom, slot: int, scope: Mapping[str, int], category: str | None
-    ) -> Extension:
+    def _atom_extension(self, atom: f.Atom, slot: int, scope: Mapping[str, int]) -> Extension:
         slots = self._slots(atom, scope)
         derived = self._derived.get(atom.predicate)
         if slots.count(slot) == 0:
             truth = self._atom_truth(atom, scope, wanted=True)
-            return lambda state, binding: state.scene.everything if truth(state, binding) else 0
+            return lambda state, binding, among: among if truth(state, binding) else 0
         if isinstance(derived, Defined):
             with self._unfolding(derived):
-                return self.extension(derived.definition, slot, _inner_scope(derived, slots), category)
+                return self.extension(derived.definition, slot, _inner_scope(derived, slots))
         if isinstance(derived, Lookup) and slots.index(slot) == len(slots) - 1:
-            return _looked_up(derived, slots[:-1])
+            found = _looked_up(derived, slots[:-1])
+            return lambda state, binding, among: found(state, binding) & among
         if derived is not None or slots.count(slot) > 1:
-            return self._by_trial(atom, slot, scope, category)
+            return self._by_trial(atom, slot, scope)
         return _stored_extension(self._vocabulary, atom.predicate, slots, slot)
 
     @contextmanager
@@ -197,7 +193,7 @@ def _inner_scope(derived: Defined, slots: tuple[int, ...]) -> Mapping[str, int]:
     return {p.name: s for p, s in zip(derived.parameters, slots, strict=True)}
 
 
-def _looked_up(lookup: Lookup, known: Sequence[int]) -> Extension:
+def _looked_up(lookup: Lookup, known: Sequence[int]) -> _Values:
     values = lookup.values
     if len(known) == 1:  # the most frequent form by far: without it some suites take a tenth longer
         (only,) = known
@@ -220,9 +216,9 @@ def _stored_truth(vocabulary: Vocabulary, predicate: str, slots: tuple[int, ...]
 def _stored_extension(vocabulary: Vocabulary, predicate: str, slots: tuple[int, ...], slot: int) -> Extension:
     if len(slots) == 1:
         mask = vocabulary.unary_slots[predicate]
-        return lambda state, binding: state.unary[mask]
+        return lambda state, binding, among: state.unary[mask] & among
     relation = vocabulary.binary_slots[predicate]
     source, target = slots
     if slot == target:
-        return lambda state, binding: state.binary[relation].row(binding[source])
-    return lambda state, binding: state.binary[relation].column(binding[target])
+        return lambda state, binding, among: state.binary[relation].row(binding[source]) & among
+    return lambda state, binding, among: state.binary[relation].column(binding[target]) & among

@@ -37,32 +37,31 @@ def negation(part: Truth) -> Truth:
     return lambda state, binding: not part(state, binding)
 
 
-def emptiness(matching: Extension) -> Truth:
-    """Whether no object is in the mask."""
-    return lambda state, binding: not matching(state, binding)
+def complement(part: Extension) -> Extension:
+    """The objects that are not in the part."""
+    return lambda state, binding, among: among & ~part(state, binding, among)
 
 
 def intersection(parts: Sequence[Extension]) -> Extension:
-    """The objects in all of the masks."""
+    """The objects in all of the parts; each is asked about what is in those before it."""
 
-    def extension(state: State, binding: Binding) -> int:
-        mask = state.scene.everything
+    def extension(state: State, binding: Binding, among: int) -> int:
         for part in parts:
-            mask &= part(state, binding)
-            if not mask:
+            among = part(state, binding, among)
+            if not among:
                 return 0
-        return mask
+        return among
 
     return extension
 
 
 def union(parts: Sequence[Extension]) -> Extension:
-    """The objects in any of the masks."""
+    """The objects in any of the parts; each is asked about what is in none before it."""
 
-    def extension(state: State, binding: Binding) -> int:
+    def extension(state: State, binding: Binding, among: int) -> int:
         mask = 0
         for part in parts:
-            mask |= part(state, binding)
+            mask |= part(state, binding, among & ~mask)
         return mask
 
     return extension

@@ -134,7 +134,7 @@ class Effects:
         then = self.sequence(effects, inner)
 
         def apply(before: State, draft: Draft, binding: Binding) -> None:
-            mask = candidates(before, binding)
+            mask = candidates(before, binding, before.scene.everything)
             if mask:
                 binding[slot] = (mask & -mask).bit_length() - 1
                 then(before, draft, binding)
@@ -151,7 +151,7 @@ class Effects:
         steps = tuple([self._effect(effect, inner) for effect in effects])
 
         def apply(before: State, draft: Draft, binding: Binding) -> None:
-            matched = list(bits(matching(before, binding)))
+            matched = list(bits(matching(before, binding, before.scene.everything)))
             for step in steps:
                 for binding[slot] in matched:
                     step(before, draft, binding)

@@ -13,7 +13,9 @@ Binding: TypeAlias = list[int]
 """Object indices by slot; slot 0 is the agent."""
 
 Truth: TypeAlias = Callable[[State, Binding], bool]
-Extension: TypeAlias = Callable[[State, Binding], int]
+
+Extension: TypeAlias = Callable[[State, Binding, int], int]
+"""Of some objects (a mask) those that make a formula true; no others are looked at."""
 
 AGENT = Constant("agent")
 """The acting object, in any formula of a domain."""

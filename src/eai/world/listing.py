@@ -76,7 +76,7 @@ def _paired(values: Extension, frame: Frame, state: State, objects: _Objects) ->
     """Pairs of a derived relation."""
     among = _mask(objects)
     for x in objects:
-        yield from _pairs(x, values(state, frame.bind(state.scene, (x, UNBOUND))) & among, objects)
+        yield from _pairs(x, values(state, frame.bind(state.scene, (x, UNBOUND)), among), objects)
 
 
 def _pairs(x: int, row: int, objects: _Objects) -> Iterator[tuple[int, ...]]:

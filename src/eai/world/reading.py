@@ -55,7 +55,7 @@ class Readings:
             found = self._extensions[key] = (body, names, frame, extension)
         _, names, frame, extension = found
         binding = frame.bind(state.scene, [*[scope[name] for name in names], UNBOUND])
-        return bits(extension(state, binding) & state.scene.category(variable.category))
+        return bits(extension(state, binding, state.scene.category(variable.category)))
 
 
 def free_variables(formula: f.Formula) -> frozenset[str]:

@@ -123,7 +123,7 @@ class State:
 
     def _identity(self) -> tuple[object, ...]:
         if self._key is None:
-            self._key = (self.unary, tuple(r.difference_from_base() for r in self.binary))
+            self._key = (self.unary, tuple([r.difference_from_base() for r in self.binary]))
         return self._key
 
     def __eq__(self, other: object) -> bool:

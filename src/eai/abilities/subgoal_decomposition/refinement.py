@@ -17,15 +17,10 @@ from itertools import permutations
 from operator import or_
 from typing import NamedTuple
 
+from eai.abilities.subgoal_decomposition.ground import Ground, is_needless
+from eai.abilities.subgoal_decomposition.nearest import nearest_of
 from eai.abilities.subgoal_decomposition.program import Found, Plans
-from eai.abilities.subgoal_decomposition.refining import (
-    Aim,
-    Ground,
-    Means,
-    Nearest,
-    Refining,
-    is_needless,
-)
+from eai.abilities.subgoal_decomposition.refining import Aim, Means, Refining
 from eai.abilities.subgoal_decomposition.repertoire import Holds, Repertoire, named_in
 from eai.planning.subgoal import GroundAtom
 from eai.world.domain import Domain
@@ -145,7 +140,7 @@ class Refinement:
 
     def _search(self, aim: Aim, need: _Need) -> Found:
         """The shortest plans by the first means that are enough; where none are, the best attempt of all."""
-        best: Nearest | None = None
+        in_vain: list[Refining] = []
         effort, budget = 0, min(self._budget * aim.deeds, _MOST_TESTS // aim.deeds)
         for means in self._means(need):
             refining = Refining(aim, means, budget)
@@ -153,9 +148,8 @@ class Refinement:
             effort += refining.effort * (1 + aim.deeds // _TESTED_AT_ONCE)
             if plans:
                 return Found(plans, effort)
-            nearest = refining.nearest()
-            best = nearest if best is None or nearest.rank > best.rank else best
-        return Found(() if best is None else (best.plan,), effort)
+            in_vain.append(refining)
+        return Found((nearest_of(in_vain),), effort)
 
     def _means(self, need: _Need) -> Iterator[Means]:
         """What may be done, widened step by step.

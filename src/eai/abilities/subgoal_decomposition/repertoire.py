@@ -8,6 +8,7 @@ predicates, affirmed or denied, of objects that are the same or not. Threads tha
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from enum import Enum
 from itertools import product
 from typing import NamedTuple, TypeAlias
 
@@ -18,6 +19,7 @@ from eai.planning.effect_schema import EffectSchema, effect_schemas, written
 from eai.planning.role import role_of
 from eai.planning.subgoal import GroundAtom
 from eai.world.condition import Conditions
+from eai.world.connective import all_of
 from eai.world.derived import stored_sources
 from eai.world.domain import Domain
 from eai.world.effect import ANYTHING
@@ -25,7 +27,8 @@ from eai.world.executable import CompiledOperator
 from eai.world.execution import Action
 from eai.world.fault import FaultKind
 from eai.world.frame import AGENT, UNBOUND, Frame, Truth
-from eai.world.operator import Operator, Role
+from eai.world.operator import Check, Operator, Role
+from eai.world.reading import free_variables
 from eai.world.state import Scene, State
 
 Holds: TypeAlias = Callable[[State], bool]
@@ -42,6 +45,17 @@ class Serving(NamedTuple):
     movement: Mapping[str, CompiledOperator]
 
 
+class _Kind(Enum):
+    """Checks of an operator by what can change whether they hold.
+
+    No action can; some can, but it is the same for all objects and wherever the agent is; or anything can.
+    """
+
+    FIXED = "fixed"
+    COMMON = "common"
+    REST = "rest"
+
+
 class Known(NamedTuple):
     """An operator as a search has to know it.
 
@@ -51,12 +65,18 @@ class Known(NamedTuple):
         moved: for each of its checks, and then for what it tries, whether movement can change it.
         mended: likewise, whether movement can make it hold so that the action becomes possible: not if it
             fails because there is no need for the action, nor what is tried.
+        fixed: whether it is possible as far as nothing is concerned that any action changes.
+        common: likewise, for what it asks of no object in particular and movement does not change.
+        rest: whether nothing else makes it impossible.
     """
 
     operator: CompiledOperator
     role: Role
     moved: tuple[bool, ...]
     mended: tuple[bool, ...]
+    fixed: Truth
+    common: Truth
+    rest: Truth
 
 
 class _Way(NamedTuple):
@@ -88,6 +108,7 @@ class Repertoire:
         }
         self.movement = _without_doubles([o for o in domain.operators if role_of(o) is Role.MOVEMENT])
         self._moved = frozenset[str]().union(*[self._writes[o.name] for o in self.movement])
+        self._changed = frozenset[str]().union(*self._writes.values())
         self.known = {operator.name: self._known(operator) for operator in domain.operators}
         self._served: dict[frozenset[str], Serving] = {}
         self._writers: dict[str, tuple[Operator, ...]] = {}
@@ -188,7 +209,16 @@ class Repertoire:
         moved = [not self._moved.isdisjoint(self._sources(formulas)) for formulas in asked]
         needed = [check.fault is not FaultKind.ADDITIONAL_STEP for check in operator.checks]
         mended = [*(can and for_need for can, for_need in zip(moved, needed, strict=False)), False]
-        return Known(compiled, role_of(operator), tuple(moved), tuple(mended))
+        kinds = [self._kind(check, can) for check, can in zip(operator.checks, moved, strict=False)]
+        checks = list(zip(compiled.checks, kinds, strict=True))
+        fixed, common, rest = [all_of([c.holds for c, k in checks if k is kind]) for kind in _Kind]
+        rest = compiled.is_possible if operator.tries else rest
+        return Known(compiled, role_of(operator), tuple(moved), tuple(mended), fixed, common, rest)
+
+    def _kind(self, check: Check, moved: bool) -> _Kind:
+        if self._changed.isdisjoint(self._sources([check.condition])):
+            return _Kind.FIXED
+        return _Kind.REST if moved or free_variables(check.condition) else _Kind.COMMON
 
     def _closure(
         self,

@@ -1,0 +1,106 @@
+"""Where movement leads: what makes another action possible, and is done as often as that needs it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from itertools import product
+from typing import NamedTuple
+
+from eai.world.executable import CompiledOperator
+from eai.world.execution import Action
+from eai.world.state import State
+
+_MOST_MOVES = 3
+"""Movements before one action: to stand up, to go there and to turn to it."""
+
+
+class Way(NamedTuple):
+    """Actions, and the state after them."""
+
+    plan: tuple[Action, ...]
+    state: State
+
+
+class Budget:
+    """How many actions may still be applied to states.
+
+    Args:
+        allowed: how many.
+
+    Attributes:
+        left: how many are left of them; less than none if the last thing done was dear.
+    """
+
+    __slots__ = ("_allowed", "left")
+
+    def __init__(self, allowed: int) -> None:
+        self._allowed = allowed
+        self.left = allowed
+
+    @property
+    def spent(self) -> int:
+        """How many have been applied."""
+        return self._allowed - self.left
+
+
+class Movement:
+    """What movement leads to.
+
+    Args:
+        operators: the operators that move the agent, by name.
+        places: what the agent may move to.
+        budget: how much may be done.
+    """
+
+    def __init__(
+        self, operators: Mapping[str, CompiledOperator], places: Sequence[int], budget: Budget
+    ) -> None:
+        self._operators = operators
+        self._places = places
+        self._budget = budget
+        self._ways: dict[State, _Ways] = {}
+
+    def __bool__(self) -> bool:
+        return bool(self._operators)
+
+    def ways(self, state: State) -> Iterable[Way]:
+        """All that movement leads to, the shortest ways first; found as far as it is looked at."""
+        ways = self._ways.get(state)
+        if ways is None:
+            ways = self._ways[state] = _Ways(self._from(state))
+        return ways
+
+    def _from(self, start: State) -> Iterator[Way]:
+        seen = {start}
+        ways = [Way((), start)]
+        for _ in range(_MOST_MOVES):
+            farther: list[Way] = []
+            for way in ways:
+                taken = [action.operator for action in way.plan]
+                for name, operator in self._operators.items():
+                    if name in taken:
+                        continue
+                    for arguments in product(self._places, repeat=operator.operator.arity):
+                        binding = operator.bind(way.state, arguments)
+                        if self._budget.left > 0 and operator.is_possible(way.state, binding):
+                            self._budget.left -= 1
+                            after = operator.apply(way.state, binding)
+                            if after not in seen:
+                                seen.add(after)
+                                farther.append(Way((*way.plan, Action(name, arguments)), after))
+                                yield farther[-1]
+            ways = farther
+
+
+class _Ways:
+    """Ways as they are found, to be looked at again and again."""
+
+    def __init__(self, ways: Iterator[Way]) -> None:
+        self._ways = ways
+        self._found: list[Way] = []
+
+    def __iter__(self) -> Iterator[Way]:
+        yield from self._found
+        for way in self._ways:
+            self._found.append(way)
+            yield way
