@@ -1,7 +1,5 @@
 from __future__ import annotations
 
-import random
-
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.source import Source
 from eai.planning.planner import Planner
@@ -9,6 +7,7 @@ from eai.questions.repertoire import Edge, exhaust
 from eai.questions.rules import Rules
 from eai.questions.setting import Setting, open_setting
 from eai.world.execution import Action
+from eai.world.state import Fact
 
 ROBOT, LAMP_1, LAMP_2, BALL, BOX = range(5)
 TO_LAMP_1, TO_LAMP_2 = Action("GO", (LAMP_1,)), Action("GO", (LAMP_2,))
@@ -17,7 +16,7 @@ PRESS_1, PRESS_2 = Action("PRESS", (LAMP_1,)), Action("PRESS", (LAMP_2,))
 
 def setting(lamps: Benchmark, task: str = "light") -> Setting:
     rules, planner = Rules(lamps.domain), Planner(lamps.domain)
-    return open_setting(lamps.tasks(Source())[task], rules, planner, random.Random(0))
+    return open_setting(lamps.tasks(Source())[task], rules, planner, "0")
 
 
 def test_everything_that_some_actions_lead_to_is_found_nearest_first(lamps: Benchmark) -> None:
@@ -30,6 +29,22 @@ def test_everything_that_some_actions_lead_to_is_found_nearest_first(lamps: Benc
     ]
     assert ways.depths == (0, 1, 2)
     assert ways.edges == ((Edge(0, 1),), (Edge(1, 2),), ())
+
+
+def test_what_some_of_the_actions_lead_to_is_what_they_lead_to_by_themselves(lamps: Benchmark) -> None:
+    world = setting(lamps)
+    actions = [TO_LAMP_1, PRESS_2, TO_LAMP_2, PRESS_1]
+    ways = exhaust(world, world.states[0], actions, 100)
+    assert ways is not None
+    for kept in ([], [0], [0, 3], [1, 2], [0, 1, 2, 3], [0, 2, 3]):
+        alone = exhaust(world, world.states[0], [actions[n] for n in kept], 100)
+        assert ways.within(kept) == alone
+    assert ways.becoming_true == {
+        Fact("lit", (LAMP_1,)),
+        Fact("lit", (LAMP_2,)),
+        Fact("at", (ROBOT, LAMP_1)),
+        Fact("at", (ROBOT, LAMP_2)),
+    }
 
 
 def test_distances_with_and_without_an_action(lamps: Benchmark) -> None:

@@ -255,7 +255,10 @@ class _Course(NamedTuple):
 def _with_detours(setting: Setting, rng: random.Random) -> _Course:
     """The way with up to three further actions that do not keep it from working."""
     plan, states = list(setting.way), list(setting.states)
-    for _ in range(rng.randint(0, _DETOURS)):
+    length = len(plan) + rng.randint(0, _DETOURS)
+    for _ in range(_TRIES):
+        if len(plan) == length:
+            break
         place = rng.randrange(len(plan))
         action = setting.some_action(rng, states[place], possible=True)
         if action is None:

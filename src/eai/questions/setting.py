@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import random
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import takewhile
 
@@ -16,6 +16,7 @@ from eai.logic.formula import Formula
 from eai.logic.traversal import objects
 from eai.planning.planner import Planner, PlanningLimits
 from eai.prompts.wording import subjects
+from eai.questions.repertoire import Repertoire
 from eai.questions.rules import Rules
 from eai.world.domain import Domain
 from eai.world.execution import Action, execute
@@ -47,12 +48,16 @@ class Setting:
         rules: what can be told of the domain.
         way: actions that can be carried out one after the other from the start of the task.
         states: the states along the way, one more than actions.
+        seed: of what is chosen once for all questions about the task.
+        repertoires: what some actions lead to, by number, as far as it was asked for; None if to too much.
     """
 
     task: Task
     rules: Rules
     way: tuple[Action, ...]
     states: tuple[State, ...]
+    seed: str
+    repertoires: dict[int, Repertoire | None] = field(default_factory=dict, compare=False, repr=False)
 
     @property
     def domain(self) -> Domain:
@@ -138,16 +143,16 @@ class Setting:
         return any(checks[n - 1].fault is FaultKind.AFFORDANCE for n in self.failing(state, action))
 
 
-def open_setting(task: Task, rules: Rules, planner: Planner, rng: random.Random) -> Setting:
+def open_setting(task: Task, rules: Rules, planner: Planner, seed: str) -> Setting:
     """The setting of a task.
 
     The way is its own plan, as far as that can be carried out where there is nothing but what is shown; a
     plan that search finds, where it has none; or else some actions taken at random.
     """
-    closed = _closed(task)
+    closed, rng = _closed(task), random.Random(seed)  # noqa: S311 - chance, not secrets
     plan = closed.script or _found_plan(closed, planner)
     way = _executed(closed, rules, plan) or _wandering(closed, rules, rng)
-    return Setting(closed, rules, way, execute(rules.domain, closed.initial, way).states)
+    return Setting(closed, rules, way, execute(rules.domain, closed.initial, way).states, seed)
 
 
 def _closed(task: Task) -> Task:
@@ -198,7 +203,7 @@ def _found_plan(task: Task, planner: Planner) -> Sequence[Action]:
 
 def _wandering(task: Task, rules: Rules, rng: random.Random) -> tuple[Action, ...]:
     """Some actions taken at random."""
-    setting, taken, state = Setting(task, rules, (), ()), list[Action](), task.initial
+    setting, taken, state = Setting(task, rules, (), (), ""), list[Action](), task.initial
     for _ in range(_WALK):
         action = setting.some_action(rng, state, possible=True)
         after = None if action is None else setting.after(state, action)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+from collections.abc import Sequence
 
 from eai.questions.item import Item, listed, numbered, some
 from eai.questions.one_step import never_true
@@ -19,6 +20,9 @@ _LEAST_ACTIONS = 5
 
 _STATES = 150
 """The most states that are exhausted; where the actions lead to more, nothing is asked."""
+
+_REPERTOIRES = 4
+"""How many choices of actions a task has, at most."""
 
 _CANDIDATES = 4
 """How many facts of each kind are to be told apart."""
@@ -41,11 +45,9 @@ def reachability(setting: Setting, rng: random.Random, number: int) -> Item | No
     wider = _some_ways(setting, rng)
     if wider is None:
         return None
-    narrower = exhaust(setting, wider.states[0], some(rng, wider.actions, len(wider.actions) - 2), _STATES)
-    if narrower is None:
-        return None
-    within = _becoming_true(setting, narrower)
-    beyond = _becoming_true(setting, wider) - within
+    narrower = wider.within(some(rng, range(len(wider.actions)), len(wider.actions) - 2))
+    within = narrower.becoming_true
+    beyond = wider.becoming_true - within
     right = [setting.said(fact) for fact in some(rng, sorted(within), _CANDIDATES)]
     ever = within.union(setting.facts(wider.states[0]))
     tempting = some(rng, sorted(beyond), _CANDIDATES)
@@ -87,12 +89,10 @@ class _Aim:
         distance: how many actions it takes at least.
     """
 
-    def __init__(self, ways: Repertoire, facts: list[Fact]) -> None:
+    def __init__(self, ways: Repertoire, facts: Sequence[Fact]) -> None:
         self.ways = ways
         self.facts = facts
-        self._reached = [
-            all(state.has(fact.predicate, *fact.arguments) for fact in facts) for state in ways.states
-        ]
+        self._reached = [set(facts).issubset(gained) for gained in ways.gained]
         self.distance = ways.distance(self.is_reached) or 0
 
     def is_reached(self, number: int) -> bool:
@@ -111,16 +111,25 @@ def _some_aim(setting: Setting, rng: random.Random, number: int) -> _Aim | None:
     wanted = _LEAST_DISTANCE + number % _DISTANCES
     far = [n for n, depth in enumerate(ways.depths) if depth >= _LEAST_DISTANCE]
     farther = [n for n in far if ways.depths[n] >= wanted]
-    aims = []
-    for n in some(rng, farther or far, _AIMS):
-        new = setting.added(ways.states[0], ways.states[n])
-        if new:
-            aims.append(_Aim(ways, some(rng, new, rng.randint(1, _MOST_GOALS))))
+    aims = [
+        _Aim(ways, some(rng, ways.gained[n], rng.randint(1, _MOST_GOALS)))
+        for n in some(rng, farther or far, _AIMS)
+        if ways.gained[n]
+    ]
     fitting = [aim for aim in aims if aim.distance >= _LEAST_DISTANCE]
     return min(fitting, key=lambda aim: abs(aim.distance - wanted), default=None)
 
 
 def _some_ways(setting: Setting, rng: random.Random) -> Repertoire | None:
+    """One of a few repertoires of a task, each of which is exhausted once, whatever is asked of it."""
+    number = rng.randrange(_REPERTOIRES)
+    if number not in setting.repertoires:
+        dice = random.Random(f"{setting.seed} {number}")  # noqa: S311 - chance, not secrets
+        setting.repertoires[number] = _drawn(setting, dice)
+    return setting.repertoires[number]
+
+
+def _drawn(setting: Setting, rng: random.Random) -> Repertoire | None:
     """All that a few actions lead to: some that follow each other on the way, and others."""
     first = rng.randrange(len(setting.way)) if setting.way else 0
     chosen = dict.fromkeys(setting.way[first : first + rng.randint(3, _ACTIONS - 2)])
@@ -153,11 +162,6 @@ def _about_actions(setting: Setting, aim: _Aim, right: list[int], accept: Accept
             "goals": numbered([setting.said(fact) for fact in aim.facts]),
         },
     )
-
-
-def _becoming_true(setting: Setting, ways: Repertoire) -> frozenset[Fact]:
-    """All facts that do not hold at the start and do at some time."""
-    return frozenset([fact for state in ways.states for fact in setting.added(ways.states[0], state)])
 
 
 def _said(setting: Setting, ways: Repertoire) -> str:

@@ -82,7 +82,7 @@ class Writer:
         self._templates = templates or Templates()
         self._rules = Rules(benchmark.domain)
         self._planner = Planner(benchmark.domain)
-        self._settings: dict[str, Setting] = {}
+        self._settings: dict[tuple[str, int], Setting] = {}
 
     def write(self, wanted: Wanted) -> Iterator[Question]:
         """The questions, each as good as the next: any first part of them is as evenly spread.
@@ -148,11 +148,15 @@ class Writer:
         return None
 
     def _setting(self, task: Task, seed: int) -> Setting:
-        if task.id not in self._settings:
-            rng = _generator(seed, "way", task.id)
-            self._settings[task.id] = open_setting(task, self._rules, self._planner, rng)
-        return self._settings[task.id]
+        if (task.id, seed) not in self._settings:
+            own = _seed(seed, "way", task.id)
+            self._settings[task.id, seed] = open_setting(task, self._rules, self._planner, own)
+        return self._settings[task.id, seed]
 
 
 def _generator(*parts: object) -> random.Random:
-    return random.Random("questions " + " ".join(map(str, parts)))  # noqa: S311 - chance, not secrets
+    return random.Random(_seed(*parts))  # noqa: S311 - chance, not secrets
+
+
+def _seed(*parts: object) -> str:
+    return "questions " + " ".join(map(str, parts))
