@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from itertools import combinations
 from pathlib import Path
 from xml.etree import ElementTree
@@ -18,26 +17,9 @@ from eai.perception.drawing import Rectangle, Text, png, svg, text_width
 from eai.perception.errors import perception_errors
 from eai.perception.layout import WIDTH
 from eai.perception.pictures import Clutter, Picture, images_in, picture_of, picture_words
-from eai.perception.scene_graph import NamedFact, ReadGraph, SceneGraph
-from eai.perception.tiles import BOTH_WAYS, ONE_WAY, Kind, Tile, tiles_of
-from perception.kitchen import TRUTH, WORDS, fact, kitchen_task, seen
-
-
-def told_by(tile: Tile, agent: str) -> set[NamedFact]:
-    """All that a tile says, and those in it."""
-    said = {NamedFact(mark, (tile.name,)) for mark in tile.marks}
-    for line in tile.lines:
-        predicate, arrow, *others = re.split(r"[ ,]+", line)
-        for other in others:
-            said.add(NamedFact(predicate, (tile.name, other)))
-            if arrow == BOTH_WAYS:
-                said.add(NamedFact(predicate, (other, tile.name)))
-        assert arrow in (BOTH_WAYS, ONE_WAY)
-    for relation, within in tile.zones.items():
-        for inner in within:
-            pair = (tile.name, inner.name) if tile.name == agent else (inner.name, tile.name)
-            said |= {NamedFact(relation, pair), *told_by(inner, agent)}
-    return said
+from eai.perception.scene_graph import ReadGraph, SceneGraph
+from eai.perception.tiles import Kind, tiles_of
+from perception.kitchen import TRUTH, WORDS, fact, kitchen_task, seen, told_by
 
 
 def within(inner: Rectangle, outer: Rectangle) -> bool:

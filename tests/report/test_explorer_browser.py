@@ -8,12 +8,30 @@ from urllib.parse import urlencode
 import pytest
 
 from browsing import needs_browser
+from eai.abilities.protocol import Ability
+from eai.abilities.record import Record
+from eai.perception.course import Course
+from eai.perception.tiles import Kind, Tile
 from eai.report.explorer import explorer_html
 from eai.report.explorer_data import Background, ExplorerData
 from eai.report.runs import read_runs
 from report.samples import HOSTILE, all_runs, write_runs
 
 pytestmark = needs_browser
+
+
+def course(record: Record) -> Course:
+    """A cup that is taken from a box in the third of four steps, of one answer."""
+    if (record.task_id, record.ability) != ("1_1", Ability.ACTION_SEQUENCING):
+        return ()
+    cup, box, me = (Tile(name, Kind.OBJECT) for name in (HOSTILE, "box.4", "me.65"))
+    full = Tile("box.4", Kind.OBJECT, ["CLOSED"], zones={"INSIDE": [cup]})
+    holding = Tile(
+        "me.65", Kind.AGENT, lines=["NEXT_TO \N{LEFT RIGHT ARROW} box.4"], zones={"HOLDS_RH": [cup]}
+    )
+    return [[me, full], [me, full], [me, full], [holding, box], [holding, box]]
+
+
 ACTIONS = "virtualhome/action_sequencing/strict"
 
 
@@ -25,6 +43,7 @@ def address(tmp_path_factory: pytest.TempPathFactory) -> str:
         prompts={("virtualhome", "action_sequencing"): {"11_1": f"Do this. {HOSTILE}"}},
         operators={"virtualhome": {"open": "(:action open :precondition (and (closed ?o) (can_open ?o)))"}},
         instructions={"virtualhome": {"1_1": "Switch\n it on."}},
+        course=course,
     )
     data = ExplorerData(background)
     for run in read_runs([write_runs(folder, all_runs())]):
@@ -84,6 +103,30 @@ def test_replay_shows_changes_and_the_failing_check(page: Any, address: str) -> 
     assert page.locator(".goal-list.met").inner_text().startswith("Reached")
     assert "null" not in detail.inner_text()
     assert "undefined" not in detail.inner_text()
+
+
+def test_pictures_of_the_states_of_an_answer(page: Any, address: str) -> None:
+    """A frame is around what changed; the picture before the first step is the start."""
+    page.goto(link(address, run=f"{ACTIONS}/first", task="1_1", step="3"))
+    picture = page.locator(".picture")
+    assert picture.locator("figcaption").inner_text() == "After step 3, GRAB(cup.3)"
+    assert picture.locator(".tile.agent > .zone .tile strong").inner_text().startswith("</script>")
+    changed = picture.locator(".tile.changed > strong").all_inner_texts()
+    assert [text.partition("\n")[0] for text in changed][::2] == ["me.65", "box.4"]
+    page.keyboard.press("p")
+    assert picture.locator(".marks").inner_text() == "CLOSED"
+    assert picture.locator(".tile.changed").count() == 0
+    page.keyboard.press("p")
+    page.keyboard.press("p")
+    assert page.locator(".place").inner_text() == "the start"
+    assert page.get_by_role("button", name="Previous step").is_disabled()
+    here = page.url
+    page.goto("about:blank")
+    page.goto(here)
+    assert picture.locator("figcaption").inner_text() == "At the start"
+    page.goto(link(address, run=f"{ACTIONS}/first", task="0_1"))
+    assert page.locator(".replay").count() == 1
+    assert picture.count() == 0
 
 
 def test_keys_walk_the_list_and_the_address_follows(page: Any, address: str) -> None:
@@ -168,6 +211,7 @@ def test_phone_shows_list_then_answer_and_nothing_overflows(browser: Any, addres
     page.locator(".row").first.click()
     assert page.locator("#detail").is_visible()
     assert not page.evaluate(wide)
+    assert not page.evaluate(wide.replace("Width", "Height"))
     page.get_by_role("button", name="← Answers").click()
     assert page.locator("#list").is_visible()
     page.get_by_role("button", name="Filters").click()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
@@ -20,6 +21,7 @@ from eai.cli.options import AsJson, listed
 from eai.data import dataset
 from eai.data.store import Store
 from eai.errors import EaiError, InputError
+from eai.perception.course import courses
 from eai.prompts.prompt import PromptSet
 from eai.report.document import Plot
 from eai.report.explorer import explorer_html
@@ -45,6 +47,9 @@ def report(
     prompts: Annotated[
         bool, typer.Option(help="Put prompts and the data set's operators into the explorer.")
     ] = True,
+    pictures: Annotated[
+        bool, typer.Option("--pictures", help="Put a picture of each step's state into the explorer.")
+    ] = False,
     models: Annotated[
         str | None, typer.Option(metavar="NAME,...", help="Only these, in LaTeX.", rich_help_panel=_LATEX)
     ] = None,
@@ -64,6 +69,10 @@ def report(
     narrow = Narrow(listed(models), listed(columns), intervals)
     runs = list(read_runs(records))
     known = background(store(data), [run.key.domain for run in runs]) if prompts else Background()
+    if pictures:
+        if not _at_hand(store(data)):
+            raise InputError("--pictures: the data set is not at hand; eai data fetch obtains it")
+        known = replace(known, course=courses(Source(store(data))))
     explorer = ExplorerData(known)
     summaries = []
     for run in runs:
@@ -98,7 +107,7 @@ def _draw(summaries: Sequence[RunSummary], folder: Path) -> list[Plot]:
 
 def background(source: Store, domains: Iterable[str]) -> Background:
     """What the user's data set says of the tasks of some domains; nothing is fetched for it."""
-    if any(status.problem for status in dataset.info(source, packs=published_packs())):
+    if not _at_hand(source):
         return Background()
     known = [find_benchmark(name) for name in dict.fromkeys(domains) if name in registered()]
     return Background(
@@ -113,6 +122,10 @@ def background(source: Store, domains: Iterable[str]) -> Background:
             for benchmark in known
         },
     )
+
+
+def _at_hand(source: Store) -> bool:
+    return not any(status.problem for status in dataset.info(source, packs=published_packs()))
 
 
 def _prompts(benchmark: Benchmark, ability: Ability, source: Store) -> dict[str, str]:

@@ -10,6 +10,7 @@ SCRIPTS = (
     "state.js",
     "filters.js",
     "list.js",
+    "scene.js",
     "replay.js",
     "operators.js",
     "detail.js",

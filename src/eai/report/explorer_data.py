@@ -1,13 +1,14 @@
 """The explorer's data: records as compact JSON, in which each text stands once.
 
 The page reads it with ``explorer/data.js``, which knows the same keys. Texts are numbers into ``texts``,
-steps and operators numbers into ``steps`` and ``operators``; what is empty is left out.
+steps and operators numbers into ``steps`` and ``operators``, scenes and the tiles in them into ``scenes`` and
+``tiles``; what is empty is left out.
 """
 
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TypeAlias
 
@@ -18,10 +19,12 @@ from eai.abilities.verdict import GoalVerdict, Json, OperatorVerdict, PlanVerdic
 from eai.benchmarks.registry import title_of
 from eai.metrics.attempts import after
 from eai.metrics.breakdown import outcome
+from eai.perception.course import Course
+from eai.perception.tiles import Tile
 from eai.report.page import for_script
 from eai.report.runs import Run, RunKey
 
-VERSION = 2
+VERSION = 3
 """The version of the format."""
 
 Suite: TypeAlias = "tuple[str, str]"
@@ -36,11 +39,13 @@ class Background:
         prompts: domain and ability -> task -> prompt.
         operators: domain -> operator -> its definition in the data set.
         instructions: domain -> task -> what it is in natural language.
+        course: what gives the scenes that an answer passes through.
     """
 
     prompts: Mapping[Suite, Mapping[str, str]] = field(default_factory=dict)
     operators: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
     instructions: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
+    course: Callable[[Record], Course] = lambda _: ()
 
 
 class ExplorerData:
@@ -51,6 +56,8 @@ class ExplorerData:
         self._texts: dict[str, int] = {}
         self._steps: dict[str, int] = {}
         self._operators: dict[str, int] = {}
+        self._scenes: dict[str, int] = {}
+        self._tiles: dict[str, int] = {}
         self._runs: dict[RunKey, Json] = {}
         self._prompts: dict[str, dict[str, Json]] = {}
         self._tasks: dict[str, dict[str, Json]] = {}
@@ -89,6 +96,8 @@ class ExplorerData:
             "texts": list(self._texts),
             "steps": [json.loads(step) for step in self._steps],
             "operators": [json.loads(operator) for operator in self._operators],
+            "scenes": [json.loads(scene) for scene in self._scenes],
+            "tiles": [json.loads(tile) for tile in self._tiles],
         }
         return for_script(content)
 
@@ -109,6 +118,7 @@ class ExplorerData:
                 "s": [self._step(step) for step in explanation.steps],
                 "G": [[goal.kind, self._text(goal.goal), int(goal.satisfied)] for goal in explanation.goals],
                 "A": self._attempts(record),
+                "P": [self._scene(scene) for scene in self._background.course(record)],
             }
         )
 
@@ -165,6 +175,24 @@ class ExplorerData:
             step.hidden_changes,
         ]
         return _number(self._steps, json.dumps(packed))
+
+    def _scene(self, tiles: Sequence[Tile]) -> int:
+        """The outermost tiles."""
+        return _number(self._scenes, json.dumps([self._tile(tile) for tile in tiles]))
+
+    def _tile(self, tile: Tile) -> int:
+        """Name, kind, marks, lines, and each zone with the tiles in it."""
+        packed = [
+            self._text(tile.name),
+            tile.kind.name.lower(),
+            [self._text(mark) for mark in tile.marks],
+            [self._text(line) for line in tile.lines],
+            [
+                [self._text(label), [self._tile(each) for each in within]]
+                for label, within in tile.zones.items()
+            ],
+        ]
+        return _number(self._tiles, json.dumps(packed))
 
     def _operator(self, operator: OperatorReport) -> int:
         """Name, status, the sides with what is matched, additional and missing, and offences."""

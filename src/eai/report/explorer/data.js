@@ -50,6 +50,13 @@ const stepsOf = (answer) => (answer.row.s || []).map((number) => {
   return { action: text(action), outcome: text(outcome), reason: text(reason), earlier: text(earlier),
     added: added.map(text), removed: removed.map(text), hidden };
 });
+const tileOf = (number) => {
+  const [name, kind, marks, lines, zones] = packed.tiles[number];
+  return { name: text(name), kind, marks: marks.map(text), lines: lines.map(text),
+    zones: zones.map(([label, within]) => [text(label), within.map(tileOf)]) };
+};
+// The outermost tiles after each step, those at the start first; nothing where there are no pictures.
+const scenesOf = (answer) => (answer.row.P || []).map((number) => packed.scenes[number]);
 const attemptsOf = (answer) => (answer.row.A || []).map((row) => ({ run: answer.run, task: answer.task, outcome: row.o, row }));
 const goalsOf = (answer) => (answer.row.G || []).map(([kind, goal, satisfied]) => (
   { kind, goal: text(goal), satisfied: Boolean(satisfied) }));

@@ -5,26 +5,31 @@ const DONE = new Set(['executed', 'planned', 'additional_step']);
 function replay(answer) {
   const steps = stepsOf(answer);
   if (!steps.length) return null;
+  const scenes = scenesOf(answer);
+  const first = scenes.length ? -1 : 0;
   const tells = steps.some((step) => step.added.length || step.removed.length);
   const box = element('section', { class: 'replay', 'aria-label': 'Plan step by step' });
   const draw = (focus) => {
     const at = answer === state.selected && state.step !== null ? state.step : steps.length - 1;
     const go = (to) => {
       state.selected = state.pair ? state.selected : answer;
-      state.step = Math.min(steps.length - 1, Math.max(0, to));
+      state.step = Math.min(steps.length - 1, Math.max(first, to));
       draw(true);
       writeAddress();
     };
     fill(box,
-      element('div', { class: 'controls' }, element('h3', {}, steps[0].outcome === 'planned' ? 'Plan that the planner found' : 'Plan'),
-        element('button', { type: 'button', 'aria-label': 'Previous step', disabled: at === 0, onclick: () => go(at - 1) }, '←'),
-        element('span', { class: 'place', role: 'status' }, `step ${at + 1} of ${steps.length}`),
-        element('button', { type: 'button', 'aria-label': 'Next step', disabled: at === steps.length - 1, onclick: () => go(at + 1) }, '→')),
+      element('div', { class: scenes.length ? 'stage' : null },
+        element('div', { class: 'controls' }, element('h3', {}, steps[0].outcome === 'planned' ? 'Plan that the planner found' : 'Plan'),
+          element('button', { type: 'button', 'aria-label': 'Previous step', disabled: at === first, onclick: () => go(at - 1) }, '←'),
+          element('span', { class: 'place', role: 'status' }, at < 0 ? 'the start' : `step ${at + 1} of ${steps.length}`),
+          element('button', { type: 'button', 'aria-label': 'Next step', disabled: at === steps.length - 1, onclick: () => go(at + 1) }, '→')),
+        picture(scenes, at, at < 0 ? 'At the start' : `After step ${at + 1}, ${steps[at].action}`)),
       element('div', { class: tells ? 'columns' : '' },
         element('ol', { class: 'steps' }, steps.map((step, index) => stepItem(step, index, at, go))),
         tells && stateAfter(steps, at)));
-    if (focus) {
-      const current = box.querySelector('[aria-current]');
+    requestAnimationFrame(() => showChange(box));
+    const current = box.querySelector('[aria-current]');
+    if (focus && current) {
       current.focus({ preventScroll: true });
       current.scrollIntoView({ block: 'nearest' });
     }

@@ -24,7 +24,7 @@ const state = {
   query: '',
   chosen: Object.fromEntries(FACETS.map((facet) => [facet.key, new Set()])),
   selected: null,   // an answer
-  step: null,       // a step of its plan, from 0; null is the end
+  step: null,       // a step of its plan, from 0; null is the end, -1 the start
   pair: null,       // {a, b, cell}: two runs, and which of the four fields of their table
   shown: [],        // the answers, or pairs of answers, in the list
   varying: [],      // in what the answers in the list differ
@@ -60,5 +60,6 @@ function readAddress() {
   const run = state.pair ? state.pair.a : runOf(parts.get('run'));
   state.selected = (run && answerOf(run, parts.get('task'))) || null;
   const step = Number.parseInt(parts.get('step'), 10);
-  state.step = state.selected && step >= 1 && step <= stepsOf(state.selected).length ? step - 1 : null;
+  const first = state.selected && scenesOf(state.selected).length ? 0 : 1;
+  state.step = state.selected && step >= first && step <= stepsOf(state.selected).length ? step - 1 : null;
 }
