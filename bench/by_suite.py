@@ -2,7 +2,8 @@
 
 The answers are those of ``../shared/oracle``, as released. A fresh process scores those of the first model,
 which makes all tasks and scorers (cold), then those of the others (steady); the median of several processes
-counts. What is remembered of an answer helps only where another model gives the same. No planner is asked.
+counts. What is remembered of an answer helps only where another model gives the same. Garbage is searched for
+as seldom as in ``eai score``. No planner is asked.
 
     python bench/by_suite.py [--suite behavior/] [--repeats 3] [--protocol strict]
 """
@@ -24,6 +25,7 @@ from eai.abilities.protocol import Ability, Protocol
 from eai.benchmarks.source import Source
 from eai.benchmarks.suite import Suite, available_suites, open_suite
 from eai.pddl.planning import PlannerChoice
+from eai.scoring.undisturbed import undisturbed
 
 ORACLE = Path(__file__).resolve().parents[2] / "shared" / "oracle"
 MODELS = ("gpt-4o-2024-05-13", "claude-3-5-sonnet-20240620", "llama-3-8b-chat", "mixtral-8x22b-instruct-v0.1")
@@ -61,7 +63,8 @@ def measured(domain: str, ability: Ability, protocol: Protocol) -> Speed:
     """The speed of this process, which has scored nothing yet."""
     suite = open_suite(domain, ability, protocol, source=Source(planner=PlannerChoice.NONE))
     first, *others = [_answers(domain, ability, model) for model in MODELS]
-    return Speed(_speed(suite, [first]), _speed(suite, others))
+    with undisturbed():
+        return Speed(_speed(suite, [first]), _speed(suite, others))
 
 
 def _speed(suite: Suite, files: Sequence[Sequence[tuple[str, str]]]) -> float:

@@ -40,7 +40,7 @@ from eai.run.evaluation import obtain_answers
 from eai.run.job import Endpoint, Job
 from eai.run.tasks import build_task
 from eai.scoring.batch import score_batch
-from eai.scoring.epochs import undisturbed
+from eai.scoring.undisturbed import undisturbed
 
 MODEL = "eai/oracle"
 WARM_UP = 5

@@ -7,7 +7,8 @@ import sys
 import pytest
 
 from cli.conftest import Command
-from eai import __version__
+from eai import __version__, cli
+from eai.cli import analyze
 
 NAP = """
 import sys, time
@@ -45,12 +46,13 @@ class Interrupt(MetaPathFinder):
             signal.raise_signal(signal.SIGINT)
 
 sys.meta_path.insert(0, Interrupt())
+sys.argv = ["eai", "score", "answers.json"]
 from eai.__main__ import main
 main()
 """
 
 
-def test_an_interrupt_while_everything_is_imported_is_one_line() -> None:
+def test_an_interrupt_while_a_command_is_imported_is_one_line() -> None:
     command = [sys.executable, "-c", INTERRUPTED_IMPORT]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert (done.returncode, done.stdout, done.stderr) == (130, "", "eai: interrupted\n")
@@ -66,6 +68,33 @@ def test_an_interrupted_command_is_one_line() -> None:
         process.send_signal(signal.SIGINT)
         assert process.wait(120) == 130
         assert process.stderr.read() == "eai: interrupted\n"
+
+
+LOADED = """
+import sys
+from eai import cli
+cli.app(["prompts", "--help"], standalone_mode=False)
+print(*[name for name in sys.modules if name.startswith("eai.cli.")])
+"""
+
+
+def test_only_the_command_that_is_asked_for_is_imported() -> None:
+    done = subprocess.run([sys.executable, "-c", LOADED], capture_output=True, text=True, check=True)
+    loaded = done.stdout.splitlines()[-1].split()
+    assert "eai.cli.prompts" in loaded
+    assert not {"eai.cli.analyze", "eai.cli.run", "eai.cli.score"}.intersection(loaded)
+
+
+@pytest.mark.parametrize("group", [(), ("analyze",)])
+def test_every_command_of_a_lazy_group_is_where_its_place_says(eai: Command, group: tuple[str, ...]) -> None:
+    names = list((analyze._Analyses if group else cli._Commands).places)
+    told = eai(*group, "--help")[1]
+    assert [name for name in names if f" {name} " not in told] == []
+
+
+def test_a_command_that_there_is_not_is_told_with_its_neighbours(eai: Command) -> None:
+    status, _, told = eai("scores", "answers.json")
+    assert (status, "'score'" in told) == (2, True)
 
 
 @pytest.mark.parametrize("option", ["--version", "-V"])

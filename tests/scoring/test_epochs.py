@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import gc
-
 import pytest
 
 from eai.cli.console import counted, dollars
-from eai.scoring.epochs import undisturbed
 
 
 @pytest.mark.parametrize(
@@ -20,13 +17,3 @@ def test_things_are_counted_in_english(number: int, text: str) -> None:
 @pytest.mark.parametrize(("amount", "text"), [(0, "$0.0000"), (0.0012, "$0.0012"), (12.345, "$12.35")])
 def test_small_amounts_are_not_nothing(amount: float, text: str) -> None:
     assert dollars(amount) == text
-
-
-def test_the_garbage_collector_is_left_as_it_was() -> None:
-    before = gc.get_freeze_count()
-    with undisturbed():
-        assert gc.get_freeze_count() > before
-    assert gc.get_freeze_count() == 0
-    with pytest.raises(RuntimeError), undisturbed():
-        raise RuntimeError
-    assert gc.get_freeze_count() == 0

@@ -4,38 +4,41 @@ from __future__ import annotations
 
 import signal
 import sys
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar
 
 import typer
-from typer.core import TyperGroup
 
 from eai import __version__
-from eai.cli import (
-    analyze,
-    annotate,
-    compare,
-    data,
-    explain,
-    export,
-    generate,
-    human,
-    leaderboard,
-    merge,
-    pictures,
-    prompts,
-    questions,
-    report,
-    run,
-    score,
-    submission,
-    tasks,
-)
-from eai.cli.console import errors
+from eai.cli.lazily import LazyGroup, Place
 from eai.errors import EaiError, InterruptError
 
+MEASURE, UNDERSTAND, MATERIAL = "Measure", "Understand", "Tasks and data"
+"""The panels of the commands."""
 
-class _Commands(TyperGroup):
+
+class _Commands(LazyGroup):
     """The commands, of which any may be interrupted."""
+
+    places: ClassVar = {
+        "run": Place("run", "run", MEASURE),
+        "score": Place("score", "score", MEASURE),
+        "merge": Place("merge", "merge_shards", MEASURE),
+        "submission": Place("submission", panel=MEASURE),
+        "explain": Place("explain", "explain", UNDERSTAND),
+        "compare": Place("compare", "compare", UNDERSTAND),
+        "leaderboard": Place("leaderboard", "leaderboard", UNDERSTAND),
+        "report": Place("report", "report", UNDERSTAND),
+        "analyze": Place("analyze", panel=UNDERSTAND),
+        "prompts": Place("prompts", "prompts", MATERIAL),
+        "pictures": Place("pictures", "pictures", MATERIAL),
+        "generate": Place("generate", "generate_tasks", MATERIAL),
+        "data": Place("data", panel=MATERIAL),
+        "tasks": Place("tasks", panel=MATERIAL),
+        "annotate": Place("annotate", panel=MATERIAL),
+        "questions": Place("questions", panel=MATERIAL),
+        "human": Place("human", panel=MATERIAL),
+        "export": Place("export", panel=MATERIAL),
+    }
 
     def invoke(self, ctx: Any) -> Any:
         """Run the command that was chosen; an interrupt that it says nothing about is told in a line."""
@@ -52,27 +55,6 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-MEASURE, UNDERSTAND, MATERIAL = "Measure", "Understand", "Tasks and data"
-"""The panels of the commands."""
-
-app.command(no_args_is_help=True, rich_help_panel=MEASURE)(run.run)
-app.command(no_args_is_help=True, rich_help_panel=MEASURE)(score.score)
-app.command("merge", no_args_is_help=True, rich_help_panel=MEASURE)(merge.merge_shards)
-app.add_typer(submission.app, name="submission", rich_help_panel=MEASURE)
-app.command(no_args_is_help=True, rich_help_panel=UNDERSTAND)(explain.explain)
-app.command(no_args_is_help=True, rich_help_panel=UNDERSTAND)(compare.compare)
-app.command(no_args_is_help=True, rich_help_panel=UNDERSTAND)(leaderboard.leaderboard)
-app.command(no_args_is_help=True, rich_help_panel=UNDERSTAND)(report.report)
-app.add_typer(analyze.app, name="analyze", rich_help_panel=UNDERSTAND)
-app.add_typer(data.app, name="data", rich_help_panel=MATERIAL)
-app.command(no_args_is_help=True, rich_help_panel=MATERIAL)(prompts.prompts)
-app.command(no_args_is_help=True, rich_help_panel=MATERIAL)(pictures.pictures)
-app.add_typer(tasks.app, name="tasks", rich_help_panel=MATERIAL)
-app.command("generate", no_args_is_help=True, rich_help_panel=MATERIAL)(generate.generate_tasks)
-app.add_typer(annotate.app, name="annotate", rich_help_panel=MATERIAL)
-app.add_typer(questions.app, name="questions", rich_help_panel=MATERIAL)
-app.add_typer(human.app, name="human", rich_help_panel=MATERIAL)
-app.add_typer(export.app, name="export", rich_help_panel=MATERIAL)
 
 
 def _version(asked: bool) -> None:
@@ -113,6 +95,8 @@ def main() -> None:
     try:
         app(prog_name="eai")
     except EaiError as error:
+        from eai.cli.console import errors
+
         errors().print(f"eai: {error}", markup=False, highlight=False, soft_wrap=True)
         sys.exit(128 + interrupted_by if isinstance(error, InterruptError) else 2)
     except BrokenPipeError:

@@ -2,38 +2,34 @@
 
 from __future__ import annotations
 
+from typing import ClassVar
+
 import typer
 
-from eai.cli import (
-    analyze_all,
-    analyze_annotations,
-    analyze_cofactors,
-    analyze_contamination,
-    analyze_errors,
-    analyze_goals,
-    analyze_items,
-    analyze_perception,
-    analyze_pipeline,
-    analyze_prompts,
-    analyze_replanning,
-    analyze_sensitivity,
-    analyze_table,
-)
+from eai.cli.lazily import LazyGroup, Place
 
-app = typer.Typer(no_args_is_help=True, help="Analyses of records.")
-app.command("all", no_args_is_help=True)(analyze_all.everything)
-app.command(no_args_is_help=True)(analyze_table.table)
-app.command(no_args_is_help=True)(analyze_cofactors.cofactors)
-app.command(no_args_is_help=True)(analyze_contamination.contamination)
-app.command(no_args_is_help=True)(analyze_errors.errors)
-app.command(no_args_is_help=True)(analyze_goals.goals)
-app.command(no_args_is_help=True)(analyze_sensitivity.sensitivity)
-app.command(no_args_is_help=True)(analyze_items.items)
-app.command(no_args_is_help=True)(analyze_prompts.prompts)
-app.command("annotations", no_args_is_help=True)(analyze_annotations.rate_annotations)
-app.command(no_args_is_help=True)(analyze_perception.perception)
-app.command(no_args_is_help=True)(analyze_pipeline.pipeline)
-app.command(no_args_is_help=True)(analyze_replanning.replanning)
+
+class _Analyses(LazyGroup):
+    """The analyses."""
+
+    places: ClassVar = {
+        "all": Place("analyze_all", "everything"),
+        "table": Place("analyze_table", "table"),
+        "cofactors": Place("analyze_cofactors", "cofactors"),
+        "contamination": Place("analyze_contamination", "contamination"),
+        "errors": Place("analyze_errors", "errors"),
+        "goals": Place("analyze_goals", "goals"),
+        "sensitivity": Place("analyze_sensitivity", "sensitivity"),
+        "items": Place("analyze_items", "items"),
+        "prompts": Place("analyze_prompts", "prompts"),
+        "annotations": Place("analyze_annotations", "rate_annotations"),
+        "perception": Place("analyze_perception", "perception"),
+        "pipeline": Place("analyze_pipeline", "pipeline"),
+        "replanning": Place("analyze_replanning", "replanning"),
+    }
+
+
+app = typer.Typer(cls=_Analyses, no_args_is_help=True, help="Analyses of records.")
 
 
 @app.callback()

@@ -16,7 +16,7 @@ from eai.analysis.suites import Measure
 from eai.benchmarks.source import Source
 from eai.cli import analyze_cofactors, analyze_errors, analyze_goals, analyze_items
 from eai.cli.analyzed import Plots, Records, tables_of, with_extra, write_analysis
-from eai.cli.data import DataFolder, store
+from eai.cli.store import DataFolder, store
 
 
 def everything(

@@ -11,7 +11,7 @@ from eai.analysis.cofactors import cofactor_tables
 from eai.analysis.suites import Measure
 from eai.analysis.table import Table, write_tables
 from eai.cli.analyzed import Figures, Plots, Records, draw_figures, say, tables_of, with_extra
-from eai.cli.data import DataFolder
+from eai.cli.store import DataFolder
 from eai.report import plot_analyses, plot_cofactors
 
 

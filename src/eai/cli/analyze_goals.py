@@ -10,7 +10,7 @@ import typer
 from eai.analysis.goal_atoms import goal_tables
 from eai.analysis.table import Table, write_tables
 from eai.cli.analyzed import Figures, Plots, Records, draw_figures, say, tables_of
-from eai.cli.data import DataFolder
+from eai.cli.store import DataFolder
 from eai.report import plot_analyses
 
 

@@ -12,7 +12,7 @@ from eai.analysis.items import FEWEST_MODELS, item_tables
 from eai.analysis.table import Table, write_tables
 from eai.benchmarks.source import Source
 from eai.cli.analyzed import Figures, Plots, Records, draw_figures, say, tables_of, with_extra
-from eai.cli.data import DataFolder, store
+from eai.cli.store import DataFolder, store
 from eai.errors import InputError
 from eai.report import plot_analyses, plot_items
 

@@ -21,7 +21,7 @@ from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.source import Source
 from eai.benchmarks.suite import open_suite
 from eai.cli.console import data_progress, errors, output
-from eai.cli.data import DataFolder, store
+from eai.cli.store import DataFolder, store
 from eai.errors import InputError
 from eai.metrics.paper_tables import paper_models, paper_setting, paper_table
 from eai.planning.planner import PlanningLimits

@@ -18,9 +18,9 @@ from eai.benchmarks.source import Source
 from eai.benchmarks.suite import Suite, open_suite
 from eai.cli.analyzed import Figures, Plots, Records, draw_figures, say
 from eai.cli.console import data_progress, note_planner
-from eai.cli.data import DataFolder, store
 from eai.cli.options import Planner
 from eai.cli.progress import scoring_progress
+from eai.cli.store import DataFolder, store
 from eai.errors import InputError
 from eai.pddl.planning import PlannerChoice
 from eai.report import plot_analyses

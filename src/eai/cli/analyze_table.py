@@ -12,7 +12,7 @@ from eai.analysis.lines import TABLES
 from eai.analysis.table import lines_csv, write_files, write_parquet
 from eai.cli.analyzed import Records, tables_of
 from eai.cli.console import counted, output
-from eai.cli.data import DataFolder
+from eai.cli.store import DataFolder
 
 
 class Format(str, Enum):

@@ -13,7 +13,7 @@ from eai.analysis.table import Table, write_tables
 from eai.analysis.tidy import TableMaker, Tables
 from eai.benchmarks.source import ErrataChoice, Source
 from eai.cli.console import counted, data_progress, errors, output
-from eai.cli.data import store
+from eai.cli.store import store
 from eai.errors import EaiError, InputError
 from eai.report.plot_files import styled, write
 from eai.report.runs import read_runs

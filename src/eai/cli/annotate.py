@@ -24,8 +24,8 @@ from eai.benchmarks.task_files import write_task_file
 from eai.benchmarks.task_lines import written
 from eai.cli import annotate_problems
 from eai.cli.console import DOMAIN_HELP, counted, data_progress, errors, output, print_json, tell_findings
-from eai.cli.data import DataFolder, store
 from eai.cli.options import AsJson
+from eai.cli.store import DataFolder, store
 from eai.errors import InputError, InterruptError
 from eai.logic.ltl_printer import print_ltl
 from eai.world.state import Fact, Scene

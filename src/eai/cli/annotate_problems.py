@@ -14,8 +14,8 @@ from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.source import Source
 from eai.cli.console import DOMAIN_HELP, counted, data_progress, errors, output, print_json
-from eai.cli.data import DataFolder, store
 from eai.cli.options import AsJson, Planner
+from eai.cli.store import DataFolder, store
 from eai.errors import InputError
 from eai.pddl.model import PddlDomain
 from eai.pddl.planning import PlannerChoice, PlannerOutcome

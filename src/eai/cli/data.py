@@ -19,26 +19,12 @@ from eai.benchmarks.validation import validate as check
 from eai.cli.console import DOMAIN_HELP, counted, data_progress, output, print_json, tell_findings
 from eai.cli.data_stats import print_statistics, write_distributions, write_tasks
 from eai.cli.options import AsJson, Errata
+from eai.cli.store import DataFolder, store
 from eai.data import dataset
 from eai.data.dataset import PackStatus
-from eai.data.store import Store
 from eai.pddl.planning import PlannerChoice
 
 app = typer.Typer(help="The data set: fetch it, say where it is, count it, check it.", no_args_is_help=True)
-
-DataFolder = Annotated[
-    Path | None,
-    typer.Option(
-        "--data",
-        metavar="DIR",
-        help="Where the data set is; EAI_DATA_DIR or the user's cache if not given.",
-    ),
-]
-
-
-def store(folder: Path | None) -> Store:
-    """The store in a folder, or in the default one."""
-    return Store() if folder is None else Store(folder)
 
 
 @app.command()

@@ -21,8 +21,8 @@ from eai.abilities.record import NOT_ANSWERED, Record
 from eai.abilities.verdict import PlanVerdict
 from eai.cli.background import TaskBackground, background_of
 from eai.cli.console import counted, output, print_json
-from eai.cli.data import DataFolder, store
 from eai.cli.options import AsJson
+from eai.cli.store import DataFolder, store
 from eai.errors import InputError, did_you_mean
 from eai.metrics.breakdown import outcome
 from eai.report.runs import find_record_files

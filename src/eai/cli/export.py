@@ -21,7 +21,7 @@ from eai.benchmarks.source import Source
 from eai.benchmarks.suite import open_suite
 from eai.benchmarks.task_files import task_files_in
 from eai.cli.console import DOMAIN_HELP, counted, data_progress, output
-from eai.cli.data import DataFolder, store
+from eai.cli.store import DataFolder, store
 from eai.errors import InputError
 from eai.pddl.planning import PlannerChoice
 from eai.prompts.prompt import PromptSet

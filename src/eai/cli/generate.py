@@ -24,7 +24,7 @@ from eai.benchmarks.source import Source
 from eai.benchmarks.task_files import task_file_content, write_task_file
 from eai.benchmarks.task_lines import written
 from eai.cli.console import DOMAIN_HELP, counted, data_progress, errors, output
-from eai.cli.data import DataFolder, store
+from eai.cli.store import DataFolder, store
 
 
 def generate_tasks(

@@ -13,8 +13,8 @@ from eai.benchmarks.prompt_library import Library
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.source import Source
 from eai.cli.console import DOMAIN_HELP, counted, data_progress, output
-from eai.cli.data import DataFolder, store
 from eai.cli.options import listed
+from eai.cli.store import DataFolder, store
 from eai.errors import InputError
 from eai.human.form import form_html
 from eai.prompts.prompt import PromptSet

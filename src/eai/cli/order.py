@@ -20,8 +20,9 @@ from eai.prompts.prompt import Prompt
 from eai.run.job import Decoding, Endpoint, Job, Pace
 from eai.run.journal import JOURNAL, sole_run
 from eai.scoring.batch import Settings
-from eai.scoring.epochs import Obtained, SuiteResult, settle, undisturbed
+from eai.scoring.epochs import Obtained, SuiteResult, settle
 from eai.scoring.trials import Trials
+from eai.scoring.undisturbed import undisturbed
 
 LOGS = "logs"
 SHOWN_TASKS = 5

@@ -13,7 +13,7 @@ from eai.benchmarks.source import Source
 from eai.benchmarks.suite import open_suite
 from eai.cli.chosen_tasks import tasks_of
 from eai.cli.console import DOMAIN_HELP, counted, data_progress, output
-from eai.cli.data import DataFolder, store
+from eai.cli.store import DataFolder, store
 from eai.errors import InputError
 from eai.perception.drawing import png, svg
 from eai.perception.pictures import Clutter, picture_of, picture_words

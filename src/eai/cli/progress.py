@@ -10,7 +10,7 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 from eai.cli.console import errors
-from eai.run.state import Count, Watch, unwatched
+from eai.run.count import Count, Watch, unwatched
 from eai.scoring.batch import Told, untold
 
 PATIENCE = 5

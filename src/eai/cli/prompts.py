@@ -12,8 +12,8 @@ from eai.benchmarks.prompt_library import Library
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.source import ErrataChoice, Source
 from eai.cli.console import DOMAIN_HELP, data_progress, output
-from eai.cli.data import DataFolder, store
 from eai.cli.options import Errata
+from eai.cli.store import DataFolder, store
 from eai.errors import InputError
 from eai.prompts.prompt import PromptSet, prompt_file, system_file
 from eai.scoring.stage_one import read_believed

@@ -21,9 +21,9 @@ from eai.cli.console import (
     print_json,
     without_inspect,
 )
-from eai.cli.data import DataFolder, store
 from eai.cli.models import pair
 from eai.cli.options import AsJson
+from eai.cli.store import DataFolder, store
 from eai.cli.table import Column, percent, print_table
 from eai.errors import InputError
 from eai.prompts.template import Templates

@@ -16,8 +16,8 @@ from eai.benchmarks.prompt_library import Library
 from eai.benchmarks.registry import find_benchmark, registered
 from eai.benchmarks.source import Source
 from eai.cli.console import errors, output, print_json
-from eai.cli.data import DataFolder, store
 from eai.cli.options import AsJson, listed
+from eai.cli.store import DataFolder, store
 from eai.data import dataset
 from eai.data.store import Store
 from eai.errors import EaiError, InputError

@@ -36,7 +36,6 @@ from eai.cli.asked import (
 )
 from eai.cli.chosen_tasks import chosen_prompts, tasks_of
 from eai.cli.console import counted, data_progress, note_planner, output, print_errata, print_remark
-from eai.cli.data import DataFolder, store
 from eai.cli.experiment import (
     Ending,
     Goals,
@@ -94,6 +93,7 @@ from eai.cli.scene import (
     SceneNoise,
 )
 from eai.cli.scene_stage import Scenes
+from eai.cli.store import DataFolder, store
 from eai.cli.table import Result, print_rates
 from eai.errors import InterruptError
 from eai.metrics.errata_effect import errata_effect

@@ -30,7 +30,6 @@ from eai.cli.console import (
     print_remark,
     without_inspect,
 )
-from eai.cli.data import DataFolder, store
 from eai.cli.options import (
     ABILITY,
     ANSWERS,
@@ -50,6 +49,7 @@ from eai.cli.options import (
 )
 from eai.cli.planning import planner_terms, tell_authority
 from eai.cli.progress import scoring_progress
+from eai.cli.store import DataFolder, store
 from eai.cli.table import Result, print_rates
 from eai.errors import InputError, InterruptError
 from eai.metrics.coverage import coverage_of, planners_of
@@ -57,10 +57,10 @@ from eai.metrics.errata_effect import ErrataEffect, errata_effect
 from eai.metrics.summary import summarise
 from eai.pddl.planning import PlannerChoice
 from eai.scoring.batch import NO_ROW, Scoring, Settings, score_run
-from eai.scoring.epochs import undisturbed
 from eai.scoring.results import write_results
 from eai.scoring.shards import Shard, write_shard
 from eai.scoring.stage_one import BelievedGoals, read_believed, refuse_no_stage_two
+from eai.scoring.undisturbed import undisturbed
 
 Goals = Annotated[
     Path | None,

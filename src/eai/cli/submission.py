@@ -9,8 +9,8 @@ import typer
 
 from eai.benchmarks.submission import build_submission, check_submission
 from eai.cli.console import output, tell_findings
-from eai.cli.data import DataFolder, store
 from eai.cli.options import AsJson
+from eai.cli.store import DataFolder, store
 
 Phase = Annotated[
     Path | None,

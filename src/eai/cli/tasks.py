@@ -18,8 +18,8 @@ from eai.benchmarks.source import Source
 from eai.benchmarks.task_files import check_task_files, write_task_file
 from eai.benchmarks.task_lines import json_schema, written
 from eai.cli.console import DOMAIN_HELP, counted, data_progress, output, tell_findings
-from eai.cli.data import DataFolder, store
 from eai.cli.options import AsJson
+from eai.cli.store import DataFolder, store
 from eai.errors import InputError
 from eai.world.domain import Domain
 

@@ -14,12 +14,13 @@ from rich.text import Text
 
 from eai.benchmarks.suite import DEFAULT_PROTOCOL
 from eai.errors import EaiError, InputError, InterruptError
+from eai.run.count import Watch, unwatched
 from eai.run.job import Endpoint, Job
 from eai.run.journal import Journal
 from eai.run.logs import JOB, find_log
 from eai.run.prices import read_prices, set_price
 from eai.run.solver import ask
-from eai.run.state import Desk, Watch, unwatched
+from eai.run.state import Desk
 from eai.run.tasks import build_scene_task, build_task
 from eai.scoring.answer import Answer, Place
 from eai.scoring.trials import Tried

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import gc
 import hashlib
 import json
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Protocol as Shape
@@ -122,16 +120,6 @@ class SuiteResult:
             "truncated": self.truncated,
             "usage": self.usage.to_json(),
         }
-
-
-@contextmanager
-def undisturbed() -> Iterator[None]:
-    """Spares the garbage collector what is there already; among all of Inspect it would search for long."""
-    gc.freeze()
-    try:
-        yield
-    finally:
-        gc.unfreeze()
 
 
 def settle(

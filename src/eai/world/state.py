@@ -49,14 +49,14 @@ class Scene:
         self.agent = agent
         self.index = {thing.name: i for i, thing in enumerate(self.objects)}
         self.everything = (1 << len(self.objects)) - 1
-        self._categories: dict[str, int] = {}
-        for i, thing in enumerate(self.objects):
-            self._categories[thing.category] = self._categories.get(thing.category, 0) | 1 << i
+        self._categories: dict[str, int] | None = None
 
     def category(self, name: str | None) -> int:
         """The mask of all objects of a category; None means every object."""
         if name is None:
             return self.everything
+        if self._categories is None:
+            self._categories = _by_category(self.objects)
         return self._categories.get(name, 0)
 
     def names(self, mask: int) -> tuple[str, ...]:
@@ -75,6 +75,14 @@ class Scene:
                 pairs[predicate].append((arguments[0], arguments[1]))
         size = len(self.objects)
         return State(self, tuple(unary), tuple(Relation(Matrix.of_pairs(size, p)) for p in pairs.values()))
+
+
+def _by_category(objects: Iterable[WorldObject]) -> dict[str, int]:
+    """The masks of the objects of each category; few scenes are asked for one."""
+    found: dict[str, int] = {}
+    for i, thing in enumerate(objects):
+        found[thing.category] = found.get(thing.category, 0) | 1 << i
+    return found
 
 
 class State:

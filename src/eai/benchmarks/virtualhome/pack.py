@@ -39,22 +39,18 @@ class _Tables:
     records: dict[int, ObjectRecord] = field(default_factory=dict)
 
     def object(self, number: int) -> ObjectRecord:
-        record = self.records.get(number)
-        if record is None:
-            identifier, class_name, category, properties, states = self.rows[number]
-            record = ObjectRecord(
-                identifier, class_name, category, self.labels[properties], self.labels[states]
-            )
-            self.records[number] = record
-        return record
+        identifier, class_name, category, properties, states = self.rows[number]
+        labels = self.labels
+        record = ObjectRecord(identifier, class_name, category, labels[properties], labels[states])
+        return self.records.setdefault(number, record)
 
     def objects(self, numbers: Sequence[int]) -> tuple[ObjectRecord, ...]:
-        return tuple(map(self.object, numbers))
+        known = self.records.get
+        return tuple([known(number) or self.object(number) for number in numbers])
 
     def edges(self, flat: Sequence[int]) -> tuple[Edge, ...]:
-        relations = self.relations
-        triples = zip(flat[::3], flat[1::3], flat[2::3], strict=True)
-        return tuple(Edge(source, relations[relation], target) for source, relation, target in triples)
+        relations = map(self.relations.__getitem__, flat[1::3])
+        return tuple(starmap(Edge, zip(flat[::3], relations, flat[2::3], strict=True)))
 
     def delta(self, values: Mapping[str, Any]) -> GraphDelta:
         return GraphDelta(

@@ -25,7 +25,7 @@ from eai.errors import DataError
 from eai.logic.formula import Atom, Constant, Occurs, Or
 from eai.world.execution import Action
 from eai.world.relation import Matrix, Relation
-from eai.world.state import Scene, State, WorldObject
+from eai.world.state import Draft, Scene, State, WorldObject
 
 PREDICATE_OF_RELATION = {
     "ON": "ONTOP",
@@ -37,6 +37,8 @@ PREDICATE_OF_RELATION = {
     "HOLDS_LH": "HOLDS_LH",
 }
 """How the vocabulary names the relations of scene graphs."""
+
+_SLOTS = {name: VOCABULARY.binary_slots[stored] for name, stored in PREDICATE_OF_RELATION.items()}
 
 ROOMS = "Rooms"
 """The category of nodes that are rooms."""
@@ -72,8 +74,7 @@ class _Lines:
         self.targets = [0] * len(VOCABULARY.binary_slots)
         self.relations: list[Relation | None] = [None] * len(VOCABULARY.binary_slots)
         self.append(scene.objects)
-        for edge in scene.edges:
-            self.link(edge, present=True)
+        self.link(scene.edges, present=True)
 
     def copy(self) -> _Lines:
         """An independent copy."""
@@ -90,9 +91,9 @@ class _Lines:
         """Add objects behind all others."""
         for record in records:
             self.index[record.id] = len(self.objects)
-            self.objects.append(_world_object(record))
+            self.objects.append(_world_object(record.class_name, record.id))
             self.described.append(frozenset())
-            self._describe(record)
+        self._describe(records)
         if records:
             empty = [0] * len(records)
             for lines in (*self.rows, *self.columns):
@@ -110,48 +111,69 @@ class _Lines:
         for record in delta.changed_objects:
             index = self.index[record.id]
             if self.objects[index].category != record.class_name:
-                self.objects[index] = _world_object(record)
-            self._describe(record)
+                self.objects[index] = _world_object(record.class_name, record.id)
+        self._describe(delta.changed_objects)
         self.append(delta.added_objects)
-        for edge in delta.removed_edges:
-            self.link(edge, present=False)
-        for edge in delta.added_edges:
-            self.link(edge, present=True)
+        self.link(delta.removed_edges, present=False)
+        self.link(delta.added_edges, present=True)
 
-    def link(self, edge: Edge, *, present: bool) -> None:
-        """Add or remove one pair of a relation."""
-        slot = VOCABULARY.binary_slots[PREDICATE_OF_RELATION[edge.relation]]
-        source, target = self.index[edge.source], self.index[edge.target]
-        rows, columns = self.rows[slot], self.columns[slot]
-        self.relations[slot] = None
-        if present:
-            rows[source] |= 1 << target
-            columns[target] |= 1 << source
-            self.sources[slot] |= 1 << source
-            self.targets[slot] |= 1 << target
-            return
-        rows[source] &= ~(1 << target)
-        columns[target] &= ~(1 << source)
-        if not rows[source]:
-            self.sources[slot] &= ~(1 << source)
-        if not columns[target]:
-            self.targets[slot] &= ~(1 << target)
+    def link(self, edges: Iterable[Edge], *, present: bool) -> None:
+        """Add or remove pairs of relations."""
+        index = self.index
+        for source_id, relation, target_id in edges:
+            slot, source, target = _SLOTS[relation], index[source_id], index[target_id]
+            rows, columns = self.rows[slot], self.columns[slot]
+            self.relations[slot] = None
+            if present:
+                rows[source] |= 1 << target
+                columns[target] |= 1 << source
+                self.sources[slot] |= 1 << source
+                self.targets[slot] |= 1 << target
+                continue
+            rows[source] &= ~(1 << target)
+            columns[target] &= ~(1 << source)
+            if not rows[source]:
+                self.sources[slot] &= ~(1 << source)
+            if not columns[target]:
+                self.targets[slot] &= ~(1 << target)
 
-    def _describe(self, record: ObjectRecord) -> None:
-        """Set every unary predicate of an object to what its record says."""
-        index = self.index[record.id]
-        before = self.described[index]
-        now = _unary_slots(record.properties, record.states, record.category == ROOMS)
-        self.described[index] = now
-        for slot in before ^ now:
-            self.unary[slot] ^= 1 << index
+    def _describe(self, records: Iterable[ObjectRecord]) -> None:
+        """Set every unary predicate of objects to what their records say."""
+        described, unary = self.described, self.unary
+        for record in records:
+            index = self.index[record.id]
+            before = described[index]
+            now = described[index] = _slots(record)
+            for slot in before ^ now:
+                unary[slot] ^= 1 << index
 
     def state(self, scene: Scene) -> State:
         """The state over a scene of these objects."""
         return State(scene, tuple(self.unary), tuple(map(self._relation, range(len(self.relations)))))
 
+    def after(self, state: State, delta: GraphDelta) -> State:
+        """What a small difference makes of the state of these lines, which stay as they are.
+
+        Raises:
+            DataError: the delta adds or removes objects, which no final graph of the data set does.
+        """
+        if delta.removed_ids or delta.added_objects:
+            raise DataError("objects come or go in a plan; run `eai data fetch --force`")
+        draft = Draft(state)
+        for record in delta.changed_objects:
+            index = self.index[record.id]
+            for slot in self.described[index] ^ _slots(record):
+                draft.unary[slot] ^= 1 << index
+        for edge in delta.removed_edges:
+            draft.unlink(_SLOTS[edge.relation], self.index[edge.source], self.index[edge.target])
+        for edge in delta.added_edges:
+            draft.link(_SLOTS[edge.relation], self.index[edge.source], self.index[edge.target])
+        return State(state.scene, tuple(draft.unary), tuple(draft.binary))
+
     def _relation(self, slot: int) -> Relation:
         relation = self.relations[slot]
+        if relation is None and not self.sources[slot]:
+            return _empty(len(self.objects))
         if relation is None:
             matrix = Matrix(self.rows[slot], self.columns[slot], self.sources[slot], self.targets[slot])
             relation = self.relations[slot] = Relation(matrix)
@@ -177,14 +199,13 @@ class VirtualHomeTasks(TaskSet[VirtualHomeTask]):
         lines.apply(record.initial)
         scene = Scene(VOCABULARY, lines.objects, agent=lines.index[CHARACTER_ID])
         initial = lines.state(scene)
-        lines.apply(record.final)
         index = lines.index
         return VirtualHomeTask(
             id=record.id,
             title=record.title,
             instruction=record.description,
             initial=initial,
-            annotated_final=lines.state(scene),
+            annotated_final=lines.after(initial, record.final),
             script=tuple(Action(s.action, tuple(index[o.id] for o in s.objects)) for s in record.script),
             goals=tuple(dict.fromkeys(_goals(record, scene, index))),
             temporal_goal=record.tl_goal,
@@ -211,8 +232,20 @@ def _unary_slots(properties: tuple[str, ...], states: tuple[str, ...], is_room: 
     return frozenset(VOCABULARY.unary_slots[name] for name in names)
 
 
-def _world_object(record: ObjectRecord) -> WorldObject:
-    return WorldObject(f"{record.class_name}.{record.id}", record.class_name)
+def _slots(record: ObjectRecord) -> frozenset[int]:
+    return _unary_slots(record.properties, record.states, record.category == ROOMS)
+
+
+@cache
+def _empty(size: int) -> Relation:
+    """The relation of no two of so many objects; states share it."""
+    nothing = (0,) * size
+    return Relation(Matrix(nothing, nothing, 0, 0))
+
+
+@cache
+def _world_object(class_name: str, object_id: int) -> WorldObject:
+    return WorldObject(f"{class_name}.{object_id}", class_name)
 
 
 def _goals(record: TaskRecord, scene: Scene, index: Mapping[int, int]) -> Iterable[Goal]:

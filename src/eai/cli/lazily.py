@@ -1,0 +1,64 @@
+"""Commands that are imported when they are asked for: most of what the others need is never loaded."""
+
+from __future__ import annotations
+
+from collections import UserDict
+from collections.abc import Mapping
+from importlib import import_module
+from typing import Any, ClassVar, NamedTuple
+
+from typer import Typer
+from typer.core import TyperGroup
+from typer.main import get_group
+
+
+class Place(NamedTuple):
+    """Where a command is, and where it stands in the help.
+
+    Attributes:
+        module: a module of this package.
+        name: what it is called there: a function, or an app that has commands of its own.
+        panel: the panel in the help.
+    """
+
+    module: str
+    name: str = "app"
+    panel: str | None = None
+
+
+class _Commands(UserDict[str, Any]):
+    """Commands by name, or where they are until one is asked for."""
+
+    def __getitem__(self, name: str) -> Any:
+        found = self.data[name]
+        if isinstance(found, Place):
+            found = self.data[name] = _imported(name, found)
+        return found
+
+
+class LazyGroup(TyperGroup):
+    """A group whose commands are imported when they are asked for.
+
+    Attributes:
+        places: where they are, by name, in the order of the help.
+    """
+
+    places: ClassVar[Mapping[str, Place]]
+
+    def __init__(self, **attributes: Any) -> None:
+        super().__init__(**attributes)
+        self.commands = _Commands({**self.places, **self.commands})
+
+    def list_commands(self, ctx: Any) -> list[str]:
+        """The names of the commands, for which none needs to be imported."""
+        return list(self.commands)
+
+
+def _imported(name: str, place: Place) -> Any:
+    found = getattr(import_module(f"{__package__}.{place.module}"), place.name)
+    app = Typer(pretty_exceptions_enable=False)
+    if isinstance(found, Typer):
+        app.add_typer(found, name=name, rich_help_panel=place.panel)
+    else:
+        app.command(name, no_args_is_help=True, rich_help_panel=place.panel)(found)
+    return get_group(app).commands[name]
