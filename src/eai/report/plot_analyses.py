@@ -18,10 +18,19 @@ if TYPE_CHECKING:
 COLUMN = 3.4
 """The width of a column of a page, in inches, so that letters have the size that they say."""
 
+PAGE = 7.0
+"""The width of a page's text, in inches."""
+
 FEW = 5
 """Fewer cases than this say little: their marks are hollow."""
 
 _MOST_NAMES = 30
+_FIELD = 0.42
+"""The width of a field of a matrix, in inches, where the page is wide enough."""
+
+_LABELS = 1.7
+"""The width that names of rows and the edges take, in inches."""
+
 _DARK = 55.0
 """Percent above which a field is too dark for dark letters."""
 
@@ -51,7 +60,7 @@ def draw_estimate(panel: Axes, place: float, cell: Cell, color: str, fill: str) 
 
 
 def draw_names(rows: Sequence[Mapping[str, Cell]], column: str, rate: str, label: str) -> Figure | None:
-    """Rates by name with intervals, a line a name; None if there are none.
+    """Rates by name with intervals, a line a name; None if there are none. A name of no cases has no line.
 
     Beside each name stands its number of cases; where all names share in the same ones, how many it has.
 
@@ -64,7 +73,7 @@ def draw_names(rows: Sequence[Mapping[str, Cell]], column: str, rate: str, label
     from matplotlib.figure import Figure
 
     first = rows[0]["model"] if rows else None
-    shown = [row for row in rows if row["model"] == first and isinstance(row[rate], Estimate)]
+    shown = [row for row in rows if row["model"] == first and not math.isnan(value_of(row[rate]))]
     shown = sorted(shown, key=lambda row: -_cases(row[rate]))[:_MOST_NAMES]
     if not shown:
         return None
@@ -79,6 +88,7 @@ def draw_names(rows: Sequence[Mapping[str, Cell]], column: str, rate: str, label
     labels = [f"{clipped(str(row[column]).replace('_', ' '))}  {made_of(row[rate]):g}" for row in shown]
     panel.set_yticks(range(len(shown)), labels=labels, fontsize=6.5)
     panel.set_ylim(len(shown) - 0.5, -0.5)
+    panel.text(-0.02, 1, "n", transform=panel.transAxes, fontsize=6.5, ha="right", va="bottom")
     panel.set_xlim(-3, 103)
     panel.grid(axis="x", color=RULE, linewidth=0.6)
     panel.tick_params(axis="y", length=0)
@@ -104,34 +114,35 @@ def draw_matrix(
     across: str = MODEL,
     zeros: bool = False,
 ) -> Figure | None:
-    """Rates as a matrix, a row a name and a column a model, with the numbers in it; None if there are none.
+    """Rates as a matrix of names and models with the numbers in it; None if there are none.
 
-    Numbers of few cases are in brackets.
+    What there is more of stands below each other, so that many models fit a page. Numbers of few cases are in
+    brackets.
 
     Args:
         rows: those of a suite.
         levels: the columns whose values together are the names.
         rate: that of the rates.
         label: what they are.
-        across: the column whose values are those of the matrix.
+        across: the column whose values stand in the place of models.
         zeros: whether zero is written too, so that only what is of nothing is blank.
     """
     from matplotlib.figure import Figure
 
-    models = list(dict.fromkeys(str(row[across]) for row in rows))
-    names = list(dict.fromkeys(_name(row, levels) for row in rows))
-    if not names:
+    cells = {(_name(row, levels), str(row[across]).replace("_", " ")): row[rate] for row in rows}
+    down, along = (list(dict.fromkeys(pair[place] for pair in cells)) for place in (0, 1))
+    if not cells:
         return None
-    cells = {(_name(row, levels), str(row[across])): row[rate] for row in rows}
-    size = (1.7 + 0.42 * len(models), 1.3 + 0.19 * len(names))
-    figure = Figure(figsize=size, layout="constrained")
+    if len(along) > len(down):
+        cells, down, along = {(right, left): cell for (left, right), cell in cells.items()}, along, down
+    width = min(_FIELD * len(along), PAGE - _LABELS)
+    figure = Figure(figsize=(_LABELS + width, 1.3 + 0.19 * len(down)), layout="constrained")
     panel = figure.subplots()
-    grid = [[cells.get((name, model)) for model in models] for name in names]
+    grid = [[cells.get((name, other)) for other in along] for name in down]
     shades = [[value_of(cell) for cell in line] for line in grid]
     panel.imshow(shades, vmin=0, vmax=100, cmap="Greys", aspect="auto")
-    labels = [clipped(model.replace("_", " ")) for model in models]
-    panel.set_xticks(range(len(models)), labels=labels, rotation=55, ha="right", fontsize=6.5)
-    panel.set_yticks(range(len(names)), labels=list(map(clipped, names)), fontsize=6.5)
+    panel.set_xticks(range(len(along)), labels=map(clipped, along), rotation=55, ha="right", fontsize=6.5)
+    panel.set_yticks(range(len(down)), labels=map(clipped, down), fontsize=6.5)
     panel.set_title(label, fontsize=7.5)
     panel.tick_params(length=0)
     panel.spines[:].set_visible(False)

@@ -50,7 +50,7 @@ def draw(rows: Sequence[Mapping[str, Cell]]) -> Figure | None:
     figure = Figure(figsize=(COLUMN, 1.2 + 0.13 * len(named)), layout="constrained")
     panel = figure.subplots()
     panel.set_axis_off()
-    panel.set_title(clipped(str(first)), fontsize=7.5)
+    panel.set_title(f"{clipped(str(first))}, percent of answers", fontsize=7.5)
     top, stage_top, text_top = 100.0, 100.0 + _GAP * (len(stages) - 1) / 2, 104.0
     for stage in stages:
         leaves = {leaf: share for leaf, share in shares.items() if leaf[0] == stage}

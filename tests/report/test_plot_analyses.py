@@ -1,0 +1,55 @@
+"""The plots of analyses, as far as they can be told without eyes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import pytest
+
+from eai.analysis.table import Cell, Estimate
+from eai.report.plot_analyses import PAGE, draw_matrix, draw_names
+
+pytest.importorskip("matplotlib")
+
+LEAVES = ("success", "missing_step", "affordance")
+
+
+def row(model: str, leaf: str, estimate: Estimate) -> Mapping[str, Cell]:
+    return {"model": model, "leaf": leaf, "rate": estimate}
+
+
+def matrix(models: int, leaves: int) -> list[Mapping[str, Cell]]:
+    half = Estimate(50.0, 40.0, 60.0, 5, 10)
+    return [row(f"m{m}", f"leaf {leaf}", half) for m in range(models) for leaf in range(leaves)]
+
+
+@pytest.mark.parametrize(
+    ("models", "leaves", "below"), [(2, 3, "leaf 0"), (18, 11, "m0"), (18, 30, "leaf 0"), (40, 30, "m0")]
+)
+def test_a_matrix_of_many_models_fits_a_page(models: int, leaves: int, below: str) -> None:
+    figure = draw_matrix(matrix(models, leaves), ("leaf",), "rate", "percent")
+    assert figure is not None
+    assert figure.get_figwidth() <= PAGE
+    (panel,) = figure.axes
+    labels = [text.get_text() for text in panel.get_yticklabels()]
+    assert (labels[0], len(labels)) == (below, max(models, leaves))
+    assert len(panel.texts) == models * leaves
+
+
+def test_a_number_stands_where_its_name_and_its_model_cross() -> None:
+    cells = [row(m, leaf, Estimate(float(10 * x + y + 1), None, None, 1, 9))
+             for x, m in enumerate("abcd") for y, leaf in enumerate(LEAVES)]  # fmt: skip
+    figure = draw_matrix(cells, ("leaf",), "rate", "percent")
+    assert figure is not None
+    found = {text.get_position(): text.get_text() for text in figure.axes[0].texts}
+    assert found[2, 3] == "33"  # the model d, affordance
+    assert found[0, 1] == "11"
+
+
+def test_a_name_of_no_cases_has_no_line() -> None:
+    known = [row("m", "on", Estimate(80.0, 60, 90, 8, 10)), row("m", "off", Estimate(25.0, 9, 50, 1, 4))]
+    nothing = row("m", "between", Estimate(None, None, None, 0, 0))
+    figure = draw_names([*known, nothing], "leaf", "rate", "recall")
+    assert figure is not None
+    assert [text.get_text() for text in figure.axes[0].get_yticklabels()] == ["on  10", "off  4"]
+    assert draw_names([nothing], "leaf", "rate", "recall") is None
