@@ -21,6 +21,7 @@ from eai.cli.store import DataFolder, store
 from eai.data import dataset
 from eai.data.store import Store
 from eai.errors import EaiError, InputError
+from eai.metrics.cost import read_price_list
 from eai.perception.course import courses
 from eai.prompts.prompt import PromptSet
 from eai.report.document import Plot
@@ -59,6 +60,13 @@ def report(
     intervals: Annotated[
         bool, typer.Option(help="95 % intervals below the numbers, in LaTeX.", rich_help_panel=_LATEX)
     ] = True,
+    prices: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="Prices of tokens for answers that have none: TOML with date, source and models.",
+        ),
+    ] = None,
     as_json: AsJson = False,
     data: DataFolder = None,
 ) -> None:
@@ -67,6 +75,7 @@ def report(
     Example: eai report scores --out report --paper
     """
     narrow = Narrow(listed(models), listed(columns), intervals)
+    listed_prices = None if prices is None else read_price_list(prices)
     runs = list(read_runs(records))
     known = background(store(data), [run.key.domain for run in runs]) if prompts else Background()
     if pictures:
@@ -84,7 +93,9 @@ def report(
     try:
         out.mkdir(parents=True, exist_ok=True)
         drawn = _draw(plain, out / PLOTS) if plots else []
-        written = write_tables(out, summaries, tables, drawn, with_paper=paper, narrow=narrow)
+        written = write_tables(
+            out, summaries, tables, drawn, with_paper=paper, narrow=narrow, prices=listed_prices
+        )
         (out / EXPLORER).write_text(explorer_html(explorer.to_json()), encoding="utf-8")
     except OSError as error:
         raise InputError(f"{out}: cannot be written ({error.strerror})") from error

@@ -49,9 +49,10 @@ def report_markdown(
     experiments: Sequence[Table],
     besides: Sequence[Table],
     agreements: Sequence[Agreement],
+    cost: str,
     plots: Sequence[Plot],
 ) -> str:
-    """The page."""
+    """The page; what the answers cost is a section of it, if there is one."""
     plain = plain_runs(runs)
     blocks = [
         "# Results\n",
@@ -64,6 +65,7 @@ def report_markdown(
         *_agreement(agreements),
         *_outcomes(plain),
         *_runs(runs),
+        *([cost] if cost else []),
         *_plots(plots),
     ]
     return "\n".join(blocks)

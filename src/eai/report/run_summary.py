@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from eai.abilities.declarations import DECLARATIONS
 from eai.metrics.breakdown import Breakdown, break_down
 from eai.metrics.certainty import Cases, Certainty, certainty_of_rate
+from eai.metrics.cost import Spent, spent
 from eai.metrics.coverage import Coverage, coverage_of, planners_of
 from eai.metrics.errata_effect import ErrataEffect, errata_effect
 from eai.metrics.rate import Rate, total
@@ -30,6 +31,7 @@ class RunSummary:
         rates: metric -> rate.
         certainties: metric -> how sure the rate is, None where it is not defined.
         cases: main metric -> what each task adds to it.
+        spent: what the answers took, as far as records say.
         unnamed: how many records do not say what their tasks are like, so that each task stands for itself.
     """
 
@@ -43,6 +45,7 @@ class RunSummary:
     rates: Mapping[str, Rate]
     certainties: Mapping[str, Certainty | None]
     cases: Mapping[str, Cases]
+    spent: Spent
     unnamed: int
     breakdown: Breakdown
 
@@ -69,6 +72,7 @@ def summary_of(run: Run) -> RunSummary:
         rates,
         {metric: certainty_of_rate(found) for metric, found in cases.items()},
         {metric: found for metric, found in cases.items() if metric in DECLARATIONS[key.ability].main},
+        spent(run.records),
         sum(record.task is None for record in run.records),
         break_down(run.records, key.ability),
     )

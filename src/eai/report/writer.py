@@ -6,9 +6,11 @@ from collections.abc import Sequence
 from itertools import groupby
 from pathlib import Path
 
+from eai.metrics.cost import PriceList
 from eai.report import latex
 from eai.report.agreement import agreements
 from eai.report.besides import tables_besides
+from eai.report.cost import cost_csv, cost_section
 from eai.report.data_files import tables_csv, tables_json
 from eai.report.document import Plot, report_markdown
 from eai.report.experiments import experiment_tables
@@ -45,10 +47,12 @@ def write_tables(
     *,
     with_paper: bool,
     narrow: Narrow = WHOLE,
+    prices: PriceList | None = None,
 ) -> int:
     """Write ``report.md``, ``report.tex`` with ``tables.tex``, ``tables.json`` and ``tables.csv``.
 
-    Experiments have tables of their own. With the paper there is also what it reports besides.
+    Experiments have tables of their own. With the paper there is also what it reports besides. Where records
+    say what their answers took, there is ``cost.csv``.
 
     Args:
         folder: where the files go.
@@ -57,6 +61,7 @@ def write_tables(
         plots: the plots of the plain runs.
         with_paper: whether the paper's models appear beside ours.
         narrow: what of them is shown in LaTeX, where a page has an end.
+        prices: what tokens cost that were not priced when they were asked for.
 
     Raises:
         InputError: a model or column to be shown is in none of them.
@@ -69,8 +74,9 @@ def write_tables(
     besides = tables_besides(plain) if with_paper else []
     written = [*tables, *experiments, *besides]
     compared = agreements(plain) if with_paper else []
+    cost = "\n".join(cost_section(runs, prices, with_paper=with_paper))
     contents = {
-        "report.md": report_markdown(runs, tables, experiments, besides, compared, plots),
+        "report.md": report_markdown(runs, tables, experiments, besides, compared, cost, plots),
         "tables.tex": "\n".join(
             latex.table_latex(table, intervals=narrow.intervals) for table in narrow.tables(written)
         ),
@@ -78,6 +84,8 @@ def write_tables(
         "tables.json": tables_json(written),
         "tables.csv": tables_csv(written),
     }
+    if (paid := cost_csv(runs, prices)) is not None:
+        contents["cost.csv"] = paid
     for name, text in contents.items():
         (folder / name).write_text(text, encoding="utf-8")
     return len(written)

@@ -1,0 +1,156 @@
+"""What answers cost, as a section of a report and as a table, beside what the paper's cost."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+from eai.abilities.protocol import Ability
+from eai.abilities.responses import file_name
+from eai.analysis.table import Plain, csv_text
+from eai.metrics.cost import PriceList, Spent, each, paper_cost
+from eai.report.markdown import escaped, grid
+from eai.report.run_summary import RunSummary
+from eai.report.table_specs import ability_title, domain_title
+
+COLUMNS = (
+    "model",
+    "domain",
+    "ability",
+    "answers",
+    "input_tokens",
+    "output_tokens",
+    "reasoning_tokens",
+    "tokens",
+    "tokens_per_answer",
+    "dollars",
+    "dollars_per_1000_answers",
+    "answers_without_price",
+)
+"""The columns of ``cost.csv``."""
+
+_HEADINGS = (
+    "model",
+    "suite",
+    "answers",
+    "tokens in",
+    "out",
+    "of them reasoning",
+    "an answer",
+    "dollars",
+    "per 1,000 answers",
+)
+_DEFINITION = """\
+Tokens are those that providers counted: of questions, cached ones included, and of answers with their
+reasoning. An answer that was asked for several times (attempts, votes, repairs) has the tokens of all times,
+and one that is scored under several protocols is paid for once. {priced}"""
+_AS_RUN = "Dollars are those that `eai run --prices` wrote when it asked"
+_BY_LIST = (
+    "; where it wrote none, they follow from the prices of {date} by {source}, cached tokens at the full one"
+)
+_AT_LEAST = ". Before a sum of answers some of which have no price stands ≥."
+_PAPER = """\
+The paper's figures are of one run of all its models, at the prices of its day: {runs} runs, which are not 18
+models in 8 suites (144), with {queries:,} queries. It does not say which tokens are counted, nor how many
+each model took, so that only what a query costs can be set beside other runs, and only roughly."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Line:
+    """What one run, or several, took."""
+
+    model: str
+    domain: str
+    ability: Ability | None
+    spent: Spent
+
+    @property
+    def row(self) -> list[Plain]:
+        usage, answers = self.spent.usage, self.spent.answers
+        counted = [
+            answers,
+            usage.input_tokens,
+            usage.output_tokens,
+            usage.reasoning_tokens,
+            self.spent.tokens,
+        ]
+        rates = [each(self.spent.tokens, answers), usage.cost, each(_thousandfold(usage.cost), answers)]
+        ability = None if self.ability is None else self.ability.value
+        return [self.model, self.domain or None, ability, *counted, *rates, self.spent.unpriced_answers]
+
+    @property
+    def shown(self) -> list[str]:
+        usage, answers = self.spent.usage, self.spent.answers
+        suite = f"{domain_title(self.domain)}, {ability_title(self.ability).lower()}" if self.ability else ""
+        known = "≥ " if usage.cost is not None and self.spent.unpriced_answers else ""
+        return [
+            escaped(self.model),
+            suite,
+            f"{answers:,}",
+            f"{usage.input_tokens:,}",
+            f"{usage.output_tokens:,}",
+            "" if usage.reasoning_tokens is None else f"{usage.reasoning_tokens:,}",
+            _number(each(self.spent.tokens, answers), 0),
+            known + _number(usage.cost, 2) if usage.cost is not None else "",
+            known + _number(each(_thousandfold(usage.cost), answers), 2) if usage.cost is not None else "",
+        ]
+
+
+def cost_section(runs: Sequence[RunSummary], prices: PriceList | None, *, with_paper: bool) -> Iterator[str]:
+    """The section; nothing where no record says what its answer took.
+
+    Args:
+        runs: all runs, experiments too.
+        prices: what tokens cost that were not priced when they were asked for.
+        with_paper: whether the paper's cost stands below.
+    """
+    lines = _lines(runs, prices)
+    if not lines:
+        return
+    yield "## What the answers cost\n"
+    listed = "" if prices is None else _BY_LIST.format(date=prices.date, source=escaped(prices.source))
+    yield _DEFINITION.format(priced=_AS_RUN + listed + _AT_LEAST) + "\n"
+    rows = [line.shown for line in lines]
+    if with_paper:
+        rows.append(_paper_row())
+    yield "\n".join(grid(_HEADINGS, rows)) + "\n"
+    if with_paper:
+        paper = paper_cost()
+        yield _PAPER.format(runs=paper.runs, queries=paper.queries) + "\n"
+
+
+def cost_csv(runs: Sequence[RunSummary], prices: PriceList | None) -> str | None:
+    """The same as CSV, without the paper; None where no record says what its answer took."""
+    lines = _lines(runs, prices)
+    return csv_text(COLUMNS, [line.row for line in lines]) if lines else None
+
+
+def _lines(runs: Sequence[RunSummary], prices: PriceList | None) -> list[_Line]:
+    """A line for each run under whichever protocol comes first, and one for all together."""
+    known = {} if prices is None else {file_name(name): price for name, price in prices.models.items()}
+    lines: dict[tuple[str, Ability, str], _Line] = {}
+    for item in runs:
+        key = item.key
+        if item.spent.answers:
+            cost = item.spent.priced(known.get(file_name(key.model)))
+            line = _Line(key.name, key.domain, key.ability, cost)
+            lines.setdefault((key.domain, key.ability, key.name), line)
+    found = list(lines.values())
+    total = sum((line.spent for line in found), Spent())
+    return [*found, _Line("together", "", None, total)] if len(found) > 1 else found
+
+
+def _paper_row() -> list[str]:
+    paper = paper_cost()
+    per_query = _number(each(paper.tokens, paper.queries), 0)
+    per_thousand = _number(each(_thousandfold(paper.dollars), paper.queries), 2)
+    counted = [f"{paper.queries:,}", f"{paper.tokens:,} in and out", "", ""]
+    return ["*the paper, all models*", "", *counted, per_query, _number(paper.dollars, 2), per_thousand]
+
+
+def _thousandfold(dollars: float | None) -> float | None:
+    return None if dollars is None else 1000 * dollars
+
+
+def _number(number: float | None, digits: int) -> str:
+    return "" if number is None else f"{number:,.{digits}f}"
