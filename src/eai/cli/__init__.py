@@ -95,9 +95,9 @@ def main() -> None:
     try:
         app(prog_name="eai")
     except EaiError as error:
-        from eai.cli.console import errors
+        from eai.cli.console import note
 
-        errors().print(f"eai: {error}", markup=False, highlight=False, soft_wrap=True)
+        note(f"eai: {error}")
         sys.exit(128 + interrupted_by if isinstance(error, InterruptError) else 2)
     except BrokenPipeError:
         sys.exit(1)

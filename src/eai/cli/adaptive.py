@@ -11,7 +11,7 @@ from eai.analysis.adaptive import Estimated, ability_of, next_tasks
 from eai.analysis.table import write_files
 from eai.benchmarks.item_difficulties import item_difficulties
 from eai.benchmarks.suite import DEFAULT_PROTOCOL, Suite
-from eai.cli.console import output
+from eai.cli.console import say
 from eai.cli.order import Order, obtain_and_score
 from eai.errors import InputError
 from eai.prompts.prompt import Prompt
@@ -76,7 +76,7 @@ def obtain_adaptively(
             break
     _write(result, found, target, chosen)
     if not order.quiet:
-        output().print(_told(result, found, len(chosen)), highlight=False, markup=False, soft_wrap=True)
+        say(_told(result, found, len(chosen)))
     return result
 
 

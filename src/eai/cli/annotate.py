@@ -23,7 +23,7 @@ from eai.benchmarks.source import ErrataChoice, Source
 from eai.benchmarks.task_files import write_task_file
 from eai.benchmarks.task_lines import written
 from eai.cli import annotate_problems
-from eai.cli.console import DOMAIN_HELP, counted, data_progress, errors, output, print_json, tell_findings
+from eai.cli.console import DOMAIN_HELP, counted, data_progress, note, print_json, say, tell_findings
 from eai.cli.options import AsJson
 from eai.cli.store import DataFolder, store
 from eai.errors import InputError, InterruptError
@@ -109,7 +109,7 @@ def show_differences(
         print_json({task_id: list(facts) for task_id, facts in texts.items()})
         return
     for task_id, facts in texts.items():
-        output().print(f"{task_id}: {', '.join(facts) or 'nothing'}", markup=False, highlight=False)
+        say(f"{task_id}: {', '.join(facts) or 'nothing'}")
 
 
 def _text(fact: Fact, scene: Scene) -> str:
@@ -141,12 +141,12 @@ def show_frequencies(
         )
         return
     for name, table in tables.items():
-        output().print(f"{name}: {counted(len(given.titles[name]), 'demonstration')}", markup=False)
+        say(f"{name}: {counted(len(given.titles[name]), 'demonstration')}")
         rows = table.most_common(None if everything else _SHOWN)
         for pattern, times in rows:
-            output().print(f"{times:5} {pattern}", markup=False, highlight=False)
+            say(f"{times:5} {pattern}")
         if len(rows) < len(table):
-            output().print(f"      and {len(table) - len(rows)} more (--all)")
+            say(f"      and {len(table) - len(rows)} more (--all)")
 
 
 @app.command()
@@ -172,11 +172,11 @@ def choose(
     listing = Listing(
         differences(given.titles[title], given.benchmark.domain), given.benchmark.domain, known.without
     )
-    output().print(f"{title}: {counted(len(listing.differences), 'demonstration')}", markup=False)
-    output().print(HELP, markup=False, highlight=False)
+    say(f"{title}: {counted(len(listing.differences), 'demonstration')}")
+    say(HELP)
     _show(listing, known.titles.get(title, Chosen()))
     left = _conversation(decisions, known, title, listing)
-    output().print(f"{left}; written to {decisions}", soft_wrap=True, markup=False, highlight=False)
+    say(f"{left}; written to {decisions}")
 
 
 def _conversation(path: Path, known: Decisions, title: str, listing: Listing) -> str:
@@ -195,7 +195,7 @@ def _conversation(path: Path, known: Decisions, title: str, listing: Listing) ->
             try:
                 chosen = _after(command, chosen, before, listing)
             except InputError as error:
-                errors().print(str(error), markup=False, highlight=False, soft_wrap=True)
+                note(str(error))
             else:
                 _show(listing, chosen)
     except EOFError:
@@ -223,15 +223,15 @@ def _show(listing: Listing, chosen: Chosen) -> None:
     for number, candidate in enumerate(chosen.candidates, 1):
         texts = [" or ".join(map(str, entry)) for entry in candidate.entries]
         met = sum(candidate.is_met(each) for each in listing.differences)
-        output().print(f"candidate {number}, met by {met}:", markup=False, highlight=False)
+        say(f"candidate {number}, met by {met}:")
         for text in texts:
-            output().print(f"    {text}", markup=False, highlight=False)
+            say(f"    {text}")
     rows = listing.open(chosen)
     for number in rows[:_SHOWN]:
         pattern = listing.numbered[number - 1]
-        output().print(f"{number:4}  {pattern}  in {listing.counts[pattern]}", markup=False, highlight=False)
+        say(f"{number:4}  {pattern}  in {listing.counts[pattern]}")
     if len(rows) > _SHOWN:
-        output().print(f"      and {len(rows) - _SHOWN} rarer ones", markup=False, highlight=False)
+        say(f"      and {len(rows) - _SHOWN} rarer ones")
 
 
 @app.command()
@@ -254,7 +254,7 @@ def assign(
     numbers = Counter((each.found.task.title, each.candidate) for each in found)
     for (name, candidate), times in numbers.items():
         which = "no candidate" if candidate is None else f"candidate {candidate + 1}"
-        output().print(f"{name}: {which}: {counted(times, 'demonstration')}", markup=False, highlight=False)
+        say(f"{name}: {which}: {counted(times, 'demonstration')}")
 
 
 @app.command()
@@ -285,9 +285,9 @@ def concrete(
         print_json(goals)
     elif out is None:
         for task_id, texts in goals.items():
-            output().print(f"{task_id}: {texts}", markup=False, highlight=False)
+            say(f"{task_id}: {texts}")
     else:
-        output().print(f"{counted(len(found), 'task')} written to {out}", soft_wrap=True, highlight=False)
+        say(f"{counted(len(found), 'task')} written to {out}")
 
 
 @app.command("check")

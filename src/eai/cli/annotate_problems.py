@@ -13,7 +13,7 @@ from eai.annotation.problems import Problem, domain_of, make_problem
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.source import Source
-from eai.cli.console import DOMAIN_HELP, counted, data_progress, errors, output, print_json
+from eai.cli.console import DOMAIN_HELP, counted, data_progress, note, print_json, say
 from eai.cli.options import AsJson, Planner
 from eai.cli.store import DataFolder, store
 from eai.errors import InputError
@@ -59,10 +59,10 @@ def problems(
     if as_json:
         print_json({each.task_id: {"outcome": each.outcome.value, "draws": each.draws} for each in made})
     else:
-        output().print(f"{counted(len(made) - len(failed), 'problem')} written to {out}", soft_wrap=True)
+        say(f"{counted(len(made) - len(failed), 'problem')} written to {out}")
     for each in failed:
         told = f"{each.task_id}: no draw can be solved ({each.outcome.value}, {each.draws} draws)"
-        errors().print(told, markup=False, highlight=False, soft_wrap=True)
+        note(told)
     if failed:
         raise typer.Exit(1)
 

@@ -12,7 +12,7 @@ from rich.text import Text
 from eai.abilities.protocol import Ability
 from eai.abilities.record import Record
 from eai.abilities.verdict import Json
-from eai.cli.console import errors, output, print_json, print_remark
+from eai.cli.console import note, output, print_json, print_remark
 from eai.cli.options import AsJson
 from eai.cli.table import Column, print_table
 from eai.errors import InputError
@@ -50,7 +50,7 @@ def compare(
     if not shared:
         raise InputError(f"{first} and {second}: no domain, ability and protocol that both have records of")
     for place in before.keys() ^ after.keys():
-        errors().print(f"only one side has {_named(place)}", markup=False, highlight=False)
+        note(f"only one side has {_named(place)}")
     printed: list[Json] = []
     for place in shared:
         one, other = before[place], after[place]
@@ -61,7 +61,7 @@ def compare(
         _print(place, one, other, comparison, tasks)
         _note_planners(one, other)
         if not all(record.task for record in (*one.records, *other.records)):
-            errors().print(_UNNAMED, markup=False, highlight=False)
+            note(_UNNAMED)
     if as_json:
         print_json(printed)
 
@@ -104,7 +104,7 @@ def _note_planners(one: Run, other: Run) -> None:
     }
     if len(set(found.values())) > 1:
         named = "; ".join(f"{side}: {names}" for side, names in found.items())
-        errors().print(f"operators are judged by different planners: {named}", markup=False, highlight=False)
+        note(f"operators are judged by different planners: {named}")
 
 
 _Place = tuple[str, Ability, str]

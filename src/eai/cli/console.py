@@ -50,6 +50,16 @@ def errors() -> Console:
     return Console(stderr=True)
 
 
+def say(line: str) -> None:
+    """Print a line of what a command found, as it stands, however long."""
+    output().print(line, markup=False, highlight=False, soft_wrap=True)
+
+
+def note(line: str) -> None:
+    """Print a line about how a command found it, on standard error, likewise."""
+    errors().print(line, markup=False, highlight=False, soft_wrap=True)
+
+
 @contextmanager
 def data_progress() -> Iterator[Report]:
     """A progress bar for obtaining the data set; it appears with the first step."""
@@ -77,6 +87,15 @@ def print_json(value: Json) -> None:
     print(json.dumps(value, indent=2))
 
 
+def tell(*lines: str, value: Json, as_json: bool) -> None:
+    """Print what a command made: in lines, or as JSON."""
+    if as_json:
+        print_json(value)
+    else:
+        for line in lines:
+            say(line)
+
+
 _SHOWN = 5
 """How many findings of one file are told before the rest is counted."""
 
@@ -97,9 +116,9 @@ def tell_findings(findings: Sequence[Finding], fine: str, *, as_json: bool = Fal
             more = len(problems) - _SHOWN
             lines = problems if more <= 1 else [*problems[:_SHOWN], f"and {more:,} more (--json lists all)"]
             for line in lines:
-                output().print(f"{place}: {line}", soft_wrap=True, highlight=False, markup=False)
+                say(f"{place}: {line}")
         if not findings:
-            output().print(fine, highlight=False)
+            say(fine)
     if findings:
         raise typer.Exit(2)
 
@@ -107,13 +126,13 @@ def tell_findings(findings: Sequence[Finding], fine: str, *, as_json: bool = Fal
 def print_remark(name: str, coverage: Coverage) -> None:
     """Say on standard error what is remarkable about how much of a suite is answered."""
     if coverage.remark is not None:
-        errors().print(f"{name}: {coverage.remark}", markup=False, highlight=False, soft_wrap=True)
+        note(f"{name}: {coverage.remark}")
 
 
 def print_errata(effects: Iterable[ErrataEffect | None]) -> None:
     """Say below a table what errata did to the numbers of its runs, alike ones once."""
     for remark in dict.fromkeys(effect.remark for effect in effects if effect is not None):
-        output().print(remark, markup=False, highlight=False, soft_wrap=True)
+        say(remark)
 
 
 def note_planner(suites: Sequence[Suite]) -> None:
@@ -121,7 +140,7 @@ def note_planner(suites: Sequence[Suite]) -> None:
     judging = [suite for suite in suites if suite.ability is Ability.TRANSITION_MODELING]
     asked = {suite.source.planner for suite in judging}
     if PlannerChoice.AUTO in asked and available(PlannerChoice.AUTO) is PlannerChoice.BUILT_IN:
-        errors().print(BUILT_IN_ALONE, markup=False, highlight=False, soft_wrap=True)
+        note(BUILT_IN_ALONE)
 
 
 def without_inspect(error: ImportError) -> EaiError:

@@ -16,7 +16,7 @@ from eai.benchmarks.registry import find_benchmark, registered
 from eai.benchmarks.source import ErrataChoice, Source
 from eai.benchmarks.statistics import table_of
 from eai.benchmarks.validation import validate as check
-from eai.cli.console import DOMAIN_HELP, counted, data_progress, output, print_json, tell_findings
+from eai.cli.console import DOMAIN_HELP, counted, data_progress, output, print_json, say, tell, tell_findings
 from eai.cli.data_stats import print_statistics, write_distributions, write_tasks
 from eai.cli.options import AsJson, Errata
 from eai.cli.store import DataFolder, store
@@ -35,6 +35,7 @@ def fetch(
         typer.Option("--from", help="A downloaded archive, or a folder of them: works offline."),
     ] = None,
     force: Annotated[bool, typer.Option("--force", help="Fetch and convert again.")] = False,
+    as_json: AsJson = False,
 ) -> None:
     """Download the pinned archives with your pip or uv, verify and convert them.
 
@@ -43,7 +44,8 @@ def fetch(
     with data_progress() as report:
         made = fetch_published(store(data), place=place, force=force, report=report)
     message = f"made {', '.join(made)}" if made else "everything is there already"
-    output().print(f"{message} ({store(data).folder})", soft_wrap=True, highlight=False)
+    folder = store(data).folder
+    tell(f"{message} ({folder})", value={"folder": str(folder), "made": list(made)}, as_json=as_json)
 
 
 @app.command()
@@ -66,7 +68,7 @@ def info(as_json: AsJson = False, data: DataFolder = None) -> None:
             status.problem or "ready",
         )
     output().print(table)
-    output().print(f"folder: {store(data).folder}", soft_wrap=True, highlight=False)
+    say(f"folder: {store(data).folder}")
 
 
 def _pack_json(status: PackStatus) -> dict[str, Json]:
@@ -112,7 +114,7 @@ def stats(
     for table in tables:
         print_statistics(table)
     for path in written:
-        output().print(f"written to {path}", soft_wrap=True, highlight=False)
+        say(f"written to {path}")
 
 
 @app.command()
@@ -155,6 +157,7 @@ def croissant(
         list[str] | None, typer.Option(help=f"{DOMAIN_HELP} All registered ones if not given.")
     ] = None,
     out: Annotated[Path, typer.Option(help="The folder to write to.")] = Path("croissant"),
+    as_json: AsJson = False,
     data: DataFolder = None,
 ) -> None:
     """Write tasks and gold operators as JSON lines with Croissant metadata (needs the extra 'croissant').
@@ -165,4 +168,5 @@ def croissant(
         files = write_croissant(
             [find_benchmark(n) for n in domain or registered()], Source(store(data), report), out
         )
-    output().print(f"{counted(len(files), 'file')} written to {out}", soft_wrap=True, highlight=False)
+    made = {"folder": str(out), "files": [*map(str, files)]}
+    tell(f"{counted(len(files), 'file')} written to {out}", value=made, as_json=as_json)

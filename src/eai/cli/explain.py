@@ -20,7 +20,7 @@ from eai.abilities.protocol import member
 from eai.abilities.record import NOT_ANSWERED, Record
 from eai.abilities.verdict import PlanVerdict
 from eai.cli.background import TaskBackground, background_of
-from eai.cli.console import counted, output, print_json
+from eai.cli.console import counted, output, print_json, say
 from eai.cli.options import AsJson
 from eai.cli.store import DataFolder, store
 from eai.errors import InputError, did_you_mean
@@ -79,7 +79,7 @@ def explain(
     if as_json:
         print_json([record_to_json(record) for record in chosen])
     elif not chosen:
-        output().print("no such answer", highlight=False)
+        say("no such answer")
     elif task and len({record.task_id for record in chosen}) == 1 and len(chosen) <= SHOWN_WHOLE:
         for record in chosen:
             print_record(output(), record, background_of(record, store(data)))

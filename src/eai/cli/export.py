@@ -15,12 +15,14 @@ import typer
 
 from eai.abilities.protocol import Ability
 from eai.abilities.record import Record
+from eai.abilities.verdict import Json
 from eai.benchmarks.prompt_library import Library
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.source import Source
 from eai.benchmarks.suite import open_suite
 from eai.benchmarks.task_files import task_files_in
-from eai.cli.console import DOMAIN_HELP, counted, data_progress, output
+from eai.cli.console import DOMAIN_HELP, counted, data_progress, tell
+from eai.cli.options import AsJson
 from eai.cli.store import DataFolder, store
 from eai.errors import InputError
 from eai.pddl.planning import PlannerChoice
@@ -81,6 +83,7 @@ def prompts(
     ability: Annotated[list[Ability] | None, typer.Option(help="Abilities; all if not given.")] = None,
     prompt_set: _Set = PromptSet.OFFICIAL,
     form: _Format = Format.JSONL,
+    as_json: AsJson = False,
     data: DataFolder = None,
 ) -> None:
     """Write the prompts of all tasks in which something is to be earned, for TRL, verl, SkyRL and OpenRLHF.
@@ -99,7 +102,7 @@ def prompts(
                     for row in prompt_rows(Reward(open_suite(name, each, source=source)), asked):
                         yield {**row, "split": split}
 
-    _write(rows(), out, form)
+    _tell(out, _write(rows(), out, form), Counter(), as_json=as_json)
 
 
 @app.command(no_args_is_help=True)
@@ -110,6 +113,7 @@ def sft(
     shaping: _Shaping = Shaping.SUCCESS,
     prompt_set: _Set = PromptSet.OFFICIAL,
     form: _Format = Format.JSONL,
+    as_json: AsJson = False,
     data: DataFolder = None,
 ) -> None:
     """Write verified answers, each with its prompt: those that are right when they are scored again.
@@ -118,8 +122,7 @@ def sft(
     """
     left_out = Counter[LeftOut]()
     answers = _answers(records, shaping, prompt_set, data, left_out)
-    _write(verified_rows(answers, least), out, form)
-    _tell(left_out)
+    _tell(out, _write(verified_rows(answers, least), out, form), left_out, as_json=as_json)
 
 
 @app.command(no_args_is_help=True)
@@ -132,6 +135,7 @@ def preference(
     shaping: _Shaping = Shaping.PROGRESS,
     prompt_set: _Set = PromptSet.OFFICIAL,
     form: _Format = Format.JSONL,
+    as_json: AsJson = False,
     data: DataFolder = None,
 ) -> None:
     """Write pairs of answers to one prompt: of each task the best one, and every one that is worth less.
@@ -140,8 +144,7 @@ def preference(
     """
     left_out = Counter[LeftOut]()
     answers = _answers(records, shaping, prompt_set, data, left_out)
-    _write(preference_rows(answers, margin), out, form)
-    _tell(left_out)
+    _tell(out, _write(preference_rows(answers, margin), out, form), left_out, as_json=as_json)
 
 
 def _answers(
@@ -168,8 +171,8 @@ def _splits(domain: str) -> list[tuple[str, str]]:
     return [(file.name.partition(".")[0].replace("-", "_"), str(file)) for file in task_files_in(folder)]
 
 
-def _write(rows: Iterable[Row], out: Path, form: Format) -> None:
-    """Write a data set; nothing is there under its name before it is whole."""
+def _write(rows: Iterable[Row], out: Path, form: Format) -> int:
+    """Write a data set of so many rows; nothing is there under its name before it is whole."""
     parts: dict[Path, Path] = {}
     number = 0
     try:
@@ -198,10 +201,10 @@ def _write(rows: Iterable[Row], out: Path, form: Format) -> None:
     finally:
         for part in parts.values():
             part.unlink(missing_ok=True)
-    written = f"{counted(number, 'row')} written to {out}"
-    output().print(written, soft_wrap=True, highlight=False, markup=False)
+    return number
 
 
-def _tell(left_out: Counter[LeftOut]) -> None:
-    for reason, number in left_out.items():
-        output().print(f"left out: {counted(number, 'record')} {reason.value}", highlight=False)
+def _tell(out: Path, number: int, left_out: Counter[LeftOut], *, as_json: bool) -> None:
+    lines = [f"left out: {counted(times, 'record')} {why.value}" for why, times in left_out.items()]
+    made: Json = {"path": str(out), "rows": number, "left_out": {why.value: n for why, n in left_out.items()}}
+    tell(f"{counted(number, 'row')} written to {out}", *lines, value=made, as_json=as_json)

@@ -23,7 +23,8 @@ from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.source import Source
 from eai.benchmarks.task_files import task_file_content, write_task_file
 from eai.benchmarks.task_lines import written
-from eai.cli.console import DOMAIN_HELP, counted, data_progress, errors, output
+from eai.cli.console import DOMAIN_HELP, counted, data_progress, errors, output, tell
+from eai.cli.options import AsJson
 from eai.cli.store import DataFolder, store
 
 
@@ -62,6 +63,7 @@ def generate_tasks(
         int, typer.Option(min=1, help="Try all plans of so many actions, as a lower bound of plan lengths.")
     ] = 1,
     compress: Annotated[bool, typer.Option("--gzip", help="Write FILE.jsonl.gz.")] = False,
+    as_json: AsJson = False,
     data: DataFolder = None,
 ) -> None:
     """Generate tasks that nobody has seen. Equal arguments give equal bytes.
@@ -101,13 +103,10 @@ def generate_tasks(
     lines = [written(each.task, like, benchmark.domain, each.about) for each in made]
     write_task_file(file, lines)
     write_manifest(out, seeds.split, manifest_entry(spec, seeds, task_file_content(lines), made, rejected))
-    _print_shapes(Shape.of(list(tasks.values())), Shape.of([each.task for each in made]))
-    output().print(
-        f"{counted(len(made), 'task')} written to {file}; {counted(len(rejected), 'seed')} gave none",
-        soft_wrap=True,
-        highlight=False,
-        markup=False,
-    )
+    if not as_json:
+        _print_shapes(Shape.of(list(tasks.values())), Shape.of([each.task for each in made]))
+    told = f"{counted(len(made), 'task')} written to {file}; {counted(len(rejected), 'seed')} gave none"
+    tell(told, value={"file": str(file), "tasks": len(made), "rejected": len(rejected)}, as_json=as_json)
 
 
 def _print_shapes(public: Shape, made: Shape) -> None:

@@ -9,11 +9,12 @@ from typing import Annotated
 import typer
 
 from eai.abilities.protocol import Ability
+from eai.abilities.verdict import Json
 from eai.benchmarks.prompt_library import Library
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.source import Source
-from eai.cli.console import DOMAIN_HELP, counted, data_progress, output
-from eai.cli.options import listed
+from eai.cli.console import DOMAIN_HELP, counted, data_progress, tell
+from eai.cli.options import AsJson, listed
 from eai.cli.store import DataFolder, store
 from eai.errors import InputError
 from eai.human.form import form_html
@@ -39,6 +40,7 @@ def form(
     seed: Annotated[int, typer.Option(help="Which ones --sample draws.")] = 0,
     prompt_set: Annotated[PromptSet, typer.Option("--set", help="Which prompts.")] = PromptSet.OFFICIAL,
     prompts: Annotated[Path | None, typer.Option(help="A folder with prompts of your own.")] = None,
+    as_json: AsJson = False,
     data: DataFolder = None,
 ) -> None:
     """Write a page on which a person answers questions exactly as models get them; it sends nothing.
@@ -64,5 +66,5 @@ def form(
         out.write_text(page, encoding="utf-8")
     except OSError as error:
         raise InputError(f"{out}: cannot be written ({error.strerror})") from error
-    asked_for = counted(len(chosen), "question")
-    output().print(f"{asked_for}; written to {out}", soft_wrap=True, highlight=False, markup=False)
+    made: Json = {"file": str(out), "questions": len(chosen)}
+    tell(f"{counted(len(chosen), 'question')}; written to {out}", value=made, as_json=as_json)

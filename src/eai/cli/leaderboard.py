@@ -9,7 +9,7 @@ import typer
 from rich.text import Text
 
 from eai.abilities.declarations import DECLARATIONS
-from eai.cli.console import counted, errors, output
+from eai.cli.console import counted, note, output, say
 from eai.cli.options import AsJson, Wide
 from eai.cli.table import Column, print_table
 from eai.report.certainty import unnamed_remark
@@ -47,14 +47,13 @@ def leaderboard(
     for table in tables:
         _print(table, wide=wide)
         for number in sorted({number for row in table.rows for number in row.notes}):
-            note = f"{superscript((number,))} {table.notes[number - 1]}"
-            output().print(note, markup=False, highlight=False)
+            say(f"{superscript((number,))} {table.notes[number - 1]}")
     if len(ranked) < len(summaries):
         left_out = counted(len(summaries) - len(ranked), "experiment")
-        errors().print(f"left out: {left_out}, which eai report shows apart", markup=False, highlight=False)
+        note(f"left out: {left_out}, which eai report shows apart")
     remark = unnamed_remark(ranked)
     if remark:
-        errors().print(remark, markup=False, highlight=False)
+        note(remark)
 
 
 def _print(table: Table, *, wide: bool) -> None:

@@ -12,7 +12,7 @@ from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import Ability
 from eai.abilities.responses import file_name
 from eai.benchmarks.suite import Suite
-from eai.cli.console import counted, dollars, errors, output, print_json, without_inspect
+from eai.cli.console import counted, dollars, note, print_json, say, without_inspect
 from eai.cli.first_stage import FirstStage
 from eai.cli.progress import run_progress, scoring_progress
 from eai.cli.scene_stage import Scenes
@@ -144,16 +144,13 @@ def tell(
     for outcome in outcomes:
         for why, task_ids in outcome.failures.items():
             shown = ", ".join(task_ids[:SHOWN_TASKS]) + (", ..." if len(task_ids) > SHOWN_TASKS else "")
-            errors().print(
+            note(
                 f"{outcome.model}, {outcome.suite.domain} {outcome.suite.ability.value}: "
-                f"{counted(len(task_ids), 'task')} not answered ({shown}): {why}",
-                markup=False,
-                highlight=False,
-                soft_wrap=True,
+                f"{counted(len(task_ids), 'task')} not answered ({shown}): {why}"
             )
     if not order.quiet:
         for line in (*besides, *map(_effort, outcomes)):
-            output().print(line, highlight=False, markup=False, soft_wrap=True)
+            say(line)
     if any(outcome.failures for outcome in outcomes):
         raise typer.Exit(1)
 

@@ -12,7 +12,8 @@ from eai.abilities.protocol import Ability
 from eai.benchmarks.source import Source
 from eai.benchmarks.suite import open_suite
 from eai.cli.chosen_tasks import tasks_of
-from eai.cli.console import DOMAIN_HELP, counted, data_progress, output
+from eai.cli.console import DOMAIN_HELP, counted, data_progress, tell
+from eai.cli.options import AsJson
 from eai.cli.store import DataFolder, store
 from eai.errors import InputError
 from eai.perception.drawing import png, svg
@@ -33,6 +34,7 @@ def pictures(
     clutter: Annotated[Clutter, typer.Option(help="How much else is shown.")] = Clutter.NONE,
     form: Annotated[Format, typer.Option("--format", help="PNG needs the extra 'plots'.")] = Format.PNG,
     out: Annotated[Path, typer.Option(help="The folder to write to.")] = Path("pictures"),
+    as_json: AsJson = False,
     data: DataFolder = None,
 ) -> None:
     """Draw the initial state of tasks; beside each picture stands its scene graph, as JSON.
@@ -56,4 +58,4 @@ def pictures(
     except OSError as error:
         raise InputError(f"{out}: cannot be written ({error.strerror})") from error
     message = f"{counted(len(chosen), 'picture')}, each with its scene graph; in {out}"
-    output().print(message, soft_wrap=True, highlight=False, markup=False)
+    tell(message, value={"folder": str(out), "pictures": len(chosen)}, as_json=as_json)

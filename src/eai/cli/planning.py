@@ -11,7 +11,7 @@ import typer
 
 from eai.abilities.record import Record
 from eai.abilities.verdict import OperatorVerdict
-from eai.cli.console import counted, errors
+from eai.cli.console import counted, note
 from eai.pddl.planning import PlannerOutcome, PlannerTerms
 
 _AT_A_LIMIT = (PlannerOutcome.TIME, PlannerOutcome.MEMORY)
@@ -36,12 +36,7 @@ def tell_authority(name: str, records: Sequence[Record]) -> None:
         return
     ended = sum(verdict.planner in _AT_A_LIMIT for verdict in left)
     limits = f", {ended} of them to the end of its time or memory" if ended else ""
-    errors().print(
-        f"{name}: {len(left)} of {counted(len(judged), 'problem')} went to Fast Downward{limits}",
-        markup=False,
-        highlight=False,
-        soft_wrap=True,
-    )
+    note(f"{name}: {len(left)} of {counted(len(judged), 'problem')} went to Fast Downward{limits}")
 
 
 def _was_left(verdict: OperatorVerdict) -> bool:

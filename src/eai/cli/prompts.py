@@ -11,8 +11,8 @@ from eai.abilities.protocol import Ability
 from eai.benchmarks.prompt_library import Library
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.source import ErrataChoice, Source
-from eai.cli.console import DOMAIN_HELP, data_progress, output
-from eai.cli.options import Errata
+from eai.cli.console import DOMAIN_HELP, data_progress, tell
+from eai.cli.options import AsJson, Errata
 from eai.cli.store import DataFolder, store
 from eai.errors import InputError
 from eai.prompts.prompt import PromptSet, prompt_file, system_file
@@ -34,6 +34,7 @@ def prompts(
         typer.Option(help="Answers to goal interpretation, whose goals to state instead of the tasks' own."),
     ] = None,
     errata: Errata = ErrataChoice.CURRENT,
+    as_json: AsJson = False,
     data: DataFolder = None,
 ) -> None:
     """Write prompts as a list of {"identifier", "llm_prompt"}; a system message goes to a file beside it.
@@ -60,9 +61,11 @@ def prompts(
         else:
             opened = Library(prompt_set, folder, source).open(benchmark, ability)
             content, system = prompt_file(opened), system_file(opened)
-    _write(out, content)
-    if system is not None:
-        _write(out.with_name(f"{out.stem}_system{out.suffix}"), system)
+    beside = out.with_name(f"{out.stem}_system{out.suffix}")
+    written = {out: content} if system is None else {out: content, beside: system}
+    for path, each in written.items():
+        _write(path, each)
+    tell(*(f"written to {path}" for path in written), value={"files": [*map(str, written)]}, as_json=as_json)
 
 
 def _write(path: Path, content: bytes) -> None:
@@ -71,4 +74,3 @@ def _write(path: Path, content: bytes) -> None:
         path.write_bytes(content)
     except OSError as error:
         raise InputError(f"{path}: cannot be written ({error.strerror})") from error
-    output().print(f"written to {path}", soft_wrap=True, highlight=False, markup=False)

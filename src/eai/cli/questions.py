@@ -16,9 +16,10 @@ from eai.cli.console import (
     DOMAIN_HELP,
     counted,
     data_progress,
-    errors,
+    note,
     output,
     print_json,
+    tell,
     without_inspect,
 )
 from eai.cli.models import pair
@@ -78,6 +79,7 @@ def write(
     prompts: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Texts of your own in place of single ones of ours.")
     ] = None,
+    as_json: AsJson = False,
     data: DataFolder = None,
 ) -> None:
     """Write questions about the world of a benchmark. Equal arguments give equal bytes.
@@ -95,9 +97,11 @@ def write(
         out.write_bytes(questions_content(questions))
     except OSError as error:
         raise InputError(f"{out}: cannot be written ({error.strerror})") from error
-    _print_balance(questions)
+    if not as_json:
+        _print_balance(questions)
     fewer = "" if len(questions) == n else f"; the tasks give no more than these of {n:,}"
-    _say(f"{counted(len(questions), 'question')} written to {out}{fewer}")
+    told = f"{counted(len(questions), 'question')} written to {out}{fewer}"
+    tell(told, value={"file": str(out), "questions": len(questions)}, as_json=as_json)
 
 
 @app.command()
@@ -144,7 +148,7 @@ def run(
     _print(name, results, as_json=as_json)
     missing = sum(result.text is None for result in results)
     if missing:
-        errors().print(f"{counted(missing, 'question')} not answered; the same command asks again")
+        note(f"{counted(missing, 'question')} not answered; the same command asks again")
         raise typer.Exit(1)
 
 
@@ -234,7 +238,3 @@ def _print_balance(questions: Sequence[Question]) -> None:
 def _cell(balance: Balance, field: str) -> str:
     value = getattr(balance, field)
     return "-" if value is None else f"{value:g}" if isinstance(value, int) else f"{value:.2f}"
-
-
-def _say(text: str) -> None:
-    output().print(text, soft_wrap=True, highlight=False, markup=False)

@@ -15,7 +15,7 @@ from eai.benchmarks.packs import published_packs
 from eai.benchmarks.prompt_library import Library
 from eai.benchmarks.registry import find_benchmark, registered
 from eai.benchmarks.source import Source
-from eai.cli.console import errors, output, print_json
+from eai.cli.console import note, print_json, say
 from eai.cli.options import AsJson, listed
 from eai.cli.store import DataFolder, store
 from eai.data import dataset
@@ -104,7 +104,7 @@ def report(
         print_json({**counts, "folder": str(out), "explorer": str(out / EXPLORER)})
         return
     message = f"{len(summaries)} runs, {written} tables, {len(drawn)} plots; open {out / EXPLORER}"
-    output().print(message, soft_wrap=True, highlight=False)
+    say(message)
 
 
 def _draw(summaries: Sequence[RunSummary], folder: Path) -> list[Plot]:
@@ -112,7 +112,7 @@ def _draw(summaries: Sequence[RunSummary], folder: Path) -> list[Plot]:
     try:
         return draw_plots(summaries, folder)
     except EaiError as error:
-        errors().print(f"no plots: {error}", markup=False, highlight=False, soft_wrap=True)
+        note(f"no plots: {error}")
         return []
 
 

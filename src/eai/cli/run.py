@@ -35,7 +35,7 @@ from eai.cli.asked import (
     Timeout,
 )
 from eai.cli.chosen_tasks import chosen_prompts, tasks_of
-from eai.cli.console import counted, data_progress, note_planner, output, print_errata, print_remark
+from eai.cli.console import counted, data_progress, note_planner, output, print_errata, print_remark, say
 from eai.cli.experiment import (
     Ending,
     Goals,
@@ -268,4 +268,4 @@ def _tell_corrected(library: Library, suite: Suite, prompts: Mapping[str, Prompt
         told = (
             f"{counted(corrected, 'question')} asked as corrected by errata; --errata none asks as published."
         )
-        output().print(told, markup=False, highlight=False, soft_wrap=True)
+        say(told)

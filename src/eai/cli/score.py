@@ -22,12 +22,13 @@ from eai.benchmarks.suite import DEFAULT_PROTOCOL, Suite, open_suite
 from eai.cli.console import (
     counted,
     data_progress,
-    errors,
+    note,
     note_planner,
     output,
     print_errata,
     print_json,
     print_remark,
+    say,
     without_inspect,
 )
 from eai.cli.options import (
@@ -50,9 +51,9 @@ from eai.cli.options import (
 from eai.cli.planning import planner_terms, tell_authority
 from eai.cli.progress import scoring_progress
 from eai.cli.store import DataFolder, store
-from eai.cli.table import Result, print_rates
+from eai.cli.table import Result, print_rates, result_json
 from eai.errors import InputError, InterruptError
-from eai.metrics.coverage import coverage_of, planners_of
+from eai.metrics.coverage import coverage_of
 from eai.metrics.errata_effect import ErrataEffect, errata_effect
 from eai.metrics.summary import summarise
 from eai.pddl.planning import PlannerChoice
@@ -180,7 +181,7 @@ def score(
     if as_json:
         print_json(printed)
     elif out is not None:
-        output().print(f"written to {out}", soft_wrap=True, highlight=False)
+        say(f"written to {out}")
 
 
 def _score_all(
@@ -206,7 +207,7 @@ def _score_all(
                 if share.out is not None:
                     write_results(share.out, records, rates)
                 tell_authority(share.answers.model, records)
-                printed.append(_json(share, records, results[share.answers.model], effects[-1]))
+                printed.append(result_json(records, results[share.answers.model], effects[-1], share.out))
             if not as_json:
                 _print(suite, results, wide=wide)
                 print_errata(effects)
@@ -259,30 +260,7 @@ def _note_elsewhere(share: _Share) -> None:
     if share.answers.elsewhere:
         rows = counted(share.answers.elsewhere, "answer")
         what = f"{rows} left out, to tasks that are not in the data set"
-        errors().print(
-            f"{share.suite.domain}, {share.suite.ability.value}, {share.answers.model}: {what}",
-            markup=False,
-            highlight=False,
-            soft_wrap=True,
-        )
-
-
-def _json(
-    share: _Share, records: Sequence[Record], result: Result, errata: ErrataEffect | None
-) -> dict[str, Json]:
-    """What ``--json`` prints of one model in one suite."""
-    suite, planners = share.suite, planners_of(record.verdict for record in records)
-    return {
-        "model": share.answers.model,
-        "domain": suite.domain,
-        "ability": suite.ability.value,
-        "protocol": suite.protocol.value,
-        "folder": None if share.out is None else str(share.out),
-        "coverage": result.coverage.to_json(),
-        "errata": None if errata is None else errata.to_json(),
-        **({"planner": ", ".join(planners)} if planners else {}),
-        "metrics": {name: rate.to_json() for name, rate in result.rates.items()},
-    }
+        note(f"{share.suite.domain}, {share.suite.ability.value}, {share.answers.model}: {what}")
 
 
 def _shares_of_suite(places: Sequence[Path], suite: Suite, out: Path | None) -> list[_Share]:

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from eai.benchmarks.submission import build_submission, check_submission
-from eai.cli.console import output, tell_findings
+from eai.cli.console import say, tell_findings
 from eai.cli.options import AsJson
 from eai.cli.store import DataFolder, store
 
@@ -36,6 +36,7 @@ def build(
     ] = None,
     folder: Annotated[str | None, typer.Option(help="A folder for the files in the zip.")] = None,
     prompts: Phase = None,
+    as_json: AsJson = False,
     data: DataFolder = None,
 ) -> None:
     """Put a model's answers to all suites into a zip, and check it.
@@ -43,8 +44,9 @@ def build(
     Example: eai submission build runs --out submission.zip
     """
     build_submission(run, out, store(data), model=model, folder=folder, prompts=prompts)
-    output().print(f"written to {out}", soft_wrap=True, highlight=False, markup=False)
-    tell_findings(check_submission(out, store(data), prompts), COMPLETE)
+    if not as_json:
+        say(f"written to {out}")
+    tell_findings(check_submission(out, store(data), prompts), COMPLETE, as_json=as_json)
 
 
 @app.command()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 from rich import box
 from rich.console import Console
@@ -11,7 +12,10 @@ from rich.measure import Measurement
 from rich.table import Table
 from rich.text import Text
 
-from eai.metrics.coverage import Coverage
+from eai.abilities.record import Record
+from eai.abilities.verdict import Json
+from eai.metrics.coverage import Coverage, planners_of
+from eai.metrics.errata_effect import ErrataEffect
 from eai.metrics.rate import Rate
 
 _SHORT = {"precision": "P", "recall": "R", "f1": "F1", "planner_success": "planner"}
@@ -125,6 +129,31 @@ def print_rates(
         if any(result.rates[metric].denominator for result in results.values())
     ]
     print_table(console, title, [names], [answered, *columns], wide=wide)
+
+
+def result_json(
+    records: Sequence[Record], result: Result, errata: ErrataEffect | None, folder: Path | None
+) -> dict[str, Json]:
+    """What ``--json`` prints of one model in one suite.
+
+    Args:
+        records: all of its records.
+        result: their rates.
+        errata: what errata did to these.
+        folder: where they were written to; None if nowhere.
+    """
+    first, planners = records[0], planners_of(record.verdict for record in records)
+    return {
+        "model": first.model,
+        "domain": first.domain,
+        "ability": first.ability.value,
+        "protocol": first.protocol.value,
+        "folder": None if folder is None else str(folder),
+        "coverage": result.coverage.to_json(),
+        "errata": None if errata is None else errata.to_json(),
+        **({"planner": ", ".join(planners)} if planners else {}),
+        "metrics": {name: rate.to_json() for name, rate in result.rates.items()},
+    }
 
 
 def heading(metric: str) -> str:

@@ -10,6 +10,7 @@ from typing import Annotated
 import typer
 
 from eai.abilities.task import Task
+from eai.abilities.verdict import Json
 from eai.benchmarks.finding import Finding
 from eai.benchmarks.generated.sets import unproven
 from eai.benchmarks.problem_files import ProblemReader, problem_files_in
@@ -17,7 +18,7 @@ from eai.benchmarks.registry import PDDL, find_benchmark
 from eai.benchmarks.source import Source
 from eai.benchmarks.task_files import check_task_files, write_task_file
 from eai.benchmarks.task_lines import json_schema, written
-from eai.cli.console import DOMAIN_HELP, counted, data_progress, output, tell_findings
+from eai.cli.console import DOMAIN_HELP, counted, data_progress, tell, tell_findings
 from eai.cli.options import AsJson
 from eai.cli.store import DataFolder, store
 from eai.errors import InputError
@@ -46,6 +47,7 @@ def import_problems(
     ],
     domain: Annotated[str, typer.Option(help=DOMAIN_HELP)],
     out: Annotated[Path, typer.Option(help="The file to write: FILE.jsonl or FILE.jsonl.gz.")],
+    as_json: AsJson = False,
     data: DataFolder = None,
 ) -> None:
     """Write problems in BDDL, or in PDDL of the exported domain, as tasks of a benchmark.
@@ -59,13 +61,14 @@ def import_problems(
     with data_progress() as report:
         benchmark = find_benchmark(domain)
         tasks = ProblemReader(benchmark, Source(store(data), report)).read(problem_files_in(files))
-    _write(out, tasks, domain, benchmark.domain)
+    _write(out, tasks, domain, benchmark.domain, as_json=as_json)
 
 
 @app.command()
 def write(
     domain: Annotated[str, typer.Option(help=DOMAIN_HELP)],
     out: Annotated[Path, typer.Option(help="The file to write: FILE.jsonl or FILE.jsonl.gz.")],
+    as_json: AsJson = False,
     data: DataFolder = None,
 ) -> None:
     """Write all tasks of a benchmark as a task file, to be changed, or as an example.
@@ -77,13 +80,14 @@ def write(
     with data_progress() as report:
         benchmark = find_benchmark(domain)
         tasks = benchmark.tasks(Source(store(data), report))
-    _write(out, tasks.values(), domain, benchmark.domain)
+    _write(out, tasks.values(), domain, benchmark.domain, as_json=as_json)
 
 
-def _write(out: Path, tasks: Iterable[Task], base: str, domain: Domain) -> None:
+def _write(out: Path, tasks: Iterable[Task], base: str, domain: Domain, *, as_json: bool) -> None:
     lines = [written(task, base, domain) for task in tasks]
     write_task_file(out, lines)
-    output().print(f"{counted(len(lines), 'task')} written to {out}", soft_wrap=True, highlight=False)
+    made: Json = {"file": str(out), "tasks": len(lines)}
+    tell(f"{counted(len(lines), 'task')} written to {out}", value=made, as_json=as_json)
 
 
 @app.command()
