@@ -115,6 +115,8 @@ def test_values_are_found_down_to_the_greatest_depth() -> None:
 
     assert find_json(nested(MAX_DEPTH), anything) is not None
     assert find_json(nested(MAX_DEPTH + 1), anything) is None
+    around = nested(MAX_DEPTH)
+    assert find_json(around.replace("[]", "[0]"), anything) is None  # as deep as what it holds
 
 
 @pytest.mark.parametrize(

@@ -7,10 +7,11 @@ tuples lists; goals by kind and errors by their number are objects. What an abil
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import is_dataclass
 from enum import Enum
 from functools import cache
+from operator import attrgetter
 from typing import Any, TypeVar
 
 from pydantic import TypeAdapter, ValidationError
@@ -145,23 +146,37 @@ def record_from_json(values: Mapping[str, Any]) -> Record:
     return record
 
 
-def dataclass_to_json(value: object) -> dict[str, Json]:
+def dataclass_to_json(value: Any) -> dict[str, Json]:
     """A dataclass as a JSON object: an explanation, say, or where an answer comes from."""
-    return {name: _plain(getattr(value, name)) for name in _names(value)}
+    return {name: _plain(getattr(value, name)) for name in value.__dataclass_fields__}
 
 
 def _plain(value: Any) -> Json:
-    if value is None or isinstance(value, Enum):
-        return None if value is None else value.value
-    if isinstance(value, str | int | float):
-        return value
-    if isinstance(value, GoalTallies):
-        return {kind: list(tally) for kind, tally in value._asdict().items()}
-    if isinstance(value, Counted):
-        return {**dataclass_to_json(value), "errors": {kind.value: times for kind, times in value.errors}}
-    if isinstance(value, Mapping):
-        return {key: _plain(part) for key, part in value.items()}
-    return dataclass_to_json(value) if is_dataclass(value) else [_plain(part) for part in value]
+    kind: Any = type(value)
+    return value if kind in _WRITTEN_AS_IT_IS else _form(kind)(value)
+
+
+_WRITTEN_AS_IT_IS = frozenset({type(None), bool, int, float, str})
+
+
+@cache
+def _form(kind: type) -> Callable[[Any], Json]:
+    """How the values of a type are written: a record has some fifty, of a dozen types."""
+    if issubclass(kind, Enum):
+        return attrgetter("value")
+    if issubclass(kind, str | int | float):
+        return lambda value: value
+    if issubclass(kind, GoalTallies):
+        return lambda tallies: dict(zip(GoalTallies._fields, map(list, tallies), strict=True))
+    if issubclass(kind, Counted):
+        return _counted
+    if issubclass(kind, Mapping):
+        return lambda value: {key: _plain(part) for key, part in value.items()}
+    return dataclass_to_json if is_dataclass(kind) else lambda value: [_plain(part) for part in value]
+
+
+def _counted(value: Counted) -> Json:
+    return {**dataclass_to_json(value), "errors": {kind.value: times for kind, times in value.errors}}
 
 
 def _verdict(values: Mapping[str, Any], ability: Ability, made_before: int) -> Verdict:

@@ -46,6 +46,9 @@ class Found:
     repairs: tuple[str, ...]
 
 
+_DECODER = json.JSONDecoder(object_pairs_hook=lambda pairs: Pairs(tuple(pairs)))
+
+
 def find_json(text: str, accept: Callable[[object], T | None]) -> tuple[T, tuple[str, ...]] | None:
     """The last JSON value in a text that ``accept`` makes something of, and the repairs it took.
 
@@ -89,11 +92,11 @@ def _without_special_tokens(text: str) -> str:
 def _decoded(text: str, repairs: tuple[str, ...]) -> Iterator[Found]:
     """The value of a text that is JSON, or a Python literal with single quotes."""
     try:
-        value = json.loads(text, object_pairs_hook=lambda pairs: Pairs(tuple(pairs)))
+        value = _DECODER.decode(text)
     except (ValueError, RecursionError):
         yield from _decoded_literal(text, repairs)
         return
-    if _is_shallow(value):
+    if text.count("[") + text.count("{") < MAX_DEPTH or _is_shallow(value):
         yield Found(value, repairs)
 
 

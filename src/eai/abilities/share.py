@@ -22,9 +22,15 @@ NOTHING = Share(0, 0)
 """What an answer contributes to a rate that is not about it."""
 
 
+NONE, ONE = Share(0.0, 1), Share(1.0, 1)
+"""What nearly all answers contribute to a share of all answers."""
+
+
 def of_all(counted: bool | float | None) -> Share:
     """What one answer contributes to a share of all answers."""
-    return Share(float(counted or 0), 1)
+    if not counted:
+        return NONE
+    return ONE if counted == 1 else Share(float(counted), 1)
 
 
 def confusion_shares(prefix: str, confusion: Confusion) -> dict[str, Share]:

@@ -69,11 +69,14 @@ def _parts(
 ) -> Iterator[Sequence[Column]]:
     """The columns in groups that fit beside the names, each with one column at least."""
     part: list[Column] = []
+    beside = taken = _width(console, _table(names, [], limit))
     for column in columns:
-        if part and _width(console, _table(names, [*part, column], limit)) > console.width:
+        width = _width(console, _table(names, [column], limit)) - beside
+        if part and taken + width > console.width:
             yield part
-            part = []
+            part, taken = [], beside
         part.append(column)
+        taken += width
     if part:
         yield part
 

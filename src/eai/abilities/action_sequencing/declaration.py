@@ -8,15 +8,18 @@ from eai.abilities.trajectory_metrics import goal_shares, on_trajectories, times
 from eai.abilities.verdict import PlanVerdict
 from eai.world.fault import FaultKind
 
-_ENDING_FAULTS = (
-    FaultKind.PARSING,
-    FaultKind.HALLUCINATION,
-    FaultKind.ARGUMENT_NUMBER,
-    FaultKind.WRONG_ORDER,
-    FaultKind.MISSING_STEP,
-    FaultKind.AFFORDANCE,
-    FaultKind.UNCATEGORISED,
-)
+_ENDING_FAULTS = {
+    kind.value: kind
+    for kind in (
+        FaultKind.PARSING,
+        FaultKind.HALLUCINATION,
+        FaultKind.ARGUMENT_NUMBER,
+        FaultKind.WRONG_ORDER,
+        FaultKind.MISSING_STEP,
+        FaultKind.AFFORDANCE,
+        FaultKind.UNCATEGORISED,
+    )
+}
 
 
 def contributions(verdict: PlanVerdict) -> dict[str, Share]:
@@ -25,7 +28,7 @@ def contributions(verdict: PlanVerdict) -> dict[str, Share]:
     return {
         "task_success": of_all(verdict.success if counted is None else counted.success),
         "execution_success": of_all(verdict.executable),
-        **{kind.value: of_all(times(verdict, kind)) for kind in _ENDING_FAULTS},
+        **{name: of_all(times(verdict, kind)) for name, kind in _ENDING_FAULTS.items()},
         "additional_step": of_all(times_additional(verdict)),
         **goal_shares(verdict.goals if counted is None else counted.goals),
     }

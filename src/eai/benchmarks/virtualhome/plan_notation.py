@@ -9,7 +9,6 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import replace
 from typing import NamedTuple
 
 from eai.abilities.action_sequencing.notation import PlanNotation
@@ -99,7 +98,7 @@ def has_ids(plan: WrittenPlan) -> bool:
 def identified(plan: WrittenPlan) -> WrittenPlan:
     """The plan with a class and an id as one object."""
     steps = [WrittenStep(step.action, _in_pairs(step.objects)) for step in plan.steps]
-    return replace(plan, steps=tuple(steps))
+    return WrittenPlan(tuple(steps), plan.repairs)
 
 
 def _in_pairs(words: tuple[object, ...]) -> tuple[Identified, ...]:
