@@ -12,7 +12,7 @@ from eai.world.domain import Domain
 from eai.world.effect import Add
 from eai.world.execution import Action
 from eai.world.frame import AGENT
-from eai.world.operator import Operator, missing
+from eai.world.operator import Operator, Role, missing
 from eai.world.vocabulary import Predicate, Vocabulary
 from world import toy
 
@@ -109,6 +109,15 @@ def test_the_effort_of_a_search_is_told() -> None:
     assert 0 < in_vain(TASK.initial).effort <= 3 * 300, "three searches at most, each within its budget"
     held = REFINEMENT.plans([literal("not lit lamp")], lambda _: True, SCENE, TASK.relevant)
     assert held(TASK.initial).effort == 0
+
+
+def test_nothing_longer_than_what_is_found_is_looked_for() -> None:
+    nod = Operator("NOD", (toy.X,), (), (Add(toy.at(toy.X, AGENT)),), role=Role.MOVEMENT)
+    refinement = Refinement(toy.DOMAIN.with_operators(nod))
+    there = refinement.plans([literal("at robot shed")], lambda _: True, SCENE, TASK.relevant)
+    found = there(TASK.initial)
+    assert written(found) == ["GO shed"]
+    assert found.effort == 3, "GO, NOD, and the first of what is longer; not GO after NOD"
 
 
 def test_a_search_is_bounded() -> None:

@@ -21,6 +21,8 @@ class Ground(NamedTuple):
         action: the action.
         known: its operator.
         binding: the operator's variables for its objects; for one search alone.
+        possible: what `is_possible_now` has found, by state.
+        results: what `after` has found, by state.
         parts: the mask of the parts of the aim that it is for; 0 if it helps another one.
         touched: the mask of the parts that it can change.
     """
@@ -28,8 +30,19 @@ class Ground(NamedTuple):
     action: Action
     known: Known
     binding: Binding
-    parts: int
-    touched: int
+    possible: dict[State, bool]
+    results: dict[State, State]
+    parts: int = 0
+    touched: int = 0
+
+    @classmethod
+    def of(cls, action: Action, known: Known, state: State) -> Ground:
+        """An action of an operator, for a new search."""
+        return cls(action, known, known.operator.bind(state, action.arguments), {}, {})
+
+    def for_parts(self, parts: int, touched: int) -> Ground:
+        """The action as one for some parts, that can change others."""
+        return Ground(self.action, self.known, self.binding, self.possible, self.results, parts, touched)
 
     @property
     def is_deed(self) -> bool:
@@ -44,9 +57,19 @@ class Ground(NamedTuple):
         """Whether what no action changes is as it asks, in any state of the episode."""
         return self.known.fixed(state, self.binding)
 
+    def is_possible_now(self, state: State) -> bool:
+        """Whether nothing else forbids it where what is fixed and what is common to all objects do not."""
+        found = self.possible.get(state)
+        if found is None:
+            found = self.possible[state] = self.known.rest(state, self.binding)
+        return found
+
     def after(self, state: State) -> State:
         """The state after it, whatever its checks say."""
-        return self.known.operator.apply(state, self.binding)
+        found = self.results.get(state)
+        if found is None:
+            found = self.results[state] = self.known.operator.apply(state, self.binding)
+        return found
 
     def failing(self, state: State) -> list[int]:
         """The numbers of the checks that fail; after the last of them is that of what is tried in vain."""

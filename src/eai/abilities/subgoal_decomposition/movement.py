@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from itertools import product
+from collections.abc import Iterable, Iterator, Sequence
 from typing import NamedTuple
 
-from eai.world.executable import CompiledOperator
+from eai.abilities.subgoal_decomposition.ground import Ground
 from eai.world.execution import Action
 from eai.world.state import State
 
@@ -47,21 +46,17 @@ class Movement:
     """What movement leads to.
 
     Args:
-        operators: the operators that move the agent, by name.
-        places: what the agent may move to.
+        moves: what moves the agent.
         budget: how much may be done.
     """
 
-    def __init__(
-        self, operators: Mapping[str, CompiledOperator], places: Sequence[int], budget: Budget
-    ) -> None:
-        self._operators = operators
-        self._places = places
+    def __init__(self, moves: Sequence[Ground], budget: Budget) -> None:
+        self._moves = moves
         self._budget = budget
         self._ways: dict[State, _Ways] = {}
 
     def __bool__(self) -> bool:
-        return bool(self._operators)
+        return bool(self._moves)
 
     def ways(self, state: State) -> Iterable[Way]:
         """All that movement leads to, the shortest ways first; found as far as it is looked at."""
@@ -71,24 +66,23 @@ class Movement:
         return ways
 
     def _from(self, start: State) -> Iterator[Way]:
+        moves = [ground for ground in self._moves if ground.is_ever_possible(start)]
         seen = {start}
         ways = [Way((), start)]
         for _ in range(_MOST_MOVES):
             farther: list[Way] = []
             for way in ways:
                 taken = [action.operator for action in way.plan]
-                for name, operator in self._operators.items():
-                    if name in taken:
+                for ground in moves:
+                    if ground.action.operator in taken or self._budget.left <= 0:
                         continue
-                    for arguments in product(self._places, repeat=operator.operator.arity):
-                        binding = operator.bind(way.state, arguments)
-                        if self._budget.left > 0 and operator.is_possible(way.state, binding):
-                            self._budget.left -= 1
-                            after = operator.apply(way.state, binding)
-                            if after not in seen:
-                                seen.add(after)
-                                farther.append(Way((*way.plan, Action(name, arguments)), after))
-                                yield farther[-1]
+                    if ground.known.common(way.state, ground.binding) and ground.is_possible_now(way.state):
+                        self._budget.left -= 1
+                        after = ground.after(way.state)
+                        if after not in seen:
+                            seen.add(after)
+                            farther.append(Way((*way.plan, ground.action), after))
+                            yield farther[-1]
             ways = farther
 
 

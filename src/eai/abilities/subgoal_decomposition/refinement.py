@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from functools import partial, reduce
-from itertools import permutations
+from itertools import permutations, product
 from operator import or_
 from typing import NamedTuple
 
@@ -44,6 +44,7 @@ class _Need(NamedTuple):
         touched: for each operator the mask of the parts that it can change besides.
         named: the objects that the subgoal names.
         objects: what actions may be about.
+        grounds: the actions that have been thought of.
         wider: gives what may bring the subgoal about by means of other objects; None where an action is
             wanted for its own sake, not for where it leads.
     """
@@ -53,6 +54,7 @@ class _Need(NamedTuple):
     touched: Mapping[str, int]
     named: Sequence[int]
     objects: Sequence[int]
+    grounds: dict[Action, Ground]
     wider: Callable[[], Mapping[Action, int]] | None = None
 
     def touched_by(self, operators: Iterable[str]) -> int:
@@ -122,7 +124,7 @@ class Refinement:
                 needless = self._needless(wanted, state) if may_be_needless else ()
                 return Found((needless,) if needless else ())
             aim = Aim(at_start, met, everything, holds, len(literals), told_apart, test_effort)
-            return self._search(aim, _Need(state, wanted, touched, named, objects, wider))
+            return self._search(aim, _Need(state, wanted, touched, named, objects, {}, wider))
 
         return plans
 
@@ -134,7 +136,7 @@ class Refinement:
         def plans(state: State) -> Found:
             if self._is_needless(action, state):
                 return Found(((action,),))
-            return self._search(aim, _Need(state, {action: 1}, {}, named, objects))
+            return self._search(aim, _Need(state, {action: 1}, {}, named, objects, {}))
 
         return plans
 
@@ -162,10 +164,11 @@ class Refinement:
         handled = any(self._role(action) is not Role.LETS_GO for action in need.wanted)
         takes = self._grounded(self._about(helping, Role.TAKES, need.named if handled else ()), need)
         touched = need.touched_by(movement)
-        yield Means(deeds, takes, moves, movement, touched, need.named)
+        moving = self._grounded(self._moves(movement, need.named), need)
+        yield Means(deeds, takes, moves, moving, touched)
         lets_go = self._grounded(self._about(helping, Role.LETS_GO, need.objects), need)
         if lets_go:
-            yield Means(deeds, [*takes, *lets_go], moves, movement, touched, need.named)
+            yield Means(deeds, [*takes, *lets_go], moves, moving, touched)
         if not self._repertoire.movement:
             return
         if need.wider is not None:
@@ -174,7 +177,8 @@ class Refinement:
             moves, deeds = self._split(wider, need)
         if movement:
             touched = need.touched_by(movement)
-            yield Means(deeds, [*takes, *lets_go], moves, movement, touched, need.objects)
+            moving = self._grounded(self._moves(movement, need.objects), need)
+            yield Means(deeds, [*takes, *lets_go], moves, moving, touched)
 
     def _split(self, wanted: Mapping[Action, int], need: _Need) -> tuple[list[Ground], list[Ground]]:
         """The movement that is wanted for where it leads, and all else that is wanted."""
@@ -192,13 +196,23 @@ class Refinement:
             for arguments in permutations(objects, o.arity)
         }
 
+    def _moves(self, operators: Iterable[str], places: Sequence[int]) -> dict[Action, int]:
+        """The movement to places; it is for no part."""
+        return {
+            Action(name, arguments): 0
+            for name in operators
+            for arguments in product(places, repeat=self._repertoire.known[name].operator.operator.arity)
+        }
+
     def _grounded(self, actions: Mapping[Action, int], need: _Need) -> list[Ground]:
         grounds = []
         for action, parts in actions.items():
-            known = self._repertoire.known[action.operator]
-            binding = known.operator.bind(need.state, action.arguments)
+            ground = need.grounds.get(action)
+            if ground is None:
+                known = self._repertoire.known[action.operator]
+                ground = need.grounds[action] = Ground.of(action, known, need.state)
             touched = need.touched.get(action.operator, 0) | parts
-            grounds.append(Ground(action, known, binding, parts, touched))
+            grounds.append(ground.for_parts(parts, touched))
         return grounds
 
     def _needless(self, wanted: Mapping[Action, int], state: State) -> tuple[Action, ...]:

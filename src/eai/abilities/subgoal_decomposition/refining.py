@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from heapq import heappop, heappush
 from itertools import count
 from typing import NamedTuple
@@ -11,7 +11,6 @@ from eai.abilities.subgoal_decomposition.ground import Ground, told_apart
 from eai.abilities.subgoal_decomposition.movement import Budget, Movement, Way
 from eai.abilities.subgoal_decomposition.program import Plan
 from eai.abilities.subgoal_decomposition.repertoire import Holds
-from eai.world.executable import CompiledOperator
 from eai.world.execution import Action
 from eai.world.state import State
 
@@ -29,17 +28,15 @@ class Means(NamedTuple):
         wanted: what may bring the subgoal about.
         helping: what may make that possible.
         moving: movement that may bring the subgoal about.
-        movement: the operators that move the agent, by name.
+        movement: what moves the agent.
         touched: the mask of the parts that movement can change.
-        places: what the agent may move to.
     """
 
     wanted: Sequence[Ground]
     helping: Sequence[Ground]
     moving: Sequence[Ground]
-    movement: Mapping[str, CompiledOperator]
+    movement: Sequence[Ground]
     touched: int
-    places: Sequence[int]
 
 
 class Aim(NamedTuple):
@@ -94,7 +91,8 @@ class Refining:
         self.aim = aim
         self.means = means
         self._budget = Budget(budget)
-        self.movement = Movement(means.movement, means.places, self._budget)
+        self.movement = Movement(means.movement, self._budget)
+        self._best: int | None = None
         self.nodes: list[Node] = []
         self.out_of_reach: set[tuple[State, Action]] = set()
 
@@ -116,22 +114,19 @@ class Refining:
         """
         grounds = [g for g in (*self.means.wanted, *self.means.helping) if g.is_ever_possible(start)]
         found: dict[object, Plan] = {}
-        best: int | None = None
         queue = [(0, 0, Node(start, self.aim.at_start, 0, ()))]
         lengths = {(start, 0): 0}
         numbers = count(1)
         while queue and self._budget.left > 0:
             _, _, node = heappop(queue)
-            if best is not None and len(node.plan) >= best:
+            if self._best is not None and len(node.plan) >= self._best:
                 break
             self.nodes.append(node)
             for child in self._children(node, grounds):
                 length = len(child.plan)
-                if best is not None and length > best:
-                    continue
                 if child.met == self.aim.everything and self._holds(child.state):
-                    found = found if length == best else {}
-                    best = length
+                    found = found if length == self._best else {}
+                    self._best = length
                     found.setdefault((child.state, told_apart(child.plan, self.aim.told_apart)), child.plan)
                     if len(found) == MAX_PLANS:
                         return list(found.values())
@@ -147,6 +142,7 @@ class Refining:
         return self.aim.holds(state)
 
     def _children(self, node: Node, grounds: Sequence[Ground]) -> Iterator[Node]:
+        """What comes after a node, in plans no longer than the best."""
         may_be_done = ~node.met if node.deeds < self.aim.deeds else 0
         allowed: dict[str, bool] = {}
         for ground in grounds:
@@ -156,7 +152,7 @@ class Refining:
             name = ground.action.operator
             if name not in allowed:
                 allowed[name] = ground.known.common(node.state, ground.binding)
-            way = self._approach(node.state, ground) if allowed[name] else None
+            way = self._approach(node, ground) if allowed[name] else None
             if way is None:
                 continue
             self._budget.left -= 1
@@ -169,19 +165,28 @@ class Refining:
             yield Node(after, met, node.deeds + is_deed, (*node.plan, *way.plan, ground.action))
         if self.means.moving:
             for way in self.movement.ways(node.state):
+                if self._is_too_long(len(node.plan) + len(way.plan)):
+                    break
                 met = self.aim.met(way.state, self.means.touched, node.met)
                 if met & ~node.met:
                     yield Node(way.state, met, node.deeds, (*node.plan, *way.plan))
 
-    def _approach(self, state: State, ground: Ground) -> Way | None:
-        """The shortest movement that makes an action possible; None if there is none."""
-        known, binding = ground.known, ground.binding
-        if known.rest(state, binding):
+    def _is_too_long(self, length: int) -> bool:
+        return self._best is not None and length > self._best
+
+    def _approach(self, node: Node, ground: Ground) -> Way | None:
+        """The shortest movement that makes an action possible; None if none does, or it takes too long."""
+        state, before = node.state, len(node.plan) + 1
+        if self._is_too_long(before):
+            return None
+        if ground.is_possible_now(state):
             return Way((), state)
-        if not self.movement or not all(known.mended[i] for i in ground.failing(state)):
+        if not self.movement or not all(ground.known.mended[i] for i in ground.failing(state)):
             return None
         for way in self.movement.ways(state):
-            if known.rest(way.state, binding):
+            if self._is_too_long(before + len(way.plan)):
+                return None
+            if ground.is_possible_now(way.state):
                 return way
         self.out_of_reach.add((state, ground.action))
         return None

@@ -39,10 +39,10 @@ _AGENT = 0
 
 
 class Serving(NamedTuple):
-    """What can make some operators possible: what takes things and lets them go, and movement, by name."""
+    """What can make some operators possible: what takes things and lets them go, and movement by its name."""
 
     helping: Sequence[Operator]
-    movement: Mapping[str, CompiledOperator]
+    movement: Sequence[str]
 
 
 class _Kind(Enum):
@@ -199,7 +199,7 @@ class Repertoire:
             helping = self._closure(asking, hands, self._asks)
             movement = self._closure([*asking, *helping], self.movement, self._checks)
             moving = [o.name for o in self.movement if o in movement or o.name in names]
-            serving = Serving(helping, {name: self.known[name].operator for name in moving})
+            serving = Serving(helping, moving)
             self._served[names] = serving
         return serving
 
