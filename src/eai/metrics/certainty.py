@@ -100,9 +100,7 @@ def certainty_of_rate(cases: Cases) -> Certainty | None:
     Where a task can add more than one (errors that count several times), the rate is taken as a share of the
     most that any task adds.
     """
-    most = max((share.numerator / share.denominator for _, _, share in cases if share.denominator), default=0)
-    if most <= 1:
-        return _certainty_of_share(cases)
+    most = max([1, *(share.numerator / share.denominator for _, _, share in cases if share.denominator)])
     shares = (Share(case.share.numerator / most, case.share.denominator) for case in cases)
     found = _certainty_of_share([case._replace(share=s) for case, s in zip(cases, shares, strict=True)])
     if found is None:

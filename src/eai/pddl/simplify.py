@@ -9,20 +9,12 @@ import eai.logic.formula as f
 
 def conjunction(parts: Iterable[f.Formula]) -> f.Formula:
     """All parts hold, each written once; false where one part denies another."""
-    found = _flat(parts, f.And)
-    if any(part == f.FALSE or negation(part) in found for part in found):
-        return f.FALSE
-    kept = tuple(part for part in found if part != f.TRUE)
-    return kept[0] if len(kept) == 1 else f.And(kept)
+    return _junction(f.And, parts, nothing=f.TRUE, decisive=f.FALSE)
 
 
 def disjunction(parts: Iterable[f.Formula]) -> f.Formula:
     """Some part holds, each written once; true where one part denies another."""
-    found = _flat(parts, f.Or)
-    if any(part == f.TRUE or negation(part) in found for part in found):
-        return f.TRUE
-    kept = tuple(part for part in found if part != f.FALSE)
-    return kept[0] if len(kept) == 1 else f.Or(kept)
+    return _junction(f.Or, parts, nothing=f.FALSE, decisive=f.TRUE)
 
 
 def negation(formula: f.Formula) -> f.Formula:
@@ -71,8 +63,18 @@ def _put(term: f.Term, terms: Mapping[str, f.Term]) -> f.Term:
     return terms.get(term.name, term) if isinstance(term, f.Variable) else term
 
 
-def _flat(parts: Iterable[f.Formula], connective: type[f.And] | type[f.Or]) -> tuple[f.Formula, ...]:
+def _junction(
+    connective: type[f.And] | type[f.Or],
+    parts: Iterable[f.Formula],
+    *,
+    nothing: f.Formula,
+    decisive: f.Formula,
+) -> f.Formula:
+    """The parts connected: ``nothing`` is left out, ``decisive`` is the whole, and so are two opposites."""
     found: dict[f.Formula, None] = {}
     for part in parts:
         found |= dict.fromkeys(part.operands if isinstance(part, connective) else (part,))
-    return tuple(found)
+    if any(part == decisive or negation(part) in found for part in found):
+        return decisive
+    kept = tuple(part for part in found if part != nothing)
+    return kept[0] if len(kept) == 1 else connective(kept)
