@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from eai.logic.formula import And, Atom, Not, Or
+from eai.logic.formula import And, Atom, Constant, Equals, Exists, Not, Or, Variable
 from eai.logic.ltl import parse
-from eai.logic.traversal import depth, is_state_formula, monotony, temporal_parts, walk
+from eai.logic.traversal import depth, is_state_formula, monotony, objects, temporal_parts, walk
 
 P, Q, R = Atom("p"), Atom("q"), Atom("r")
 
@@ -58,3 +58,9 @@ def test_monotony(text: str, lasting: bool, perishing: bool) -> None:
     formula = parse(text).formula
     found = monotony(formula)
     assert (id(formula) in found.lasting, id(formula) in found.perishing) == (lasting, perishing)
+
+
+def test_objects_are_named_once_and_variables_are_none() -> None:
+    x, cup, box = Variable("x"), Constant("cup"), Constant("box")
+    formula = And((Atom("in", (cup, x)), Equals(x, box), Exists(x, Atom("on", (x, cup)))))
+    assert objects(formula) == ("cup", "box")

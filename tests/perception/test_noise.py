@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import fields
 from itertools import pairwise
 
 import pytest
@@ -10,6 +11,7 @@ import pytest
 from eai.abilities.perceived import Perceived
 from eai.abilities.planning import find_plan
 from eai.abilities.protocol import Ability
+from eai.abilities.share import Share
 from eai.abilities.task import Task
 from eai.abilities.verdict import PlanVerdict
 from eai.benchmarks.benchmark import Benchmark
@@ -18,13 +20,14 @@ from eai.benchmarks.source import Source
 from eai.benchmarks.suite import open_suite
 from eai.data.store import Store
 from eai.errors import InputError
-from eai.perception.belief import believed_task, perceiving, scene_words
+from eai.metrics.perceived import perception_shares
+from eai.perception.belief import perceiving, scene_words
 from eai.perception.errors import perception_errors
 from eai.perception.noise import Noise, noise_of, perceive
 from eai.perception.scene_graph import ReadGraph
 from eai.perception.supports import Supports
 from eai.planning.planner import Planner, PlanningLimits
-from perception.kitchen import TRUTH, WORDS, kitchen_task
+from perception.kitchen import TRUTH, WORDS, kitchen_task, seen
 
 HOUSEHOLDS = ("behavior", "virtualhome")
 ALL_KINDS = Noise(0.2, 0.2, 0.2, 0.2, 0.2, seed=1)
@@ -79,27 +82,47 @@ def test_settings_that_mean_nothing_are_refused(settings: list[str], told: str) 
     assert str(error.value).startswith(told)
 
 
-def occasions(kind: str, perceived: Perceived) -> tuple[int, int]:
-    """How often an error was made, and how often it could have been."""
+def occasions(kind: str, perceived: Perceived, told: int) -> tuple[int, int]:
+    """How often an error was made, and how often it could have been; of so many things something is told."""
     return {
         "missing": (perceived.missing, perceived.facts),
         "misplaced": (perceived.misplaced, perceived.relations),
         "unnecessary": (perceived.unnecessary, perceived.facts),
+        "invented": (perceived.invented_names, told),
         "unseen": (perceived.unseen, perceived.objects),
     }[kind]
 
 
+KINDS = [field.name for field in fields(Noise) if field.name != "seed"]
+
+
 @pytest.mark.parametrize("name", HOUSEHOLDS)
-@pytest.mark.parametrize("kind", ["missing", "misplaced", "unnecessary", "unseen"])
+@pytest.mark.parametrize("kind", KINDS)
 def test_errors_are_as_frequent_as_the_channel_says(name: str, kind: str, data_store: Store) -> None:
     """Within three standard errors, of occasions; a fact that has no other place keeps the one it has."""
     benchmark, tasks = tasks_of(name, data_store, 2)
     words, rate, made, possible = scene_words(benchmark), 0.15, 0, 0
     for task in tasks:
         graph = perceive(task, words, noise_of([f"{kind}={rate}", "seed=3"]))
-        errors, chances = occasions(kind, perception_errors(task, words, ReadGraph(graph)))
+        described, names = words.describe(task), words.names(task)
+        agent = set() if task.scene.agent is None else {names[task.scene.agent]}
+        told = {name for fact in described.facts for name in fact.arguments} - agent
+        perceived = perception_errors(task, words, ReadGraph(graph))
+        errors, chances = occasions(kind, perceived, len(told))
         made, possible = made + errors, possible + chances
+        invented = perception_shares(perceived)["object_error"]
+        strangers = {*graph.names} - {*names}
+        assert (invented.numerator, invented.denominator) == (len(strangers), len({*graph.names}))
     assert abs(made / possible - rate) <= 3 * math.sqrt(rate * (1 - rate) / possible)
+
+
+def test_an_invented_object_is_counted_by_its_name_and_by_what_is_said_of_it() -> None:
+    """Object hallucinations are facts with a name that is not; the paper's object error is of names."""
+    double = seen("in cup_1 box_1", "on box_1 table_1", "lit lamp_1", "lit lamp_7", "on cup_7 lamp_7")
+    shares = perception_shares(perception_errors(kitchen_task(), WORDS, double))
+    assert shares["invented"] == Share(2, 5)
+    assert shares["object_error"] == Share(2, len(TRUTH.objects) + 2)
+    assert shares["predicate_error"] == Share(0, 3)
 
 
 @pytest.mark.parametrize("name", HOUSEHOLDS)
@@ -125,26 +148,39 @@ def test_tasks_with_errata_are_corrected_once(data_store: Store) -> None:
         assert task.script == benchmark.tasks(source)[task_id].script
 
 
+CURVES = {"behavior": (10, (0, 0.2, 0.5)), "virtualhome": (9, (0, 0.3, 0.9))}
+"""Of how many tasks one is planned for, and at what rates."""
+
+HARMLESS = {("virtualhome", "invented")}
+"""What costs the planner nothing: goals of VirtualHome name their objects, and no double will do for one."""
+
+
 @pytest.mark.parametrize("name", HOUSEHOLDS)
-@pytest.mark.parametrize("kind", ["missing", "misplaced"])
+@pytest.mark.parametrize("kind", KINDS)
 def test_success_falls_with_the_rate(name: str, kind: str, data_store: Store) -> None:
-    """By more than chance from the first to the last, and nowhere does it rise by as much."""
-    benchmark, tasks = tasks_of(name, data_store, 25 if name == "virtualhome" else 10)
+    """By more than a standard error from the first to the last, and nowhere does it rise by two."""
+    every, rates = CURVES[name]
+    benchmark, tasks = tasks_of(name, data_store, every)
     suite = open_suite(benchmark, Ability.ACTION_SEQUENCING, source=Source(data_store))
     words, planner = scene_words(benchmark), Planner(benchmark.domain)
 
     def successes(rate: float) -> int:
+        graphs = {task.id: perceive(task, words, noise_of([f"{kind}={rate}"])) for task in tasks}
         found = 0
-        for task in tasks:
-            believed = believed_task(task, words, perceive(task, words, noise_of([f"{kind}={rate}"])))
-            plan = find_plan(believed, planner, PlanningLimits(120)).plan
-            verdict = suite.score(task.id, benchmark.plans.join(benchmark.plans.write(plan, believed.scene)))
-            assert isinstance(verdict, PlanVerdict)
-            found += bool(verdict.success)
+        for task_id, believed in perceiving(benchmark, graphs).tasks(Source(data_store)).items():
+            if task_id in graphs:
+                plan = find_plan(believed, planner, PlanningLimits(120)).plan
+                written = benchmark.plans.join(benchmark.plans.write(plan, believed.scene))
+                verdict = suite.score(task_id, written)
+                assert isinstance(verdict, PlanVerdict)
+                found += bool(verdict.success)
         return found
 
-    counts = [successes(rate) for rate in (0, 0.2, 0.5)]
-    slack = math.sqrt(len(tasks))
+    counts = [successes(rate) for rate in rates]
+    error = math.sqrt(len(tasks)) / 2  # at most
     assert counts[0] >= len([task for task in tasks if task.goals]) - 1  # one has no plan at all
-    assert all(later <= earlier + slack for earlier, later in pairwise(counts))
-    assert counts[-1] < counts[0] - slack / 2
+    assert all(later <= earlier + 2 * error for earlier, later in pairwise(counts))
+    if (name, kind) in HARMLESS:
+        assert counts[-1] == counts[0]
+    else:
+        assert counts[-1] < counts[0] - error
