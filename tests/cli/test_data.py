@@ -33,6 +33,15 @@ def test_info_says_where_the_data_is_and_what_it_is_made_from(eai: Command, data
     assert "ready" in out
 
 
+def test_info_is_not_cut_where_there_is_little_room(
+    eai: Command, data_store: Store, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", "60")
+    out = eai("data", "info", "--data", data_store.folder).out
+    assert "…" not in out
+    assert max(map(len, out.splitlines()[1:])) <= 60
+
+
 def test_stats_prints_the_papers_counts(eai: Command, data_store: Store) -> None:
     outcome = eai("data", "stats", "--data", data_store.folder)
     assert outcome.status == 0

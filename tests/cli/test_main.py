@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import os
 import signal
 import subprocess
 import sys
@@ -105,3 +106,31 @@ def test_the_version_is_told(eai: Command, option: str) -> None:
 @pytest.mark.parametrize("arguments", [("-h",), ("score", "-h"), ("data", "stats", "-h")])
 def test_help_is_short_for_help(eai: Command, arguments: tuple[str, ...]) -> None:
     assert eai(*arguments) == eai(*arguments[:-1], "--help")
+
+
+@pytest.mark.parametrize("columns", ["60", "80", "150"])
+@pytest.mark.parametrize("command", ["run", "score", "report"])
+def test_help_cuts_no_name_of_an_option(command: str, columns: str) -> None:
+    script = f"import sys; from eai import cli; sys.argv = ['eai', '{command}', '--help']; cli.main()"
+    environment = {**os.environ, "COLUMNS": columns}
+    done = subprocess.run(
+        [sys.executable, "-c", script], capture_output=True, text=True, check=True, env=environment
+    )
+    assert "…" not in done.stdout
+    assert max(map(len, done.stdout.splitlines())) <= int(columns)
+
+
+def test_a_run_without_inspect_is_refused_at_once_in_one_line() -> None:
+    script = (
+        "import sys\n"
+        "from importlib import util\n"
+        "find = util.find_spec\n"
+        "util.find_spec = lambda name, package=None: None if name == 'inspect_ai' else find(name, package)\n"
+        "from eai import cli\n"
+        "sys.argv = ['eai', 'run', '--model', 'eai/noisy', '--data', '/nowhere']\n"
+        "cli.main()\n"
+    )
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=False)
+    assert done.returncode == 2
+    assert len(done.stderr.splitlines()) == 1
+    assert "pip install 'embodied-agent-interface[run]'" in done.stderr

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
+from importlib.util import find_spec
 
 import typer
 from rich.console import Console
@@ -141,6 +142,16 @@ def note_planner(suites: Sequence[Suite]) -> None:
     asked = {suite.source.planner for suite in judging}
     if PlannerChoice.AUTO in asked and available(PlannerChoice.AUTO) is PlannerChoice.BUILT_IN:
         note(BUILT_IN_ALONE)
+
+
+def need_inspect() -> None:
+    """Say at once that a command needs Inspect, before anything is fetched for it.
+
+    Raises:
+        EaiError: it is not installed.
+    """
+    if find_spec("inspect_ai") is None:
+        raise without_inspect(ModuleNotFoundError(name="inspect_ai"))
 
 
 def without_inspect(error: ImportError) -> EaiError:

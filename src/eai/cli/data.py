@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.table import Table
 
 from eai.abilities.verdict import Json
 from eai.annotation.quality import check_annotations
@@ -20,6 +19,7 @@ from eai.cli.console import DOMAIN_HELP, counted, data_progress, output, print_j
 from eai.cli.data_stats import print_statistics, write_distributions, write_tasks
 from eai.cli.options import AsJson, Errata
 from eai.cli.store import DataFolder, store
+from eai.cli.table import Column, print_table
 from eai.data import dataset
 from eai.data.dataset import PackStatus
 from eai.pddl.planning import PlannerChoice
@@ -58,17 +58,13 @@ def info(as_json: AsJson = False, data: DataFolder = None) -> None:
     if as_json:
         print_json({"folder": str(store(data).folder), "packs": [_pack_json(status) for status in packs]})
         return
-    table = Table("pack", "size", "made from", "sha256", "state")
-    for status in packs:
-        table.add_row(
-            status.pack,
-            f"{status.size / 1e3:,.0f} kB",
-            "\n".join(status.archives),
-            (status.sha256 or "-")[:12],
-            status.problem or "ready",
-        )
-    output().print(table)
-    say(f"folder: {store(data).folder}")
+    columns = [
+        Column("size", [f"{status.size / 1e3:,.0f} kB" for status in packs]),
+        Column("made from", ["\n".join(status.archives) for status in packs]),
+        Column("sha256", [(status.sha256 or "-")[:12] for status in packs]),
+        Column("state", [status.problem or "ready" for status in packs]),
+    ]
+    print_table(output(), f"folder: {store(data).folder}", [Column("pack", [s.pack for s in packs])], columns)
 
 
 def _pack_json(status: PackStatus) -> dict[str, Json]:

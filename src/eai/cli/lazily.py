@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections import UserDict
 from collections.abc import Mapping
 from importlib import import_module
+from shutil import get_terminal_size
 from typing import Any, ClassVar, NamedTuple
 
 from typer import Typer
-from typer.core import TyperGroup
+from typer.core import MarkupMode, TyperGroup
 from typer.main import get_group
 
 
@@ -24,6 +25,14 @@ class Place(NamedTuple):
     module: str
     name: str = "app"
     panel: str | None = None
+
+
+PANELS = 80
+"""How many columns help in panels takes; where there are fewer, it would cut the names of options."""
+
+
+def _help_mode() -> MarkupMode:
+    return "rich" if get_terminal_size().columns >= PANELS else None
 
 
 class _Commands(UserDict[str, Any]):
@@ -46,7 +55,7 @@ class LazyGroup(TyperGroup):
     places: ClassVar[Mapping[str, Place]]
 
     def __init__(self, **attributes: Any) -> None:
-        super().__init__(**attributes)
+        super().__init__(**{**attributes, "rich_markup_mode": _help_mode()})
         self.commands = _Commands({**self.places, **self.commands})
 
     def list_commands(self, ctx: Any) -> list[str]:
@@ -56,7 +65,7 @@ class LazyGroup(TyperGroup):
 
 def _imported(name: str, place: Place) -> Any:
     found = getattr(import_module(f"{__package__}.{place.module}"), place.name)
-    app = Typer(pretty_exceptions_enable=False)
+    app = Typer(pretty_exceptions_enable=False, rich_markup_mode=_help_mode())
     if isinstance(found, Typer):
         app.add_typer(found, name=name, rich_help_panel=place.panel)
     else:

@@ -15,7 +15,7 @@ from eai.benchmarks.packs import published_packs
 from eai.benchmarks.prompt_library import Library
 from eai.benchmarks.registry import find_benchmark, registered
 from eai.benchmarks.source import Source
-from eai.cli.console import note, print_json, say
+from eai.cli.console import counted, note, print_json, say
 from eai.cli.options import AsJson, listed
 from eai.cli.store import DataFolder, store
 from eai.data import dataset
@@ -103,8 +103,8 @@ def report(
         counts = {"runs": len(summaries), "tables": written, "plots": len(drawn)}
         print_json({**counts, "folder": str(out), "explorer": str(out / EXPLORER)})
         return
-    message = f"{len(summaries)} runs, {written} tables, {len(drawn)} plots; open {out / EXPLORER}"
-    say(message)
+    made = (counted(len(summaries), "run"), counted(written, "table"), counted(len(drawn), "plot"))
+    say(f"{', '.join(made)}; open {out / EXPLORER}")
 
 
 def _draw(summaries: Sequence[RunSummary], folder: Path) -> list[Plot]:

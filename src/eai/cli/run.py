@@ -35,7 +35,16 @@ from eai.cli.asked import (
     Timeout,
 )
 from eai.cli.chosen_tasks import chosen_prompts, tasks_of
-from eai.cli.console import counted, data_progress, note_planner, output, print_errata, print_remark, say
+from eai.cli.console import (
+    counted,
+    data_progress,
+    need_inspect,
+    note_planner,
+    output,
+    print_errata,
+    print_remark,
+    say,
+)
 from eai.cli.experiment import (
     Ending,
     Goals,
@@ -196,6 +205,7 @@ def run(
 
     Example: eai run --model eai/noisy -M rate=0.2 --domain virtualhome --ability action_sequencing
     """
+    need_inspect()
     check_models(model)
     how = (replans, world, feedback, feedback_form, slip, slip_seed, slip_notice, until)
     experiment = preset_experiment(preset, slip, slip_seed, replans) or chosen_experiment(*how)
