@@ -5,8 +5,8 @@ from dataclasses import replace
 import pytest
 
 from eai.abilities.record import NOT_ANSWERED, Record
-from eai.abilities.verdict import PlanVerdict
-from eai.metrics.coverage import Coverage, coverage_of, together
+from eai.abilities.verdict import OperatorVerdict, PlanVerdict
+from eai.metrics.coverage import Coverage, coverage_of, planners_of, together
 from metrics.verdicts import SUCCEEDED, record, whole
 
 FAILED = PlanVerdict(executable=False, success=False)
@@ -75,3 +75,11 @@ def test_suites_together_are_ranked_only_if_each_is() -> None:
     assert not Coverage(4, 4, tasks=7).ranked
     assert together([complete, unknown]) == Coverage(8, 8)
     assert together([]) is None
+
+
+def test_older_records_do_not_say_which_planner_judged() -> None:
+    names = (None, "full 24.06", "built_in", "built_in")
+    assert planners_of([SUCCEEDED, *(OperatorVerdict(planner_name=name) for name in names)]) == (
+        "built_in",
+        "full 24.06",
+    )
