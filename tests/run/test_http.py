@@ -242,3 +242,9 @@ def test_what_a_model_cannot_stand_is_left_out_the_second_time(run: Run, reply: 
     assert answers.given["task", 1].text == PLAN
     assert [("stop" in r, "response_format" in r) for r in log.requests] == [(True, True), (False, False)]
     assert answers.given["task", 1].usage.input_tokens == (11 if reply.unless else 22)
+    assert answers.given["task", 1].repairs == ("form_left_out",)
+
+
+def test_stop_sequences_that_are_left_out_are_no_form_that_is(run: Run) -> None:
+    answers, _ = run({"task": [Reply(PLAN, unless=("stop",))]}, ("}",))
+    assert answers.given["task", 1].repairs == ()

@@ -44,6 +44,9 @@ _UNREADABLE = (ValueError, TypeError, LookupError, AttributeError)
 _IN_VAIN = (401, 404)
 """The HTTP statuses that no repetition changes: a key that is wrong, a model that is unknown."""
 
+FORM_LEFT_OUT = "form_left_out"
+"""What an answer's repairs say where it was to be held to a form and could not be."""
+
 ANSWERS = "answers"
 """The field of a sample's metadata that has the answers to it, in order, without reasoning."""
 
@@ -246,12 +249,20 @@ async def _obtain(messages: list[ChatMessage], restrictions: GenerateConfig | No
         reply = await _request(messages, restrictions)
     except Exception as error:
         if _status(error) in _REFUSED_PARAMETERS:
-            return await _request(messages, GenerateConfig())
+            return await _ask_without(messages, restrictions, Usage())
         raise
     if not reply.parts.answer.strip() and reply.output.stop_reason == "stop":
-        again = await _request(messages, GenerateConfig())
-        return _Reply(again.output, again.parts, reply.usage + again.usage)
+        return await _ask_without(messages, restrictions, reply.usage)
     return reply
+
+
+async def _ask_without(messages: list[ChatMessage], left_out: GenerateConfig, spent: Usage) -> _Reply:
+    """Ask without restrictions, after so much was spent with them; an answer says if it has no set form."""
+    reply = await _request(messages, GenerateConfig())
+    parts = reply.parts
+    if left_out.response_schema is not None:
+        parts = parts._replace(repairs=(FORM_LEFT_OUT, *parts.repairs))
+    return _Reply(reply.output, parts, spent + reply.usage)
 
 
 async def _request(messages: list[ChatMessage], restrictions: GenerateConfig) -> _Reply:
