@@ -9,7 +9,7 @@ from dataclasses import replace
 import pytest
 
 from eai.abilities.record import Record, TaskFeatures
-from eai.report import plot_difficulty, plot_radar
+from eai.report import plot_difficulty, plot_flow, plot_radar
 from eai.report.run_summary import RunSummary, summary_of
 from eai.report.runs import Run, RunKey
 from eai.world.fault import FaultKind
@@ -92,3 +92,19 @@ def test_old_records_have_no_difficulty() -> None:
     old = [replace(each, task=None) for each in of_length(2, [True] * 9)]
     assert plot_difficulty.draw([summary(old)]) is None
     assert summary(old).unnamed == 9
+
+
+def test_what_answers_are_lost_to_is_not_written_over_each_other() -> None:
+    """Few are lost to names, right before many to a step: both would stand on one line."""
+    unknown = failed(FaultKind.HALLUCINATION)
+    run = [*of_length(3, [True] * 50 + [False] * 48), *[record(f"x{i}_1", unknown) for i in range(2)]]
+    figure = plot_flow.draw([summary(run)])
+    assert figure is not None
+    (panel,) = figure.axes
+    heights = [
+        text.get_position()[1]
+        for text in panel.texts
+        if text.get_text()[-1].isdigit() and " " in text.get_text()
+    ]
+    assert len(heights) == 2
+    assert abs(heights[0] - heights[1]) >= 9

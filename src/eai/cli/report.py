@@ -31,6 +31,7 @@ from eai.report.narrow import Narrow
 from eai.report.plots import draw_plots
 from eai.report.run_summary import RunSummary, plain_runs, summary_of
 from eai.report.runs import as_asked_in_paper, read_runs
+from eai.report.table import Table
 from eai.report.writer import make_tables, write_tables
 
 PLOTS = "plots"
@@ -45,6 +46,7 @@ def report(
     out: Annotated[Path, typer.Option(help="Where the report goes.")],
     paper: Annotated[bool, typer.Option("--paper", help="Show the paper's models beside the runs.")] = False,
     plots: Annotated[bool, typer.Option(help="Draw plots (needs the extra 'plots').")] = True,
+    summary: Annotated[bool, typer.Option("--summary", help="Draw each model on one page, too.")] = False,
     prompts: Annotated[
         bool, typer.Option(help="Put prompts and the data set's operators into the explorer.")
     ] = True,
@@ -92,7 +94,7 @@ def report(
     tables = make_tables(plain, with_paper=paper)
     try:
         out.mkdir(parents=True, exist_ok=True)
-        drawn = _draw(plain, out / PLOTS) if plots else []
+        drawn = _draw(plain, out / PLOTS, tables if summary else []) if plots else []
         written = write_tables(
             out, summaries, tables, drawn, with_paper=paper, narrow=narrow, prices=listed_prices
         )
@@ -107,10 +109,10 @@ def report(
     say(f"{', '.join(made)}; open {out / EXPLORER}")
 
 
-def _draw(summaries: Sequence[RunSummary], folder: Path) -> list[Plot]:
+def _draw(summaries: Sequence[RunSummary], folder: Path, pages: Sequence[Table]) -> list[Plot]:
     """The plots, or none and a remark where matplotlib is not installed."""
     try:
-        return draw_plots(summaries, folder)
+        return draw_plots(summaries, folder, pages)
     except EaiError as error:
         note(f"no plots: {error}")
         return []

@@ -16,8 +16,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-_PER_ROW = 3
-_SIZE = (3.6, 1.9)
+_PER_ROW = 2
+_SIZE = (3.5, 2.0)
 _STAGES = ("answers", "parsed", "names known", "executed", "goal reached")
 _LOSSES = (
     ("unreadable", AnswerOutcome.PARSING),
@@ -28,6 +28,9 @@ _LOSSES = (
 _TOP = 100.0
 _GAP = 9.0
 """How far a band bends down that leaves the flow."""
+_LINE = 9.0
+"""Percent that a line of text takes; what would stand on the line of the loss before stands below it."""
+
 _SMALLEST_LABELLED = 0.5
 
 
@@ -61,8 +64,9 @@ def _draw_model(panel: Axes, model: str, flow: Flow) -> None:
     """Bands flow from left to right at the top; what is lost bends down at the end of its stage."""
     shares = [Rate(count, flow.answers).percent or 0.0 for count in flow]
     panel.set_xlim(-0.35, len(_STAGES) - 0.3)
-    panel.set_ylim(-_GAP - 12, 124)
+    panel.set_ylim(-_GAP - 5 - 2 * _LINE, 124)
     panel.set_title(clipped(model))
+    before = _TOP
     for stage, (label, kind) in enumerate(_LOSSES):
         kept, lost = shares[stage + 1], shares[stage] - shares[stage + 1]
         draw_band(panel, stage, Band(_TOP - kept, _TOP - kept, kept), OUTCOME_COLORS[AnswerOutcome.SUCCESS])
@@ -70,7 +74,8 @@ def _draw_model(panel: Axes, model: str, flow: Flow) -> None:
             end = _TOP - kept - lost - _GAP
             draw_band(panel, stage, Band(_TOP - kept - lost, end, lost), OUTCOME_COLORS[kind])
             text = f"{label} {lost:.0f}"
-            panel.text(stage + 0.1, end - 5, text, fontsize=6, va="center", color=INK)
+            before = before - _LINE if abs(end - 5 - before) < _LINE else end - 5
+            panel.text(stage + 0.1, before, text, fontsize=6, va="center", color=INK)
     for stage, (name, share) in enumerate(zip(_STAGES, shares, strict=True)):
         panel.text(stage, 104, f"{share:.0f}", fontsize=7.5, weight="bold", ha="center")
         panel.text(stage, 115, name, fontsize=5.8, ha="center", color="#55575e")

@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from itertools import groupby
+from itertools import chain, groupby
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from eai.abilities.declarations import DECLARATIONS
 from eai.abilities.protocol import Ability
 from eai.abilities.responses import file_name
-from eai.report import plot_difficulty, plot_flow, plot_outcomes, plot_radar, plot_shares
+from eai.report import plot_difficulty, plot_flow, plot_outcomes, plot_radar, plot_shares, plot_summary
 from eai.report.document import Plot
+from eai.report.markdown import escaped
 from eai.report.plot_files import styled, write
 from eai.report.run_summary import RunSummary
+from eai.report.table import Table
 from eai.report.table_specs import ability_title, domain_title
 
 if TYPE_CHECKING:
@@ -25,8 +27,13 @@ _DIFFICULTY = (
 )
 
 
-def draw_plots(runs: Sequence[RunSummary], folder: Path) -> list[Plot]:
+def draw_plots(runs: Sequence[RunSummary], folder: Path, pages: Sequence[Table] = ()) -> list[Plot]:
     """Draw everything that the runs have numbers for; returns what was drawn, in order.
+
+    Args:
+        runs: the runs, sorted by the order of their keys.
+        folder: where the plots go.
+        pages: the tables from which each model gets a page that sums it up; none if empty.
 
     Raises:
         EaiError: matplotlib is not installed.
@@ -34,10 +41,17 @@ def draw_plots(runs: Sequence[RunSummary], folder: Path) -> list[Plot]:
     drawn = []
     with styled():
         folder.mkdir(parents=True, exist_ok=True)
-        for plot, figure in _figures(runs):
+        for plot, figure in chain(_pages(pages), _figures(runs)):
             _save(figure, folder / plot.name)
             drawn.append(plot)
     return drawn
+
+
+def _pages(tables: Sequence[Table]) -> Iterator[tuple[Plot, Figure]]:
+    for model, protocol in plot_summary.models_of(tables):
+        name = file_name(f"summary-{model}-{protocol.value}")
+        caption = f"{escaped(model)} on one page, protocol {protocol.value}"
+        yield from _drawn(name, caption, plot_summary.draw(tables, model, protocol))
 
 
 def _figures(runs: Sequence[RunSummary]) -> Iterator[tuple[Plot, Figure]]:

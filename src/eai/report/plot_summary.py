@@ -1,0 +1,221 @@
+"""A model on one page: its main results, the goals that it reaches and what goes wrong, by domain."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from itertools import groupby
+from typing import TYPE_CHECKING, NamedTuple
+
+from eai.abilities.protocol import Ability, Protocol
+from eai.abilities.trajectory_metrics import GRAMMAR, RUNTIME
+from eai.report.palette import LINES, MUTED, RULE
+from eai.report.plot_analyses import PAGE
+from eai.report.plot_text import clipped
+from eai.report.row import Cell, Row, RowSource
+from eai.report.table import Table
+from eai.report.table_specs import ColumnSpec, ability_title, domain_title
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+_MARKS = "osD^v"
+_LINE = 0.19
+"""The height of a line of a panel, in inches."""
+
+_HEAD = 0.5
+"""What a panel takes besides its lines, in inches."""
+
+_FOOT = 0.75
+"""What the title and the legend take, in inches."""
+
+_APART = 0.3
+"""How far the domains' marks stand from each other, in lines."""
+
+
+class _Entry(NamedTuple):
+    """A line of a panel: what is measured, in each domain that has it."""
+
+    group: str
+    label: str
+    cells: dict[str, Cell]
+    others: dict[str, list[float]]
+
+
+@dataclass(frozen=True, slots=True)
+class _Panel:
+    title: str
+    entries: Sequence[_Entry]
+
+    @property
+    def lines(self) -> int:
+        """How many lines it has, a heading for each group included."""
+        return len(self.entries) + len({entry.group for entry in self.entries})
+
+
+def models_of(tables: Iterable[Table]) -> list[tuple[str, Protocol]]:
+    """The models that runs are of, each with its protocols, in the order of the tables."""
+    found = (
+        (row.model, table.protocol) for table in tables for row in table.rows if row.source is RowSource.RUN
+    )
+    return list(dict.fromkeys(found))
+
+
+def draw(tables: Sequence[Table], model: str, protocol: Protocol) -> Figure | None:
+    """The page of a model; None if it has no numbers.
+
+    Rates are dots with their 95 % intervals, a mark and a colour a domain, and their numbers beside them. The
+    paper's models are grey ticks, where the tables have them.
+
+    Args:
+        tables: those of a report, of all protocols and domains.
+        model: the model.
+        protocol: the protocol.
+    """
+    from matplotlib.figure import Figure
+
+    shown = [table for table in tables if table.protocol is protocol and _row_of(table, model)]
+    domains: dict[str, str] = {}
+    for table in shown:
+        domains.setdefault(table.domain, _title(table, model))
+    panels = [panel for panel in _panels(shown, model) if panel.entries]
+    if not panels:
+        return None
+    heights = [_HEAD + _LINE * panel.lines for panel in panels]
+    figure = Figure(figsize=(PAGE, sum(heights) + _FOOT), layout="constrained")
+    figure.suptitle(f"{clipped(model)}, protocol {protocol.value}", x=0.01, ha="left", fontsize=12)
+    grid = figure.subplots(len(panels), 1, squeeze=False, gridspec_kw={"height_ratios": heights})[:, 0]
+    for axes, panel in zip(grid, panels, strict=True):
+        _draw_panel(axes, panel, list(domains))
+    _draw_legend(figure, list(domains.values()), _others(shown))
+    return figure
+
+
+def _title(table: Table, model: str) -> str:
+    """A domain with how much of it the model has answered."""
+    row = _row_of(table, model)
+    answered = "" if row is None or row.coverage is None else f", {row.coverage} answered"
+    return f"{domain_title(table.domain)}{answered}"
+
+
+def _panels(tables: Sequence[Table], model: str) -> list[_Panel]:
+    plans = [
+        f"{each.value}_trajectory" for each in (Ability.ACTION_SEQUENCING, Ability.SUBGOAL_DECOMPOSITION)
+    ]
+    faults = [entry for name in plans for entry in _entries(tables, name, model, (GRAMMAR, RUNTIME))]
+    return [
+        _Panel("Main results, percent", _entries(tables, "overview", model)),
+        _Panel("Goals that its plans reach, percent", _entries(tables, "goal_satisfaction", model)),
+        _Panel("What goes wrong in its plans, percent of answers", faults),
+    ]
+
+
+def _entries(
+    tables: Sequence[Table], name: str, model: str, groups: Sequence[str] | None = None
+) -> list[_Entry]:
+    """The columns of the tables of one name as lines, below the abilities that they are of."""
+    entries: dict[ColumnSpec, _Entry] = {}
+    for table in tables:
+        row = _row_of(table, model)
+        if table.name != name or row is None:
+            continue
+        for place, column in enumerate(table.columns):
+            if groups is None or column.group in groups:
+                heading = ability_title(column.ability) if column.ability else column.group
+                entry = entries.setdefault(column, _Entry(heading, column.label, {}, {}))
+                entry.cells[table.domain] = row.cells[place]
+                others = (
+                    each.cells[place].percent for each in table.rows if each.source is not RowSource.RUN
+                )
+                entry.others[table.domain] = [percent for percent in others if percent is not None]
+    return list(entries.values())
+
+
+def _row_of(table: Table, model: str) -> Row | None:
+    return next((row for row in table.rows if row.model == model and row.source is RowSource.RUN), None)
+
+
+def _others(tables: Sequence[Table]) -> str | None:
+    """What the ticks are; None if there are none."""
+    rows = [row for table in tables for row in table.rows]
+    printed = {row.model for row in rows if row.source is RowSource.PAPER}
+    scored = {row.model for row in rows if row.source is RowSource.PUBLISHED}
+    if printed:
+        return f"the paper's models, as it prints them ({len(printed)})"
+    return f"published answers of the paper's models ({len(scored)})" if scored else None
+
+
+def _draw_panel(axes: Axes, panel: _Panel, domains: Sequence[str]) -> None:
+    axes.set_title(panel.title, fontsize=9.5)
+    axes.set_xlim(-1, 101)
+    axes.set_ylim(panel.lines - 0.4, -0.6)
+    axes.grid(axis="x", color=RULE, linewidth=0.6)
+    axes.set_axisbelow(True)
+    axes.spines["left"].set_visible(False)
+    axes.tick_params(axis="y", length=0)
+    axes.tick_params(axis="x", labelsize=7)
+    places, labels, line = [], [], 0
+    for group, entries in groupby(panel.entries, key=lambda entry: entry.group):
+        axes.text(
+            -0.01,
+            line,
+            group,
+            transform=axes.get_yaxis_transform(),
+            ha="right",
+            va="center",
+            fontsize=7.5,
+            weight="bold",
+        )
+        for entry in entries:
+            line += 1
+            places.append(line)
+            labels.append(clipped(entry.label))
+            _draw_entry(axes, line, entry, domains)
+        line += 1
+    axes.set_yticks(places, labels=labels, fontsize=7.5)
+
+
+def _draw_entry(axes: Axes, line: int, entry: _Entry, domains: Sequence[str]) -> None:
+    beside = axes.get_yaxis_transform()
+    for number, domain in enumerate(domains):
+        cell = entry.cells.get(domain)
+        if cell is None or cell.percent is None:
+            continue
+        at = line + _APART * (number - (len(domains) - 1) / 2)
+        color = _color(number)
+        for other in entry.others[domain]:
+            axes.plot(other, at, "|", color=MUTED, markersize=4, markeredgewidth=0.7, alpha=0.7)
+        if cell.interval is not None:
+            axes.hlines(at, *cell.interval, color=color, linewidth=1.2)
+        axes.plot(cell.percent, at, _mark(number), color=color, markersize=4, zorder=3, clip_on=False)
+        x = 1.01 + 0.055 * number
+        axes.text(x, line, f"{cell.percent:.1f}", transform=beside, fontsize=7, va="center", color=color)
+
+
+def _draw_legend(figure: Figure, domains: Sequence[str], others: str | None) -> None:
+    from matplotlib.lines import Line2D
+
+    handles = [
+        Line2D([], [], marker=_mark(number), color=_color(number), markersize=4, label=domain)
+        for number, domain in enumerate(domains)
+    ]
+    if others is not None:
+        handles.append(Line2D([], [], marker="|", linestyle="", color=MUTED, markersize=6, label=others))
+    figure.legend(
+        handles=handles,
+        title="Bars are 95 % intervals with the tasks' names as units.",
+        title_fontsize=7,
+        loc="outside lower center",
+        ncols=len(handles),
+        frameon=False,
+        fontsize=7,
+    )
+
+
+def _mark(number: int) -> str:
+    return _MARKS[number % len(_MARKS)]
+
+
+def _color(number: int) -> str:
+    return LINES[number % len(LINES)]

@@ -1,0 +1,69 @@
+"""A model on one page."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from eai.abilities.protocol import Protocol
+from eai.cli import app
+from eai.report import plot_summary
+from eai.report.plot_analyses import PAGE
+from eai.report.run_summary import summary_of
+from eai.report.runs import read_runs
+from eai.report.table import Table
+from eai.report.writer import make_tables
+from report.samples import action_run, all_runs, write_runs
+
+pytest.importorskip("matplotlib")
+
+
+def tables(folder: Path, *, with_paper: bool) -> list[Table]:
+    runs = [summary_of(run) for run in read_runs([write_runs(folder, all_runs())])]
+    runs.sort(key=lambda item: item.key.order)
+    return make_tables(runs, with_paper=with_paper)
+
+
+@pytest.mark.parametrize(
+    ("protocol", "with_paper", "told"),
+    [
+        (Protocol.STRICT, False, None),
+        (Protocol.STRICT, True, "published answers of the paper's models (9)"),
+        (Protocol.EAI_1_0_5, True, "the paper's models, as it prints them (18)"),
+    ],
+)
+def test_a_page_has_each_number_of_the_model_and_says_what_stands_beside(
+    protocol: Protocol, with_paper: bool, told: str | None, tmp_path: Path
+) -> None:
+    found = tables(tmp_path, with_paper=with_paper)
+    assert ("first", protocol) in plot_summary.models_of(found)
+    figure = plot_summary.draw(found, "first", protocol)
+    assert figure is not None
+    assert (figure.get_figwidth(), figure.get_suptitle()) == (PAGE, f"first, protocol {protocol.value}")
+    texts = {text.get_text() for panel in figure.axes for text in panel.texts}
+    row = next(
+        row
+        for table in found
+        for row in table.rows
+        if (table.name, table.protocol, row.model) == ("action_sequencing_trajectory", protocol, "first")
+    )
+    assert {f"{cell.percent:.1f}" for cell in row.cells[2:] if cell.percent is not None} <= texts
+    (legend,) = figure.legends
+    names = [text.get_text() for text in legend.get_texts()]
+    assert [name for name in names if name.startswith("VirtualHome, ")] == names[:1]
+    assert names[1:][-1:] == ([] if told is None else [told])
+
+
+def test_a_model_without_numbers_has_no_page(tmp_path: Path) -> None:
+    assert plot_summary.draw(tables(tmp_path, with_paper=True), "GPT-4o", Protocol.EAI_1_0_5) is None
+
+
+def test_a_report_draws_pages_where_they_are_asked_for(tmp_path: Path) -> None:
+    records = write_runs(tmp_path / "runs", [action_run("a/first")])
+    command = ["report", str(records), "--out", str(tmp_path / "out"), "--no-prompts", "--summary"]
+    result = CliRunner().invoke(app, command)
+    assert result.exit_code == 0, result.output
+    assert (tmp_path / "out" / "plots" / "summary-a_first-strict.pdf").is_file()
+    assert "plots/summary-a_first-strict.svg" in (tmp_path / "out" / "report.md").read_text(encoding="utf-8")

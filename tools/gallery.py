@@ -1,0 +1,211 @@
+"""Draw the gallery of figures, docs/gallery.md with its pictures, from records of answers.
+
+    python tools/gallery.py RECORDS [NAME...]
+
+RECORDS has a folder a domain, an ability and a model, as `eai score answers --out RECORDS` writes them; with
+names only those pictures are drawn anew.
+"""
+
+from __future__ import annotations
+
+import sys
+import tempfile
+from collections.abc import Sequence
+from itertools import groupby
+from pathlib import Path
+from typing import NamedTuple
+
+from PIL import Image
+from typer.testing import CliRunner
+
+from eai.cli import app
+
+ROOT = Path(__file__).parent.parent
+PAGE = ROOT / "docs/gallery.md"
+PICTURES = ROOT / "docs/images/gallery"
+COLORS = 48
+"""So many colours are enough for a figure, and make a small file."""
+
+INTRODUCTION = """\
+# Gallery
+
+The figures of `eai report` and `eai analyze`, in the size of print, drawn from public answers of the paper's
+models under `strict` by `tools/gallery.py`. Each is written as SVG, PNG and PDF; [Results](reports.md) and
+[Analyses](analyses.md) say what stands in them; the tables beside them have every number with its definition.
+"""
+
+
+class Figure(NamedTuple):
+    """A figure of the gallery.
+
+    Attributes:
+        name: that of its picture.
+        command: what writes it, among others.
+        records: which records it is of, as patterns below their folder.
+        file: its file among those that are written, without ending.
+        title: its heading.
+        caption: what it shows.
+    """
+
+    name: str
+    command: str
+    records: tuple[str, ...]
+    file: str
+    title: str
+    caption: str
+
+
+REPORT = "eai report scores --out report --paper --summary"
+THREE = ("gpt-4o*", "llama-3*", "o1-mini*")
+PLANS_B, PLANS_V = "behavior/action_sequencing", "virtualhome/action_sequencing"
+
+
+FIGURES = (
+    Figure(
+        "summary",
+        REPORT,
+        ("*/*/gpt-4o*",),
+        "plots/summary-gpt-4o-2024-05-13-strict",
+        "A model on one page",
+        "Main results, goals reached and what goes wrong, with intervals. Ticks are nine models by their "
+        "published answers.",
+    ),
+    Figure(
+        "outcomes",
+        REPORT,
+        tuple(f"behavior/*/{model}" for model in THREE),
+        "plots/outcomes-behavior-strict",
+        "What answers came to",
+        "Every answer is in one band, by the first thing that is wrong with it.",
+    ),
+    Figure(
+        "flow",
+        REPORT,
+        tuple(f"{PLANS_V}/{model}" for model in THREE),
+        "plots/flow-action_sequencing-virtualhome-strict",
+        "From answer to goal",
+        "How many answers are left after each stage, in percent, and what the others were lost to.",
+    ),
+    Figure(
+        "difficulty",
+        REPORT,
+        tuple(f"behavior/*/{model}" for model in THREE),
+        "plots/difficulty-action_sequencing-behavior-strict",
+        "Success by what a task is like",
+        "Never by what an answer did. Marks of fewer than five tasks are hollow.",
+    ),
+    Figure(
+        "names",
+        REPORT,
+        tuple(f"behavior/*/{model}" for model in THREE),
+        "plots/names-subgoal_decomposition-behavior-strict",
+        "By action and by predicate",
+        "The share of steps executed and of goals reached, in percent; few cases are pale.",
+    ),
+    Figure(
+        "curves",
+        "eai analyze cofactors scores --out cofactors",
+        (f"{PLANS_B}/*",),
+        "curves-behavior-action_sequencing-strict",
+        "What success falls with",
+        "All models together with intervals, each as a thin line.",
+    ),
+    Figure(
+        "adjusted",
+        "eai analyze cofactors scores --out cofactors",
+        (f"{PLANS_B}/*",),
+        "adjusted-behavior-action_sequencing-strict",
+        "What of that is left beside the others",
+        "The number of objects is length in disguise: it lowers success alone, and is not seen to beside the "
+        "length of plans.",
+    ),
+    Figure(
+        "leaves",
+        "eai analyze errors scores --out errors",
+        (f"{PLANS_V}/*",),
+        "leaves-virtualhome-action_sequencing-strict",
+        "Errors by the paper's taxonomy",
+        "Models and leaves, in percent of answers.",
+    ),
+    Figure(
+        "bands",
+        "eai analyze errors scores --out errors",
+        (f"{PLANS_B}/*",),
+        "flow-behavior-action_sequencing-strict",
+        "The same of all models together",
+        "Success, goals missed, errors of grammar and of execution, and what they are made of.",
+    ),
+    Figure(
+        "why",
+        "eai analyze errors scores --out errors",
+        (f"{PLANS_B}/*",),
+        "why-behavior-action_sequencing-strict",
+        "Which precondition is overlooked",
+        "The check that failed, as a share of runtime errors.",
+    ),
+    Figure(
+        "recall",
+        "eai analyze goals scores --out goals",
+        ("behavior/goal_interpretation/*",),
+        "recall-behavior-goal_interpretation-strict",
+        "Which goals are found",
+        "Recall of goal interpretation by predicate.",
+    ),
+    Figure(
+        "items",
+        "eai analyze items scores --out items",
+        ("virtualhome/subgoal_decomposition/*",),
+        "items-virtualhome-subgoal_decomposition-strict",
+        "Tasks and models on one scale",
+        "A test tells models apart where its tasks are: this one has hardly any where most models are.",
+    ),
+)
+
+
+def main() -> None:
+    """Draw the pictures and write the page."""
+    if len(sys.argv) < 2:
+        sys.exit(__doc__)
+    records, names = Path(sys.argv[1]), sys.argv[2:]
+    PICTURES.mkdir(parents=True, exist_ok=True)
+    drawn = sorted((each for each in FIGURES if each.name in names or not names), key=_source)
+    for (command, patterns), figures in groupby(drawn, key=_source):
+        with tempfile.TemporaryDirectory(prefix="eai-gallery-") as folder:
+            run(command, [path for pattern in patterns for path in sorted(records.glob(pattern))], folder)
+            for figure in figures:
+                shrink(Path(folder) / f"{figure.file}.png", PICTURES / f"{figure.name}.png")
+    PAGE.write_text(page(FIGURES), encoding="utf-8")
+
+
+def _source(figure: Figure) -> tuple[str, tuple[str, ...]]:
+    return figure.command, figure.records
+
+
+def run(command: str, records: Sequence[Path], out: str) -> None:
+    """Run a command of `eai` on some records instead of those that it names."""
+    _, *words = command.split()
+    place, folder = words.index("scores"), words.index("--out") + 1
+    words[folder] = out
+    result = CliRunner().invoke(app, [*words[:place], *map(str, records), *words[place + 1 :]])
+    if result.exit_code:
+        sys.exit(result.output)
+
+
+def shrink(source: Path, target: Path) -> None:
+    """Copy a picture with few colours."""
+    with Image.open(source) as picture:
+        picture.convert("RGB").quantize(COLORS).save(target, optimize=True)
+
+
+def page(figures: Sequence[Figure]) -> str:
+    """The page: a section a figure."""
+    sections = [
+        f"## {each.title}\n\n{each.caption}\n\n```sh\n{each.command}\n```\n\n"
+        f"![{each.title}](images/gallery/{each.name}.png)\n"
+        for each in figures
+    ]
+    return "\n".join([INTRODUCTION, *sections])
+
+
+if __name__ == "__main__":
+    main()
