@@ -1,0 +1,111 @@
+"""The commands of README, docs and help are commands: their names, options and values are understood.
+
+`tools/walk_docs.py` runs them.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+import re
+import shlex
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+import typer
+
+from eai.cli import app
+
+ROOT = Path(__file__).parent.parent
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+EXAMPLE = re.compile(r"Example: (eai .*?)(?:\n\n|\Z)", re.DOTALL)
+REDIRECTED = {"|", ">", "||", "&&", ";"}
+"""What ends a command, in the shell."""
+
+VARIABLES = {
+    "$SLURM_ARRAY_TASK_ID": "1",
+    "$domain": "behavior",
+    "$ability": "action_sequencing",
+    "$name": "base",
+}
+"""The variables of the shell that pages use, and something that they may stand for."""
+
+
+def walked(page: str) -> Iterator[str]:
+    """The commands on a page, as the walk finds them."""
+    spec = importlib.util.spec_from_file_location("walk_docs", ROOT / "tools/walk_docs.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = sys.modules["walk_docs"] = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    yield from module.commands(page)
+
+
+def invocations(line: str) -> Iterator[list[str]]:
+    """The arguments of each ``eai`` in a line of shell."""
+    for name, value in VARIABLES.items():
+        line = line.replace(name, value)
+    lexer = shlex.shlex(line.replace("\n", ";"), posix=True, punctuation_chars="|>;&")
+    lexer.commenters, lexer.whitespace_split = "#", True
+    words, found = [*lexer, ";"], list[str]()
+    for word in words:
+        if word in REDIRECTED:
+            if "eai" in found:
+                yield found[found.index("eai") + 1 :]
+            found = []
+        else:
+            found.append(word)
+
+
+def understand(arguments: list[str]) -> None:
+    """Parse a command line as it would be run, and run nothing.
+
+    Raises:
+        ClickException: it is not understood.
+    """
+    command: Any = typer.main.get_command(app)
+    context = None
+    while True:
+        context = command.make_context(command.name or "eai", list(arguments), parent=context)
+        if not hasattr(command, "commands"):
+            return
+        rest = [*context._protected_args, *context.args]  # the name of the command, and what follows
+        if not rest:
+            return
+        _, command, arguments = command.resolve_command(context, rest)
+
+
+def helped(command: Any) -> Iterator[str]:
+    """The examples in the help of a command and of those below it."""
+    yield from (" ".join(each.split()) for each in EXAMPLE.findall(command.help or ""))
+    for name in getattr(command, "commands", ()):
+        yield from helped(command.commands[name])
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+def test_the_commands_of_a_page_are_understood(page: Path) -> None:
+    for line in walked(page.read_text("utf-8")):
+        for arguments in invocations(line):
+            try:
+                understand(arguments)
+            except Exception as error:
+                pytest.fail(f"{line}: {error!r}")
+
+
+def test_the_examples_of_help_are_understood() -> None:
+    examples = list(helped(typer.main.get_command(app)))
+    assert len(examples) > 40
+    for line in examples:
+        for arguments in invocations(line):
+            understand(arguments)
+
+
+@pytest.mark.parametrize(
+    "line", ["eai scroe a.json", "eai score a.json --domian virtualhome", "eai run --model m --epochs 0"]
+)
+def test_what_is_misspelt_is_not(line: str) -> None:
+    (arguments,) = invocations(line)
+    with pytest.raises(Exception, match=r"No such|greater"):  # whose class is typer's own affair
+        understand(arguments)
