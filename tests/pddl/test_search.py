@@ -2,10 +2,12 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Iterator
+from dataclasses import replace
 from itertools import product
 
 import pytest
 from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 
 from eai.abilities.transition_modeling.task import TransitionTask
 from eai.benchmarks.gold_operators import open_behavior, open_virtualhome
@@ -19,7 +21,7 @@ from eai.pddl.reader import read_domain, read_problem
 from eai.pddl.search import Effort, SearchVerdict, search
 from pddl.random_pddl import DOMAINS, PROBLEMS
 
-EVERYTHING = Effort(central=50, full=100_000)
+EVERYTHING = Effort(central=50, full=100_000, looks=10**9)
 
 
 def steps(domain: PddlDomain, problem: PddlProblem) -> Iterator[PlanStep]:
@@ -53,6 +55,17 @@ def test_agrees_with_breadth_first_search(domain: PddlDomain, problem: PddlProbl
     assert result.verdict is (
         SearchVerdict.SOLVED if is_solvable(domain, problem) else SearchVerdict.UNSOLVABLE
     )
+    if result.verdict is SearchVerdict.SOLVED:
+        assert Executor(domain, problem).flaw(result.plan) is None
+
+
+@settings(max_examples=60, deadline=None, suppress_health_check=list(HealthCheck))
+@given(DOMAINS, PROBLEMS, st.integers(0, 300))
+def test_however_little_may_be_looked_at_no_verdict_is_wrong(
+    domain: PddlDomain, problem: PddlProblem, looks: int
+) -> None:
+    result = search(domain, problem, replace(EVERYTHING, looks=looks))
+    assert result.verdict in {SearchVerdict.UNDECIDED, search(domain, problem, EVERYTHING).verdict}
     if result.verdict is SearchVerdict.SOLVED:
         assert Executor(domain, problem).flaw(result.plan) is None
 
@@ -96,6 +109,22 @@ def test_effort_is_bounded_and_the_verdict_then_open() -> None:
     problem = read_problem(f"(define (problem p) (:domain counter) (:init) (:goal (and {goal})))")
     assert search(domain, problem, Effort(5, 20)).verdict is SearchVerdict.UNDECIDED
     assert search(domain, problem, Effort(5, 10_000)).verdict is SearchVerdict.SOLVED
+    few = search(domain, problem, Effort(5, 10_000, looks=1_000))
+    assert (few.verdict, few.evaluated < 100) == (SearchVerdict.UNDECIDED, True)
+
+
+def test_alternatives_are_looked_at_too() -> None:
+    """A condition of very many alternatives costs as much as so many operators."""
+    names = " ".join("abcdefghijkl")
+    domain = read_domain(
+        f"""(define (domain wide) (:predicates (near ?x ?y) (done)) (:constants {names})
+        (:action act :precondition (exists (?x ?y ?z) (and (near ?x ?y) (near ?y ?z) (near ?z ?x)))
+         :effect (done))
+        (:action move :parameters (?x ?y) :effect (near ?x ?y)))"""
+    )
+    problem = read_problem("(define (problem p) (:domain wide) (:init (near a b)) (:goal (done)))")
+    assert search(domain, problem, EVERYTHING).verdict is SearchVerdict.SOLVED
+    assert search(domain, problem, replace(EVERYTHING, looks=1_000)).verdict is SearchVerdict.UNDECIDED
 
 
 def test_equal_input_gives_an_equal_plan(data_store: Store) -> None:

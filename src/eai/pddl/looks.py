@@ -1,4 +1,4 @@
-"""Bounded work: how many objects quantifiers, parameters and effects may look at, counted and never timed."""
+"""Bounded work: how much may be looked at, such as objects by quantifiers, counted and never timed."""
 
 from __future__ import annotations
 
@@ -7,16 +7,16 @@ from math import inf
 
 
 class Looks:
-    """A number of objects that may be looked at.
+    """A number of things, objects or others, that may be looked at.
 
     Beyond it there are no more objects, so that any computation comes to its end soon; what it finds then
     means nothing, and who made the computation asks whether the looks are used up.
 
     Args:
-        limit: how many objects may be looked at, all variables together; any number by default.
+        limit: how many may be looked at, by all who share the looks; any number by default.
 
     Attributes:
-        used: how many have been looked at.
+        used: how many have been looked at; who looks at other things than `at` yields adds them here.
     """
 
     __slots__ = ("_limit", "used")

@@ -44,7 +44,7 @@ class BuiltInPlanner:
             case SearchVerdict.UNSOLVABLE:
                 return PlannerResult(PlannerOutcome.UNSOLVABLE, detail=self.name)
             case SearchVerdict.UNDECIDED:
-                looked = f"{result.evaluated} states evaluated" if result.evaluated else "too large to ground"
+                looked = f"{result.evaluated} states evaluated" if result.evaluated else "too large a search"
                 return PlannerResult(PlannerOutcome.TIME, detail=looked)
 
 

@@ -14,15 +14,24 @@ from typing import NamedTuple
 
 from eai.pddl.execute import PlanStep
 from eai.pddl.grounding import ALWAYS, GroundAction, GroundCondition
+from eai.pddl.looks import Looks
 
 
 class _Rule(NamedTuple):
-    """One conditional effect of one action, with all that it needs."""
+    """One conditional effect of one action, with all that it needs, in so many alternatives."""
 
     action: GroundAction
     condition: GroundCondition
     add: int
     delete: int
+    alternatives: int
+
+
+class _Rules(NamedTuple):
+    """Rules of one action, and what they all need."""
+
+    precondition: GroundCondition
+    rules: Sequence[_Rule]
 
 
 class _Layer(NamedTuple):
@@ -54,22 +63,19 @@ class Relaxation:
         actions: the ground actions.
         goal: the goal.
         atoms: how many atoms there are.
-
-    Attributes:
-        looks: how many effects of actions have been looked at; what an estimate costs is as many of them.
+        looks: how many effects of actions, and alternatives in their conditions, may be looked at: that is
+            what estimates cost. Where they are used up, what is found means nothing.
     """
 
-    def __init__(self, actions: Sequence[GroundAction], goal: GroundCondition, atoms: int) -> None:
-        self.looks = 0
+    def __init__(
+        self, actions: Sequence[GroundAction], goal: GroundCondition, atoms: int, looks: Looks | None = None
+    ) -> None:
+        self._looks = looks or Looks()
         self._goal = goal
         self._actions = actions
         self._atoms = atoms
         self._prices = _prices(actions, goal)
-        self._rules = [
-            _Rule(action, _both(action.precondition, change.condition), change.add, change.delete)
-            for action in actions
-            for change in action.changes
-        ]
+        self._rules = [_Rules(action.precondition, _rules(action)) for action in actions]
 
     def reachable(self, state: int) -> list[GroundAction]:
         """The actions that can ever be taken from a state on, in order."""
@@ -82,7 +88,11 @@ class Relaxation:
         goal, rules = self._goal, self._rules
         if again:
             goal = goal._replace(true=goal.true | again << self._atoms)
-            rules = [_marking(rule, again, self._atoms) for rule in rules]
+            rules = [
+                _Rules(precondition, [_marking(rule, again, self._atoms) for rule in marked])
+                for precondition, marked in rules
+            ]
+            self._looks.used += sum([len(marked) for _, marked in rules])
         layers, fired = self._explore(rules, _Layer(state, ~state), until=goal)
         return _extract(goal, layers, fired) if _may_hold(goal, *layers[-1]) else None
 
@@ -96,32 +106,43 @@ class Relaxation:
         return lost & state
 
     def _explore(
-        self, rules: Sequence[_Rule], start: _Layer, until: GroundCondition | None
+        self, waiting: Sequence[_Rules], start: _Layer, until: GroundCondition | None
     ) -> tuple[list[_Layer], list[list[_Rule]]]:
         """Relaxed states one step apart, and the rules that lead from each to the next.
 
-        Ends when a condition may hold, or when nothing more grows.
+        Ends when a condition may hold, or when nothing more grows, or may be looked at.
         """
         layers, fired = [start], list[list[_Rule]]()
-        waiting = rules
-        while until is None or not _may_hold(until, *layers[-1]):
+        looks = self._looks
+        while (until is None or not _may_hold(until, *layers[-1])) and not looks.are_used_up:
             true, false = layers[-1]
             not_true, not_false = ~true, ~false
-            new, rest = list[_Rule](), list[_Rule]()
+            new, rest = list[_Rule](), list[_Rules]()
             grown_true, grown_false = true, false
-            self.looks += len(waiting)
-            for rule in waiting:
-                needed_true, needed_false, choices = rule.condition
-                if (
-                    needed_true & not_true
-                    or needed_false & not_false
-                    or (choices and not _may_hold(rule.condition, true, false))
-                ):
-                    rest.append(rule)
-                elif rule.add & not_true or rule.delete & not_false:
-                    new.append(rule)
-                    grown_true |= rule.add
-                    grown_false |= rule.delete
+            looks.used += len(waiting)
+            for group in waiting:
+                precondition, rules = group
+                if not _may_hold(precondition, true, false):
+                    rest.append(group)
+                    continue
+                left = list[_Rule]()
+                looks.used += len(rules)
+                for rule in rules:
+                    needed_true, needed_false, choices = rule.condition
+                    if needed_true & not_true or needed_false & not_false:
+                        left.append(rule)
+                        continue
+                    if choices:
+                        looks.used += rule.alternatives
+                        if not _may_hold(rule.condition, true, false):
+                            left.append(rule)
+                            continue
+                    if rule.add & not_true or rule.delete & not_false:
+                        new.append(rule)
+                        grown_true |= rule.add
+                        grown_false |= rule.delete
+                if left:
+                    rest.append(_Rules(ALWAYS, left))
             if not new:
                 break
             waiting = rest
@@ -156,6 +177,20 @@ def _both(first: GroundCondition, second: GroundCondition) -> GroundCondition:
     return GroundCondition(
         first.true | second.true, first.false | second.false, first.choices + second.choices
     )
+
+
+def _rules(action: GroundAction) -> list[_Rule]:
+    """The rules of an action, one for each of its effects."""
+    rules = []
+    for change in action.changes:
+        condition = _both(action.precondition, change.condition)
+        rules.append(_Rule(action, condition, change.add, change.delete, _alternatives(condition)))
+    return rules
+
+
+def _alternatives(condition: GroundCondition) -> int:
+    """How many alternatives all the choices of a condition have together."""
+    return sum([1 + _alternatives(part) for choice in condition.choices for part in choice])
 
 
 def _marking(rule: _Rule, again: int, atoms: int) -> _Rule:

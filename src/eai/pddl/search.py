@@ -24,9 +24,6 @@ _BOOST = 1000
 """How many preferred states are taken before any other after a state that is nearer to the goal than all
 before."""
 
-_LOOKS = 70_000_000
-"""How many objects a search may look at, those of the ground problem once for each state."""
-
 
 class SearchVerdict(str, Enum):
     """What the search found out."""
@@ -55,17 +52,14 @@ class Effort:
     Attributes:
         central: how many states may be evaluated with actions on the goal's objects only.
         full: how many with all actions.
-        size: how many objects may be looked at to ground operators and goal. Of large problems fewer states
-            are evaluated, so many that all of them together look at `_LOOKS` objects.
+        size: how many objects may be looked at to ground operators and goal.
+        looks: how many conditions and effects of ground actions may be looked at, in all states together.
     """
 
     central: int = 60
     full: int = 2_000
     size: int = 50_000
-
-    def states(self, size: int) -> int:
-        """How many states of a problem of this size may be evaluated with all actions."""
-        return min(self.full, max(self.central, _LOOKS // max(1, size)))
+    looks: int = 15_000_000
 
 
 def search(domain: PddlDomain, problem: PddlProblem, effort: Effort) -> SearchResult:
@@ -82,13 +76,14 @@ def search(domain: PddlDomain, problem: PddlProblem, effort: Effort) -> SearchRe
     central = list(grounder.actions(grounder.central_objects()))
     if goal is None or looks.are_used_up:
         return SearchResult(SearchVerdict.UNDECIDED)
-    result = _Search(central, goal, grounder.atoms).run(grounder.initial, effort.central)
+    work = Looks(effort.looks)
+    result = _Search(central, goal, grounder.atoms, work).run(grounder.initial, effort.central)
     if result.verdict is SearchVerdict.SOLVED:
         return result
     everything = list(grounder.actions())
     if looks.are_used_up:
         return SearchResult(SearchVerdict.UNDECIDED, evaluated=result.evaluated)
-    return _Search(everything, goal, grounder.atoms).run(grounder.initial, effort.states(looks.used))
+    return _Search(everything, goal, grounder.atoms, work).run(grounder.initial, effort.full)
 
 
 @dataclass(frozen=True, slots=True)
@@ -146,12 +141,15 @@ class _Frontier:
 class _Search:
     """One search over one set of ground actions."""
 
-    def __init__(self, actions: Sequence[GroundAction], goal: GroundCondition, atoms: int) -> None:
-        self._relaxation = Relaxation(actions, goal, atoms)
+    def __init__(
+        self, actions: Sequence[GroundAction], goal: GroundCondition, atoms: int, looks: Looks
+    ) -> None:
+        self._relaxation = Relaxation(actions, goal, atoms, looks)
         self._goal = goal
+        self._looks = looks
 
     def run(self, initial: int, limit: int) -> SearchResult:
-        if self._relaxation.estimate(initial) is None:
+        if self._relaxation.estimate(initial) is None and not self._looks.are_used_up:
             return SearchResult(SearchVerdict.UNSOLVABLE, evaluated=1)
         actions = self._relaxation.reachable(initial)
         frontier = _Frontier()
@@ -161,17 +159,19 @@ class _Search:
         while node is not None:
             if self._goal.holds(node.state):
                 return SearchResult(SearchVerdict.SOLVED, node.plan(), len(done))
-            if len(done) == limit:
-                return SearchResult(SearchVerdict.UNDECIDED, evaluated=limit)
+            if len(done) == limit or self._looks.are_used_up:
+                return SearchResult(SearchVerdict.UNDECIDED, evaluated=len(done))
             done.add(node.state)
             estimate = self._relaxation.estimate(node.state)
             if estimate is not None:
                 if best is None or estimate.length < best:
                     best = estimate.length
                     frontier.boost()
+                self._looks.used += len(actions)
                 _expand(node, estimate, actions, frontier, seen)
             node = _next(frontier, done)
-        return SearchResult(SearchVerdict.UNSOLVABLE, evaluated=len(done))
+        verdict = SearchVerdict.UNDECIDED if self._looks.are_used_up else SearchVerdict.UNSOLVABLE
+        return SearchResult(verdict, evaluated=len(done))
 
 
 def _expand(
