@@ -186,4 +186,7 @@ def refuse_published(choice: SceneChoice, library: Library, benchmark: Benchmark
     """Raise if a scene is to be shown in another way by published prompts."""
     if library.prompts is PromptSet.OFFICIAL and benchmark.published_prompts is not None:
         scene = choice.scene.value
-        raise InputError(f"--scene {scene}: published prompts tell of scenes in their own way; add --set eai")
+        raise InputError(
+            f"--scene {scene}: published prompts tell of scenes in their own way; "
+            "ask ours (--set eai, in Inspect -T prompts=eai)"
+        )
