@@ -1,8 +1,44 @@
 from __future__ import annotations
 
+import pickle
+
 import pytest
 
-from eai.abilities.verdict import GoalTallies, Tally
+from eai.abilities.verdict import (
+    Confusion,
+    Counted,
+    ErrorReport,
+    GoalTallies,
+    GoalVerdict,
+    OperatorVerdict,
+    PlanVerdict,
+    SubgoalCategory,
+    SubgoalVerdict,
+    Tally,
+    Verdict,
+)
+from eai.pddl.planning import PlannerOutcome
+from eai.world.fault import FaultKind
+
+TALLIES = GoalTallies(Tally(1, 2), Tally(0.5, 1.5), Tally(0, 0))
+ERROR = ErrorReport(FaultKind.MISSING_STEP, 3, "the jar is shut", "OPEN.1", ("jar_0",))
+
+
+@pytest.mark.parametrize(
+    "verdict",
+    [
+        Verdict("left out", ERROR, ("prose",)),
+        PlanVerdict(None, ERROR, (), False, True, 2, TALLIES, (True, False)),
+        PlanVerdict(goals=TALLIES, counted=Counted(True, TALLIES, ((FaultKind.PARSING, 2),))),
+        SubgoalVerdict(category=SubgoalCategory.CORRECT, errors=(FaultKind.AFFORDANCE,), attempts=7),
+        GoalVerdict(counts={"state": Confusion(1, 2, 3)}, missing=("on(a, b)",)),
+        OperatorVerdict(success=True, planner=PlannerOutcome.SOLVED, plan=("open a",)),
+    ],
+)
+def test_verdicts_of_every_class_come_back_from_workers_as_they_are(verdict: Verdict) -> None:
+    back = pickle.loads(pickle.dumps(verdict))  # noqa: S301 - our own
+    assert (type(back), back) == (type(verdict), verdict)
+    assert repr(back) == repr(verdict)  # numbers and enums are of the same types
 
 
 @pytest.mark.parametrize(

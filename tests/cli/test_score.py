@@ -303,6 +303,18 @@ def test_answers_may_stand_on_lines(eai: Command) -> None:
     )
 
 
+def test_answers_in_parquet_give_the_same_bytes(eai: Command) -> None:
+    pyarrow = pytest.importorskip("pyarrow")
+    parquet = pytest.importorskip("pyarrow.parquet")
+    rows = [WALK, {**WALK, "identifier": "27_2", "llm_output": None}]
+    Path("m_outputs.json").write_text(json.dumps(rows))
+    parquet.write_table(pyarrow.Table.from_pylist(rows), "m_outputs.parquet")
+    for form in ("json", "parquet"):
+        assert eai("score", f"m_outputs.{form}", *HERE, "--out", form).status == 0
+    for name in ("records.jsonl", "summary.json"):
+        assert Path("json", name).read_bytes() == Path("parquet", name).read_bytes()
+
+
 @pytest.mark.parametrize(
     ("option", "name", "complaint"),
     [

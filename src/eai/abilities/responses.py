@@ -1,22 +1,28 @@
 """Response files: the answers of a model as the reference and the challenge exchange them.
 
 A file is a JSON list of ``{"identifier": ..., "llm_output": ...}``, named ``<model>_outputs.json``, or has
-one such object a line and is named ``<model>_outputs.jsonl``.
+one such object a line and is named ``<model>_outputs.jsonl``; or it is a Parquet file with these two columns,
+``<model>_outputs.parquet``.
 """
 
 from __future__ import annotations
 
 import json
 import re
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from eai.data.parquet import read_columns
 from eai.errors import InputError, did_you_mean
 
 SUFFIX = "_outputs.json"
 LINES = "_outputs.jsonl"
 """How the names of files end that hold an object a line."""
+PARQUET = "_outputs.parquet"
+"""How the names of Parquet files end."""
+_COLUMNS = ("identifier", "llm_output")
+_ENDINGS = (SUFFIX, LINES, PARQUET)
 _ATTEMPT = re.compile(rf"_attempt_\d+{SUFFIX}$")
 
 _SHOWN = 100
@@ -47,7 +53,7 @@ class ResponseFile:
 
 
 def find_response_files(path: Path) -> list[Path]:
-    """A response file itself, or all ``*_outputs.json`` and ``*_outputs.jsonl`` below a folder, by name.
+    """A response file itself, or all ``*_outputs.json``, ``.jsonl`` and ``.parquet`` below a folder, by name.
 
     The answers of single attempts of an experiment are no run by themselves: they are found by name alone.
 
@@ -55,7 +61,7 @@ def find_response_files(path: Path) -> list[Path]:
         InputError: there is none.
     """
     if path.is_dir():
-        files = [*path.rglob(f"*{SUFFIX}"), *path.rglob(f"*{LINES}")]
+        files = [file for ending in _ENDINGS for file in path.rglob(f"*{ending}")]
         found = sorted([file for file in files if not _ATTEMPT.search(file.name)])
         if not found:
             raise InputError(f"{path}: expected a folder with <model>{SUFFIX} files, found none")
@@ -122,7 +128,7 @@ def model_name(path: Path) -> str:
     Raises:
         InputError: there is no name before the suffix, or none that a folder of results could have.
     """
-    ending = next((ending for ending in (SUFFIX, LINES) if path.name.endswith(ending)), path.suffix)
+    ending = next((ending for ending in _ENDINGS if path.name.endswith(ending)), path.suffix)
     name = path.name.removesuffix(ending)
     if not name.strip("."):
         raise InputError(f"{path}: expected a file named after a model, <model>{SUFFIX}")
@@ -146,7 +152,9 @@ def file_name(name: str) -> str:
     return plain
 
 
-def _read_list(path: Path) -> list[object]:
+def _read_list(path: Path) -> Sequence[object]:
+    if path.suffix == Path(PARQUET).suffix:
+        return read_columns(path, _COLUMNS)
     try:
         content = path.read_bytes()
         rows = _lines(content) if path.suffix == Path(LINES).suffix else json.loads(content)
@@ -180,7 +188,7 @@ def _fields(place: str, row: object) -> tuple[str, str]:
     """The identifier and the text of a row."""
     if not isinstance(row, dict):
         raise InputError(f'{place}: expected {{"identifier", "llm_output"}}, not {_kind(row)}')
-    for key in ("identifier", "llm_output"):
+    for key in _COLUMNS:
         if key not in row:
             raise InputError(f'{place}: the key "{key}" is missing')
     identifier, text = row["identifier"], row["llm_output"]

@@ -18,7 +18,8 @@ from typing import TypeAlias, get_type_hints
 from eai.abilities.verdict import Json
 from eai.analysis.lines import Line
 from eai.analysis.suites import MODEL, SUITE, TOGETHER, SuiteKey
-from eai.errors import EaiError, InputError
+from eai.data.parquet import parquet
+from eai.errors import InputError
 from eai.metrics.certainty import Cases, certainty_of_rate
 from eai.metrics.rate import rate_of
 
@@ -167,12 +168,9 @@ def write_parquet(path: Path, kind: type[Line], lines: Sequence[Line]) -> None:
         EaiError: pyarrow is not installed.
         InputError: the file cannot be written.
     """
-    try:
-        import pyarrow as pa
-        import pyarrow.parquet as pq
-    except ImportError as error:
-        hint = "pip install 'embodied-agent-interface[analysis]'"
-        raise EaiError(f"Parquet needs pyarrow: {hint}") from error
+    pq = parquet()
+    import pyarrow as pa
+
     kinds = {"str": pa.string(), "int": pa.int64(), "float": pa.float64(), "bool": pa.bool_()}
     hints = get_type_hints(kind)
     names = [column.name for column in fields(kind)]

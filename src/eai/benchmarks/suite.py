@@ -48,6 +48,7 @@ class Suite:
     _form_of: FormOf = no_form
     tasks: Mapping[str, Task] = field(default_factory=dict, repr=False)
     _made: dict[str, Scorer] = field(default_factory=dict, repr=False)
+    _features: dict[str, TaskFeatures] = field(default_factory=dict, repr=False)
     reopen: Callable[..., Suite] | None = field(default=None, repr=False)
     source: Source = field(default_factory=Source)
     form: Form = None
@@ -103,8 +104,10 @@ class Suite:
 
     def features(self, task_id: str) -> TaskFeatures | None:
         """What a task is like; None if the benchmark has only operators of it."""
-        task = self.tasks.get(task_id)
-        return None if task is None else TaskFeatures.of(task)
+        known = self._features.get(task_id)
+        if known is None and (task := self.tasks.get(task_id)) is not None:
+            known = self._features[task_id] = TaskFeatures.of(task)
+        return known
 
     def score(self, task_id: str, text: str) -> Verdict:
         """The verdict on an answer to a task."""

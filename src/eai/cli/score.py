@@ -103,7 +103,7 @@ def score(
     paths: Annotated[
         list[Path],
         typer.Argument(
-            help="Response files (JSON, JSONL), folders or zips of them, or logs of Inspect's.",
+            help="Response files (JSON, JSONL, Parquet), folders or zips of them, or logs of Inspect's.",
             metavar="PATH...",
         ),
     ],

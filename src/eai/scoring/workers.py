@@ -24,6 +24,7 @@ from typing import Any, TypeVar
 from typing_extensions import Self
 
 from eai.errors import WorkerError
+from eai.scoring.undisturbed import undisturbed
 
 T = TypeVar("T")
 R = TypeVar("R")
@@ -214,6 +215,7 @@ def _begin() -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, _end)
     threading.Thread(target=_end_with_parent, daemon=True).start()
+    undisturbed().__enter__()  # as long as it lives
 
 
 def _end(number: int, frame: FrameType | None) -> None:
