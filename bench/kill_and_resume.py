@@ -68,9 +68,9 @@ def make_work(kind: str, tasks: int) -> Work:
         arguments["heed"] = 0.7
     job = Job(
         Endpoint(MODEL, arguments),
-        suite.benchmark,
-        suite.ability,
         asked,
+        benchmark=suite.benchmark,
+        ability=suite.ability,
         pace=Pace(max_connections=2),
         source=suite.source,
         trials=trials,

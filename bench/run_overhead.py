@@ -102,7 +102,7 @@ def parts_of(suite: Suite, task_id: str, text: str) -> Iterator[tuple[str, float
 
 def asking(asked: Questions, folder: Path, rounds: int) -> dict[str, float]:
     """A sample's share of Inspect alone, and of what our asking costs beyond it."""
-    job = Job(Endpoint(MODEL), asked.benchmark, asked.ability, asked.prompts)
+    job = Job(Endpoint(MODEL), asked.prompts, benchmark=asked.benchmark, ability=asked.ability)
     inspect_alone(asked, folder / "warm")
     alone, ours = [], []
     for number in range(rounds):

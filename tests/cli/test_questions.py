@@ -1,12 +1,17 @@
 from __future__ import annotations
 
 import json
+import os
+import signal
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
 
 from cli.conftest import Command
 from processes import eai as in_own_process
+from processes import wait_until
 
 LAMPS = Path(__file__).parents[2] / "examples" / "lamps"
 
@@ -61,6 +66,7 @@ def test_the_gold_answers_are_all_right(eai: Command, written: Path, tmp_path: P
     asked = in_own_process("questions", "run", written, "--model", "eai/oracle", "--out", out, "--json")
     assert asked.status == 0, asked.err
     assert json.loads(asked.out)["overall"]["exact"] == {"value": 100.0, "numerator": 72, "denominator": 72}
+    out /= "eai_oracle"
     records = [json.loads(line) for line in (out / "records.jsonl").read_text().splitlines()]
     assert len(records) == 72
     assert all(record["exact"] and record["readable"] and not record["repairs"] for record in records)
@@ -71,17 +77,61 @@ def test_the_gold_answers_are_all_right(eai: Command, written: Path, tmp_path: P
     assert "landmarks" in table
 
 
+NOISY = ("--model", "eai/noisy", "-M", "rate=0.5", "--json")
+
+
+@pytest.mark.parametrize("kept", [0.0, 0.3, 0.9])
+def test_a_run_that_was_killed_comes_to_the_same_end(written: Path, tmp_path: Path, kept: float) -> None:
+    whole, killed = tmp_path / "whole", tmp_path / "killed"
+    assert in_own_process("questions", "run", written, *NOISY, "--out", whole).status == 0
+    journal = (whole / "eai_noisy" / "answers.jsonl").read_bytes()
+    cut = journal[
+        : int(kept * len(journal))
+    ]  # in the middle of a line, as a process that is killed leaves it
+    (killed / "eai_noisy").mkdir(parents=True)
+    (killed / "eai_noisy" / "answers.jsonl").write_bytes(cut)
+    resumed = in_own_process("questions", "run", written, *NOISY, "--out", killed)
+    assert resumed.status == 0, resumed.err
+    for name in ("records.jsonl", "summary.json", "eai_noisy_outputs.json"):
+        assert (killed / "eai_noisy" / name).read_bytes() == (whole / "eai_noisy" / name).read_bytes()
+    again = (killed / "eai_noisy" / "answers.jsonl").read_bytes()
+    assert again.startswith(cut[: cut.rfind(b"\n") + 1])
+    assert (again.count(b"\n"), journal.count(b"\n")) == (72, 72)
+    assert 20 < json.loads(resumed.out)["overall"]["exact"]["value"] < 75
+
+
 def test_what_is_answered_is_not_asked_again(written: Path, tmp_path: Path) -> None:
-    answers = tmp_path / "answers" / "eai_noisy_outputs.json"
-    answers.parent.mkdir()
-    first = json.loads(written.read_text().splitlines()[0])["id"]
-    answers.write_text(json.dumps([{"identifier": first, "llm_output": "kept"}]))
-    noisy = ("--model", "eai/noisy", "-M", "rate=0.5", "--out", answers.parent, "--json")
-    outcome = in_own_process("questions", "run", written, *noisy)
-    assert 20 < json.loads(outcome.out)["overall"]["exact"]["value"] < 75
-    rows = json.loads(answers.read_text())
-    assert len(rows) == 72
-    assert rows[0] == {"identifier": first, "llm_output": "kept"}
+    for limit in (("--limit", 5), (), ()):
+        outcome = in_own_process("questions", "run", written, *NOISY, "--out", tmp_path, *limit)
+        assert outcome.status == 0, outcome.err
+        wanted = 5 if limit else 72
+        assert (tmp_path / "eai_noisy" / "answers.jsonl").read_bytes().count(b"\n") == wanted
+    assert len(list((tmp_path / "eai_noisy" / "logs").iterdir())) == 2  # the last run needed no other
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="sends a signal")
+def test_an_interrupt_says_how_to_go_on(written: Path, tmp_path: Path) -> None:
+    command = ["questions", "run", str(written), *NOISY, "--out", str(tmp_path), "--max-connections", "1"]
+    process = subprocess.Popen(
+        [sys.executable, "-c", "from eai.cli import main; main()", *command],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
+    journal = tmp_path / "eai_noisy" / "answers.jsonl"
+    try:
+        assert wait_until(journal.exists), "no answer ever came"
+        os.killpg(process.pid, signal.SIGINT)
+        printed, told = process.communicate(timeout=120)
+    finally:
+        process.kill()
+        process.communicate()
+    if process.returncode:  # it may have been at its end
+        assert (process.returncode, printed) == (130, "")
+        assert told.splitlines()[-1] == "eai: interrupted; the same command goes on from here"
+    assert in_own_process(*command).status == 0
+    assert journal.read_bytes().count(b"\n") == 72
 
 
 def test_a_question_without_an_answer_is_wrong(eai: Command, written: Path, tmp_path: Path) -> None:
@@ -120,4 +170,4 @@ def test_a_model_without_answers_says_so(written: Path, tmp_path: Path) -> None:
     arguments = ("--model", "eai/planner", "--out", tmp_path, "--limit", 1)
     outcome = in_own_process("questions", "run", written, *arguments)
     assert outcome.status == 1
-    assert "1 question not answered" in outcome.err
+    assert "1 question not answered: InputError: eai/planner has no answers" in outcome.err

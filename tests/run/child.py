@@ -73,7 +73,14 @@ def run_in_child(asked: Asked, whom: Whom, folder: Path) -> Ran:
     prompts = official_prompts(suite.domain, suite.ability)
     prompts = {task_id: prompts[task_id] for task_id in asked.task_ids}
     endpoint = Endpoint(model, whom.arguments)
-    job = Job(endpoint, suite.benchmark, suite.ability, prompts, whom.epochs, source=suite.source)
+    job = Job(
+        endpoint,
+        prompts,
+        whom.epochs,
+        benchmark=suite.benchmark,
+        ability=suite.ability,
+        source=suite.source,
+    )
     answers = obtain_answers(job, folder / "answers.jsonl", folder / "logs")
     obtained = Obtained(model, file_name(model), prompts, answers.given, answers.failures, whom.epochs)
     result = settle(obtained, folder, suite, Settings())

@@ -113,6 +113,6 @@ def test_a_run_that_is_interrupted_before_it_began_says_the_same(
 ) -> None:
     monkeypatch.setattr("inspect_ai.eval", lambda *arguments, **options: [])
     prompts = dict(list(official_prompts(*SUITE, data_store).items())[:1])
-    job = Job(Endpoint("eai/oracle"), find_benchmark(SUITE[0]), SUITE[1], prompts)
+    job = Job(Endpoint("eai/oracle"), prompts, benchmark=find_benchmark(SUITE[0]), ability=SUITE[1])
     with pytest.raises(EaiError, match="interrupted; the same command goes on from here"):
         obtain_answers(job, tmp_path / "a.jsonl", tmp_path / "logs")

@@ -20,7 +20,9 @@ from eai.metrics.certainty import Certainty, Interval
 from eai.metrics.comparison import Comparison, Difference
 from eai.metrics.comparison import compare as compare_runs
 from eai.metrics.coverage import coverage_of, planners_of
-from eai.report.runs import Run, read_runs
+from eai.questions.comparison import ALL, QuestionPair, compare_questions, question_pairs
+from eai.questions.records import ABILITY
+from eai.report.runs import Run, find_question_records, read_runs
 
 _SURE = 0.05
 _UNNAMED = (
@@ -41,13 +43,15 @@ def compare(
 
     Runs of the same domain, ability and protocol are compared; each side holds one of each.
 
-    Tasks of one name are near copies and count together; a second line treats them as independent.
+    Tasks of one name are near copies and count together; a second line treats them as independent. Answers to
+    the same world-model questions are compared, too; there questions about one task count together.
 
     Example: eai compare scores/gpt-4o scores/o1-mini
     """
     before, after = _runs(first), _runs(second)
     shared = [place for place in before if place in after]
-    if not shared:
+    questions = question_pairs(*(find_question_records([path]) for path in (first, second)))
+    if not shared and not questions:
         raise InputError(f"{first} and {second}: no domain, ability and protocol that both have records of")
     for place in before.keys() ^ after.keys():
         note(f"only one side has {_named(place)}")
@@ -62,6 +66,14 @@ def compare(
         _note_planners(one, other)
         if not all(record.task for record in (*one.records, *other.records)):
             note(_UNNAMED)
+    for pair in questions:
+        compared = compare_questions(*pair)
+        if as_json:
+            about: dict[str, Json] = {"domain": pair.first.domain, "ability": ABILITY, "protocol": None}
+            named = {"a": pair.first.model, "b": pair.second.model}
+            printed.append({**about, **named, **_json_of(compared)})
+        else:
+            _print_questions(pair, compared, tasks)
     if as_json:
         print_json(printed)
 
@@ -75,6 +87,12 @@ def _json(one: Run, other: Run, found: Comparison) -> dict[str, Json]:
         "protocol": key.protocol.value,
         "a": one.key.name,
         "b": other.key.name,
+        **_json_of(found),
+    }
+
+
+def _json_of(found: Comparison) -> dict[str, Json]:
+    return {
         "tasks": found.tasks,
         "names": found.names,
         "differences": [
@@ -127,6 +145,31 @@ def _named(place: _Place) -> str:
     return f"{domain} {ability.value}, protocol {protocol}"
 
 
+def _print_questions(pair: QuestionPair, found: Comparison, listed: int) -> None:
+    one, other = pair
+    title = (
+        f"{one.domain}, world-model questions: {found.tasks} about {found.names} tasks\n"
+        f"A {one.model}\nB {other.model}"
+    )
+    _print_differences(title, found, "questions", "questions about a task")
+    (whole,) = (each for each in found.differences if each.metric == ALL)
+    for name, only in ((one.model, whole.only_first), (other.model, whole.only_second)):
+        if only:
+            _print_tasks(f"right only in {name} ({len(only)})", only, listed)
+
+
+def _print_differences(
+    title: str, found: Comparison, units: str = "tasks", alike: str = "tasks of a name"
+) -> None:
+    rows = [row for difference in found.differences for row in _rows(difference)]
+    headings = ("percent", "A", "B", "B - A", "95 %", "p", units)
+    metrics, *columns = (
+        Column(heading, cells) for heading, cells in zip(headings, zip(*rows, strict=True), strict=True)
+    )
+    print_table(output(), title, [metrics], columns)
+    output().print(_caption(found, units, alike), highlight=False, style="italic")
+
+
 def _print(place: _Place, one: Run, other: Run, found: Comparison, listed: int) -> None:
     first, second = one.key, other.key
     coverages = {"A": coverage_of(one.records), "B": coverage_of(other.records)}
@@ -135,13 +178,7 @@ def _print(place: _Place, one: Run, other: Run, found: Comparison, listed: int) 
         f"{_named(place)}: {found.tasks} tasks{names}\n"
         f"A {first.name}, {coverages['A']} answered\nB {second.name}, {coverages['B']} answered"
     )
-    rows = [row for difference in found.differences for row in _rows(difference)]
-    headings = ("percent", "A", "B", "B - A", "95 %", "p", "tasks")
-    metrics, *columns = (
-        Column(heading, cells) for heading, cells in zip(headings, zip(*rows, strict=True), strict=True)
-    )
-    print_table(output(), title, [metrics], columns)
-    output().print(_caption(found), highlight=False, style="italic")
+    _print_differences(title, found)
     for side, coverage in coverages.items():
         print_remark(side, coverage)
     named = {record.task_id: _with_name(record) for record in (*one.records, *other.records)}
@@ -156,11 +193,11 @@ def _print(place: _Place, one: Run, other: Run, found: Comparison, listed: int) 
             _print_tasks(heading, [named[task] for task in tasks], listed)
 
 
-def _caption(found: Comparison) -> str:
+def _caption(found: Comparison, units: str, alike: str) -> str:
     """What the p values are of."""
     kinds = {difference.yes_no for difference in found.differences}
     named = ["exact McNemar"] * (True in kinds) + ["random exchanges for F1"] * (False in kinds)
-    together = " tasks of a name together; tasks: how many unlike ones say as much"
+    together = f" {alike} together; {units}: how many unlike ones say as much"
     return f"p: {', '.join(named)}" + (f",{together}" if found.names < found.tasks else "")
 
 

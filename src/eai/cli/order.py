@@ -62,8 +62,18 @@ def obtain_and_score(
         raise without_inspect(error) from error
     asked, believed = (prompts, None) if first is None else first.second(endpoint, prompts, suite)
     about = {} if believed is None else believed.about
-    how = (order.epochs, order.decoding, order.pace, suite.source, trials, about)
-    job = Job(endpoint, suite.benchmark, suite.ability, asked, *how)
+    job = Job(
+        endpoint,
+        asked,
+        order.epochs,
+        order.decoding,
+        order.pace,
+        trials,
+        benchmark=suite.benchmark,
+        ability=suite.ability,
+        source=suite.source,
+        about=about,
+    )
     name = file_name(endpoint.model)
     folder = order.out / suite.domain / suite.ability.value / name
     if trials is not None:
@@ -121,9 +131,9 @@ def ask_for_scene_graphs(
         raise without_inspect(error) from error
     job = Job(
         endpoint,
-        suite.benchmark,
-        Ability.ACTION_SEQUENCING,
         prompts,
+        benchmark=suite.benchmark,
+        ability=Ability.ACTION_SEQUENCING,
         decoding=replace(order.decoding, structured=False),
         pace=order.pace,
         source=suite.source,

@@ -1,15 +1,21 @@
-"""The progress of a run: a bar with rate and time left on a terminal, a line now and then elsewhere."""
+"""The progress of a run: a bar with rate and time left on a terminal, a line now and then elsewhere.
+
+An interrupted one says how to go on.
+"""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext
+from functools import wraps
 
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+from typing_extensions import ParamSpec
 
 from eai.cli.console import errors
+from eai.errors import InterruptError
 from eai.run.count import Count, Watch, unwatched
 from eai.scoring.batch import Told, untold
 
@@ -21,6 +27,22 @@ LONGEST_SILENCE = 60
 
 LINES = 10
 """How many lines a run takes where there is no terminal."""
+
+
+P = ParamSpec("P")
+
+
+def resumable(command: Callable[P, None]) -> Callable[P, None]:
+    """The command that says, wherever it is interrupted, how to go on."""
+
+    @wraps(command)
+    def interruptible(*arguments: P.args, **options: P.kwargs) -> None:
+        try:
+            command(*arguments, **options)
+        except KeyboardInterrupt:
+            raise InterruptError("interrupted; the same command goes on from here") from None
+
+    return interruptible
 
 
 @contextmanager

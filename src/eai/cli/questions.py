@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any
@@ -24,12 +25,14 @@ from eai.cli.console import (
 )
 from eai.cli.models import pair
 from eai.cli.options import AsJson
+from eai.cli.progress import resumable, run_progress
 from eai.cli.store import DataFolder, store
 from eai.cli.table import Column, percent, print_table
 from eai.errors import InputError
 from eai.prompts.template import Templates
 from eai.questions.balance import Balance, balance_of
 from eai.questions.question import Form, Kind, Question, questions_content, read_questions
+from eai.questions.records import QuestionRun, write_results
 from eai.questions.results import (
     DEPTHS,
     Result,
@@ -39,9 +42,10 @@ from eai.questions.results import (
     score,
     table_json,
     tabulate,
-    write_results,
 )
 from eai.questions.writer import Wanted, Writer
+from eai.run.job import Endpoint, Pace, check_model
+from eai.run.journal import sole_run
 
 WRITE = "write"
 
@@ -105,6 +109,7 @@ def write(
 
 
 @app.command()
+@resumable
 def run(
     path: QuestionPath,
     model: Annotated[
@@ -123,32 +128,32 @@ def run(
     ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Put questions to a model and score the answers. What OUT has an answer to is not asked again.
+    """Put questions to a model and score the answers. The same command goes on where it was interrupted.
 
     Exit status 1 if some questions were not answered; until they are, they count as wrong.
 
     Example: eai questions run questions.jsonl --model eai/noisy -M rate=0.2 --out answers
     """
     try:
-        from eai.run.job import Endpoint, check_model
         from eai.run.questions import ask_questions
     except ImportError as error:
         raise without_inspect(error) from error
     check_model(model)
-    file = read_questions(path)
-    asked, name = file.questions[:limit], file_name(model)
-    answers = _answers_in(out, name, file.questions)
-    open_ones = [question for question in asked if question.id not in answers]
-    if open_ones:
-        endpoint = Endpoint(model, dict(pair(text) for text in model_arg or ()), model_base_url)
-        answers |= ask_questions(open_ones, endpoint, out / "logs", max_connections)
-        write_responses(out, ResponseFile(name, tuple([Response(*each) for each in answers.items()])))
-    results = score(asked, answers)
-    write_results(out, name, results, file.sha256)
+    file, name = read_questions(path), file_name(model)
+    asked, folder = file.questions[:limit], out / name
+    endpoint = Endpoint(model, dict(pair(text) for text in model_arg or ()), model_base_url)
+    with sole_run(folder):
+        with run_progress(f"questions {model}", quiet=as_json) as watch:
+            answers = ask_questions(asked, endpoint, folder, Pace(max_connections), watch=watch)
+        given = {place[0]: answer.text for place, answer in answers.given.items()}
+        responses = tuple([Response(each.id, given[each.id]) for each in asked if each.id in given])
+        write_responses(folder, ResponseFile(name, responses))
+        results = score(asked, given)
+        write_results(folder, QuestionRun(name, file.sha256, tuple(results)))
     _print(name, results, as_json=as_json)
-    missing = sum(result.text is None for result in results)
-    if missing:
-        note(f"{counted(missing, 'question')} not answered; the same command asks again")
+    for why, number in Counter(answers.failures.values()).items():
+        note(f"{counted(number, 'question')} not answered: {why}")
+    if answers.failures:
         raise typer.Exit(1)
 
 
@@ -171,17 +176,8 @@ def score_answers(
     given = read_responses(answers, {question.id: None for question in file.questions})
     results = score(file.questions, {response.task_id: response.text for response in given.responses})
     if out is not None:
-        write_results(out, given.model, results, file.sha256)
+        write_results(out, QuestionRun(given.model, file.sha256, tuple(results)))
     _print(given.model, results, as_json=as_json)
-
-
-def _answers_in(folder: Path, name: str, questions: Sequence[Question]) -> dict[str, str]:
-    """The answers that a folder has already, by id."""
-    path = folder / f"{name}_outputs.json"
-    if not path.exists():
-        return {}
-    given = read_responses(path, {question.id: None for question in questions})
-    return {response.task_id: response.text for response in given.responses}
 
 
 def _print(model: str, results: Sequence[Result], *, as_json: bool) -> None:

@@ -24,13 +24,14 @@ from eai.errors import EaiError, InputError
 from eai.metrics.cost import read_price_list
 from eai.perception.course import courses
 from eai.prompts.prompt import PromptSet
+from eai.questions.records import read_question_runs
 from eai.report.document import Plot
 from eai.report.explorer import explorer_html
 from eai.report.explorer_data import Background, ExplorerData
 from eai.report.narrow import Narrow
 from eai.report.plots import draw_plots
 from eai.report.run_summary import RunSummary, plain_runs, summary_of
-from eai.report.runs import as_asked_in_paper, read_runs
+from eai.report.runs import as_asked_in_paper, find_question_records, read_runs
 from eai.report.table import Table
 from eai.report.writer import make_tables, write_tables
 
@@ -78,7 +79,7 @@ def report(
     """
     narrow = Narrow(listed(models), listed(columns), intervals)
     listed_prices = None if prices is None else read_price_list(prices)
-    runs = list(read_runs(records))
+    runs, questions = list(read_runs(records)), read_question_runs(find_question_records(records))
     known = background(store(data), [run.key.domain for run in runs]) if prompts else Background()
     if pictures:
         if not _at_hand(store(data)):
@@ -96,17 +97,28 @@ def report(
         out.mkdir(parents=True, exist_ok=True)
         drawn = _draw(plain, out / PLOTS, tables if summary else []) if plots else []
         written = write_tables(
-            out, summaries, tables, drawn, with_paper=paper, narrow=narrow, prices=listed_prices
+            out,
+            summaries,
+            tables,
+            drawn,
+            with_paper=paper,
+            narrow=narrow,
+            prices=listed_prices,
+            questions=questions,
         )
-        (out / EXPLORER).write_text(explorer_html(explorer.to_json()), encoding="utf-8")
+        if runs:
+            (out / EXPLORER).write_text(explorer_html(explorer.to_json()), encoding="utf-8")
     except OSError as error:
         raise InputError(f"{out}: cannot be written ({error.strerror})") from error
+    shown = out / (EXPLORER if runs else "report.md")
     if as_json:
         counts = {"runs": len(summaries), "tables": written, "plots": len(drawn)}
-        print_json({**counts, "folder": str(out), "explorer": str(out / EXPLORER)})
+        counts |= {"question_runs": len(questions)} if questions else {}
+        print_json({**counts, "folder": str(out), **({"explorer": str(shown)} if runs else {})})
         return
     made = (counted(len(summaries), "run"), counted(written, "table"), counted(len(drawn), "plot"))
-    say(f"{', '.join(made)}; open {out / EXPLORER}")
+    of_questions = [f"{counted(len(questions), 'run')} of questions"] if questions else []
+    say(f"{', '.join([*made, *of_questions])}; open {shown}")
 
 
 def _draw(summaries: Sequence[RunSummary], folder: Path, pages: Sequence[Table]) -> list[Plot]:

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from functools import wraps
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated
 
 import typer
-from typing_extensions import ParamSpec
 
 from eai.abilities.declarations import DECLARATIONS
 from eai.abilities.experiment import FeedbackForm, World, chosen_experiment
@@ -92,6 +90,7 @@ from eai.cli.options import (
 )
 from eai.cli.order import Order, obtain_and_score, tell
 from eai.cli.planning import planner_terms
+from eai.cli.progress import resumable
 from eai.cli.scene import (
     InClutter,
     InScene,
@@ -104,7 +103,6 @@ from eai.cli.scene import (
 from eai.cli.scene_stage import Scenes
 from eai.cli.store import DataFolder, store
 from eai.cli.table import Result, print_rates
-from eai.errors import InterruptError
 from eai.metrics.errata_effect import errata_effect
 from eai.pddl.planning import PlannerChoice
 from eai.perception.noise import noise_of
@@ -113,21 +111,6 @@ from eai.prompts.prompt import Prompt, PromptSet
 from eai.run.job import Decoding, Endpoint, Pace
 from eai.scoring.batch import Settings
 from eai.world.episode import Notice
-
-P = ParamSpec("P")
-
-
-def resumable(command: Callable[P, None]) -> Callable[P, None]:
-    """The command that says, wherever it is interrupted, how to go on."""
-
-    @wraps(command)
-    def interruptible(*arguments: P.args, **options: P.kwargs) -> None:
-        try:
-            command(*arguments, **options)
-        except KeyboardInterrupt:
-            raise InterruptError("interrupted; the same command goes on from here") from None
-
-    return interruptible
 
 
 @resumable

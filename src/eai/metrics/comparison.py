@@ -83,8 +83,11 @@ def compare(first: Sequence[Record], second: Sequence[Record]) -> Comparison:
     declared = DECLARATIONS[first[0].ability]
     columns = tuple(declared.main)
     differences = [
-        _difference(
-            metric, _cases(metric, names, before), _cases(metric, names, after), metric in declared.yes_no
+        difference(
+            metric,
+            _cases(metric, names, before),
+            _cases(metric, names, after),
+            yes_no=metric in declared.yes_no,
         )
         for metric in columns
     ]
@@ -108,8 +111,15 @@ def _cases(metric: str, names: Mapping[str, str], shares: Mapping[str, Shares]) 
     return [Case(task, name, shares[task].get(metric, NOTHING)) for task, name in names.items()]
 
 
-def _difference(metric: str, first: Cases, second: Cases, yes_no: bool) -> Difference:
-    """Compare one metric on the same tasks in the same order."""
+def difference(metric: str, first: Cases, second: Cases, *, yes_no: bool) -> Difference:
+    """Compare one metric on the same tasks in the same order.
+
+    Args:
+        metric: its name.
+        first: what each task adds to it in the first run.
+        second: the same in the second run.
+        yes_no: whether each task contributes a yes or a no.
+    """
     right, also = ([bool(case.share.numerator) for case in cases] for cases in (first, second))
     changed = [(case.task, b) for case, a, b in zip(first, right, also, strict=True) if yes_no and a != b]
     p_value = _sign_flip_p if yes_no else _exchange_p

@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
-from eai.abilities.codec import sha256_of
 from eai.abilities.share import Share, confusion_shares, of_all
 from eai.abilities.verdict import Json
-from eai.errors import InputError
 from eai.metrics.certainty import Case, Interval, certainty_of_rate
 from eai.metrics.rate import Rate, rate_of
 from eai.questions.answers import Graded, gold_text, grade
@@ -102,23 +98,6 @@ def depth_text(depth: tuple[int, int]) -> str:
     return str(low) if low == high else f"{low}-{high}" if high < DEPTHS[-1][1] else f"{low}+"
 
 
-def write_results(folder: Path, model: str, results: Sequence[Result], questions_sha256: str) -> None:
-    """Write ``records.jsonl``, a line a question, and ``summary.json``.
-
-    Raises:
-        InputError: the folder cannot be written.
-    """
-    summary = {"model": model, "questions_sha256": questions_sha256, "unit": "percent"}
-    lines = [json.dumps(_record(model, result), ensure_ascii=True) for result in results]
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        (folder / "records.jsonl").write_text("".join(f"{line}\n" for line in lines), encoding="utf-8")
-        text = json.dumps({**summary, **table_json(tabulate(results))}, indent=2)
-        (folder / "summary.json").write_text(text + "\n", encoding="utf-8")
-    except OSError as error:
-        raise InputError(f"{folder}: cannot be written ({error.strerror})") from error
-
-
 def _row(results: Sequence[Result], guesses: Mapping[str, float]) -> Row:
     cases = [_case(result, of_all(result.graded.exact)) for result in results]
     certainty = certainty_of_rate(cases)
@@ -168,19 +147,4 @@ def _row_json(row: Row) -> dict[str, Json]:
         "chance": row.chance.percent,
         "f1": row.f1.to_json(),
         "unreadable": row.unreadable.to_json(),
-    }
-
-
-def _record(model: str, result: Result) -> dict[str, Json]:
-    question, graded = result.question, result.graded
-    about: dict[str, Json] = question.model_dump(mode="json", exclude={"version", "prompt"})
-    return {
-        **about,
-        "model": model,
-        "exact": graded.exact,
-        "counts": list(graded.counts),
-        "readable": graded.readable,
-        "repairs": list(graded.repairs),
-        "response_sha256": None if result.text is None else sha256_of(result.text),
-        "response": result.text,
     }

@@ -9,9 +9,11 @@ from eai.abilities.declaration import AnswerOutcome, label_of
 from eai.abilities.declarations import DECLARATIONS
 from eai.abilities.protocol import Ability, Protocol
 from eai.metrics.paper_tables import paper_setting
+from eai.questions.records import QuestionRun
 from eai.report.agreement import DIGIT, Agreement
 from eai.report.certainty import certainty_section
 from eai.report.markdown import escaped, grid, table_markdown
+from eai.report.questions import question_section
 from eai.report.run_summary import RunSummary, plain_runs
 from eai.report.table import Table
 from eai.report.table_specs import ability_title, domain_title
@@ -51,6 +53,7 @@ def report_markdown(
     agreements: Sequence[Agreement],
     cost: str,
     plots: Sequence[Plot],
+    questions: Sequence[QuestionRun],
 ) -> str:
     """The page; what the answers cost is a section of it, if there is one."""
     plain = plain_runs(runs)
@@ -59,6 +62,7 @@ def report_markdown(
         _INTRODUCTION + "\n",
         *_tables(tables),
         *_titled("Experiments", _EXPERIMENTS, experiments),
+        *question_section(questions),
         *_titled("What the paper reports besides", _BESIDES, besides),
         *certainty_section(plain),
         *_protocols(plain),
@@ -152,6 +156,8 @@ def _outcomes(runs: Sequence[RunSummary]) -> Iterator[str]:
 
 
 def _runs(runs: Sequence[RunSummary]) -> Iterator[str]:
+    if not runs:
+        return
     yield "## Runs\n"
     header = ["model", "suite", "answered", "excluded", "repaired", "planner", "data"]
     rows = [

@@ -7,6 +7,7 @@ from itertools import groupby
 from pathlib import Path
 
 from eai.metrics.cost import PriceList
+from eai.questions.records import QuestionRun
 from eai.report import latex
 from eai.report.agreement import agreements
 from eai.report.besides import tables_besides
@@ -15,6 +16,7 @@ from eai.report.data_files import tables_csv, tables_json
 from eai.report.document import Plot, report_markdown
 from eai.report.experiments import experiment_tables
 from eai.report.narrow import Narrow
+from eai.report.questions import questions_json
 from eai.report.run_summary import RunSummary, plain_runs
 from eai.report.table import Table, make_table
 from eai.report.table_specs import TABLES
@@ -48,11 +50,13 @@ def write_tables(
     with_paper: bool,
     narrow: Narrow = WHOLE,
     prices: PriceList | None = None,
+    questions: Sequence[QuestionRun] = (),
 ) -> int:
     """Write ``report.md``, ``report.tex`` with ``tables.tex``, ``tables.json`` and ``tables.csv``.
 
     Experiments have tables of their own. With the paper there is also what it reports besides. Where records
-    say what their answers took, there is ``cost.csv``.
+    say what their answers took, there is ``cost.csv``. Runs of world-model questions are in ``report.md`` and
+    in ``questions.json``.
 
     Args:
         folder: where the files go.
@@ -62,6 +66,7 @@ def write_tables(
         with_paper: whether the paper's models appear beside ours.
         narrow: what of them is shown in LaTeX, where a page has an end.
         prices: what tokens cost that were not priced when they were asked for.
+        questions: the runs of world-model questions, by domain and questions.
 
     Raises:
         InputError: a model or column to be shown is in none of them.
@@ -76,7 +81,7 @@ def write_tables(
     compared = agreements(plain) if with_paper else []
     cost = "\n".join(cost_section(runs, prices, with_paper=with_paper))
     contents = {
-        "report.md": report_markdown(runs, tables, experiments, besides, compared, cost, plots),
+        "report.md": report_markdown(runs, tables, experiments, besides, compared, cost, plots, questions),
         "tables.tex": "\n".join(
             latex.table_latex(table, intervals=narrow.intervals) for table in narrow.tables(written)
         ),
@@ -86,6 +91,8 @@ def write_tables(
     }
     if (paid := cost_csv(runs, prices)) is not None:
         contents["cost.csv"] = paid
+    if questions:
+        contents["questions.json"] = questions_json(questions)
     for name, text in contents.items():
         (folder / name).write_text(text, encoding="utf-8")
     return len(written)

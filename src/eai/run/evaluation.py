@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +16,7 @@ from rich.text import Text
 from eai.benchmarks.suite import DEFAULT_PROTOCOL
 from eai.errors import EaiError, InputError, InterruptError
 from eai.run.count import Watch, unwatched
-from eai.run.job import Endpoint, Job
+from eai.run.job import Endpoint, Job, Requests
 from eai.run.journal import Journal
 from eai.run.logs import JOB, find_log
 from eai.run.prices import read_prices, set_price
@@ -44,10 +45,24 @@ class Answers:
 
 
 def obtain_answers(job: Job, journal: Path, log_dir: Path, *, watch: Watch = unwatched) -> Answers:
-    """Ask the model for what the journal does not hold yet.
+    """Ask the model for what the journal does not hold yet, as `obtain` does."""
+    return obtain(job, partial(_task, job), journal, log_dir, watch=watch)
+
+
+def obtain(
+    job: Requests,
+    make_task: Callable[[Desk], inspect_ai.Task],
+    journal: Path,
+    log_dir: Path,
+    *,
+    watch: Watch = unwatched,
+) -> Answers:
+    """Ask a model for what the journal does not hold yet.
 
     Args:
         job: what to ask whom.
+        make_task: the Inspect task that asks for what is on a desk. A suite is scored when all answers
+            are there, anything else at once.
         journal: where answers are written down as they arrive.
         log_dir: where Inspect writes its log.
         watch: told of every answer and failure.
@@ -63,7 +78,7 @@ def obtain_answers(job: Job, journal: Path, log_dir: Path, *, watch: Watch = unw
         log = find_log(job, log_dir) if desk.complete else None
         if log is None:
             _make_folder(log_dir)
-            evaluated = _evaluate(job, _task(job, desk), log_dir)
+            evaluated = _evaluate(job, make_task(desk), log_dir)
             if desk.stopped is not None:
                 raise desk.stopped
             log = _log_of(job, evaluated)
@@ -96,7 +111,7 @@ def _make_folder(folder: Path) -> None:
         raise InputError(f"{folder}: cannot be made ({error.strerror})") from error
 
 
-def _evaluate(job: Job, task: inspect_ai.Task, log_dir: Path) -> EvalLog | None:
+def _evaluate(job: Requests, task: inspect_ai.Task, log_dir: Path) -> EvalLog | None:
     """Let Inspect ask; scoring waits until all answers are there, whose form decides how each is read.
 
     The scores come into the log afterwards (`eai.run.logs.write_scores`).
@@ -114,7 +129,7 @@ def _evaluate(job: Job, task: inspect_ai.Task, log_dir: Path) -> EvalLog | None:
         log_dir=str(log_dir),
         display="none",
         fail_on_error=False,
-        score=False,
+        score=not isinstance(job, Job),
         temperature=job.decoding.temperature,
         max_tokens=job.decoding.max_tokens,
         **sampling,
@@ -142,11 +157,11 @@ def find_model(endpoint: Endpoint) -> Model:
         raise EaiError(f"{endpoint.model}: {message}") from error
 
 
-def _log_of(job: Job, log: EvalLog | None) -> Path:
+def _log_of(job: Requests, log: EvalLog | None) -> Path:
     """Where the log of a run is that came to its end; raises if it did not."""
     if log is None or log.status == "cancelled":
         raise InterruptError("interrupted; the same command goes on from here")
     if log.status == "success":
         return Path(log.location.removeprefix("file://"))
     message = log.error.message.strip().splitlines()[-1] if log.error else log.status
-    raise EaiError(f"{job.endpoint.model} on {job.benchmark.name} {job.ability.value}: {message}")
+    raise EaiError(f"{job.title}: {message}")

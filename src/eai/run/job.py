@@ -103,34 +103,30 @@ class Pace:
 
 
 @dataclass(frozen=True, slots=True)
-class Job:
-    """Tasks of a suite to be put to a model.
+class Requests:
+    """Questions to be put to a model.
 
     Attributes:
-        prompts: the prompt of each task, by id, in the order of the data set.
-        epochs: how many answers to each task.
-        source: where the data comes from.
+        prompts: the questions by id, in order.
+        epochs: how many answers to each.
         trials: how answers are carried out in an experiment; None where each question is asked once.
-        about: what the built-in models are to know of questions besides, by task: fields of the metadata.
-        targets: the right answers, by task, of questions that ask for something else than the ability (for
-            scene graphs); None where it is the ability that is asked for.
     """
 
     endpoint: Endpoint
-    benchmark: Benchmark
-    ability: Ability
     prompts: Mapping[str, Prompt]
     epochs: int = 1
     decoding: Decoding = field(default_factory=Decoding)
     pace: Pace = field(default_factory=Pace)
-    source: Source = field(default_factory=Source)
     trials: Trials | None = None
-    about: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
-    targets: Mapping[str, str] | None = None
+
+    @property
+    def title(self) -> str:
+        """What messages call it."""
+        return self.endpoint.model
 
     @property
     def sha256(self) -> str:
-        """Digest of all requests: two jobs with the same one come to the same answers."""
+        """Digest of all requests: two with the same one come to the same answers."""
         requests = [(task_id, self.request_sha256(prompt)) for task_id, prompt in self.prompts.items()]
         decisive: list[Json] = [self.epochs, requests]
         if self.trials is not None:
@@ -156,3 +152,26 @@ class Job:
             *((attempt,) if attempt > 1 else ()),
         )
         return hashlib.sha256(json.dumps(decisive).encode()).hexdigest()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Job(Requests):
+    """Tasks of a suite to be put to a model, each by its id, in the order of the data set.
+
+    Attributes:
+        source: where the data comes from.
+        about: what the built-in models are to know of questions besides, by task: fields of the metadata.
+        targets: the right answers, by task, of questions that ask for something else than the ability (for
+            scene graphs); None where it is the ability that is asked for.
+    """
+
+    benchmark: Benchmark
+    ability: Ability
+    source: Source = field(default_factory=Source)
+    about: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
+    targets: Mapping[str, str] | None = None
+
+    @property
+    def title(self) -> str:
+        """What messages call it."""
+        return f"{self.endpoint.model} on {self.benchmark.name} {self.ability.value}"

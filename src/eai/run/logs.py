@@ -12,7 +12,7 @@ from eai.abilities.responses import Response, ResponseFile, file_name
 from eai.benchmarks.source import Source
 from eai.benchmarks.suite import Suite
 from eai.errors import InputError
-from eai.run.job import Job
+from eai.run.job import Requests
 from eai.run.scorer import score_of
 from eai.scoring.answer import Place
 from eai.scoring.majority import majority
@@ -24,7 +24,7 @@ JOB = "job_sha256"
 """The field of a log's metadata that says which job it is the log of."""
 
 
-def find_log(job: Job, folder: Path) -> Path | None:
+def find_log(job: Requests, folder: Path) -> Path | None:
     """The newest log that holds all answers to a job, or None."""
     if not folder.is_dir():
         return None

@@ -19,21 +19,24 @@ from inspect_ai.scorer import (
     scorer,
     stderr,
 )
-from inspect_ai.solver import TaskState
+from inspect_ai.solver import Solver, TaskState
 from inspect_ai.util import registry_info
 
 from eai.abilities.protocol import member
+from eai.abilities.verdict import Json
 from eai.benchmarks.registry import find_benchmark
-from eai.errors import EaiError, InterruptError
 from eai.prompts.prompt import Prompt
 from eai.questions.answers import gold_text, grade
 from eai.questions.question import Form, Kind, Question, read_questions
 from eai.questions.writer import Wanted, Writer
-from eai.run.evaluation import find_model
-from eai.run.job import Endpoint
+from eai.run.count import Watch, unwatched
+from eai.run.evaluation import Answers, obtain
+from eai.run.job import Endpoint, Pace, Requests
+from eai.run.journal import JOURNAL
+from eai.run.logs import JOB
 from eai.run.messages import QUESTION, messages_of
 from eai.run.refusal import refusing
-from eai.run.solver import ask_as_published
+from eai.run.solver import ask, ask_as_published
 
 
 @scorer(metrics=[grouped(accuracy(), "kind", all=False), accuracy(), stderr(cluster="task")], name="question")
@@ -52,13 +55,26 @@ def question_scorer() -> Scorer:
     return score
 
 
-def question_task(questions: Sequence[Question], name: str) -> inspect_ai.Task:
-    """The Inspect task that puts questions to a model."""
+def question_task(
+    questions: Sequence[Question],
+    name: str,
+    solver: Solver | None = None,
+    metadata: Mapping[str, Json] | None = None,
+) -> inspect_ai.Task:
+    """The Inspect task that puts questions to a model.
+
+    Args:
+        questions: the questions.
+        name: of the task.
+        solver: what asks them; by default each once.
+        metadata: what the log says of the task.
+    """
     return inspect_ai.Task(
         dataset=MemoryDataset([_sample(question) for question in questions], name=name),
-        solver=ask_as_published(),
+        solver=solver or ask_as_published(),
         scorer=question_scorer(),
         name=name,
+        metadata=dict(metadata or {}),
         config=GenerateConfig(temperature=0.0),
     )
 
@@ -92,29 +108,29 @@ def published_questions(reference: str) -> Callable[..., inspect_ai.Task]:
 
 
 def ask_questions(
-    questions: Sequence[Question], endpoint: Endpoint, log_dir: Path, max_connections: int | None = None
-) -> Mapping[str, str]:
-    """The answers of a model, by id; those that failed are not there.
+    questions: Sequence[Question],
+    endpoint: Endpoint,
+    folder: Path,
+    pace: Pace,
+    *,
+    watch: Watch = unwatched,
+) -> Answers:
+    """Ask a model for what the journal in a folder does not hold yet.
 
     Raises:
+        InputError: the folder cannot be used.
+        InterruptError: the user ended it.
         EaiError: the run as a whole failed: no such model, a key is missing.
     """
-    logs = inspect_ai.eval(
-        question_task(questions, "questions"),
-        model=find_model(endpoint),
-        log_dir=str(log_dir),
-        display="none",
-        fail_on_error=False,
-        max_connections=max_connections,
+    requests = Requests(endpoint, {each.id: Prompt(each.prompt) for each in questions}, pace=pace)
+    about: dict[str, Json] = {JOB: requests.sha256}
+    return obtain(
+        requests,
+        lambda desk: question_task(questions, "questions", ask(desk), about),
+        folder / JOURNAL,
+        folder / "logs",
+        watch=watch,
     )
-    log = next(iter(logs), None)
-    if log is None:
-        raise InterruptError("interrupted before there was an answer")
-    if log.status == "error":
-        message = log.error.message.strip().splitlines()[-1] if log.error else log.status
-        raise EaiError(f"{endpoint.model}: {message}")
-    answered = [sample for sample in log.samples or () if sample.output.choices and sample.error is None]
-    return {str(sample.id): sample.output.completion for sample in answered}
 
 
 def _sample(question: Question) -> Sample:

@@ -28,7 +28,7 @@ from eai.abilities.record import Usage
 from eai.benchmarks.answer_form import answer_form
 from eai.perception.scenes import SCENE
 from eai.prompts.prompt import Prompt
-from eai.run.job import Job
+from eai.run.job import Job, Requests
 from eai.run.messages import messages_of
 from eai.run.reasoning import Parts, complete, part
 from eai.run.state import Desk
@@ -217,9 +217,11 @@ def _answer(state: TaskState, request_sha256: str, prompt: Prompt, reply: _Reply
     )
 
 
-def _restrictions(job: Job, task_id: str, stop: tuple[str, ...]) -> GenerateConfig | None:
+def _restrictions(job: Requests, task_id: str, stop: tuple[str, ...]) -> GenerateConfig | None:
     """What a request asks for that not every model can stand: stop sequences and a form of the answer."""
-    schema = _response_schema(job, task_id) if job.decoding.structured else None
+    schema = None
+    if isinstance(job, Job) and job.decoding.structured:
+        schema = _response_schema(job, task_id)
     stop = stop if job.decoding.stop else ()
     if not stop and schema is None:
         return None

@@ -5,7 +5,7 @@ from __future__ import annotations
 from eai.errors import EaiError, InputError
 from eai.prompts.prompt import Prompt
 from eai.run.count import Count, Watch, unwatched
-from eai.run.job import Job
+from eai.run.job import Requests
 from eai.run.journal import Journal
 from eai.scoring.answer import Answer, Place
 from eai.scoring.trials import Inquiry, Tried
@@ -28,7 +28,7 @@ class Desk:
         stopped: why nothing more is to be asked, if that is so.
     """
 
-    def __init__(self, job: Job, journal: Journal, watch: Watch = unwatched) -> None:
+    def __init__(self, job: Requests, journal: Journal, watch: Watch = unwatched) -> None:
         self.job = job
         self.given: dict[Place, list[Answer]] = {}
         self.asked: dict[Place, list[Prompt]] = {}
