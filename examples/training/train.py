@@ -20,7 +20,8 @@ from typing import NamedTuple
 
 from policy import Choice, Reader, Table
 
-from eai.benchmarks.generated.generator import Generated, Generator, generate
+from eai.benchmarks.generated.generator import Generator, generate
+from eai.benchmarks.generated.outcome import Generated
 from eai.benchmarks.generated.sets import Seeds
 from eai.benchmarks.generated.spec import Spec, Tier
 from eai.benchmarks.registry import find_benchmark

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
@@ -65,3 +66,50 @@ def test_prompts_and_right_answers_are_in_the_twins_words(name: str) -> None:
     told = prompts[task_id].user
     assert all(words.encode(task.scene.objects[i].name) in told for i in task.relevant)
     assert open_suite(twin, PLANNED[0]).score(task_id, book.gold(task_id).text).success  # type: ignore[attr-defined]
+
+
+def test_prompts_say_exactly_what_actions_need_and_do(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(Path(__file__).parents[2] / "examples" / "lamps")
+    told = find_benchmark("obfuscated:lamps:lamps").wording(PLANNED[0]).operators()
+    assert (
+        "GO(x)\n"
+        "  needs: x is of the kind lamp; x is not open; the agent is at x; "
+        "there is no y such that the agent holds y\n"
+        "  then: x is open\n"
+    ) in told
+    assert "  then: the agent does not hold x; x is inside y" in told
+    assert "GO" in cipher("lamps:lamps").words.values()
+
+
+@pytest.mark.usefixtures("data_store")
+@pytest.mark.parametrize("name", ["virtualhome", "behavior"])
+def test_every_action_has_its_needs_and_effects(name: str) -> None:
+    """Left and right are told apart, which names of actions alone do in the plain prompts."""
+    domain = find_benchmark(name).domain
+    first, *lines = find_benchmark(f"obfuscated:{name}").wording(PLANNED[0]).operators().splitlines()
+    assert '"needs"' in first
+    assert len(lines) == 3 * len(domain.operators)
+    for head, needs, then, operator in zip(
+        lines[::3], lines[1::3], lines[2::3], domain.operators, strict=True
+    ):
+        assert (
+            head == f"{cipher(name).encode(operator.name)}({', '.join(p.name for p in operator.parameters)})"
+        )
+        assert (needs[:9], then[:8]) == ("  needs: ", "  then: ")
+        assert (then == "  then: nothing changes") == (not operator.effects and not operator.tries)
+        side = next((s for s in ("left", "right") if operator.name.startswith(s.upper())), None)
+        assert side is None or f"{side} hand" in needs + then
+
+
+@pytest.mark.usefixtures("data_store")
+@pytest.mark.parametrize("name", ["virtualhome", "behavior"])
+def test_properties_that_actions_ask_for_are_told(name: str) -> None:
+    wording = find_benchmark(f"obfuscated:{name}").wording(PLANNED[0])
+    asked = set(re.findall(r"the property ([\w.-]*\w)", wording.operators() + wording.vocabulary()))
+    told, words = set(), cipher(name)
+    for task in list(find_benchmark(name).tasks(Source()).values())[::10]:
+        for index in range(len(task.scene.objects)):
+            told |= set(wording.object(task, index).rpartition(": ")[2].split(", "))
+            having = {each for each in asked if task.initial.has(words.decode(each), index)}
+            assert having <= set(wording.object(task, index).rpartition(": ")[2].split(", "))
+    assert len(asked & told) > len(asked) // 2

@@ -15,6 +15,7 @@ from eai.abilities.subgoal_decomposition.notation import SubgoalNotation
 from eai.abilities.task import Task
 from eai.abilities.transition_modeling.declared import declared_tasks
 from eai.abilities.transition_modeling.task import TransitionTask
+from eai.benchmarks.english import PLAIN, English
 from eai.benchmarks.errata import NO_ERRATA, Errata
 from eai.benchmarks.figure import Figure
 from eai.benchmarks.problem_world import ProblemWorld
@@ -93,8 +94,7 @@ class Benchmark:
         problem_of: the planning problem that some ground goals of a task make with its published operators;
             None where it is exported from the declaration.
         open_bddl: opens what problems in BDDL may speak of; by default what the declaration does.
-        phrases: how to say in English that a predicate holds, as in ``{x} is on top of {y}``, by its name; by
-            default made of the name (`eai.benchmarks.generated.words`).
+        english: how its tasks are put into English, and what nobody would ask for; by default made of names.
         planner_seconds: how long a planner may take for one task of transition modeling, in CPU seconds.
         reference: what `eai.benchmarks.registry.find_benchmark` finds it by; empty if by nothing.
     """
@@ -122,7 +122,7 @@ class Benchmark:
     open_demonstrations: OpenDemonstrations | None = None
     problem_of: ProblemOf | None = None
     open_bddl: OpenWorld | None = None
-    phrases: Mapping[str, str] = field(default_factory=dict)
+    english: English = PLAIN
     planner_seconds: int = 100
     reference: str = ""
 

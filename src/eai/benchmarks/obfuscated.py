@@ -10,9 +10,11 @@ from __future__ import annotations
 import hashlib
 import random
 import re
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
+import eai.logic.formula as f
 from eai.abilities.action_sequencing.notation import PlanNotation
 from eai.abilities.action_sequencing.plan import WrittenPlan
 from eai.abilities.protocol import Ability
@@ -22,11 +24,13 @@ from eai.abilities.task import Task
 from eai.abilities.transition_modeling.task import TransitionTask
 from eai.abilities.unreadable import Unreadable
 from eai.benchmarks.benchmark import Benchmark
-from eai.benchmarks.generated.words import phrase_of
+from eai.benchmarks.english import PLAIN, English
+from eai.benchmarks.exact_text import ExactText, is_property
 from eai.benchmarks.source import Source, TaskSet
 from eai.planning.planner import Planner
 from eai.prompts.wording import Wording
 from eai.world.execution import Action
+from eai.world.operator import Operator
 from eai.world.state import Scene
 
 _TOKEN = re.compile(r"[A-Za-z_][\w-]*(?:\.\w+)*")
@@ -38,6 +42,11 @@ _KEPT = frozenset(
     )
 )
 """The words of the syntaxes, which stay."""
+
+_HOW_TO_READ = (
+    'An action is possible if all holds that stands after "needs". What stands after "then" is made so, in '
+    "that order; what is asked there is asked of the state before the action. All else stays as it is."
+)
 
 
 @dataclass(frozen=True)
@@ -112,28 +121,40 @@ class _TwinWording(Wording):
 
     Attributes:
         cipher: the words.
-        phrases: what predicates mean in English.
+        english: what predicates mean.
     """
 
     cipher: Cipher = Cipher({})
-    phrases: Mapping[str, str] | None = None
+    english: English = PLAIN
+
+    @cached_property
+    def _exact(self) -> ExactText:
+        return ExactText(self.domain.vocabulary, self.english, self.cipher.encode)
+
+    @cached_property
+    def _spoken_of(self) -> Sequence[str]:
+        return self._exact.spoken_of(self.predicates, self.domain.operators)
 
     def vocabulary(self) -> str:
-        phrases = self.phrases or {}
-        meant = [phrase_of(name, self._arity(name), phrases).format(x="x", y="y") for name in self.predicates]
+        atoms = [f.Atom(name, tuple(map(f.Variable, "xy"[: self._arity(name)]))) for name in self.predicates]
         lines = self.cipher.encode(super().vocabulary()).splitlines()
-        return "\n".join(f"{line}: {meaning}" for line, meaning in zip(lines, meant, strict=True))
+        said = [f"{line}: {self._exact.condition(atom)}" for line, atom in zip(lines, atoms, strict=True)]
+        return "\n".join([*said, *(f"- {each}" for each in self._exact.definitions(self._spoken_of))])
 
     def operators(self) -> str:
-        lines = super().operators().splitlines()
-        return "\n".join(line if line.startswith(" ") else self._headed(line) for line in lines)
+        return f"{_HOW_TO_READ}\n{super().operators()}"
 
-    def _headed(self, line: str) -> str:
-        head, bracket, rest = line.partition("(")
-        return f"{self.cipher.encode(head)}{bracket}{rest}"
+    def operator(self, operator: Operator) -> str:
+        parameters = ", ".join([parameter.name for parameter in operator.parameters])
+        head = f"{self.cipher.encode(operator.name)}({parameters})"
+        return f"{head}\n  needs: {self._exact.needs(operator)}\n  then: {self._exact.does(operator)}"
 
     def object(self, task: Task, index: int) -> str:
-        return self.cipher.encode(super().object(task, index))
+        stored = [self.domain.vocabulary.stored(name) for name in self._spoken_of]
+        hidden = [p.name for p in stored if p is not None and is_property(p) and not p.visible]
+        having = [self.cipher.encode(name) for name in hidden if task.initial.has(name, index)]
+        head, _, told = self.cipher.encode(super().object(task, index)).rpartition(": ")
+        return f"{head}: {', '.join([*(told.split(', ') if told != '-' else ()), *having]) or '-'}"
 
     def initial(self, task: Task) -> str:
         return self.cipher.encode(super().initial(task))
@@ -204,7 +225,7 @@ def obfuscated(benchmark: Benchmark, source: Source | None = None) -> Benchmark:
             plain.written_as,
             plain.object_name,
             cipher=cipher,
-            phrases=benchmark.phrases,
+            english=benchmark.english,
         )
 
     def in_capitals(text: str) -> str:

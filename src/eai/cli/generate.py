@@ -10,7 +10,8 @@ from rich.progress import Progress
 from rich.table import Table
 
 from eai.abilities.responses import file_name
-from eai.benchmarks.generated.generator import Generated, Generator, Rejected, generate
+from eai.benchmarks.generated.generator import Generator, generate
+from eai.benchmarks.generated.outcome import Generated, Rejected
 from eai.benchmarks.generated.sets import (
     Seeds,
     Shape,

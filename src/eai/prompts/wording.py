@@ -63,7 +63,11 @@ class Wording:
 
     def operators(self) -> str:
         """The actions with their parameters, and what each of their checks means in words."""
-        return _lines(_operator_text(operator) for operator in self.domain.operators)
+        return _lines(map(self.operator, self.domain.operators))
+
+    def operator(self, operator: Operator) -> str:
+        """One of them."""
+        return _operator_text(operator)
 
     def objects(self, task: Task) -> str:
         """The objects of a task with their properties, each once."""

@@ -6,16 +6,18 @@ import importlib.util
 import subprocess
 import sys
 from dataclasses import replace
+from fnmatch import fnmatchcase
 from pathlib import Path
 
 import pytest
 
+import eai.logic.formula as f
 from benchmarks.generated.worlds import HOUSEHOLDS, generate, generator, outcomes, tasks
 from eai.abilities.goal_test import GoalTest
 from eai.abilities.task import Task
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.generated import fingerprint
-from eai.benchmarks.generated.generator import Generated, Reason, Rejected
+from eai.benchmarks.generated.outcome import Generated, Reason, Rejected
 from eai.benchmarks.generated.prior import kinds_of
 from eai.benchmarks.generated.sets import Seeds
 from eai.benchmarks.generated.spec import LENGTHS, Forms, Tier
@@ -24,6 +26,7 @@ from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.source import Source
 from eai.benchmarks.task_lines import read_line, task_of, written
 from eai.data.store import Store
+from eai.logic.traversal import walk
 from eai.pddl.export import ExportOptions, ProblemSource, export_problems
 from eai.pddl.writer import write_domain, write_problem
 from eai.world.domain import Domain
@@ -149,6 +152,34 @@ def test_scenes_are_closed(like: str) -> None:
         assert (
             kinds <= made.prior.kinds
         )  # nothing is done to a thing that no plan of the data set does to such
+
+
+@pytest.mark.parametrize("like", HOUSEHOLDS)
+def test_goals_are_about_what_belongs_together_and_none_is_odd(like: str) -> None:
+    prior, english = generator(like).prior, find_benchmark(like).english
+    together = [theme.categories for theme in prior.themes.values()]
+    assert prior.odd
+    for made in tasks(like):
+        scene = made.task.scene
+        for each in made.task.goals:
+            for part in walk(each.formula):
+                if isinstance(part, f.Atom) and all(isinstance(t, f.Constant) for t in part.arguments):
+                    categories = [scene.objects[scene.index[t.name]].category for t in part.arguments]
+                    assert any(theme.issuperset(categories) for theme in together)
+                    if not isinstance(each.formula, f.Not):
+                        assert not english.is_odd(part.predicate, categories), (made.task.id, part)
+
+
+@pytest.mark.parametrize("like", HOUSEHOLDS)
+def test_what_is_called_odd_occurs(like: str) -> None:
+    """No line of the lists is without effect, as a name that was mistyped would be."""
+    prior, english = generator(like).prior, find_benchmark(like).english
+    known = [p for patterns in prior.patterns.values() for p in patterns]
+    told = [" ".join((pattern.predicate, *pattern.categories)) for pattern in known if pattern.truth]
+    for line in english.odd:
+        assert any(fnmatchcase(each, line) for each in told), line
+    for line in english.sound:
+        assert any(fnmatchcase(each, line) for each in told), line
 
 
 @pytest.mark.parametrize("like", HOUSEHOLDS)

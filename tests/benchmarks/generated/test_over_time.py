@@ -13,7 +13,7 @@ from eai.abilities.goal_test import GoalTest
 from eai.abilities.protocol import Ability
 from eai.abilities.task import Task
 from eai.abilities.verdict import PlanVerdict
-from eai.benchmarks.generated.generator import Generated
+from eai.benchmarks.generated.outcome import Generated
 from eai.benchmarks.random_answers import random_walk
 from eai.benchmarks.registry import find_benchmark
 from eai.logic.trace import TakenAction

@@ -3,19 +3,23 @@
 from __future__ import annotations
 
 import random
+from dataclasses import replace
 
 import pytest
 
 import eai.logic.formula as f
 from benchmarks.generated.worlds import HOUSEHOLDS, tasks
+from eai.benchmarks.english import English
+from eai.benchmarks.generated.grammar import Voice, plural
 from eai.benchmarks.generated.reader import Reader
 from eai.benchmarks.generated.spec import Forms
-from eai.benchmarks.generated.words import Words, plural
+from eai.benchmarks.generated.words import Words
 from eai.benchmarks.registry import find_benchmark
 from eai.errors import InputError
 from eai.logic.ltl import parse
 from eai.logic.signature import Signature
 from eai.world import Predicate, Scene, Vocabulary, WorldObject
+from eai.world.state import Fact
 
 THINGS = {
     "me": "robot",
@@ -32,8 +36,13 @@ WORDS = Words(
     Scene(
         Vocabulary(tuple(Predicate(name, arity) for name, arity in ARITIES.items())),
         [WorldObject(name, category) for name, category in THINGS.items()],
+        agent=0,
     ),
-    {"ON": "{x} is switched on", "on_top": "{x} is on top of {y}"},
+    English(
+        says={"ON": ["{x} is switched on", "{x} is turned on"], "on_top": ["{x} is on top of {y}"]},
+        asks={"ON": ["switch {x} on", "turn {x} on"], "inside": ["put {x} inside {y}", "put {x} into {y}"]},
+        denies={"ON": ["switch {x} off"], "inside": ["take {x} out of {y}"]},
+    ),
 )
 
 CASES = [
@@ -55,6 +64,60 @@ CASES = [
     ("is_clean(cup_1) or inside(cup_1, box_2)", "either cup_1 is clean or cup_1 is inside box_2"),
     ("GRAB() or TOUCH()", "the action GRAB or TOUCH has been taken"),
 ]
+
+
+ASKED = Voice(0, True)
+REQUESTED = [
+    ("ON(lamp_1)", ASKED, "switch the lamp on"),
+    ("ON(lamp_1)", Voice(1, True), "turn the lamp on"),
+    ("ON(lamp_1)", Voice(1), "the lamp is turned on"),
+    ("not ON(lamp_1)", Voice(1, True), "switch the lamp off"),
+    ("is_clean(cup_1)", ASKED, "see to it that cup_1 is clean"),
+    ("inside(me, box_1)", ASKED, "see to it that the robot is inside box_1"),
+    ("forall x: cup. (inside(x, box_1))", Voice(1, True), "put each cup into box_1"),
+    ("forall x: cup. (not inside(x, box_1))", Voice(1, True), "take each cup out of box_1"),
+    ("forall x: cup. (not inside(x, box_1))", Voice(1), "no cup is inside box_1"),
+    ("exists x: cup. (not inside(x, box_1))", ASKED, "take at least one cup out of box_1"),
+    ("exists x: cup. (inside(x, box_1))", ASKED, "put at least one cup inside box_1"),
+    (
+        "forall x: cup. (exists y: gift_box. (inside(x, y)))",
+        ASKED,
+        "put every cup inside some gift box",
+    ),
+    ("forpairs x: cup, y: gift_box. (inside(x, y))", Voice(1, True), "put each cup into a separate gift box"),
+    ("forn 1. x: cup. (is_clean(x))", Voice(1), "precisely one cup is clean"),
+    (
+        "forn 2. x: cup. (inside(x, box_1))",
+        ASKED,
+        "see to it that exactly two cups are inside box_1",  # to put two inside may make it three
+    ),
+    (
+        "ON(lamp_1) or inside(cup_1, box_1)",
+        Voice(1, True),
+        "see to it that either the lamp is turned on or cup_1 is inside box_1",
+    ),
+    (
+        "not ON(lamp_1) until inside(cup_1, box_1)",
+        ASKED,
+        "see to it that the lamp is not switched on until cup_1 is inside box_1",
+    ),
+]
+
+
+@pytest.mark.parametrize(("text", "voice", "clause"), REQUESTED)
+def test_the_same_is_said_in_several_ways(text: str, voice: Voice, clause: str) -> None:
+    goal = formula(text)
+    assert WORDS.clause(goal, voice) == clause
+    opening = "Your task is to" if voice.requests else "Make sure that"
+    assert Reader(WORDS).goals(f"{opening} {clause}.") == (goal,)
+
+
+@pytest.mark.parametrize("text", [text for text, _ in CASES])
+@pytest.mark.parametrize("requests", [False, True])
+def test_every_voice_gives_the_goal_back(text: str, requests: bool) -> None:
+    goal, opening = formula(text), "Please" if requests else "See to it that"
+    clauses = {WORDS.clause(goal, Voice(pick, requests)) for pick in range(12)}
+    assert [Reader(WORDS).goals(f"{opening} {clause}.") for clause in clauses] == [(goal,)] * len(clauses)
 
 
 def formula(text: str) -> f.Formula:
@@ -85,6 +148,10 @@ def test_several_goals_are_joined(number: int) -> None:
         "Make sure that every lamb is clean.",
         "Make sure that exactly two cup are clean.",
         "Make sure that the cup is clean.",
+        "Make sure that switch the lamp on.",
+        "Please the lamp is switched on.",
+        "Please put no cup inside box_1.",
+        "Please put exactly two cups inside box_1.",
     ],
 )
 def test_what_says_no_goal_is_refused(text: str) -> None:
@@ -106,6 +173,8 @@ def test_a_goal_without_sentence_is_refused() -> None:
         ("knife", "knives"),
         ("shelf", "shelves"),
         ("key", "keys"),
+        ("pair of jeans", "pairs of jeans"),
+        ("box of cereal", "boxes of cereal"),
     ],
 )
 def test_plurals(noun: str, nouns: str) -> None:
@@ -136,3 +205,17 @@ def test_things_are_told_by_their_places() -> None:
             assert "one meaning" in str(error)  # noqa: PT017
         told += " that is " in instruction
     assert told
+
+
+def test_things_are_told_by_what_is_so_of_them_alone() -> None:
+    scene = WORDS.scene
+    seen = [Fact("inside", (1, 4)), Fact("is_clean", (2,)), Fact("ON", (1,)), Fact("ON", (2,))]
+    words = replace(WORDS, seen=[Fact("on_top", (1, 3)), *seen])
+    assert [words.is_told(thing.name) for thing in scene.objects] == [True] * 4 + [False, False, True]
+    said = words.clause(formula("inside(cup_1, box_1) or not is_clean(cup_2)"))
+    assert said == (
+        "either the cup that is on top of the shelf is inside box_1 or the cup that is clean now is not clean"
+    )
+    assert Reader(words).goals(f"Make sure that {said}.") == (
+        formula("inside(cup_1, box_1) or not is_clean(cup_2)"),
+    )

@@ -5,7 +5,8 @@ from __future__ import annotations
 from functools import cache
 from itertools import islice
 
-from eai.benchmarks.generated.generator import Generated, Generator, Outcome, generate
+from eai.benchmarks.generated.generator import Generator, generate
+from eai.benchmarks.generated.outcome import Generated, Outcome
 from eai.benchmarks.generated.sets import Seeds
 from eai.benchmarks.generated.spec import Forms, Spec, Tier
 from eai.benchmarks.registry import find_benchmark

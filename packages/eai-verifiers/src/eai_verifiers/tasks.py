@@ -9,7 +9,8 @@ from itertools import islice
 from typing import NamedTuple
 
 from eai.abilities.protocol import Ability
-from eai.benchmarks.generated.generator import Generated, Generator, generate
+from eai.benchmarks.generated.generator import Generator, generate
+from eai.benchmarks.generated.outcome import Generated
 from eai.benchmarks.generated.sets import Seeds
 from eai.benchmarks.generated.spec import Spec, Tier
 from eai.benchmarks.prompt_library import Library

@@ -13,6 +13,7 @@ from eai.benchmarks.behavior.tasks import BehaviorTask
 from eai.benchmarks.behavior.tasks import open_tasks as open_behavior_tasks
 from eai.benchmarks.behavior.wording import wording
 from eai.benchmarks.benchmark import Benchmark
+from eai.benchmarks.english import english_of
 from eai.benchmarks.errata import errata_of
 from eai.benchmarks.formats import formats_of
 from eai.benchmarks.gold_operators import open_behavior
@@ -23,14 +24,6 @@ from eai.benchmarks.reference.wing import behavior_wing
 from eai.benchmarks.source import Source, TaskSet, once_per_store
 
 NAME = "behavior"
-
-PHRASES = {
-    "toggled_on": "{x} is switched on",
-    "ontop": "{x} is on top of {y}",
-    "onfloor": "{x} is on {y}",
-    "nextto": "{x} is next to {y}",
-}
-"""What states and relations are called in sentences, where it is not by their name."""
 
 
 @once_per_store
@@ -65,6 +58,6 @@ def behavior() -> Benchmark:
         open_bddl=lambda source: Activities(open_tasks(source)),
         goal_sections=GOAL_SECTIONS,
         task_id_of=published_task,
-        phrases=PHRASES,
+        english=english_of("eai.benchmarks.behavior"),
         planner_seconds=200,
     )

@@ -3,33 +3,30 @@
 from __future__ import annotations
 
 import random
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
-from enum import Enum
-from typing import TypeAlias
 
 import eai.logic.formula as f
-from eai.abilities.goal_test import GoalTest
 from eai.abilities.protocol import Ability
 from eai.abilities.task import Task, goal
 from eai.abilities.verdict import Json
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.generated import fingerprint
+from eai.benchmarks.generated.census import prior_of
 from eai.benchmarks.generated.goals import Proposals, clash, subjects_of
+from eai.benchmarks.generated.objections import Objections
+from eai.benchmarks.generated.outcome import Generated, Outcome, Reason, Rejected
 from eai.benchmarks.generated.over_time import Seeker
-from eai.benchmarks.generated.prior import Prior, prior_of
-from eai.benchmarks.generated.reader import Reader
+from eai.benchmarks.generated.prior import Prior, Theme
 from eai.benchmarks.generated.scene import closed_scene, with_guests
 from eai.benchmarks.generated.spec import CANARY, LENGTHS, Spec, Tier, tier_of
 from eai.benchmarks.generated.usage import Usage
 from eai.benchmarks.generated.walk import Walk, certificate, lower_bound, posed
 from eai.benchmarks.generated.words import Words
-from eai.benchmarks.lookup import LookupTable
 from eai.benchmarks.source import Source
 from eai.benchmarks.task_lines import plan_of
 from eai.errors import InputError
 from eai.planning.planner import Planner
-from eai.world.execution import Action, execute
 from eai.world.relation import bits
 from eai.world.state import State
 
@@ -38,6 +35,9 @@ _TRIES = 12
 
 _GIVEN_UP = 5
 """After so many goals in a row that are not reached, a scene has no more to offer."""
+
+_THEMES = 3
+"""How many things that do not belong together are asked for at most where scenes are not rich."""
 
 _RICH = (Tier.L, Tier.XL, Tier.XXL)
 """The tiers that ask for scenes with more in them than those of the data set."""
@@ -58,41 +58,6 @@ _RENEWED = 200
 """After so many tasks the planner begins anew: it keeps every formula that it has read."""
 
 
-class Reason(str, Enum):
-    """Why a seed gives no task."""
-
-    NO_GOALS = "no goal was reached"
-    TOO_SHORT = "the certificate is too short"
-    TOO_LONG = "the certificate is too long"
-    HOLDS_ALREADY = "a goal holds at the start"
-    ONE_ACTION = "one action solves it"
-    NO_CERTIFICATE = "the certificate does not solve it"
-    AMBIGUOUS = "the instruction does not say exactly the goals"
-    NO_ORDER = "no goal over time was found that matters"
-    PUBLIC = "a public task has the same goals"
-    PUBLIC_PLAN = "the plan of a public task with similar goals solves it"
-    COPY = "another generated task is the same"
-
-
-@dataclass(frozen=True, slots=True)
-class Rejected:
-    """No task, and why."""
-
-    seed: str
-    reason: Reason
-
-
-@dataclass(frozen=True, slots=True)
-class Generated:
-    """A task with its certificate, which is its script, and what is known of it."""
-
-    task: Task
-    about: Mapping[str, Json]
-
-
-Outcome: TypeAlias = "Generated | Rejected"
-
-
 @dataclass
 class Generator:
     """Makes tasks.
@@ -111,8 +76,7 @@ class Generator:
     def __post_init__(self) -> None:
         self._tasks = list(self.benchmark.tasks(self.source).values())
         self.prior: Prior = prior_of(self.benchmark, self._tasks)
-        self._public = {fingerprint.of_goals(_formulas(task), task.scene) for task in self._tasks}
-        self._table = LookupTable(self._tasks, self.benchmark.domain)
+        self._objections = Objections(self.benchmark, self._tasks, by_place=self.spec.by_place)
         self._usage = Usage(self.benchmark.domain, self.prior)
         self._planner = Planner(self._usage.domain)
         listings = self.benchmark.wording(Ability.ACTION_SEQUENCING).listings
@@ -127,7 +91,7 @@ class Generator:
         base = rng.choice(self._tasks)
         initial = self._scene(base, rng)
         least, most = self._window(base)
-        walk = self._walk(initial, rng, least, most)
+        walk = self._walk(base, initial, rng, least, most)
         if not walk.goals:
             return Rejected(seed, Reason.NO_GOALS)
         goals = list(walk.goals)
@@ -140,16 +104,17 @@ class Generator:
             certificate(walk, initial),
         )
         about: dict[str, Json] = {}
-        reason = self._objection(task, least, most)
+        reason = self._objections.to(task, least, most)
         if reason is None and self.spec.over_time:
-            found = self._seeker.find(task, initial, self._planner, self._proposals(initial), rng)
+            proposals = self._proposals(initial, self.prior.themes[base.title])
+            found = self._seeker.find(task, initial, self._planner, proposals, rng)
             if found is None:
                 return Rejected(seed, Reason.NO_ORDER)
             told = words.instruction([*goals, found.goal], rng)
             asked = (*task.goals, goal(found.goal))
             task = replace(task, goals=asked, script=tuple(found.plan), instruction=told)
             about["temptation"] = plan_of(replace(task, script=tuple(found.temptation)))
-            reason = self._objection(task, least, most + _LONGER)
+            reason = self._objections.to(task, least, most + _LONGER)
         if reason is not None:
             return Rejected(seed, reason)
         about["lower_bound"] = least = lower_bound(task, self.benchmark.domain, self.spec.depth)
@@ -182,7 +147,7 @@ class Generator:
         proposals = self._proposals(closed)
         walk = Walk(self._usage.domain, self._planner, closed)
         for _ in range(rng.randint(0, self.spec.disturbances)):
-            wanted, before = proposals.literal(rng), walk.state
+            wanted, before = proposals.disturbance(rng), walk.state
             if wanted is not None:
                 walk.reach(wanted)
                 walk.conditions.clear()
@@ -207,32 +172,53 @@ class Generator:
         length = len(base.script) or _USUAL_STEPS
         return max(_LEAST_STEPS, round(0.5 * length)), max(2 * _LEAST_STEPS, round(1.4 * length))
 
-    def _proposals(self, state: State) -> Proposals:
-        return Proposals.for_scene(state.scene, self.prior, self.spec.forms, actions=self.spec.actions)
+    def _proposals(self, state: State, theme: Theme | None = None) -> Proposals:
+        spec = self.spec
+        return Proposals.for_scene(state.scene, self.prior, spec.forms, actions=spec.actions, theme=theme)
 
-    def _walk(self, initial: State, rng: random.Random, least: int, most: int) -> Walk:
-        """A walk about as long as is wanted."""
-        scene, proposals = initial.scene, self._proposals(initial)
+    def _walk(self, base: Task, initial: State, rng: random.Random, least: int, most: int) -> Walk:
+        """A walk about as long as is wanted, of which what belongs together is done together."""
         walk = Walk(self._usage.domain, self._planner, initial)
+        is_rich = self.spec.tier in _RICH
         wanted = rng.randint((least + most) // 2, most)
+        enough = wanted if is_rich else (least + most) // 2  # for the sake of which nothing else is begun
+        others = [title for title in self.prior.themes if title != base.title]
+        ending: list[f.Formula] = []
+        begun = 0
+        for title in (base.title, *rng.sample(others, len(others))):
+            theme = self.prior.themes[title]
+            proposals = self._proposals(initial, theme)
+            if len(walk.trail) >= enough or begun == (len(others) + 1 if is_rich else _THEMES):
+                break
+            if proposals.patterns:
+                begun, reached, last = begun + 1, len(walk.goals), proposals.ending(theme, rng)
+                self._go_on(walk, proposals, last, rng, wanted)
+                ending = last if len(walk.goals) > reached or not reached else ending
+        for wish in ending:  # the agent would go on from there otherwise
+            if not walk.holds(wish, initial):
+                walk.reach(wish)
+        return walk
+
+    def _go_on(
+        self, walk: Walk, proposals: Proposals, ending: Sequence[f.Formula], rng: random.Random, wanted: int
+    ) -> None:
+        """Reach goals of one theme until the walk is as long as is wanted, or no more are reached."""
+        scene, initial = walk.state.scene, walk.start
         tried: set[f.Formula] = set()
-        ending = proposals.ending(rng)
         failures = 0  # one after the other
         tries = _TRIES * (10 if self.spec.tier in _RICH else 1)
         for _ in range(tries * max(2, wanted // 3)):
             if len(walk.trail) >= wanted or failures == max(_GIVEN_UP, wanted // 3):
                 break
-            goal = proposals.goal(rng)
-            if goal is None or goal in tried or walk.holds(goal, initial):
+            wish = proposals.goal(rng)
+            if wish is None or wish in tried:
                 continue
-            tried.add(goal)
-            if not any(clash(goal, other, scene) for other in (*walk.goals, *ending)):
-                reached = self._reach_and_leave(walk, goal)
+            tried.add(wish)
+            if not walk.holds(wish, initial) and not any(
+                clash(wish, other, scene) for other in (*walk.goals, *ending)
+            ):
+                reached = self._reach_and_leave(walk, wish)
                 failures = 0 if reached else failures + 1
-        for goal in ending:  # last, as the agent would go on from there otherwise
-            if not walk.holds(goal, initial):
-                walk.reach(goal)
-        return walk
 
     def _reach_and_leave(self, walk: Walk, goal: f.Formula) -> bool:
         """Reach a goal more, but not by keeping in hand what it is about."""
@@ -244,43 +230,8 @@ class Generator:
         walk.back_to(before)
         return False
 
-    def _objection(self, task: Task, least: int, most: int) -> Reason | None:
-        """Why a task is not to be asked."""
-        test = GoalTest(task)
-        if len(task.script) < least:
-            return Reason.TOO_SHORT
-        if len(task.script) > most:
-            return Reason.TOO_LONG
-        reached = zip(task.goals, test.reached(task.initial, ()), strict=True)
-        if any(holds for each, holds in reached if not each.is_over_time):
-            return Reason.HOLDS_ALREADY
-        if not self._is_solved(task, task.script):
-            return Reason.NO_CERTIFICATE
-        if not self._says_its_goals(task):
-            return Reason.AMBIGUOUS
-        if fingerprint.of_task(task)[0] in self._public:
-            return Reason.PUBLIC
-        if self._is_solved(task, self._table.plan(task)):
-            return Reason.PUBLIC_PLAN
-        return None
-
-    def _is_solved(self, task: Task, plan: Sequence[Action]) -> bool:
-        """Whether a plan runs to its end and reaches all goals."""
-        trajectory = execute(self.benchmark.domain, task.initial, plan)
-        operators = [action.operator for action in trajectory.executed]
-        return trajectory.failure is None and all(
-            GoalTest(task).reached(trajectory.final, operators, trajectory)
-        )
-
     def _words(self, initial: State) -> Words:
         return Words.of(self.benchmark, initial, by_place=self.spec.by_place)
-
-    def _says_its_goals(self, task: Task) -> bool:
-        """Whether the instruction, read again, gives the goals back."""
-        try:
-            return Reader(self._words(task.initial)).goals(task.instruction) == _formulas(task)
-        except InputError:
-            return False
 
 
 def _needed(task: Task) -> set[int]:
@@ -288,10 +239,6 @@ def _needed(task: Task) -> set[int]:
     used = {index for action in task.script for index in action.arguments}
     asked = {index for each in task.goals for index in fingerprint.spoken_of(each.formula, task.scene)}
     return used | asked | {i for i in (task.scene.agent,) if i is not None}
-
-
-def _formulas(task: Task) -> tuple[f.Formula, ...]:
-    return tuple([each.formula for each in task.goals])
 
 
 def generate(

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import TypeAlias, TypeVar
 
 import eai.logic.formula as f
-from eai.benchmarks.generated.prior import Pattern, Prior
+from eai.benchmarks.generated.prior import Pattern, Prior, Theme
 from eai.benchmarks.generated.spec import Forms
 from eai.logic.traversal import walk
 from eai.world.relation import bits
@@ -32,37 +32,56 @@ class Proposals:
         prior: what is usual.
         forms: how often to propose each shape, by the name of the formula's class; ``Occurs`` is actions.
         patterns: the literals that can be said of this scene's objects, with their weight.
+        paired: those that may be said of pairs; any if empty.
     """
 
     prior: Prior
     scene: Scene
     forms: Mapping[str, int]
     patterns: Mapping[tuple[str, bool], Mapping[Pattern, float]]
+    paired: frozenset[Pattern] = frozenset()
 
     @staticmethod
-    def for_scene(scene: Scene, prior: Prior, forms: Forms, *, actions: bool) -> Proposals:
-        """The proposals for a scene."""
+    def for_scene(
+        scene: Scene, prior: Prior, forms: Forms, *, actions: bool, theme: Theme | None = None
+    ) -> Proposals:
+        """The proposals for a scene: what may be asked for of a theme, or, without, all that comes about."""
         sizes = {thing.category: scene.category(thing.category).bit_count() for thing in scene.objects}
+        odd = frozenset[Pattern]() if theme is None else prior.odd
+        if theme is not None:
+            sizes = {category: n for category, n in sizes.items() if category in theme.categories}
         patterns = {
             key: fitting
             for key, known in prior.patterns.items()
-            if (fitting := {p: w for p, w in known.items() if _fits(p, sizes) and _can_say(p, scene, prior)})
+            if (
+                fitting := {
+                    p: w
+                    for p, w in known.items()
+                    if _fits(p, sizes) and p not in odd and _can_say(p, scene, prior)
+                }
+            )
         }
         shapes = dict.fromkeys(_SHAPES, 1) if forms is Forms.ALL else prior.forms
         shapes = {
             shape: n for shape, n in shapes.items() if shape in _SHAPES or (actions and shape == "Occurs")
         }
-        return Proposals(prior, scene, shapes, patterns)
+        paired = frozenset[Pattern]() if forms is Forms.ALL else prior.paired
+        return Proposals(prior, scene, shapes, patterns, paired)
 
     def literal(self, rng: random.Random) -> f.Formula | None:
         """A positive literal, such as the state of something or its place."""
         pattern = self._pattern(rng, truth=True)
         return None if pattern is None else self._ground(pattern, rng)
 
-    def ending(self, rng: random.Random) -> list[f.Formula]:
-        """What is wanted of the agent in the end: all that some task of the data set wants, or nothing."""
+    def disturbance(self, rng: random.Random) -> f.Formula | None:
+        """A positive literal, at least every other time about the place of something."""
+        pattern = self._pattern(rng, truth=True, relations_only=rng.random() < 0.5)
+        return None if pattern is None else self._ground(pattern, rng)
+
+    def ending(self, theme: Theme, rng: random.Random) -> list[f.Formula]:
+        """What is wanted of the agent in the end: all that some task of a theme wants, or nothing."""
         sizes = {thing.category: self.scene.category(thing.category) for thing in self.scene.objects}
-        fitting = {e: n for e, n in self.prior.endings.items() if all(_fits(p, sizes) for p in e)}
+        fitting = {e: n for e, n in theme.endings.items() if all(_fits(p, sizes) for p in e)}
         if not fitting:
             return []
         chosen = {category: rng.choice(self._members(category)) for category in sizes}
@@ -80,9 +99,16 @@ class Proposals:
         pattern = self._pattern(rng, truth=shape != "Not")
         return None if pattern is None else _MAKERS[shape](self, pattern, rng)
 
-    def _pattern(self, rng: random.Random, *, truth: bool | None = None) -> Pattern | None:
+    def _pattern(
+        self, rng: random.Random, *, truth: bool | None = None, relations_only: bool = False
+    ) -> Pattern | None:
         """A pattern: a predicate as often as goals have it, and of its patterns the usual ones more often."""
-        wanted = {key: self.prior.wanted[key] for key in self.patterns if truth in (None, key[1])}
+        arity = self.scene.vocabulary.arity
+        wanted = {
+            key: self.prior.wanted[key]
+            for key in self.patterns
+            if truth in (None, key[1]) and not (relations_only and arity(key[0]) != 2)
+        }
         if not wanted:
             return None
         patterns = self.patterns[_chosen(wanted, rng)]
@@ -169,8 +195,10 @@ class Proposals:
         return f.Exactly(rng.randint(1, min(size - 1, _MOST_COUNTED)), variable, body)
 
     def _for_pairs(self, pattern: Pattern, rng: random.Random) -> f.Formula | None:
-        """Each of one category gets one of its own of another."""
+        """Each of one category gets one of its own of another, where that is asked for."""
         if len(pattern.categories) != 2 or pattern.categories[0] == pattern.categories[1]:
+            return None
+        if self.paired and pattern not in self.paired:
             return None
         sizes = [len(self._members(category)) for category in pattern.categories]
         if not 2 <= sizes[0] <= sizes[1]:

@@ -1,37 +1,13 @@
-"""What the tasks of a benchmark tell of how its world is used: what is wanted and done, of what and to what.
-
-Nothing here is declared: it is counted in the data set's own goals, states and plans, by category of object.
-"""
+"""What is usual in a world: what is wanted and done, of what and to what, by category of object."""
 
 from __future__ import annotations
 
-from collections import Counter, defaultdict
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from itertools import chain, product
 from typing import NamedTuple
 
-import eai.logic.formula as f
-from eai.abilities.goal_test import alternatives
-from eai.abilities.protocol import Ability
-from eai.abilities.task import GoalKind, Task
-from eai.benchmarks.benchmark import Benchmark
-from eai.logic.traversal import children
-from eai.planning.effect_schema import effect_schemas
-from eai.planning.role import role_of
-from eai.prompts.wording import subjects
-from eai.world.domain import Domain
-from eai.world.execution import Action, execute
-from eai.world.listing import Listing
-from eai.world.operator import Role
-from eai.world.relation import bits
-from eai.world.state import Scene, State
-
-FEW_TARGETS = 1.5
-"""Up to so many targets on average, a relation says where a thing is; a thing is next to many others."""
-
-_AS_GOAL, _AS_EFFECT, _AS_FOUND = 4.0, 1.0, 0.05
-"""What it counts that something is a goal, is brought about by a plan, or is so in a scene."""
+from eai.world.execution import Action
+from eai.world.state import Scene
 
 
 class Pattern(NamedTuple):
@@ -51,14 +27,30 @@ class Kind(NamedTuple):
 
 
 @dataclass(frozen=True)
+class Theme:
+    """What belongs together, as the tasks of one title are about it.
+
+    Attributes:
+        categories: of all objects that their goals name or their plans use.
+        endings: what their goals say of the agent, all at once, as often as they do; the empty one too.
+    """
+
+    categories: frozenset[str]
+    endings: Mapping[tuple[Pattern, ...], int]
+
+
+@dataclass(frozen=True)
 class Prior:
     """What is usual.
 
     Attributes:
-        patterns: how usual it is to want a literal, by predicate and truth, then by pattern.
+        patterns: how usual it is that a literal is wanted or comes about, by predicate and truth, then by
+            pattern.
+        odd: those of these patterns for which nobody would ask.
         wanted: how often goals say a predicate of something else than the agent, negated or not.
-        endings: what goals say of the agent, all at once, as often as they do; the empty one too.
+        themes: what the tasks of a title are about, by title.
         forms: how often goals have each shape, by the name of the formula's class.
+        paired: the literals that goals say of pairs, "each into one of its own".
         actions: how often each choice of actions is a goal.
         operators: those that plans use.
         kinds: what plans do to what; empty if the data set has no plans.
@@ -71,9 +63,11 @@ class Prior:
     """
 
     patterns: Mapping[tuple[str, bool], Mapping[Pattern, float]]
+    odd: frozenset[Pattern]
     wanted: Mapping[tuple[str, bool], int]
-    endings: Mapping[tuple[Pattern, ...], int]
+    themes: Mapping[str, Theme]
     forms: Mapping[str, int]
+    paired: frozenset[Pattern]
     actions: Mapping[tuple[str, ...], int]
     operators: frozenset[str]
     kinds: frozenset[Kind]
@@ -89,221 +83,3 @@ def kinds_of(action: Action, scene: Scene) -> Iterator[Kind]:
     """What an action does to what."""
     for place, index in enumerate(action.arguments):
         yield Kind(action.operator, place, scene.objects[index].category)
-
-
-def prior_of(benchmark: Benchmark, tasks: Iterable[Task]) -> Prior:
-    """Count what is usual in the tasks of a benchmark."""
-    census = _Census(benchmark)
-    for task in tasks:
-        census.count(task)
-    return census.prior()
-
-
-class _Census:
-    """What is counted, task by task."""
-
-    def __init__(self, benchmark: Benchmark) -> None:
-        self._domain = benchmark.domain
-        self._listings = benchmark.wording(Ability.ACTION_SEQUENCING).listings
-        self._weights: defaultdict[Pattern, float] = defaultdict(float)
-        self._wanted: Counter[tuple[str, bool]] = Counter()
-        self._endings: Counter[tuple[Pattern, ...]] = Counter()
-        self._forms: Counter[str] = Counter()
-        self._actions: Counter[tuple[str, ...]] = Counter()
-        self._found: dict[Pattern, None] = {}
-        self._crowds: Counter[str] = Counter()
-        self._kinds: dict[Kind, None] = {}
-        self._operators: dict[str, None] = {}
-        self._states: list[State] = []
-
-    def count(self, task: Task) -> None:
-        """Take a task into account."""
-        self._states.append(task.initial)
-        self._endings[_ending(task)] += 1
-        self._count_plan(task)
-        for goal in task.goals:
-            if goal.kind is GoalKind.ACTION:
-                self._actions[alternatives(goal)] += 1
-                self._forms["Occurs"] += 1
-                continue
-            self._forms[type(goal.formula).__name__] += 1
-            for pattern in _wanted(goal.formula, task.scene):
-                self._weights[pattern] += _AS_GOAL
-                if not _is_of_agent(pattern, task.scene):
-                    self._wanted[pattern.predicate, pattern.truth] += 1
-
-    def _count_plan(self, task: Task) -> None:
-        trajectory = execute(self._domain, task.initial, _sound(task.script, self._domain))
-        objects = _concerned(task)
-        before = _facts(task.initial, objects, self._listings)
-        self._found |= before
-        self._crowds.update(_crowds(task.initial, objects, self._listings))
-        afterwards = [trajectory.final, *([] if task.annotated_final is None else [task.annotated_final])]
-        came_about = [_changes(before, _facts(state, objects, self._listings)) for state in afterwards]
-        for pattern in dict.fromkeys(chain(*came_about)):
-            self._weights[pattern] += _AS_EFFECT
-        for action in trajectory.executed:
-            self._operators[action.operator] = None
-            self._kinds.update(dict.fromkeys(kinds_of(action, task.scene)))
-
-    def prior(self) -> Prior:
-        """What all tasks so far tell."""
-        for pattern in self._found:
-            self._weights[pattern] += _AS_FOUND if self._crowds[pattern.predicate] <= 0 else 0.0
-        if not self._kinds:
-            self._wanted.update(product([each.predicate for each in self._listings], (True, False)))
-            for pattern in _conceivable(self._wanted, self._states):
-                self._weights[pattern] += _AS_FOUND
-        patterns: dict[tuple[str, bool], dict[Pattern, float]] = {}
-        for pattern, weight in self._weights.items():
-            if weight > 0 and (pattern.predicate, pattern.truth) in self._wanted:
-                patterns.setdefault((pattern.predicate, pattern.truth), {})[pattern] = weight
-        places, parts = _relations(self._domain, self._states)
-        roles = {operator.name: role_of(operator) for operator in self._domain.operators}
-        going = (Role.TAKES, Role.MOVEMENT)
-        return Prior(
-            patterns=patterns,
-            wanted=self._wanted,
-            endings=self._endings,
-            forms=self._forms,
-            actions=self._actions,
-            operators=frozenset(self._operators),
-            kinds=frozenset(self._kinds),
-            taken=frozenset({kind.category for kind in self._kinds if roles[kind.operator] is Role.TAKES}),
-            used=frozenset({kind.category for kind in self._kinds if roles[kind.operator] not in going}),
-            places=places,
-            parts=parts,
-            pieces=frozenset(_pieces(self._states, parts)),
-            holding=frozenset(_holding(self._domain)),
-        )
-
-
-def _sound(plan: Sequence[Action], domain: Domain) -> list[Action]:
-    """A plan up to its first step that names no operator of the domain, or too few objects."""
-    kept = []
-    for action in plan:
-        if domain.arities.get(action.operator) != len(action.arguments):
-            break
-        kept.append(action)
-    return kept
-
-
-def _concerned(task: Task) -> list[int]:
-    """The objects that a task speaks of or its plan uses."""
-    used = (i for action in task.script for i in action.arguments)
-    return list(dict.fromkeys((*subjects(task), *used)))
-
-
-def _facts(state: State, objects: Sequence[int], listings: Iterable[Listing]) -> dict[Pattern, None]:
-    """The patterns of all that goals could say and that holds, each once."""
-    things = state.scene.objects
-    return {
-        Pattern(fact.predicate, tuple([things[i].category for i in fact.arguments]), True): None
-        for each in listings
-        for fact in each.facts(state, objects)
-    }
-
-
-def _crowds(state: State, objects: Sequence[int], listings: Iterable[Listing]) -> Counter[str]:
-    """By relation, how many pairs of it there are beyond those of a thing with few others."""
-    crowds: Counter[str] = Counter()
-    for each in listings:
-        pairs = [fact.arguments for fact in each.facts(state, objects) if len(fact.arguments) == 2]
-        crowds[each.predicate] = round(len(pairs) - FEW_TARGETS * len({source for source, _ in pairs}))
-    return crowds
-
-
-def _ending(task: Task) -> tuple[Pattern, ...]:
-    """What the goals of a task say of the agent."""
-    said = [p for goal in task.goals for p in _wanted(goal.formula, task.scene)]
-    return tuple(dict.fromkeys([pattern for pattern in said if _is_of_agent(pattern, task.scene)]))
-
-
-def _is_of_agent(pattern: Pattern, scene: Scene) -> bool:
-    """Whether a pattern says something of the agent."""
-    return scene.agent is not None and scene.objects[scene.agent].category in pattern.categories
-
-
-def _changes(before: Mapping[Pattern, None], after: Mapping[Pattern, None]) -> Iterator[Pattern]:
-    """What came about, and what came to an end."""
-    yield from (pattern for pattern in after if pattern not in before)
-    yield from (pattern._replace(truth=False) for pattern in before if pattern not in after)
-
-
-def _wanted(
-    formula: f.Formula, scene: Scene, bound: Mapping[str, str | None] | None = None, *, truth: bool = True
-) -> Iterator[Pattern]:
-    """The patterns of the literals of a goal; what ranges over all objects has none."""
-    bound = bound or {}
-    match formula:
-        case f.Atom(predicate, terms):
-            categories = [
-                bound.get(t.name)
-                if isinstance(t, f.Variable)
-                else scene.objects[scene.index[t.name]].category
-                for t in terms
-            ]
-            known = [category for category in categories if category is not None]
-            if len(known) == len(categories):
-                yield Pattern(predicate, tuple(known), truth)
-        case f.Not(operand):
-            yield from _wanted(operand, scene, bound, truth=not truth)
-        case f.ForAll(variable, body) | f.Exists(variable, body) | f.Exactly(_, variable, body):
-            yield from _wanted(body, scene, {**bound, variable.name: variable.category}, truth=truth)
-        case f.ForPairs(first, second, body):
-            inner = {**bound, first.name: first.category, second.name: second.category}
-            yield from _wanted(body, scene, inner, truth=truth)
-        case _:
-            for part in children(formula):
-                yield from _wanted(part, scene, bound, truth=truth)
-
-
-def _category(term: f.Constant, scene: Scene) -> str:
-    return scene.objects[scene.index[term.name]].category
-
-
-def _conceivable(wanted: Iterable[tuple[str, bool]], states: Sequence[State]) -> Iterator[Pattern]:
-    """For a data set without plans, from which nothing is known to be odd: everything."""
-    for state in states:
-        categories = dict.fromkeys(thing.category for thing in state.scene.objects)
-        for predicate, truth in wanted:
-            arity = state.scene.vocabulary.arity(predicate) or 0
-            yield from (Pattern(predicate, chosen, truth) for chosen in product(categories, repeat=arity))
-
-
-def _relations(domain: Domain, states: Sequence[State]) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """The relations that say where things are, and those of parts: told by how many targets a thing has."""
-    places, parts = [], []
-    for predicate in domain.vocabulary.predicates:
-        if predicate.arity == 2 and predicate.visible:
-            relations = [state.relation(predicate.name) for state in states]
-            pairs = sum([len(relation) for relation in relations])
-            sources = sum([relation.sources.bit_count() for relation in relations])
-            if not predicate.static and pairs <= FEW_TARGETS * sources:
-                places.append(predicate.name)
-            if predicate.static and pairs == sources:
-                parts.append(predicate.name)
-    return tuple(places), tuple(parts)
-
-
-def _pieces(states: Sequence[State], parts: Sequence[str]) -> Iterator[str]:
-    """The categories of what is a part of something."""
-    for state in states:
-        for name in parts:
-            yield from (state.scene.objects[i].category for i in bits(state.relation(name).sources))
-
-
-def _holding(domain: Domain) -> Iterator[str]:
-    """The predicates that taking a thing adds and no other action does."""
-    taking = [operator for operator in domain.operators if role_of(operator) is Role.TAKES]
-    others = {
-        schema.atom.predicate
-        for operator in domain.operators
-        if operator not in taking
-        for schema in effect_schemas(operator)
-        if schema.adds
-    }
-    for operator in taking:
-        for schema in effect_schemas(operator):
-            if schema.adds and schema.atom.predicate not in others:
-                yield schema.atom.predicate

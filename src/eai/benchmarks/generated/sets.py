@@ -13,7 +13,7 @@ from pathlib import Path
 
 from eai.abilities.task import Task
 from eai.abilities.verdict import Json
-from eai.benchmarks.generated.generator import Generated, Reason, Rejected
+from eai.benchmarks.generated.outcome import Generated, Reason, Rejected
 from eai.benchmarks.generated.spec import CANARY, Spec
 from eai.benchmarks.task_files import ENDINGS, lines_in
 from eai.benchmarks.task_lines import read_line

@@ -8,7 +8,7 @@ import random
 from dataclasses import asdict, dataclass
 from enum import Enum
 
-VERSION = 2
+VERSION = 3
 """Of the generator: what an equal specification and seed make may differ from one version to the next."""
 
 CANARY = "generated tasks of eai; no training data: 6b0f3f6e-8c1d-4f0a-9d35-2f7c51e0a9b4"
@@ -53,7 +53,8 @@ class Spec:
         forms: which shapes goals have.
         actions: whether goals may ask for actions, where the data set's do.
         over_time: whether a goal over time is asked for besides: an order, or what must never be.
-        by_place: whether instructions tell things of one kind by where they are, and not by their names.
+        by_place: whether instructions tell things of one kind by where they are, or what is so of them, and
+            never by their names.
         most_objects: how many objects a scene has at most.
         depth: all plans of so many actions are tried, to bound the length of a plan from below.
         disturbances: how many things are brought about at most in a scene before the task begins.

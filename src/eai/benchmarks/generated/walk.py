@@ -13,7 +13,7 @@ from eai.planning.action_elimination import without_needless_actions
 from eai.planning.planner import Planner, PlanningEnd, PlanningGoal, PlanningLimits
 from eai.planning.successor_generator import Node, SuccessorGenerator, applicable_actions
 from eai.world.domain import Domain
-from eai.world.execution import Action, Step, Trajectory
+from eai.world.execution import Action, Step, Trajectory, execute
 from eai.world.state import State
 from eai.world.timeline import timeline
 
@@ -37,6 +37,7 @@ class Walk:
     Attributes:
         planner: finds the way, by actions that are usual.
         state: where the walk is.
+        start: where it began.
         conditions: the goals about states that hold here and are to last.
         actions: the action goals, in the order in which they were met.
         goals: all of them, in the order in which they were reached.
@@ -46,10 +47,14 @@ class Walk:
     domain: Domain
     planner: Planner
     state: State
+    start: State = field(init=False)
     conditions: list[f.Formula] = field(default_factory=list)
     actions: list[tuple[str, ...]] = field(default_factory=list)
     goals: list[f.Formula] = field(default_factory=list)
     trail: list[Action] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self.start = self.state
 
     @property
     def objects(self) -> tuple[int, ...]:
@@ -93,6 +98,17 @@ class Walk:
             self.actions.append(names)
         else:
             self.conditions.append(wanted)
+        return True
+
+    def follow(self, plan: Sequence[Action], goals: Sequence[f.Formula]) -> bool:
+        """Go on by a plan, if that leads to some goals about states."""
+        course = execute(self.domain, self.state, plan)
+        if course.failure is not None or not all(self.holds(goal, course.final) for goal in goals):
+            return False
+        self.state = course.final
+        self.trail += plan
+        self.goals += goals
+        self.conditions += goals
         return True
 
 
@@ -148,7 +164,8 @@ def lower_bound(task: Task, domain: Domain, depth: int) -> int:
 
     It is the length of a shortest plan if that is not longer than the depth, and else the depth and one.
     """
-    test, objects = GoalTest(task), range(len(task.scene.objects))
+    test, at_the_end = GoalTest(task), GoalTest(task.at_the_end)
+    objects = range(len(task.scene.objects))
     nodes, seen = [Node(task.initial)], {task.initial}
     forgetful = not test.watches and not task.goals_of(GoalKind.ACTION)
     for length in range(1, depth + 1):
@@ -157,7 +174,9 @@ def lower_bound(task: Task, domain: Domain, depth: int) -> int:
             for action, after in _successors(domain, parent.state, objects):
                 node = Node(after, depth=length, parent=parent, action=action)
                 operators = [each.operator for each in node.plan()]
-                if all(test.reached(after, operators, _course(node) if test.watches else None)):
+                if all(at_the_end.reached(after, operators)) and (
+                    not test.watches or all(test.reached(after, operators, _course(node)))
+                ):
                     return length
                 if not (forgetful and after in seen):
                     seen.add(after)

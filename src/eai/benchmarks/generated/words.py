@@ -11,33 +11,29 @@ from functools import cached_property
 import eai.logic.formula as f
 from eai.abilities.protocol import Ability
 from eai.benchmarks.benchmark import Benchmark
+from eai.benchmarks.english import English
+from eai.benchmarks.generated.grammar import (
+    AFTER,
+    AT_LEAST_ONE,
+    EVERY,
+    EXACTLY,
+    NO,
+    NUMBERS,
+    OPENINGS,
+    OWN,
+    PLAIN,
+    REQUESTS,
+    SEE_TO_IT,
+    SOME,
+    UNTIL,
+    WHILE,
+    Voice,
+    plural,
+    sentences_of,
+    turned,
+)
 from eai.errors import InputError
 from eai.world.state import Fact, Scene, State
-
-OPENINGS = (
-    "Make sure that",
-    "See to it that",
-    "Please arrange things so that in the end",
-    "When you are done, it should be the case that",
-)
-"""How an instruction begins; each says the same."""
-
-EVERY, NO, SOME, AT_LEAST_ONE, EXACTLY, OF_ITS_OWN = (
-    "every",
-    "no",
-    "some",
-    "at least one",
-    "exactly",
-    "of its own",
-)
-
-NEVER, WHILE, UNTIL, AFTER = "never", "while", "until", "some time after"
-"""What joins two sentences of a goal over time."""
-
-NUMBERS = {1: "one", 2: "two", 3: "three", 4: "four"}
-"""Numbers that are written as words."""
-
-_PLURAL = {"is": "are", "has": "have", "holds": "hold", "faces": "face"}
 
 
 @dataclass(frozen=True)
@@ -47,14 +43,13 @@ class Words:
     Attributes:
         arities: the predicates that goals are made of, and how many objects each is about.
         scene: the scene.
-        phrases: how to say that a predicate holds, by its name: a sentence in the singular whose second word
-            is a verb of which the plural is known, as in ``{x} is on top of {y}``; if none, made of the name.
+        english: what predicates and things are called; by default their names.
         seen: what holds at the start, by which things of one kind may be told apart.
     """
 
     arities: Mapping[str, int]
     scene: Scene
-    phrases: Mapping[str, str]
+    english: English
     seen: Sequence[Fact] = ()
 
     @staticmethod
@@ -65,26 +60,19 @@ class Words:
         arities = {name: arity(name) or 0 for name in wording.predicates}
         everything = range(len(scene.objects)) if by_place else ()
         seen = [fact for each in wording.listings for fact in each.facts(initial, everything)]
-        return Words(arities, scene, benchmark.phrases, seen)
+        return Words(arities, scene, benchmark.english, seen)
 
-    def phrase(
-        self, predicate: str, *, negated: bool = False, several: bool = False, never: bool = False
-    ) -> str:
-        """The sentence of a predicate, denied (once or for ever) or in the plural."""
-        first, verb, *rest = phrase_of(predicate, self.arities[predicate], self.phrases).split(" ")
-        is_short = verb in ("is", "has")
-        if never:
-            verb = f"{verb} {NEVER}" if is_short else f"{NEVER} {verb}"
-        if negated:
-            verb = f"{verb} not" if is_short else f"does not {verb.removesuffix('s')}"
-        return " ".join([first, _PLURAL.get(verb, verb) if several else verb, *rest])
+    def sentences(self, predicate: str) -> Sequence[str]:
+        """What says that a predicate holds, in the singular: ``{x} is on top of {y}``."""
+        return sentences_of(predicate, self.arities[predicate], self.english)
 
     @cached_property
     def nouns(self) -> Mapping[str, str]:
         """What each category of the scene is called; by its name where two would be called the same."""
         found: dict[str, str] = {}
         for thing in self.scene.objects:
-            noun = re.sub(r"\.n\.\d+$", "", thing.category).replace("_", " ")
+            made = re.sub(r"\.n\.\d+$", "", thing.category).replace("_", " ")
+            noun = self.english.nouns.get(thing.category, made)
             taken = any(n == noun and c != thing.category for c, n in found.items())
             found.setdefault(thing.category, thing.category if taken else noun)
         return found
@@ -94,21 +82,30 @@ class Words:
         index = self.scene.index[name]
         return f"the {self._noun_of(index)}" if self._is_alone(index) else self._by_place.get(index, name)
 
+    def is_told(self, name: str) -> bool:
+        """Whether an object can be told from others without its name."""
+        index = self.scene.index[name]
+        return self._is_alone(index) or index in self._by_place
+
     @cached_property
     def _by_place(self) -> Mapping[int, str]:
-        """What tells things from others of their kind at the start: to what they alone are in a relation."""
-        told: dict[tuple[str, str, int], list[int]] = {}
-        for fact in self.seen:
-            if len(fact.arguments) == 2 and self._is_alone(fact.arguments[1]):
-                thing, place = fact.arguments
-                told.setdefault((fact.predicate, self.scene.objects[thing].category, place), []).append(thing)
+        """What tells things from others of their kind at the start.
+
+        To what, of which there is one, they alone are in a relation, or what is so of them alone.
+        """
+        told: dict[tuple[str, str, tuple[int, ...]], list[int]] = {}
+        for fact in sorted(self.seen, key=lambda fact: -len(fact.arguments)):
+            thing, *places = fact.arguments
+            if all(map(self._is_alone, places)):
+                category = self.scene.objects[thing].category
+                told.setdefault((fact.predicate, category, tuple(places)), []).append(thing)
         found: dict[int, str] = {}
-        for (predicate, _, place), things in told.items():
-            if len(things) == 1 and not self._is_alone(things[0]):
-                noun, there = (self._noun_of(index) for index in (things[0], place))
-                found.setdefault(
-                    things[0], self.phrase(predicate).format(x=f"the {noun} that", y=f"the {there}")
-                )
+        for (predicate, _, there), (thing, *others) in told.items():
+            if not others and not self._is_alone(thing):
+                words = [f"the {self._noun_of(thing)} that", *(f"the {self._noun_of(i)}" for i in there)]
+                sentence = self.sentences(predicate)[0]
+                sentence = sentence if there else f"{sentence} now"  # it may not be so in the end
+                found.setdefault(thing, sentence.format(**dict(zip("xy", words, strict=False))))
         return found
 
     def _noun_of(self, index: int) -> str:
@@ -123,70 +120,100 @@ class Words:
         Raises:
             InputError: a goal has a shape for which there is no sentence.
         """
-        clauses = [self.clause(goal) for goal in goals]
-        return f"{rng.choice(OPENINGS)} {_joined(clauses)}."
+        voice = Voice.drawn(rng)
+        opening = rng.choice(REQUESTS if voice.requests else OPENINGS)
+        return f"{opening} {_joined([self.clause(goal, voice) for goal in goals])}."
 
-    def clause(self, goal: f.Formula) -> str:
-        """A sentence that says a goal, without its full stop."""
+    def clause(self, goal: f.Formula, voice: Voice = PLAIN) -> str:
+        """A part of an instruction that says a goal."""
+        if not voice.requests:
+            return self._statement(goal, voice)
+        return self._request(goal, voice) or f"{SEE_TO_IT} {self._statement(goal, voice)}"
+
+    def _request(self, goal: f.Formula, voice: Voice) -> str | None:
+        """What to do to reach a goal, where that can be said without saying less."""
+        match goal:
+            case (
+                f.Not(f.Atom() as atom)
+                | f.ForAll(_, f.Not(f.Atom() as atom))
+                | f.Exists(_, f.Not(f.Atom() as atom))
+            ):
+                requests = self.english.denies
+            case (
+                (f.Atom() as atom)
+                | f.ForAll(_, f.Atom() as atom)
+                | f.Exists(_, f.Atom() as atom)
+                | f.ForAll(_, f.Exists(_, f.Atom() as atom))
+                | f.ForPairs(_, _, f.Atom() as atom)
+            ):
+                requests = self.english.asks
+            case _:
+                return None
+        first = next(iter(atom.arguments), None)
+        if isinstance(first, f.Constant) and self.scene.index[first.name] == self.scene.agent:
+            return None  # nobody puts an agent on a couch
+        several = requests.get(atom.predicate)
+        return None if several is None else self._filled(voice.of(several), atom, self._ranges(goal, voice))
+
+    def _statement(self, goal: f.Formula, voice: Voice) -> str:
+        """What is to be so, without a full stop."""
         match goal:
             case f.Or(parts) if all(isinstance(part, f.Occurs) for part in parts):
                 names = [part.action for part in parts if isinstance(part, f.Occurs)]
                 return f"the action {' or '.join(names)} has been taken"
             case f.Or((first, second)):
-                return f"either {self.clause(first)} or {self.clause(second)}"
+                return f"either {self._statement(first, voice)} or {self._statement(second, voice)}"
             case f.ForAll(variable, f.Not(f.Atom() as atom)):
-                return self._said(atom, {variable.name: f"{NO} {self._noun(variable)}"})
-            case f.Exists(variable, f.Not(f.Atom() as atom)):
-                return self._said(atom, self._ranges(goal), negated=True)
-            case f.Not(f.Atom() as atom):
-                return self._said(atom, {}, negated=True)
-            case f.ForAll(_, f.Exists(_, f.Atom() as atom)) | f.Exactly(_, _, f.Atom() as atom):
-                several = isinstance(goal, f.Exactly) and goal.count != 1
-                return self._said(atom, self._ranges(goal), several=several)
+                return self._said(atom, {variable.name: f"{NO} {self._noun(variable)}"}, voice)
+            case f.Exists(_, f.Not(f.Atom() as atom)) | f.Not(f.Atom() as atom):
+                return self._said(atom, self._ranges(goal, voice), voice, negated=True)
+            case f.Exactly(count, _, f.Atom() as atom):
+                return self._said(atom, self._ranges(goal, voice), voice, several=count != 1)
             case (
-                f.ForAll(_, f.Atom() as atom)
+                (f.Atom() as atom)
+                | f.ForAll(_, f.Atom() as atom)
                 | f.Exists(_, f.Atom() as atom)
+                | f.ForAll(_, f.Exists(_, f.Atom() as atom))
                 | f.ForPairs(_, _, f.Atom() as atom)
             ):
-                return self._said(atom, self._ranges(goal))
-            case f.Atom():
-                return self._said(goal, {})
-        return self._clause_over_time(goal)
+                return self._said(atom, self._ranges(goal, voice), voice)
+        return self._clause_over_time(goal, voice)
 
-    def _clause_over_time(self, goal: f.Formula) -> str:
+    def _clause_over_time(self, goal: f.Formula, voice: Voice) -> str:
         """A sentence that says a goal about the whole course."""
         match goal:
             case f.Always(f.Not(f.And((f.Atom() as one, other)))):
-                return f"{self._said(one, {}, never=True)} {WHILE} {self.clause(other)}"
+                return f"{self._said(one, {}, voice, never=True)} {WHILE} {self._statement(other, voice)}"
             case f.Until(f.Not(f.Atom() as then), f.Occurs(action, terms)):
                 named = " with ".join([self.name(term.name) for term in terms])
                 taken = f"the action {action} has been taken on {named}"
-                return f"{self._said(then, {}, negated=True)} {UNTIL} {taken}"
+                return f"{self._said(then, {}, voice, negated=True)} {UNTIL} {taken}"
             case f.Until(f.Not(f.Atom() as then), first):
-                return f"{self._said(then, {}, negated=True)} {UNTIL} {self.clause(first)}"
+                return f"{self._said(then, {}, voice, negated=True)} {UNTIL} {self._statement(first, voice)}"
             case f.Then((first, then)):
-                return f"{self.clause(then)} {AFTER} {self.clause(first)}"
+                return f"{self._statement(then, voice)} {AFTER} {self._statement(first, voice)}"
         raise InputError(f"there is no sentence for {type(goal).__name__}")
 
-    def _ranges(self, goal: f.Formula) -> dict[str, str]:
+    def _ranges(self, goal: f.Formula, voice: Voice) -> dict[str, str]:
         """What stands for each variable of a goal in a sentence."""
+        every = voice.of(EVERY)
         match goal:
-            case f.ForAll(variable, body):
-                inner = (
-                    {body.variable.name: f"{SOME} {self._noun(body.variable)}"}
-                    if isinstance(body, f.Exists)
-                    else {}
-                )
-                return {variable.name: f"{EVERY} {self._noun(variable)}", **inner}
+            case f.ForAll(variable, f.Exists(inner)):
+                return {
+                    variable.name: f"{every} {self._noun(variable)}",
+                    inner.name: f"{SOME} {self._noun(inner)}",
+                }
+            case f.ForAll(variable):
+                return {variable.name: f"{every} {self._noun(variable)}"}
             case f.Exists(variable):
                 return {variable.name: f"{AT_LEAST_ONE} {self._noun(variable)}"}
             case f.Exactly(count, variable):
                 noun = self._noun(variable) if count == 1 else plural(self._noun(variable))
-                return {variable.name: f"{EXACTLY} {NUMBERS.get(count, count)} {noun}"}
+                return {variable.name: f"{voice.of(EXACTLY)} {NUMBERS.get(count, count)} {noun}"}
             case f.ForPairs(first, second):
                 noun = self._noun(second)
-                own = f"{'an' if noun[:1] in 'aeiou' else 'a'} {noun} {OF_ITS_OWN}"
-                return {first.name: f"{EVERY} {self._noun(first)}", second.name: own}
+                own = voice.of(OWN).format(a="an" if noun[:1] in "aeiou" else "a", noun=noun)
+                return {first.name: f"{every} {self._noun(first)}", second.name: own}
             case _:
                 return {}
 
@@ -197,36 +224,19 @@ class Words:
         self,
         atom: f.Atom,
         values: Mapping[str, str],
+        voice: Voice,
         *,
         negated: bool = False,
         several: bool = False,
         never: bool = False,
     ) -> str:
         """The sentence of an atom, its variables replaced by what they range over."""
+        sentence = voice.of(self.sentences(atom.predicate))
+        return self._filled(turned(sentence, negated=negated, several=several, never=never), atom, values)
+
+    def _filled(self, sentence: str, atom: f.Atom, values: Mapping[str, str]) -> str:
         said = [values[t.name] if isinstance(t, f.Variable) else self.name(t.name) for t in atom.arguments]
-        phrase = self.phrase(atom.predicate, negated=negated, several=several, never=never)
-        return phrase.format(**dict(zip("xy", said, strict=False)))
-
-
-def phrase_of(predicate: str, arity: int, phrases: Mapping[str, str]) -> str:
-    """The sentence of a predicate in the singular, such as ``{x} is on top of {y}``."""
-    given = phrases.get(predicate)
-    if given is not None:
-        return given
-    name = re.sub("[_-]", " ", predicate).lower().removeprefix("is ")
-    verb = name if name in _PLURAL else f"is {name}"
-    return f"{{x}} {verb} {{y}}" if arity == 2 else f"{{x}} {verb}"
-
-
-def plural(noun: str) -> str:
-    """The plural of a noun, as regular English has it."""
-    if re.search(r"(?:s|x|z|ch|sh)$", noun):
-        return f"{noun}es"
-    if re.search(r"[^aeiou]y$", noun):
-        return f"{noun[:-1]}ies"
-    if noun.endswith(("knife", "shelf", "loaf", "leaf")):
-        return f"{noun.removesuffix('e').removesuffix('f')}ves"
-    return f"{noun}s"
+        return sentence.format(**dict(zip("xy", said, strict=False)))
 
 
 def _joined(clauses: Sequence[str]) -> str:

@@ -8,6 +8,7 @@ from pathlib import Path
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.transition_modeling.task import TransitionTask
 from eai.benchmarks.benchmark import Benchmark
+from eai.benchmarks.english import english_of
 from eai.benchmarks.errata import errata_of
 from eai.benchmarks.formats import formats_of
 from eai.benchmarks.gold_operators import open_virtualhome
@@ -29,17 +30,6 @@ from eai.data.progress import Report
 from eai.data.store import Store
 
 NAME = "virtualhome"
-
-PHRASES = {
-    "ON": "{x} is switched on",
-    "OFF": "{x} is switched off",
-    "PLUGGED_OUT": "{x} is unplugged",
-    "ONTOP": "{x} is on top of {y}",
-    "FACING": "{x} faces {y}",
-    "HOLDS_RH": "{x} holds {y} in the right hand",
-    "HOLDS_LH": "{x} holds {y} in the left hand",
-}
-"""What states and relations are called in sentences, where it is not by their name."""
 
 
 @once_per_store
@@ -86,6 +76,6 @@ def virtualhome() -> Benchmark:
         goal_sections=GOAL_SECTIONS,
         task_id_of=published_task,
         own_figures=annotated_figures,
-        phrases=PHRASES,
+        english=english_of("eai.benchmarks.virtualhome"),
         planner_seconds=100,
     )

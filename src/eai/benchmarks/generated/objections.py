@@ -1,0 +1,73 @@
+"""Why a task is not to be asked: it is none, does not say what it means, or is too near a public one."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from eai.abilities.goal_test import GoalTest
+from eai.abilities.task import Task
+from eai.benchmarks.benchmark import Benchmark
+from eai.benchmarks.generated import fingerprint
+from eai.benchmarks.generated.outcome import Reason
+from eai.benchmarks.generated.reader import Reader
+from eai.benchmarks.generated.words import Words
+from eai.benchmarks.lookup import LookupTable
+from eai.errors import InputError
+from eai.logic.traversal import objects
+from eai.world.execution import Action, execute
+
+
+class Objections:
+    """Finds objections to tasks.
+
+    Args:
+        benchmark: whose world they are in.
+        public: its own tasks.
+        by_place: whether instructions are to name nothing.
+    """
+
+    def __init__(self, benchmark: Benchmark, public: Sequence[Task], *, by_place: bool) -> None:
+        self._benchmark, self._by_place = benchmark, by_place
+        self._public = {
+            fingerprint.of_goals([goal.formula for goal in task.goals], task.scene) for task in public
+        }
+        self._table = LookupTable(public, benchmark.domain)
+
+    def to(self, task: Task, least: int, most: int) -> Reason | None:
+        """Why a task with a certificate is not to be asked, which is to be about so long."""
+        if len(task.script) < least:
+            return Reason.TOO_SHORT
+        if len(task.script) > most:
+            return Reason.TOO_LONG
+        reached = zip(task.goals, GoalTest(task).reached(task.initial, ()), strict=True)
+        if any(holds for each, holds in reached if not each.is_over_time):
+            return Reason.HOLDS_ALREADY
+        if not self._is_solved(task, task.script):
+            return Reason.NO_CERTIFICATE
+        if (reason := self._objection_to_words(task)) is not None:
+            return reason
+        if fingerprint.of_task(task)[0] in self._public:
+            return Reason.PUBLIC
+        if self._is_solved(task, self._table.plan(task)):
+            return Reason.PUBLIC_PLAN
+        return None
+
+    def _is_solved(self, task: Task, plan: Sequence[Action]) -> bool:
+        """Whether a plan runs to its end and reaches all goals."""
+        trajectory = execute(self._benchmark.domain, task.initial, plan)
+        operators = [action.operator for action in trajectory.executed]
+        return trajectory.failure is None and all(
+            GoalTest(task).reached(trajectory.final, operators, trajectory)
+        )
+
+    def _objection_to_words(self, task: Task) -> Reason | None:
+        """The instruction names what it is not to name, or, read again, does not give the goals back."""
+        words = Words.of(self._benchmark, task.initial, by_place=self._by_place)
+        goals = tuple([goal.formula for goal in task.goals])
+        named = (name for goal in goals for name in objects(goal))
+        if self._by_place and not all(map(words.is_told, named)):
+            return Reason.NAMELESS
+        try:
+            return None if Reader(words).goals(task.instruction) == goals else Reason.AMBIGUOUS
+        except InputError:
+            return Reason.AMBIGUOUS
