@@ -121,6 +121,9 @@ def test_what_does_not_conform_is_found(domain: Domain, problem: str) -> None:
     assert any(problem in str(defect) for defect in check(domain, [toy.initial()]))
 
 
-def test_a_rule_that_points_outside_the_trajectory_is_found() -> None:
-    wrong = Domain("toy", toy.VOCABULARY, toy.DOMAIN.operators, history_rule=lambda *_: 10_000)
-    assert any("outside the trajectory" in finding.problem for finding in check(wrong, [toy.initial()]))
+@pytest.mark.parametrize(("earlier", "outside"), [(-1, True), (0, False), (10_000, True)])
+def test_a_rule_that_points_outside_the_trajectory_is_found(earlier: int, outside: bool) -> None:
+    """The state at the start is within."""
+    rule = Domain("toy", toy.VOCABULARY, toy.DOMAIN.operators, history_rule=lambda *_: earlier)
+    found = [finding.problem for finding in check(rule, [toy.initial()])]
+    assert any("outside the trajectory" in problem for problem in found) is outside
