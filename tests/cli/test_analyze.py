@@ -95,6 +95,25 @@ def test_all_analyses_are_those_of_the_single_commands(eai: Command, tmp_path: P
         assert together == {file.name: file.read_bytes() for file in (tmp_path / name).iterdir()}
 
 
+def test_what_was_written_is_told_as_json(eai: Command, tmp_path: Path) -> None:
+    pytest.importorskip("scipy")
+    records = [*(action_run(model) for model in ("first", "second", "third")), goal_run()]
+    runs, out = write_runs(tmp_path / "runs", records), tmp_path / "all"
+    told = json.loads(eai("analyze", "all", runs, "--no-plots", "--json", "--out", out).out)
+    assert [each["folder"] for each in told] == [
+        str(out / name) for name in ("cofactors", "errors", "goals", "items")
+    ]
+    for each in told:
+        assert each["plots"] == 0
+        assert each["tables"]
+        assert all((Path(each["folder"]) / f"{name}.csv").is_file() for name in each["tables"])
+    arguments = (runs, "--no-plots", "--json", "--out", tmp_path / "one")
+    (single,) = json.loads(eai("analyze", "errors", *arguments).out)
+    assert single["tables"] == told[1]["tables"]
+    table = json.loads(eai("analyze", "table", runs, "--json", "--out", tmp_path / "table").out)
+    assert table["lines"]["answers"] == sum(map(len, records))
+
+
 def test_a_missing_extra_is_one_line(eai: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     runs = write_runs(tmp_path / "runs", [action_run("first"), action_run("second")])
     monkeypatch.setitem(sys.modules, "numpy", None)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated
 
@@ -13,9 +14,12 @@ from eai.analysis.goal_atoms import goal_tables
 from eai.analysis.item_flags import ItemFlags
 from eai.analysis.items import item_tables
 from eai.analysis.suites import Measure
+from eai.analysis.table import Table
+from eai.analysis.tidy import Tables
 from eai.benchmarks.source import Source
 from eai.cli import analyze_cofactors, analyze_errors, analyze_goals, analyze_items
-from eai.cli.analyzed import Plots, Records, tables_of, with_extra, write_analysis
+from eai.cli.analyzed import Figures, Plots, Records, Written, say, tables_of, with_extra, write_analysis
+from eai.cli.options import AsJson
 from eai.cli.store import DataFolder, store
 
 
@@ -23,6 +27,7 @@ def everything(
     records: Records,
     out: Annotated[Path, typer.Option(help="The folder for the results, a folder an analysis.")],
     plots: Plots = True,
+    as_json: AsJson = False,
     data: DataFolder = None,
 ) -> None:
     """Write the analyses of cofactors, errors, goals and items, reading records once.
@@ -31,13 +36,23 @@ def everything(
 
     Example: eai analyze all scores --out analyses
     """
-    tables = tables_of(records, data)
+    made: list[Written] = []
     with with_extra():
-        found = cofactor_tables(tables)
-        write_analysis("cofactors", found, analyze_cofactors.figures(found, Measure.SCORE), out, plots=plots)
-        found = error_tables(tables.answers, tables.clauses)
-        write_analysis("errors", found, analyze_errors.figures(found), out, plots=plots)
-        found = goal_tables(tables.atoms)
-        write_analysis("goals", found, analyze_goals.figures(found), out, plots=plots)
-        found = item_tables(tables.answers, ItemFlags(Source(store(data))))
-        write_analysis("items", found, analyze_items.figures(found), out, plots=plots)
+        for name, found, figures in _analyses(tables_of(records, data), ItemFlags(Source(store(data)))):
+            made.append(write_analysis(name, found, figures, out / name, plots=plots))
+            if not as_json:
+                say(made[-1], as_json=False)
+    if as_json:
+        say(*made, as_json=True)
+
+
+def _analyses(tables: Tables, flags: ItemFlags) -> Iterator[tuple[str, list[Table], Figures]]:
+    """Each analysis by its name, with its tables and figures, made one after the other."""
+    found = cofactor_tables(tables)
+    yield "cofactors", found, analyze_cofactors.figures(found, Measure.SCORE)
+    found = error_tables(tables.answers, tables.clauses)
+    yield "errors", found, analyze_errors.figures(found)
+    found = goal_tables(tables.atoms)
+    yield "goals", found, analyze_goals.figures(found)
+    found = item_tables(tables.answers, flags)
+    yield "items", found, analyze_items.figures(found)

@@ -7,9 +7,11 @@ from typing import Annotated
 
 import typer
 
-from eai.analysis.annotations import PAPER, histogram_table, quality, quality_table, read_ratings
+from eai.abilities.verdict import Json
+from eai.analysis.annotations import PAPER, Quality, histogram_table, quality, quality_table, read_ratings
 from eai.analysis.table import write_tables
-from eai.cli.console import counted, output
+from eai.cli.console import counted, tell
+from eai.cli.options import AsJson
 from eai.report import plot_ratings
 
 
@@ -19,6 +21,7 @@ def rate_annotations(
     ],
     out: Annotated[Path, typer.Option(help="The folder for tables and plots.")] = Path("annotations"),
     plots: Annotated[bool, typer.Option(help="Draw histograms (needs the extra 'plots').")] = True,
+    as_json: AsJson = False,
 ) -> None:
     """Say how people rated annotations: means, how far ratings of a task differ, Krippendorff's alpha.
 
@@ -30,15 +33,18 @@ def rate_annotations(
     write_tables(out, "annotations", tables, [PAPER])
     if plots:
         plot_ratings.save(found, out / "annotations")
+    made: list[Json] = []
     for each in found:
-        alpha = "none" if each.alpha is None else f"{each.alpha:.2f}"
-        mse = "none" if each.weighted_mse is None else f"{each.weighted_mse:.2f}"
-        output().print(
-            f"{each.attribute}: mean {each.mean:.2f}, {counted(each.ratings, 'rating')} of "
-            f"{counted(each.tasks, 'task')}, {each.repeated} rated more than once "
-            f"(weighted MSE {mse}, alpha {alpha})",
-            markup=False,
-            highlight=False,
-            soft_wrap=True,
-        )
-    output().print(f"written to {out}", soft_wrap=True, highlight=False, markup=False)
+        measured = {"mean": each.mean, "weighted_mse": each.weighted_mse, "alpha": each.alpha}
+        counts = {"ratings": each.ratings, "tasks": each.tasks, "repeated": each.repeated}
+        made.append({"attribute": each.attribute, **counts, **measured})
+    value: Json = {"folder": str(out), "attributes": made}
+    tell(*map(_told, found), f"written to {out}", value=value, as_json=as_json)
+
+
+def _told(each: Quality) -> str:
+    alpha = "none" if each.alpha is None else f"{each.alpha:.2f}"
+    mse = "none" if each.weighted_mse is None else f"{each.weighted_mse:.2f}"
+    ratings, tasks = counted(each.ratings, "rating"), counted(each.tasks, "task")
+    repeated = f"{each.repeated} rated more than once (weighted MSE {mse}, alpha {alpha})"
+    return f"{each.attribute}: mean {each.mean:.2f}, {ratings} of {tasks}, {repeated}"

@@ -9,8 +9,9 @@ import typer
 
 from eai.analysis.cofactors import cofactor_tables
 from eai.analysis.suites import Measure
-from eai.analysis.table import Table, write_tables
-from eai.cli.analyzed import Figures, Plots, Records, draw_figures, say, tables_of, with_extra
+from eai.analysis.table import Table
+from eai.cli.analyzed import Figures, Plots, Records, say, tables_of, with_extra, write_analysis
+from eai.cli.options import AsJson
 from eai.cli.store import DataFolder
 from eai.report import plot_analyses, plot_cofactors
 
@@ -23,6 +24,7 @@ def cofactors(
     ] = 10,
     measure: Annotated[Measure, typer.Option(help="What features of tasks are set against.")] = Measure.SCORE,
     plots: Plots = True,
+    as_json: AsJson = False,
     data: DataFolder = None,
 ) -> None:
     """Set success against what tasks are like, and say what is left of each feature beside the others.
@@ -32,9 +34,8 @@ def cofactors(
     tables = tables_of(records, data)
     with with_extra():
         found = cofactor_tables(tables, width=bins, measure=measure)
-    write_tables(out, "cofactors", found)
-    drawn = draw_figures(figures(found, measure), out) if plots else 0
-    say(found, drawn, out)
+    written = write_analysis("cofactors", found, figures(found, measure), out, plots=plots)
+    say(written, as_json=as_json)
 
 
 def figures(found: list[Table], measure: Measure) -> Figures:

@@ -11,7 +11,8 @@ import typer
 from eai.abilities.declarations import DECLARATIONS
 from eai.analysis.contamination import REMARKS, Pair, contamination_table
 from eai.analysis.table import write_tables
-from eai.cli.analyzed import Records, say
+from eai.cli.analyzed import Records, Written, say
+from eai.cli.options import AsJson
 from eai.errors import InputError
 from eai.report.runs import Run, read_runs
 
@@ -19,6 +20,7 @@ from eai.report.runs import Run, read_runs
 def contamination(
     records: Records,
     out: Annotated[Path, typer.Option(help="The folder for the results.")] = Path("contamination"),
+    as_json: AsJson = False,
 ) -> None:
     """Set success on public tasks beside fresh ones: the difference where tasks are alike, with its interval.
 
@@ -32,7 +34,7 @@ def contamination(
         raise InputError("expected runs of a model on a benchmark and on generated tasks of its world")
     table = contamination_table(pairs)
     write_tables(out, "contamination", [table], REMARKS)
-    say([table], 0, out)
+    say(Written((table.name,), 0, out), as_json=as_json)
 
 
 def _pairs(runs: Sequence[Run]) -> Iterator[Pair]:

@@ -8,8 +8,9 @@ from typing import Annotated
 import typer
 
 from eai.analysis.error_leaves import error_tables
-from eai.analysis.table import Table, write_tables
-from eai.cli.analyzed import Figures, Plots, Records, draw_figures, say, tables_of
+from eai.analysis.table import Table
+from eai.cli.analyzed import Figures, Plots, Records, say, tables_of, write_analysis
+from eai.cli.options import AsJson
 from eai.cli.store import DataFolder
 from eai.report import plot_analyses, plot_leaves
 
@@ -19,6 +20,7 @@ def errors(
     out: Annotated[Path, typer.Option(help="The folder for the results.")],
     examples: Annotated[int, typer.Option(min=0, help="How many answers to name of each kind.")] = 3,
     plots: Plots = True,
+    as_json: AsJson = False,
     data: DataFolder = None,
 ) -> None:
     """Sort errors by the paper's taxonomy, and say which check failed how often.
@@ -27,9 +29,8 @@ def errors(
     """
     tables = tables_of(records, data)
     found = error_tables(tables.answers, tables.clauses, examples=examples)
-    write_tables(out, "errors", found)
-    drawn = draw_figures(figures(found), out) if plots else 0
-    say(found, drawn, out)
+    written = write_analysis("errors", found, figures(found), out, plots=plots)
+    say(written, as_json=as_json)
 
 
 def figures(found: list[Table]) -> Figures:

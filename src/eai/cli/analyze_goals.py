@@ -8,8 +8,9 @@ from typing import Annotated
 import typer
 
 from eai.analysis.goal_atoms import goal_tables
-from eai.analysis.table import Table, write_tables
-from eai.cli.analyzed import Figures, Plots, Records, draw_figures, say, tables_of
+from eai.analysis.table import Table
+from eai.cli.analyzed import Figures, Plots, Records, say, tables_of, write_analysis
+from eai.cli.options import AsJson
 from eai.cli.store import DataFolder
 from eai.report import plot_analyses
 
@@ -18,6 +19,7 @@ def goals(
     records: Records,
     out: Annotated[Path, typer.Option(help="The folder for the results.")],
     plots: Plots = True,
+    as_json: AsJson = False,
     data: DataFolder = None,
 ) -> None:
     """Goal interpretation by predicate: what is found, missed and made up, and where wrong goals come from.
@@ -25,9 +27,8 @@ def goals(
     Example: eai analyze goals scores --out goals
     """
     found = goal_tables(tables_of(records, data).atoms)
-    write_tables(out, "goals", found)
-    drawn = draw_figures(figures(found), out) if plots else 0
-    say(found, drawn, out)
+    written = write_analysis("goals", found, figures(found), out, plots=plots)
+    say(written, as_json=as_json)
 
 
 def figures(found: list[Table]) -> Figures:

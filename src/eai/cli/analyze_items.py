@@ -9,9 +9,10 @@ import typer
 
 from eai.analysis.item_flags import ItemFlags
 from eai.analysis.items import FEWEST_MODELS, item_tables
-from eai.analysis.table import Table, write_tables
+from eai.analysis.table import Table
 from eai.benchmarks.source import Source
-from eai.cli.analyzed import Figures, Plots, Records, draw_figures, say, tables_of, with_extra
+from eai.cli.analyzed import Figures, Plots, Records, say, tables_of, with_extra, write_analysis
+from eai.cli.options import AsJson
 from eai.cli.store import DataFolder, store
 from eai.errors import InputError
 from eai.report import plot_analyses, plot_items
@@ -21,6 +22,7 @@ def items(
     records: Records,
     out: Annotated[Path, typer.Option(help="The folder for the results.")],
     plots: Plots = True,
+    as_json: AsJson = False,
     data: DataFolder = None,
 ) -> None:
     """Rate tasks by the answers of many models: difficulty, agreement with the others, and what is odd.
@@ -32,9 +34,8 @@ def items(
         found = item_tables(answers, ItemFlags(Source(store(data))))
     if not found[0].rows:
         raise InputError(f"expected answers of at least {FEWEST_MODELS} models to one suite")
-    write_tables(out, "items", found)
-    drawn = draw_figures(figures(found), out) if plots else 0
-    say(found, drawn, out)
+    written = write_analysis("items", found, figures(found), out, plots=plots)
+    say(written, as_json=as_json)
 
 
 def figures(found: list[Table]) -> Figures:

@@ -10,8 +10,8 @@ import typer
 
 from eai.abilities.responses import file_name
 from eai.analysis.perception import PerceptionRuns, perception_runs, perception_tables
-from eai.analysis.table import write_tables
-from eai.cli.analyzed import Figures, Plots, Records, draw_figures, say
+from eai.cli.analyzed import Figures, Plots, Records, say, write_analysis
+from eai.cli.options import AsJson
 from eai.errors import InputError
 from eai.report import plot_perception
 from eai.report.runs import Run, read_runs
@@ -26,6 +26,7 @@ def perception(
     ] = None,
     out: Annotated[Path, typer.Option(help="The folder for tables and plots.")] = Path(_NAME),
     plots: Plots = True,
+    as_json: AsJson = False,
 ) -> None:
     """Success against the errors in the perceived scene: by rate, by kind, and by the facts that were lost.
 
@@ -39,14 +40,15 @@ def perception(
     seen = [group for group in groups if any(record.perceived for run in group for record in run.records)]
     if not seen:
         raise InputError("expected records that say what was perceived; eai run --scene noisy makes them")
+    written = []
     for group in seen:
         key = group[0].key
         found = perception_runs([run.records for run in group], metric)
         place = f"{key.domain}-{key.ability.value}-{key.protocol.value}-{file_name(key.model)}"
         folder = out / place if len(seen) > 1 else out
         tables = perception_tables(found)
-        write_tables(folder, _NAME, tables)
-        say(tables, draw_figures(_figures(found), folder) if plots else 0, folder)
+        written.append(write_analysis(_NAME, tables, _figures(found), folder, plots=plots))
+    say(*written, as_json=as_json)
 
 
 def _is_shown(run: Run) -> bool:

@@ -20,7 +20,9 @@ from eai.benchmarks.gold_answers import open_planned_book
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.source import Source
 from eai.benchmarks.suite import open_suite
+from eai.cli.analyzed import Written, say
 from eai.cli.console import data_progress, errors, output
+from eai.cli.options import AsJson
 from eai.cli.store import DataFolder, store
 from eai.errors import InputError
 from eai.metrics.paper_tables import paper_models, paper_setting, paper_table
@@ -56,6 +58,7 @@ def pipeline(
     search: Annotated[
         bool, typer.Option(help="With --goals, search for plans (half a minute a hundred tasks).")
     ] = True,
+    as_json: AsJson = False,
     data: DataFolder = None,
 ) -> None:
     """Compare a pipeline with the ability alone: both columns, and where the loss comes from.
@@ -72,15 +75,20 @@ def pipeline(
     ]
     if not found:
         raise InputError(f"{modular} and {piped}: no model, domain, ability and protocol that both have")
+    written: list[Written] = []
     for place, group in groupby(found, key=_place):
         several = [*group]
         for each in several:
             record = each.pipeline[0]
             label = "" if record.experiment is None else record.experiment.label
             folder = out / place / file_name(record.model) / label
-            _write(each, f"{record.model}, {label}", folder if len(found) > 1 else out)
+            folder = folder if len(found) > 1 else out
+            written.append(_write(each, f"{record.model}, {label}", folder, shown=not as_json))
         if len(several) > 1:
-            _write(pooled(several), f"{len(several)} pipelines", out / place)
+            title = f"{len(several)} pipelines"
+            written.append(_write(pooled(several), title, out / place, shown=not as_json))
+    if as_json:
+        say(*written, as_json=True)
 
 
 def _pairs(modular: Sequence[Run], piped: Sequence[Run]) -> Iterator[tuple[Run, Run]]:
@@ -168,13 +176,17 @@ def _remarks(found: Pipeline) -> list[str]:
     return remarks
 
 
-def _write(found: Pipeline, title: str, folder: Path) -> None:
+def _write(found: Pipeline, title: str, folder: Path, *, shown: bool) -> Written:
     tables = found.tables()
     write_tables(folder, _NAME, tables, _remarks(found))
+    written = Written(tuple(table.name for table in tables), 0, folder)
+    if not shown:
+        return written
     record = found.modular[0]
     heading = f"{title}, {record.domain} {record.ability.value}, protocol {record.protocol.value}"
     output().print(_grid(next(table for table in tables if table.name == "goals"), heading))
     output().print(f"written to {folder}", soft_wrap=True, highlight=False, markup=False)
+    return written
 
 
 def _grid(table: Table, heading: str) -> Grid:

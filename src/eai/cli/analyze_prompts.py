@@ -9,10 +9,12 @@ from typing import Annotated
 import typer
 
 from eai.abilities.responses import file_name
+from eai.abilities.verdict import Json
 from eai.analysis.prompts import PLAIN, matrix_of, prompt_tables
 from eai.analysis.table import write_tables
 from eai.cli.analyzed import Records
-from eai.cli.console import counted, output
+from eai.cli.console import counted, tell
+from eai.cli.options import AsJson
 from eai.errors import InputError
 from eai.report import plot_prompts
 from eai.report.runs import Run, read_runs
@@ -28,11 +30,14 @@ def prompts(
     ] = None,
     out: Annotated[Path, typer.Option(help="The folder for tables and plots.")] = Path("prompts"),
     plots: Annotated[bool, typer.Option(help="Draw heat maps (needs the extra 'plots').")] = True,
+    as_json: AsJson = False,
 ) -> None:
     """Set runs of models with several prompts (--prompt-name) side by side, suite by suite.
 
     Example: eai analyze prompts runs --metric overall.f1 --out prompts
     """
+    lines: list[str] = []
+    written: list[Json] = []
     for suite, runs in _by_suite(read_runs(records)).items():
         matrix = matrix_of([(_name(run), run.records) for run in runs], metric)
         folder = out / file_name(suite)
@@ -41,7 +46,16 @@ def prompts(
         if plots:
             plot_prompts.save(matrix, suite.replace("-", ", "), folder / "prompts")
         sizes = f"{counted(len(matrix.prompts), 'prompt')}, {counted(len(matrix.models), 'model')}"
-        output().print(f"{suite}: {sizes}; in {folder}", soft_wrap=True, highlight=False, markup=False)
+        lines.append(f"{suite}: {sizes}; in {folder}")
+        written.append(
+            {
+                "suite": suite,
+                "prompts": list(matrix.prompts),
+                "models": list(matrix.models),
+                "folder": str(folder),
+            }
+        )
+    tell(*lines, value=written, as_json=as_json)
 
 
 def _name(run: Run) -> str:

@@ -14,12 +14,13 @@ from eai.abilities.responses import file_name
 from eai.analysis.replanning import Arm, arms_of, remarks, tables
 from eai.analysis.table import Cell, Estimate, Table, write_tables
 from eai.benchmarks.reference.replanning import counted_as_published
-from eai.cli.analyzed import Figures, Plots, Records, draw_figures
+from eai.cli.analyzed import Figures, Plots, Records, Written, draw_figures, say
 from eai.cli.console import output
+from eai.cli.options import AsJson
 from eai.errors import InputError
 from eai.metrics.paper_tables import paper_setting, paper_table
 from eai.report import plot_attempts
-from eai.report.runs import Run, read_runs
+from eai.report.runs import Run, RunKey, read_runs
 
 _NAME = "replanning"
 _PAPER = ("replanning", "replanning_prose", "replanning_stochastic")
@@ -36,6 +37,7 @@ def replanning(
         ),
     ] = False,
     plots: Plots = True,
+    as_json: AsJson = False,
 ) -> None:
     """Success by the number of attempts, what feedback is worth, and which errors it mends.
 
@@ -48,6 +50,7 @@ def replanning(
     groups = [list(group) for _, group in groupby(sorted(runs, key=lambda run: run.key.order), _place)]
     if not groups:
         raise InputError("expected records of replanning or slips, found none; eai run --replans makes them")
+    written: list[Written] = []
     for group in groups:
         of_runs = [
             [counted_as_published(record) for record in run.records] if published_counts else run.records
@@ -55,7 +58,15 @@ def replanning(
         ]
         key = group[0].key
         place = f"{key.domain}-{key.protocol.value}-{file_name(key.model)}"
-        _write(arms_of(of_runs), group[0], out / place if len(groups) > 1 else out, plots=plots)
+        arms, folder = arms_of(of_runs), out / place if len(groups) > 1 else out
+        made, notes = _tables(arms, key)
+        write_tables(folder, _NAME, made, [*remarks(arms), *notes])
+        drawn = draw_figures(_figures(arms), folder) if plots else 0
+        written.append(Written(tuple(table.name for table in made), drawn, folder))
+        if not as_json:
+            _show(made, remarks(arms), key, folder)
+    if as_json:
+        say(*written, as_json=True)
 
 
 def _is_shown(run: Run) -> bool:
@@ -67,20 +78,21 @@ def _place(run: Run) -> tuple[str, ...]:
     return (key.protocol.value, key.domain, key.ability.value, key.model)
 
 
-def _write(arms: Sequence[Arm], run: Run, folder: Path, *, plots: bool) -> None:
-    key = run.key
+def _tables(arms: Sequence[Arm], key: RunKey) -> tuple[list[Table], list[str]]:
+    """The tables, the paper's among them, and what must be said of that."""
     made = tables(arms)
     paper, notes = _paper(key.domain)
     if paper.rows:
         made.append(paper)
         if key.protocol.value != paper_setting().protocol:
             notes.append(f"These records are of protocol {key.protocol.value}, the paper's figures are not.")
-    write_tables(folder, _NAME, made, [*remarks(arms), *notes])
-    if plots:
-        draw_figures(_figures(arms), folder)
+    return made, notes
+
+
+def _show(made: Sequence[Table], told: Sequence[str], key: RunKey, folder: Path) -> None:
     output().print(_grid(made[0], f"{key.model}, {key.domain}, protocol {key.protocol.value}"))
     output().print(_grid(made[1], made[1].title))
-    for remark in remarks(arms):
+    for remark in told:
         output().print(remark, markup=False, highlight=False)
     output().print(f"written to {folder}", soft_wrap=True, highlight=False, markup=False)
 

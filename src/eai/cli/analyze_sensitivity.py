@@ -13,12 +13,12 @@ from eai.abilities.record import Record
 from eai.abilities.transition_modeling.judgement import Replaced
 from eai.abilities.transition_modeling.scorer import TransitionModeling
 from eai.analysis.sensitivity import OVERALL, Trial, sensitivity_tables, try_operators
-from eai.analysis.table import Table, write_tables
+from eai.analysis.table import Table
 from eai.benchmarks.source import Source
 from eai.benchmarks.suite import Suite, open_suite
-from eai.cli.analyzed import Figures, Plots, Records, draw_figures, say
+from eai.cli.analyzed import Figures, Plots, Records, say, write_analysis
 from eai.cli.console import data_progress, note_planner
-from eai.cli.options import Planner
+from eai.cli.options import AsJson, Planner
 from eai.cli.progress import scoring_progress
 from eai.cli.store import DataFolder, store
 from eai.errors import InputError
@@ -36,6 +36,7 @@ def sensitivity(
     ] = None,
     planner: Planner = PlannerChoice.AUTO,
     plots: Plots = True,
+    as_json: AsJson = False,
     data: DataFolder = None,
 ) -> None:
     """Try each operator of the answers alone among gold operators: which one breaks plans?
@@ -57,9 +58,8 @@ def sensitivity(
     note_planner(list(suites.values()))
     ways = list(dict.fromkeys(replace or [Replaced.OPERATOR]))
     tables = sensitivity_tables(list(_tried(found, suites, ways)))
-    write_tables(out, "sensitivity", tables)
-    drawn = draw_figures(_figures(tables, ways), out) if plots else 0
-    say(tables, drawn, out)
+    written = write_analysis("sensitivity", tables, _figures(tables, ways), out, plots=plots)
+    say(written, as_json=as_json)
 
 
 def _suites(records: Sequence[Record], source: Source) -> dict[tuple[str, Protocol], Suite]:

@@ -8,10 +8,12 @@ from typing import Annotated
 
 import typer
 
+from eai.abilities.verdict import Json
 from eai.analysis.lines import TABLES
 from eai.analysis.table import lines_csv, write_files, write_parquet
 from eai.cli.analyzed import Records, tables_of
-from eai.cli.console import counted, output
+from eai.cli.console import counted, tell
+from eai.cli.options import AsJson
 from eai.cli.store import DataFolder
 
 
@@ -29,6 +31,7 @@ def table(
         list[Format] | None,
         typer.Option("--format", help="How they are written; parquet needs the extra 'analysis'. [csv]"),
     ] = None,
+    as_json: AsJson = False,
     data: DataFolder = None,
 ) -> None:
     """Write records as tidy tables: a line an answer, with what its task is like; a step, goal, atom, clause.
@@ -43,5 +46,6 @@ def table(
                 write_parquet(out / f"{name}.parquet", kind, lines)
             else:
                 write_files(out, {f"{name}.csv": lines_csv(kind, lines)})
-    sizes = ", ".join(counted(len(getattr(tables, name)), name.removesuffix("s")) for name in TABLES)
-    output().print(f"{sizes}; in {out}", soft_wrap=True, highlight=False, markup=False)
+    sizes: dict[str, Json] = {name: len(getattr(tables, name)) for name in TABLES}
+    told = ", ".join(counted(len(getattr(tables, name)), name.removesuffix("s")) for name in TABLES)
+    tell(f"{told}; in {out}", value={"folder": str(out), "lines": sizes}, as_json=as_json)

@@ -5,14 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, TypeAlias
+from typing import TYPE_CHECKING, Annotated, NamedTuple, TypeAlias
 
 import typer
 
+from eai.abilities.verdict import Json
 from eai.analysis.table import Table, write_tables
 from eai.analysis.tidy import TableMaker, Tables
 from eai.benchmarks.source import ErrataChoice, Source
-from eai.cli.console import counted, data_progress, errors, output
+from eai.cli.console import counted, data_progress, errors, tell
 from eai.cli.store import store
 from eai.errors import EaiError, InputError
 from eai.report.plot_files import styled, write
@@ -82,17 +83,34 @@ def draw_figures(figures: Figures, folder: Path) -> int:
     return drawn
 
 
-def write_analysis(name: str, tables: Sequence[Table], figures: Figures, out: Path, *, plots: bool) -> None:
-    """Write an analysis among others into a folder of its own, and say so.
+class Written(NamedTuple):
+    """What an analysis wrote: tables by name, and so many plots, into a folder."""
+
+    tables: tuple[str, ...]
+    plots: int
+    folder: Path
+
+    def __str__(self) -> str:
+        return f"{counted(len(self.tables), 'table')}, {counted(self.plots, 'plot')}; in {self.folder}"
+
+    def to_json(self) -> Json:
+        """The same for programs."""
+        return {"folder": str(self.folder), "tables": list(self.tables), "plots": self.plots}
+
+
+def write_analysis(
+    name: str, tables: Sequence[Table], figures: Figures, folder: Path, *, plots: bool
+) -> Written:
+    """Write the tables of an analysis, and its figures where they are wanted.
 
     Raises:
         InputError: the folder cannot be written.
     """
-    write_tables(out / name, name, tables)
-    say(tables, draw_figures(figures, out / name) if plots else 0, out / name)
+    write_tables(folder, name, tables)
+    drawn = draw_figures(figures, folder) if plots else 0
+    return Written(tuple(table.name for table in tables), drawn, folder)
 
 
-def say(tables: Sequence[Table], drawn: int, out: Path) -> None:
-    """Say what was written."""
-    message = f"{counted(len(tables), 'table')}, {counted(drawn, 'plot')}; in {out}"
-    output().print(message, soft_wrap=True, highlight=False, markup=False)
+def say(*written: Written, as_json: bool) -> None:
+    """Say what was written, a line or an object each."""
+    tell(*map(str, written), value=[each.to_json() for each in written], as_json=as_json)
