@@ -49,6 +49,15 @@ eai generate --like behavior --n 5 --seed 1 --out tasks
 """
 """Makes what the commands speak of."""
 
+RATINGS = """\
+task,rater,attribute,score
+27_2,one,clear,5
+27_2,two,clear,4
+11_1,one,clear,3
+11_1,two,clear,3
+"""
+"""What people may say of tasks."""
+
 
 class Silent(BaseHTTPRequestHandler):
     """A model that has nothing to say."""
@@ -155,7 +164,11 @@ def prepare(walk: Walk, ground: Path) -> None:
     for name, source in copies.items():
         (ground / name).parent.mkdir(parents=True, exist_ok=True)
         shutil.copy(source, ground / name)
+    (ground / "ratings.csv").write_text(RATINGS, encoding="utf-8")
     shutil.copytree(ROOT / "examples/lamps", ground, dirs_exist_ok=True)
+    (ground / "problems").mkdir()
+    for file in (ROOT / "tests/pddl/domains/gripper").iterdir():
+        shutil.copy(file, ground if file.name == "domain.pddl" else ground / "problems")
     walk.run("eai submission build made/a --out submission.zip || true", ground, "(prelude)")
     shutil.rmtree(ground / "made")
 

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import random
+import shutil
 from pathlib import Path
 
 import pytest
@@ -8,6 +9,7 @@ import pytest
 from eai.abilities.planning import find_plan
 from eai.abilities.task import GoalKind, Task
 from eai.benchmarks.pddl_files import open_pddl
+from eai.benchmarks.registry import find_benchmark
 from eai.errors import DataError, InputError
 from eai.pddl.execute import Executor, PlanStep
 from eai.pddl.export import export
@@ -211,3 +213,15 @@ def test_no_files_and_empty_folders_are_named(tmp_path: Path) -> None:
         open_pddl(tmp_path / "none.pddl", tmp_path)
     with pytest.raises(InputError, match="expected problems"):
         open_pddl(FOLDER / "gripper" / "domain.pddl", tmp_path)
+
+
+@pytest.mark.parametrize("problems", ["problems", "problems/", "problems/swap.pddl"])
+def test_a_folder_of_problems_may_end_in_a_slash(
+    problems: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    gripper = FOLDER / "gripper"
+    (tmp_path / "problems").mkdir()
+    shutil.copy(gripper / "domain.pddl", tmp_path)
+    shutil.copy(gripper / "swap.pddl", tmp_path / "problems")
+    monkeypatch.chdir(tmp_path)
+    assert find_benchmark(f"pddl:domain.pddl,{problems}").name == "gripper"

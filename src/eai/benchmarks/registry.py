@@ -77,7 +77,7 @@ def _find(reference: str) -> Benchmark:
     if reference in _entry_points():
         return _as_benchmark(_entry_points()[reference].load(), reference)
     module, separator, name = reference.partition(":")
-    if module != OBFUSCATED and (reference.endswith((*ENDINGS, "/")) or Path(reference).is_dir()):
+    if module not in (OBFUSCATED, PDDL) and (reference.endswith((*ENDINGS, "/")) or Path(reference).is_dir()):
         return _open_tasks(Path(reference)).referred_to_as(reference)
     if module == OBFUSCATED:
         return obfuscated(find_benchmark(name)).referred_to_as(reference)
