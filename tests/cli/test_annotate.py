@@ -93,6 +93,34 @@ def test_unusable_input_is_one_line(eai: Command, arguments: tuple[str, ...], wh
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="interrupts are sent otherwise there")
+@pytest.mark.parametrize("command", ["differences", "frequencies", "choose"])
+def test_a_predicate_that_there_is_not_is_not_left_out_in_silence(eai: Command, command: str) -> None:
+    title = ("--title", "Tidy up")
+    outcome = eai("annotate", command, *SHELVES, *title, "--without", "onn")
+    assert (outcome.status, outcome.out) == (2, "")
+    assert outcome.err == "eai: --without: 'onn' is no predicate; did you mean on?\n"
+
+
+@pytest.mark.parametrize(
+    ("decided", "why"),
+    [
+        (
+            '[title."Tidy up"]\ncandidates = [[["litt(lamp)"]]]',
+            "'litt' is no changing predicate of 1; did you mean lit?",
+        ),
+        ('[title."Tidy up"]\ncandidates = [[["do LIHGT"]]]', "'LIHGT' is no action; did you mean LIGHT?"),
+        ('[title."Tidy up"]\ncandidates = [[["small(cup)"]]]', "'small' is no changing predicate of 1"),
+    ],
+)
+def test_decisions_about_what_is_not_declared_are_refused(eai: Command, decided: str, why: str) -> None:
+    Path("decisions.toml").write_text(decided)
+    for command in ("assign", "concrete", "check"):
+        outcome = eai("annotate", command, *SHELVES)
+        assert outcome.status == 2
+        assert outcome.err.startswith("eai: title 'Tidy up': ")
+        assert why in outcome.err
+
+
 def test_an_interrupt_loses_no_decision() -> None:
     command = [sys.executable, "-u", "-c", "from eai.cli import main; main()", *CHOOSE]
     path = os.pathsep.join([str(TESTS), os.environ.get("PYTHONPATH", "")])

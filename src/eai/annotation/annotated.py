@@ -7,8 +7,10 @@ from dataclasses import dataclass
 
 from eai.abilities.task import Goal, Task
 from eai.annotation.abstract import concrete_goals
+from eai.annotation.choosing import refuse_unknown_name
 from eai.annotation.decisions import Decisions
 from eai.annotation.difference import Difference, difference
+from eai.annotation.pattern import Pattern
 from eai.benchmarks.finding import Finding
 from eai.errors import InputError, did_you_mean
 from eai.logic.ltl_printer import print_ltl
@@ -62,14 +64,24 @@ def annotate(
     """What decisions make of each demonstration, title by title.
 
     Raises:
-        InputError: a plan cannot be carried out.
+        InputError: a plan cannot be carried out, or what was decided is about what is not declared.
     """
     for name, tasks in titles.items():
         title = decisions.of(name)
+        for candidate in title.candidates:
+            for pattern in (each for entry in candidate.entries for each in entry):
+                _refuse(name, pattern, domain)
         for found in differences(tasks, domain):
             number = title.assign(found)
             goals = () if number is None else concrete_goals(found, title.candidates[number])
             yield Annotation(found, number, goals)
+
+
+def _refuse(title: str, pattern: Pattern, domain: Domain) -> None:
+    try:
+        refuse_unknown_name(pattern, domain)
+    except InputError as error:
+        raise InputError(f"title {title!r}: {pattern}: {error}") from error
 
 
 def check(annotations: Iterable[Annotation]) -> Iterator[Finding]:

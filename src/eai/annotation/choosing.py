@@ -105,19 +105,27 @@ def _alternatives(text: str, listing: Listing) -> Entry:
     return patterns
 
 
+def refuse_unknown_name(pattern: Pattern, domain: Domain) -> None:
+    """Refuse a pattern of an action, or of a predicate, that there is not.
+
+    Raises:
+        InputError: the domain does not declare it, or not as something that changes.
+    """
+    arity = len(pattern.kinds)
+    if pattern.is_action:
+        _refuse_unknown(pattern.name, [operator.name for operator in domain.operators], "action")
+    else:
+        names = [
+            each.name for each in domain.vocabulary.predicates if each.arity == arity and not each.static
+        ]
+        _refuse_unknown(pattern.name, names, f"changing predicate of {arity}")
+
+
 def _refuse_strangers(pattern: Pattern, listing: Listing) -> None:
     """Raise if a pattern names what is not there."""
-    vocabulary = listing.domain.vocabulary
-    arity = len(pattern.kinds)
-    names = (
-        [operator.name for operator in listing.domain.operators]
-        if pattern.is_action
-        else [each.name for each in vocabulary.predicates if each.arity == arity and not each.static]
-    )
+    refuse_unknown_name(pattern, listing.domain)
     classes = {thing.category for each in listing.differences for thing in each.scene.objects}
-    good_for = properties(vocabulary)
-    noun = "action" if pattern.is_action else f"changing predicate of {arity}"
-    _refuse_unknown(pattern.name, names, noun)
+    good_for = properties(listing.domain.vocabulary)
     for kind in pattern.kinds:
         if kind.name:
             _refuse_unknown(kind.name, sorted(classes), "class")

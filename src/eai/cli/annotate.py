@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated
@@ -26,7 +26,7 @@ from eai.cli import annotate_problems
 from eai.cli.console import DOMAIN_HELP, counted, data_progress, note, print_json, say, tell_findings
 from eai.cli.options import AsJson
 from eai.cli.store import DataFolder, store
-from eai.errors import InputError, InterruptError
+from eai.errors import InputError, InterruptError, did_you_mean
 from eai.logic.ltl_printer import print_ltl
 from eai.world.state import Fact, Scene
 
@@ -63,7 +63,9 @@ class _Given:
     titles: Mapping[str, list[Task]]
 
 
-def _given(domain: str, title: str | None, place: Path | None, data: Path | None) -> _Given:
+def _given(
+    domain: str, title: str | None, place: Path | None, data: Path | None, without: Sequence[str] = ()
+) -> _Given:
     with data_progress() as report:
         benchmark = find_benchmark(domain)
         tasks: Mapping[str, Task]
@@ -73,6 +75,10 @@ def _given(domain: str, title: str | None, place: Path | None, data: Path | None
             raise InputError(f"--demonstrations: {benchmark.name} reads no archive of demonstrations")
         else:
             tasks = benchmark.open_demonstrations(place, report)
+    known = [predicate.name for predicate in benchmark.domain.vocabulary.predicates]
+    for name in without:
+        if name not in known:
+            raise InputError(f"--without: {name!r} is no predicate{did_you_mean(name, known)}")
     return _Given(benchmark, by_title(tasks, title))
 
 
@@ -82,7 +88,8 @@ def _annotations(given: _Given, decisions: Path) -> list[Annotation]:
     known = read_decisions(decisions)
     strangers = [name for name in known.titles if name not in given.titles]
     if strangers and len(given.titles) > 1:
-        raise InputError(f"{decisions}: no demonstration is called {strangers[0]!r}")
+        hint = did_you_mean(strangers[0], tuple(given.titles))
+        raise InputError(f"{decisions}: no demonstration is called {strangers[0]!r}{hint}")
     return list(annotate(given.titles, given.benchmark.domain, known))
 
 
@@ -99,7 +106,7 @@ def show_differences(
 
     Example: eai annotate differences --domain virtualhome --title "Turn on light" --without NEXT_TO
     """
-    given, left_out = _given(domain, title, demonstrations, data), set(without or ())
+    given, left_out = _given(domain, title, demonstrations, data, without or ()), set(without or ())
     found = [each for tasks in given.titles.values() for each in differences(tasks, given.benchmark.domain)]
     texts = {
         each.task.id: [_text(fact, each.scene) for fact in each.facts if fact.predicate not in left_out]
@@ -130,7 +137,7 @@ def show_frequencies(
 
     Example: eai annotate frequencies --domain virtualhome --title "Drink" --without NEXT_TO
     """
-    given = _given(domain, title, demonstrations, data)
+    given = _given(domain, title, demonstrations, data, without or ())
     tables = {
         name: frequencies(differences(tasks, given.benchmark.domain), without or ())
         for name, tasks in given.titles.items()
@@ -168,7 +175,7 @@ def choose(
     known = read_decisions(decisions)
     if without:
         known = replace(known, without=tuple(dict.fromkeys((*known.without, *without))))
-    given = _given(domain, title, demonstrations, data)
+    given = _given(domain, title, demonstrations, data, without or ())
     listing = Listing(
         differences(given.titles[title], given.benchmark.domain), given.benchmark.domain, known.without
     )
