@@ -71,3 +71,14 @@ def test_a_world_that_has_no_more_tasks_says_so(
     outcome = eai("generate", "--like", "lamps:lamps", "--n", 1000, "--out", tmp_path)
     assert outcome.status == 2
     assert "of 1000 tasks found" in outcome.err
+
+
+def test_tasks_of_an_expected_difficulty_are_asked_for(eai: Command, tmp_path: Path) -> None:
+    for low, high in ((-3, 0), (0.5, 9)):
+        for task in made(eai, tmp_path / str(low), "--difficulty", f"{low}:{high}"):
+            about = task["about"]
+            assert isinstance(about, dict)
+            assert low <= about["difficulty"]["expected"] <= high
+    outcome = eai("generate", "--like", "behavior", "--out", tmp_path, "--difficulty", "2:1")
+    assert outcome.status == 2
+    assert "expected two numbers LOW:HIGH" in outcome.err

@@ -27,6 +27,7 @@ from eai.benchmarks.task_lines import written
 from eai.cli.console import DOMAIN_HELP, counted, data_progress, errors, output, tell
 from eai.cli.options import AsJson
 from eai.cli.store import DataFolder, store
+from eai.errors import InputError
 
 
 def generate_tasks(
@@ -63,6 +64,10 @@ def generate_tasks(
     depth: Annotated[
         int, typer.Option(min=1, help="Try all plans of so many actions, as a lower bound of plan lengths.")
     ] = 1,
+    difficulty: Annotated[
+        str | None,
+        typer.Option(metavar="LOW:HIGH", help="Expected difficulty in logits, as in 0:2; a rough guide."),
+    ] = None,
     compress: Annotated[bool, typer.Option("--gzip", help="Write FILE.jsonl.gz.")] = False,
     as_json: AsJson = False,
     data: DataFolder = None,
@@ -86,6 +91,7 @@ def generate_tasks(
         by_place=by_place,
         most_objects=objects,
         depth=depth,
+        difficulty=None if difficulty is None else _between(difficulty),
     )
     seeds = Seeds(file_name(split), seed, secret)
     file = out / f"{seeds.split}.jsonl{'.gz' if compress else ''}"
@@ -108,6 +114,18 @@ def generate_tasks(
         _print_shapes(Shape.of(list(tasks.values())), Shape.of([each.task for each in made]))
     told = f"{counted(len(made), 'task')} written to {file}; {counted(len(rejected), 'seed')} gave none"
     tell(told, value={"file": str(file), "tasks": len(made), "rejected": len(rejected)}, as_json=as_json)
+
+
+def _between(text: str) -> tuple[float, float]:
+    """Two numbers, of which the first is not the greater."""
+    low, _, high = text.partition(":")
+    try:
+        numbers = float(low), float(high)
+    except ValueError:
+        numbers = (1.0, 0.0)
+    if not numbers[0] <= numbers[1]:
+        raise InputError(f"--difficulty: expected two numbers LOW:HIGH, as in 0:2, found {text!r}")
+    return numbers
 
 
 def _print_shapes(public: Shape, made: Shape) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import random
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
@@ -11,6 +12,7 @@ from eai.abilities.protocol import Ability
 from eai.abilities.task import Task, goal
 from eai.abilities.verdict import Json
 from eai.benchmarks.benchmark import Benchmark
+from eai.benchmarks.difficulty import difficulty_model
 from eai.benchmarks.generated import fingerprint
 from eai.benchmarks.generated.census import prior_of
 from eai.benchmarks.generated.goals import Proposals, clash, subjects_of
@@ -66,6 +68,9 @@ class Generator:
         benchmark: whose world they are in.
         spec: what is wanted.
         source: where the data set comes from.
+
+    Raises:
+        InputError: tasks of a difficulty are wanted, and that of the benchmark's is not known.
     """
 
     benchmark: Benchmark
@@ -74,6 +79,9 @@ class Generator:
     _made: int = field(default=0, init=False)
 
     def __post_init__(self) -> None:
+        self._difficulty = difficulty_model(self.benchmark.name)
+        if self._difficulty is None and self.spec.difficulty is not None:
+            raise InputError(f"how difficult tasks of {self.benchmark.name} are is not known")
         self._tasks = list(self.benchmark.tasks(self.source).values())
         self.prior: Prior = prior_of(self.benchmark, self._tasks)
         self._objections = Objections(self.benchmark, self._tasks, by_place=self.spec.by_place)
@@ -117,6 +125,12 @@ class Generator:
             reason = self._objections.to(task, least, most + _LONGER)
         if reason is not None:
             return Rejected(seed, reason)
+        expected = None if self._difficulty is None else self._difficulty.expected(task)
+        if expected is not None:
+            about["difficulty"] = {"expected": expected.value, "error": expected.error}
+            low, high = self.spec.difficulty or (-math.inf, math.inf)
+            if not low <= expected.value <= high:
+                return Rejected(seed, Reason.DIFFICULTY)
         about["lower_bound"] = least = lower_bound(task, self.benchmark.domain, self.spec.depth)
         if least == 1:
             return Rejected(seed, Reason.ONE_ACTION)

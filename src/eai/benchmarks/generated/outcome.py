@@ -22,6 +22,7 @@ class Reason(str, Enum):
     NO_CERTIFICATE = "the certificate does not solve it"
     AMBIGUOUS = "the instruction does not say exactly the goals"
     NAMELESS = "a thing cannot be told from others without its name"
+    DIFFICULTY = "it is expected to be easier or harder than was asked for"
     NO_ORDER = "no goal over time was found that matters"
     PUBLIC = "a public task has the same goals"
     PUBLIC_PLAN = "the plan of a public task with similar goals solves it"

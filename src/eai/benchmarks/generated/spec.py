@@ -57,6 +57,7 @@ class Spec:
             never by their names.
         most_objects: how many objects a scene has at most.
         depth: all plans of so many actions are tried, to bound the length of a plan from below.
+        difficulty: between which expected difficulties tasks are (`eai.benchmarks.difficulty`); None for any.
         disturbances: how many things are brought about at most in a scene before the task begins.
         version: of the generator.
     """
@@ -70,6 +71,7 @@ class Spec:
     by_place: bool = False
     most_objects: int = 30
     depth: int = 1
+    difficulty: tuple[float, float] | None = None
     disturbances: int = 4
     version: int = VERSION
 
