@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import tee
+from operator import length_hint
 from typing import NamedTuple, TypeAlias
 
 from eai.abilities.declarations import DECLARATIONS
@@ -90,10 +91,10 @@ class Scoring(Workers):
             explanations: put the step-by-step explanation into each record.
             allow_missing: leave tasks without an answer out of all rates instead of counting them as failed.
         """
-        workers = self if suite.portable else Workers()  # what has no name cannot be opened elsewhere
+        workers = self if suite.portable else Scoring()  # what has no name cannot be opened elsewhere
         asked, given = tee(responses)
         work = _Judge(suite, explanations, allow_missing)
-        judged = workers.each(work, given, at_a_time=_at_a_time(suite))
+        judged = workers.each(work, given, at_a_time=workers._shares(suite, length_hint(responses)))
         return map(partial(_record, suite, model), asked, judged)
 
     def rewards(self, reward: Reward, answers: Iterable[tuple[str, str]]) -> Iterator[float | None]:
@@ -103,13 +104,25 @@ class Scoring(Workers):
             reward: of which suite, and what is paid for.
             answers: ids of tasks with answers.
         """
-        workers = self if reward.suite.portable else Workers()
-        return workers.each(_Rewards(reward), answers, at_a_time=_at_a_time(reward.suite))
+        workers = self if reward.suite.portable else Scoring()
+        shares = workers._shares(reward.suite, length_hint(answers))
+        return workers.each(_Rewards(reward), answers, at_a_time=shares)
 
+    def _shares(self, suite: Suite, number: int) -> tuple[int, int]:
+        """How many answers a worker is given at first and at most: few where a planner may take minutes.
 
-def _at_a_time(suite: Suite) -> tuple[int, int]:
-    """How many answers a worker is given at first and at most: few where a planner may take minutes."""
-    return (1, 4) if suite.ability is Ability.TRANSITION_MODELING else (SMALLEST, LARGEST)
+        Of a known number each worker has two equal shares, since every batch costs something by itself.
+
+        Args:
+            suite: what is answered.
+            number: how many answers there are; 0 where that is not known.
+        """
+        if suite.ability is Ability.TRANSITION_MODELING:
+            return 1, 4
+        if not number:
+            return SMALLEST, LARGEST
+        share = min(max(SMALLEST, -(-number // (2 * max(1, self._number)))), LARGEST)
+        return share, share
 
 
 class _Judged(NamedTuple):
