@@ -66,17 +66,25 @@ def find_json(text: str, accept: Callable[[object], T | None]) -> tuple[T, tuple
 
 
 def _candidates(text: str) -> Iterator[Found]:
+    for stretch, repairs in _stretches(text):
+        found = _decoded(stretch, repairs)
+        if found is not None:
+            yield found
+
+
+def _stretches(text: str) -> Iterator[tuple[str, tuple[str, ...]]]:
+    """What may be JSON, with the repairs that it took to find it."""
     repairs: tuple[str, ...] = ()
     for remove, repair in ((_without_reasoning, "reasoning"), (_without_special_tokens, "special_tokens")):
         if (rest := remove(text)) != text:
             text, repairs = rest, (*repairs, repair)
     text = text.strip()
-    yield from _decoded(text, repairs)
+    yield text, repairs
     fenced: list[str] = [block.strip() for block in _FENCED.findall(text)]
     for block in reversed(fenced):
-        yield from _decoded(block, (*repairs, "code_fence"))
+        yield block, (*repairs, "code_fence")
     for segment in reversed(_segments(text)):
-        yield from _decoded(segment, (*repairs, "prose"))
+        yield segment, (*repairs, "prose")
 
 
 def _without_reasoning(text: str) -> str:
@@ -89,15 +97,14 @@ def _without_special_tokens(text: str) -> str:
     return _SPECIAL_TOKENS.sub("", text)
 
 
-def _decoded(text: str, repairs: tuple[str, ...]) -> Iterator[Found]:
+def _decoded(text: str, repairs: tuple[str, ...]) -> Found | None:
     """The value of a text that is JSON, or a Python literal with single quotes."""
     try:
         value = _DECODER.decode(text)
     except (ValueError, RecursionError):
-        yield from _decoded_literal(text, repairs)
-        return
-    if text.count("[") + text.count("{") < MAX_DEPTH or _is_shallow(value):
-        yield Found(value, repairs)
+        return _decoded_literal(text, repairs)
+    is_shallow = text.count("[") + text.count("{") < MAX_DEPTH or _is_shallow(value)
+    return Found(value, repairs) if is_shallow else None
 
 
 def _is_shallow(value: object) -> bool:
@@ -116,16 +123,16 @@ def _parts(value: object) -> Sequence[object]:
     return value if isinstance(value, list) else ()
 
 
-def _decoded_literal(text: str, repairs: tuple[str, ...]) -> Iterator[Found]:
+def _decoded_literal(text: str, repairs: tuple[str, ...]) -> Found | None:
     if "'" not in text or not text.startswith(("{", "[")):
-        return
+        return None
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # the compiler's remarks on escapes in the answer
             tree = ast.parse(text, mode="eval").body
-        yield Found(_literal(tree, MAX_DEPTH), (*repairs, "single_quotes"))
+        return Found(_literal(tree, MAX_DEPTH), (*repairs, "single_quotes"))
     except (ValueError, SyntaxError, RecursionError, MemoryError):
-        return
+        return None
 
 
 def _literal(node: ast.expr, depth: int) -> object:
