@@ -8,8 +8,9 @@ quantifiers around a formula, or with characters that no answer has. They are a 
 Each is scored twice and explained, under both protocols, with the built-in planner. For each suite and
 protocol come the answers that raise or have two verdicts; a digest of all verdicts, which must not depend on
 PYTHONHASHSEED; the most memory (MB) that the process has had so far; and CPU milliseconds of the dearest of
-the three calls: the median, the 99.9th percentile and the most, with the beginning of that answer. Exits with
-status 1 where anything is wrong.
+the three calls: the median, the 99.9th percentile and the most, with the beginning of that answer. Scorers
+are made beforehand and spared by the garbage collector, as where many answers are scored. Exits with status 1
+where anything is wrong.
 """
 
 from __future__ import annotations
@@ -28,6 +29,7 @@ from eai.abilities.protocol import Ability, Protocol
 from eai.benchmarks.source import Source
 from eai.benchmarks.suite import Suite, open_suite
 from eai.pddl.planning import PlannerChoice
+from eai.scoring.undisturbed import undisturbed
 from mutated_answers import maker
 from mutations import Dice
 
@@ -133,7 +135,11 @@ def main() -> int:
             suite = open_suite(
                 domain, Ability(ability), protocol, source=Source(planner=PlannerChoice.BUILT_IN)
             )
-            fuzzed = fuzz(suite, answers(name, suite.task_ids, arguments.rows, arguments.seed))
+            rows = answers(name, suite.task_ids, arguments.rows, arguments.seed)
+            for task_id in suite.task_ids:
+                suite.scorer(task_id)
+            with undisturbed():
+                fuzzed = fuzz(suite, rows)
             megabytes = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss // 1024
             print(
                 f"{name:35} {protocol.value:10} {arguments.rows} answers, {len(fuzzed.wrong)} wrong; "
