@@ -14,7 +14,10 @@ from pathlib import Path
 import pytest
 
 from cli.conftest import Command
+from eai.abilities.transition_modeling.planners import make_planner
 from eai.annotation.decisions import read_decisions
+from eai.pddl.planning import PlannerChoice, PlannerOutcome, PlanningTask
+from eai.pddl.reader import read_domain, read_problem
 
 TESTS = Path(__file__).parents[1]
 SHELVES = ("--domain", "annotation.demonstrated:shelves")
@@ -28,6 +31,13 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 def saying(monkeypatch: pytest.MonkeyPatch, *commands: str) -> None:
     monkeypatch.setattr(sys, "stdin", io.StringIO("".join(f"{command}\n" for command in commands)))
+
+
+def solved(domain: Path, problem: Path) -> bool:
+    """Whether a planner solves a problem of a domain, both as they were written."""
+    task = PlanningTask(read_domain(domain.read_text()), read_problem(problem.read_text()))
+    planner = make_planner(PlannerChoice.BUILT_IN, 10)
+    return planner is not None and planner.solve(task).outcome is PlannerOutcome.SOLVED
 
 
 def test_from_demonstrations_to_a_task_file(eai: Command, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -51,7 +61,8 @@ def test_from_demonstrations_to_a_task_file(eai: Command, monkeypatch: pytest.Mo
     posed = eai("annotate", "problems", "--domain", "goals.jsonl", "--out", "problems", "--conditions", "1")
     assert posed.out == "3 problems written to problems\n"
     domain, *problems = sorted(Path("problems").glob("*.pddl"), key=lambda each: each.name != "domain.pddl")
-    assert all("(:goal" in problem.read_text() for problem in problems)
+    assert len(problems) == 3
+    assert all(solved(domain, problem) for problem in problems)
     again = eai("annotate", "problems", "--domain", "goals.jsonl", "--out", "again", "--conditions", "1")
     assert again.status == 0
     assert (Path("again") / domain.name).read_bytes() == domain.read_bytes()

@@ -7,7 +7,8 @@ import pytest
 
 from eai.questions.balance import balance_of
 from eai.questions.question import Accept, Form, Kind, Question
-from eai.questions.results import depth_text, score, table_json, tabulate, write_results
+from eai.questions.records import QuestionRun, write_results
+from eai.questions.results import depth_text, score, table_json, tabulate
 
 
 def asked(number: int, form: Form, answer: tuple[str, ...], **changes: object) -> Question:
@@ -89,7 +90,7 @@ def test_rates_by_depth() -> None:
 
 
 def test_records_hold_question_and_answer(tmp_path: Path) -> None:
-    write_results(tmp_path, "me", score(QUESTIONS, ANSWERS), "0" * 64)
+    write_results(tmp_path, QuestionRun("me", "0" * 64, tuple(score(QUESTIONS, ANSWERS))))
     records = [json.loads(line) for line in (tmp_path / "records.jsonl").read_text().splitlines()]
     assert [record["id"] for record in records] == [question.id for question in QUESTIONS]
     assert [record["exact"] for record in records] == [True, False, True, False, False, True, False, True]

@@ -4,18 +4,22 @@ from __future__ import annotations
 
 import random
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import islice
 
 from eai.abilities.task import GoalKind, Task
 from eai.benchmarks.benchmark import Benchmark
 from eai.logic.formula import Formula
 from eai.logic.options import count_options, options
-from eai.pddl.export import export
-from eai.pddl.model import PddlAction, PddlDomain, PddlProblem
+from eai.logic.traversal import objects
+from eai.pddl.export import ExportOptions, ProblemSource, export_problems
+from eai.pddl.model import PddlAction, PddlDomain
 from eai.pddl.planning import PddlPlanner, PlannerOutcome, PlanningTask
 from eai.pddl.reader import read_action, read_problem
 from eai.pddl.writer import write_domain, write_problem
+from eai.planning.spatial import spatial_roles
+from eai.world.domain import Domain
+from eai.world.relation import bits
 from eai.world.scene_objects import SceneObjects
 
 DRAWS = 20
@@ -35,6 +39,7 @@ class Problem:
         text: the problem.
         outcome: what a planner made of it.
         draws: how many were drawn before it was kept, or given up.
+        source: what it was exported from; None where the data set poses its problems.
     """
 
     task_id: str
@@ -42,6 +47,7 @@ class Problem:
     text: str
     outcome: PlannerOutcome
     draws: int
+    source: ProblemSource | None
 
 
 def make_problem(
@@ -71,9 +77,15 @@ def make_problem(
         goals = draw(task, conditions, random.Random(f"{seed} {task.id} {attempt}"))  # noqa: S311
         if not goals:
             return None
-        domain, problem = _posed(task, goals, benchmark, operators)
+        source: ProblemSource | None = None
+        if benchmark.problem_of is not None and operators is not None:
+            domain, problem = operators, read_problem(benchmark.problem_of(task, goals))
+        else:
+            source = ProblemSource(task.id, task.initial, goals, _concerned(task, goals, benchmark.domain))
+            exported = export_problems(benchmark.domain, (source,), ExportOptions())[0]
+            domain, problem = exported.domain, exported.problem
         outcome = planner.solve(PlanningTask(domain, problem)).outcome
-        made = Problem(task.id, write_domain(domain), write_problem(problem), outcome, attempt + 1)
+        made = Problem(task.id, write_domain(domain), write_problem(problem), outcome, attempt + 1, source)
         if outcome is PlannerOutcome.SOLVED:
             break
     return made
@@ -98,11 +110,27 @@ def domain_of(benchmark_operators: Sequence[str], header: PddlDomain) -> PddlDom
     )
 
 
-def _posed(
-    task: Task, goals: Sequence[Formula], benchmark: Benchmark, operators: PddlDomain | None
-) -> tuple[PddlDomain, PddlProblem]:
-    """The problem with its domain: as the data set poses problems, or exported from the declaration."""
-    if benchmark.problem_of is not None and operators is not None:
-        return operators, read_problem(benchmark.problem_of(task, goals))
-    exported = export(benchmark.domain, task.initial, goals, name=task.id)
-    return exported.domain, exported.problem
+def with_one_domain(problems: Sequence[Problem], benchmark: Benchmark) -> list[Problem]:
+    """The same problems, those that were exported of one domain, with the categories of all their objects."""
+    sources = [each.source for each in problems if each.source is not None]
+    if not sources:
+        return list(problems)
+    together = export_problems(benchmark.domain, sources, ExportOptions())
+    return [
+        replace(each, domain=write_domain(exported.domain), text=write_problem(exported.problem))
+        for each, exported in zip(problems, together, strict=True)
+    ]
+
+
+def _concerned(task: Task, goals: Sequence[Formula], domain: Domain) -> int:
+    """The objects that a task is about, those that its goals name, and what these are in or on: a mask."""
+    scene, initial = task.scene, task.initial
+    supports = [initial.relation(name) for name in spatial_roles(domain).supports]
+    pending = [*task.relevant, *[scene.index[name] for goal in goals for name in objects(goal)]]
+    found = 0
+    while pending:
+        index = pending.pop()
+        if not found >> index & 1:
+            found |= 1 << index
+            pending += [below for support in supports for below in bits(support.row(index))]
+    return found

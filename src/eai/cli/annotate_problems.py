@@ -9,12 +9,13 @@ from typing import Annotated
 import typer
 
 from eai.abilities.transition_modeling.planners import make_planner
-from eai.annotation.problems import Problem, domain_of, make_problem
+from eai.annotation.problems import Problem, domain_of, make_problem, with_one_domain
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.source import Source
 from eai.cli.console import DOMAIN_HELP, counted, data_progress, note, print_json, say
 from eai.cli.options import AsJson, Planner
+from eai.cli.progress import scoring_progress
 from eai.cli.store import DataFolder, store
 from eai.errors import InputError
 from eai.pddl.model import PddlDomain
@@ -48,12 +49,16 @@ def problems(
     if judge is None:
         raise InputError("--planner none: problems are kept if they can be solved")
     made: list[Problem] = []
-    for task_id in list(tasks)[:limit]:
-        problem = make_problem(
-            tasks[task_id], benchmark, judge, operators=operators, conditions=conditions, seed=seed
-        )
-        if problem is not None:
-            made.append(problem)
+    chosen = [tasks[task_id] for task_id in list(tasks)[:limit]]
+    with scoring_progress("planning", len(chosen), quiet=False) as told:
+        for number, task in enumerate(chosen, 1):
+            problem = make_problem(
+                task, benchmark, judge, operators=operators, conditions=conditions, seed=seed
+            )
+            if problem is not None:
+                made.append(problem)
+            told(number)
+    made = with_one_domain(made, benchmark)
     _write(out, made)
     failed = [problem for problem in made if problem.outcome is not PlannerOutcome.SOLVED]
     if as_json:
@@ -61,8 +66,7 @@ def problems(
     else:
         say(f"{counted(len(made) - len(failed), 'problem')} written to {out}")
     for each in failed:
-        told = f"{each.task_id}: no draw can be solved ({each.outcome.value}, {each.draws} draws)"
-        note(told)
+        note(f"{each.task_id}: no draw can be solved ({each.outcome.value}, {each.draws} draws)")
     if failed:
         raise typer.Exit(1)
 
