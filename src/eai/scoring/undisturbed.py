@@ -17,10 +17,15 @@ def undisturbed() -> Iterator[None]:
     Among all of Inspect it would search for long, and tasks and records are kept anyway.
     """
     before = gc.get_threshold()
-    gc.freeze()
-    gc.set_threshold(SELDOM, *before[1:])
+    disturb_seldom()
     try:
         yield
     finally:
         gc.set_threshold(*before)
         gc.unfreeze()
+
+
+def disturb_seldom() -> None:
+    """The same for a process that does nothing else as long as it lives."""
+    gc.freeze()
+    gc.set_threshold(SELDOM, *gc.get_threshold()[1:])

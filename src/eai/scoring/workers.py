@@ -24,7 +24,7 @@ from typing import Any, TypeVar
 from typing_extensions import Self
 
 from eai.errors import WorkerError
-from eai.scoring.undisturbed import undisturbed
+from eai.scoring.undisturbed import disturb_seldom
 
 T = TypeVar("T")
 R = TypeVar("R")
@@ -181,7 +181,11 @@ def _batches(items: Iterable[T], workers: int, size: int, largest: int) -> Itera
 def _done(content: bytes, items: bytes) -> bytes:
     """In a worker: what some work makes of a batch; told to end, it does so when it has cleaned up."""
     try:
-        return pickle.dumps(_loaded(content)(_unpacked(items)))
+        signal.signal(signal.SIGTERM, _end)
+        try:
+            return pickle.dumps(_loaded(content)(_unpacked(items)))
+        finally:
+            signal.signal(signal.SIGTERM, _leave)
     except SystemExit:
         os._exit(128 + signal.SIGTERM)
 
@@ -213,9 +217,17 @@ def _interrupts_held() -> Iterator[None]:
 def _begin() -> None:
     """In a worker: leave interrupts to who started it, and end with it, however it ends."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    signal.signal(signal.SIGTERM, _end)
+    signal.signal(signal.SIGTERM, _leave)
     threading.Thread(target=_end_with_parent, daemon=True).start()
-    undisturbed().__enter__()  # as long as it lives
+    disturb_seldom()
+
+
+def _leave(number: int, frame: FrameType | None) -> None:
+    """End at once, with nothing to clean up: a pool would catch an exception, and send it as a result.
+
+    It would wait for ever where another worker was killed while it sent one.
+    """
+    os._exit(128 + number)
 
 
 def _end(number: int, frame: FrameType | None) -> None:
