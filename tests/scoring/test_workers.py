@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import pickle
-import signal
 from collections.abc import Iterator
 from itertools import islice
 from multiprocessing import active_children
@@ -19,7 +16,7 @@ from eai.errors import WorkerError
 from eai.scoring.batch import Scoring
 from eai.scoring.reward import Reward
 from eai.scoring.workers import AHEAD, DEATHS, LARGEST, Workers
-from scoring.work import Dying, asleep, cubes, deadly, failing, squares
+from scoring.work import Dying, asleep, cubes, deadly, failing, folder_of_files, large, squares, unspeakable
 
 
 @pytest.mark.parametrize("workers", [1, 2, 3])
@@ -58,10 +55,50 @@ def test_a_worker_that_is_killed_loses_and_doubles_nothing(tmp_path: Path, at: i
 def test_workers_killed_between_two_streams_are_replaced() -> None:
     with Workers(2) as pool:
         assert list(pool.each(squares, range(100))) == squares(range(100))
-        assert pool._pool is not None
-        for pid in list(pool._pool._processes):
-            os.kill(pid, signal.SIGKILL)
+        for worker in pool._workers:
+            worker.process.kill()
         assert list(pool.each(squares, range(100))) == squares(range(100))
+
+
+@pytest.mark.parametrize("place", [0, 1])
+def test_a_worker_that_is_killed_while_it_sends_keeps_nobody_waiting(place: int) -> None:
+    with Workers(2) as pool:
+        results = pool.each(large, range(12), at_a_time=(1, 1))
+        next(results)
+        sends = pool._workers[place]
+        assert sends.connection.poll(60), "it has begun, and a pipe holds a small part"
+        sends.process.kill()
+        assert sum(1 for _ in results) == 11
+
+
+def test_streams_may_be_mixed_and_left(tmp_path: Path) -> None:
+    with Workers(2) as pool:
+        first, second = pool.each(squares, range(500)), pool.each(Dying(3, tmp_path / "died"), range(90))
+        left = pool.each(cubes, range(10_000))
+        next(left)
+        left.close()
+        mixed = [(next(first), next(second)) for _ in range(90)]
+        assert mixed == list(zip(squares(range(90)), squares(range(90)), strict=True))
+        assert list(first) == squares(range(90, 500))
+        assert not pool._waiting
+
+
+def test_a_stream_of_workers_that_are_closed_ends() -> None:
+    with Workers(2) as pool:
+        results = pool.each(squares, range(500))
+        next(results)
+        pool.close()
+        with pytest.raises(WorkerError, match="closed before"):
+            list(results)
+
+
+def test_what_workers_leave_in_temporary_folders_is_removed() -> None:
+    with Workers(2) as pool:
+        left = {Path(file).parent for file in pool.each(folder_of_files, range(40), at_a_time=(1, 1))}
+        assert len(left) == 40
+        assert all(folder.is_dir() for folder in left)
+        pool._workers[0].process.kill()
+    assert not any(folder.parent.exists() for folder in left)
 
 
 def test_what_kills_every_worker_is_named() -> None:
@@ -72,18 +109,19 @@ def test_what_kills_every_worker_is_named() -> None:
 def test_an_error_of_the_work_is_raised_here() -> None:
     with Workers(2) as pool, pytest.raises(ValueError, match="no"):
         list(pool.each(failing, range(5)))
+    with Workers(2) as pool, pytest.raises(WorkerError, match="UnspeakableError: of no module"):
+        list(pool.each(unspeakable, range(5)))
 
 
 def test_an_interrupt_ends_workers_whatever_they_do() -> None:
-    def interrupted() -> None:
-        with Workers(2) as pool:
-            pool._submit(pickle.dumps(asleep), [1])
-            raise KeyboardInterrupt
+    def items() -> Iterator[int]:
+        yield from range(4)
+        assert active_children()
+        raise KeyboardInterrupt
 
-    before = active_children()
-    with pytest.raises(KeyboardInterrupt):
-        interrupted()
-    assert set(active_children()) <= set(before)
+    with Workers(2) as pool, pytest.raises(KeyboardInterrupt):
+        next(pool.each(asleep, items(), at_a_time=(1, 1)))
+    assert not active_children()
 
 
 def test_rewards_from_workers_are_the_same(data_store: Store) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import signal
+import tempfile
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -40,6 +41,11 @@ def squares(items: Sequence[int]) -> list[int]:
     return [item * item for item in items]
 
 
+def large(items: Sequence[int]) -> list[bytes]:
+    """Results of four megabytes, of which a pipe holds a small part."""
+    return [bytes(4 << 20) for _ in items]
+
+
 def cubes(items: Sequence[int]) -> list[int]:
     return [item**3 for item in items]
 
@@ -70,3 +76,15 @@ class Dying:
 def deadly(items: Sequence[int]) -> list[int]:
     os.kill(os.getpid(), signal.SIGKILL)
     return []
+
+
+def folder_of_files(items: Sequence[int]) -> list[str]:
+    """Leaves a file and a folder behind, where temporary ones are made."""
+    return [str(Path(tempfile.mkdtemp(prefix="left-"), "file")) for _ in items]
+
+
+def unspeakable(items: Sequence[int]) -> list[int]:
+    class UnspeakableError(Exception):
+        """One that cannot be sent."""
+
+    raise UnspeakableError("of no module")

@@ -3,51 +3,78 @@
 from __future__ import annotations
 
 import multiprocessing
-import os
 import pickle
 import signal
-import sys
 import threading
 import time
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from concurrent.futures import Future, ProcessPoolExecutor
-from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
-from dataclasses import dataclass
-from functools import lru_cache
+from dataclasses import dataclass, field
 from itertools import islice
+from multiprocessing.connection import Connection, wait
 from multiprocessing.forkserver import ensure_running
-from types import FrameType, TracebackType
+from multiprocessing.process import BaseProcess
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from types import TracebackType
 from typing import Any, TypeVar
 
 from typing_extensions import Self
 
 from eai.errors import WorkerError
-from eai.scoring.undisturbed import disturb_seldom
+from eai.scoring.worker import CLEANING_SECONDS, Given, serve
 
 T = TypeVar("T")
 R = TypeVar("R")
 
-CLEANING_SECONDS = 1
-"""How long interrupted workers may take, all together, to end their planners and to remove their files."""
-
 SMALLEST, LARGEST = 16, 1024
 """How many items a worker is given at a time: few at first, so that all have some, then more."""
+
+HELD = 2
+"""How many batches a worker has at most: one that it is at, and one to go on with.
+
+One of fewer than ``SMALLEST`` items, where each may take minutes, waits for who is free first.
+"""
 
 AHEAD = 3
 """For how many batches a worker there may be at a time, those included whose results are not yet taken."""
 
+PAUSE = 0.01
+"""Seconds until a folder is looked at again."""
+
 DEATHS = 3
-"""How often workers may die before a result comes."""
+"""How often workers may die at a batch."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True, eq=False)
 class _Batch:
     """Some items of a stream, and what becomes of them."""
 
-    items: Sequence[Any]
-    results: Future[bytes]
+    given: Given
+    result: bytes | None = None
+    deaths: int = 0
+
+    def results(self) -> Sequence[Any]:
+        """What came of the items.
+
+        Raises:
+            Exception: that which the work raised.
+        """
+        found = pickle.loads(self.result or b"")  # noqa: S301 - of a process of this program
+        if isinstance(found, Exception):
+            raise found
+        results: Sequence[Any] = found
+        return results
+
+
+@dataclass(slots=True, eq=False)
+class _Worker:
+    """A process, and the batches that it has, in the order in which their results will come."""
+
+    process: BaseProcess
+    connection: Connection
+    has: deque[_Batch] = field(default_factory=deque)
 
 
 class Workers:
@@ -55,6 +82,8 @@ class Workers:
 
     Results come in the order of the items. No more than a few batches are read ahead, so that memory does not
     grow with the stream. What a worker that dies was at is done again: nothing is lost, nothing comes twice.
+    Each worker has a pipe of its own, which ends with it, so that none waits for what another holds; what
+    they leave in temporary folders is removed here. Streams are for one thread, any number of them at a time.
 
     Args:
         workers: how many processes to use; this one alone if fewer than two.
@@ -62,7 +91,9 @@ class Workers:
 
     def __init__(self, workers: int = 1) -> None:
         self._number = workers
-        self._pool: ProcessPoolExecutor | None = None
+        self._workers: list[_Worker] = []
+        self._waiting: deque[_Batch] = deque()
+        self._folder: TemporaryDirectory[str] | None = None
 
     def __enter__(self) -> Self:
         return self
@@ -70,27 +101,27 @@ class Workers:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        self.close(at_once=kind is not None)
+        self.close()
 
-    def close(self, *, at_once: bool = False) -> None:
-        """End the workers: when they have done what they are at, or at once, whatever they do.
-
-        A terminal interrupts all processes at once. A worker that ended by itself might hold a lock for which
-        another would wait for ever, so that workers leave it to this process, which has them clean up and
-        kills what stays.
-        """
-        pool, self._pool = self._pool, None
-        if pool is None:
-            return
-        if at_once:
-            processes = list((getattr(pool, "_processes", None) or {}).values())
-            for process in processes:
-                process.terminate()
-            end = time.monotonic() + CLEANING_SECONDS
-            for process in processes:
-                process.join(max(0, end - time.monotonic()))
-                process.kill()
-        pool.shutdown(cancel_futures=True)
+    def close(self) -> None:
+        """End the workers, whatever they do, and remove what they leave; another stream starts others."""
+        workers, self._workers = self._workers, []
+        for worker in workers:
+            worker.connection.close()
+            self._waiting.extend(worker.has)
+        for batch in self._waiting:
+            batch.result = pickle.dumps(
+                WorkerError("the workers were closed before the stream came to its end")
+            )
+        self._waiting.clear()
+        end = time.monotonic() + CLEANING_SECONDS
+        for worker in workers:
+            worker.process.join(max(0, end - time.monotonic()))
+            worker.process.kill()
+            worker.process.join()
+        folder, self._folder = self._folder, None
+        if folder is not None:
+            _remove(folder)
 
     def each(
         self,
@@ -115,57 +146,101 @@ class Workers:
                 yield from work((item,))
             return
         content = pickle.dumps(work)
-        ahead: deque[_Batch] = deque()
         coming = _batches(items, self._number, *at_a_time)
-        deaths = 0
-        while True:
-            for batch in islice(coming, self._number * AHEAD - len(ahead)):
-                ahead.append(_Batch(batch, self._submit(content, batch)))
-            if not ahead:
-                return
-            try:
-                results = _unpacked(ahead[0].results.result())
-            except BrokenProcessPool as error:
-                deaths += 1
-                if deaths == DEATHS:
-                    raise WorkerError(_told(ahead[0].items)) from error
-                self._revive()
-                ahead = deque([self._again(content, batch) for batch in ahead])
-                continue
-            deaths = 0
-            ahead.popleft()
-            yield from results
-
-    def _submit(self, content: bytes, batch: Sequence[Any]) -> Future[bytes]:
-        items = pickle.dumps(batch)  # plainly: as a pool does it takes twice as long
+        ahead: deque[_Batch] = deque()
         try:
-            return self._opened().submit(_done, content, items)
-        except BrokenProcessPool:  # a worker died while none of them had anything to do
-            self._revive()
-            return self._opened().submit(_done, content, items)
+            while True:
+                for part in islice(coming, self._number * AHEAD - len(ahead)):
+                    ahead.append(_Batch(Given(content, part)))
+                    self._waiting.append(ahead[-1])
+                    self._give()
+                if not ahead:
+                    return
+                while ahead[0].result is None:
+                    self._receive()
+                yield from ahead.popleft().results()
+        finally:
+            self._waiting = deque([batch for batch in self._waiting if batch not in ahead])
 
-    def _again(self, content: bytes, batch: _Batch) -> _Batch:
-        """A batch that was done before the workers ended, or else the same to be done anew."""
-        done = batch.results.done() and not batch.results.cancelled() and batch.results.exception() is None
-        return batch if done else _Batch(batch.items, self._submit(content, batch.items))
+    def _give(self) -> None:
+        """Send batches that wait to those who have least, as far as they may have more."""
+        while self._waiting:
+            batch = self._waiting[0]
+            worker = self._least_busy()
+            if len(worker.has) >= (1 if len(batch.given.items) < SMALLEST else HELD):
+                return
+            content = pickle.dumps(batch.given)
+            worker.has.append(self._waiting.popleft())
+            with self._buried_if_cut_off(worker):
+                worker.connection.send_bytes(content)
 
-    def _opened(self) -> ProcessPoolExecutor:
-        """The processes, started when they are first needed; they share nothing with threads of this one."""
-        if self._pool is None:
-            methods = multiprocessing.get_all_start_methods()
-            context = multiprocessing.get_context("forkserver" if "forkserver" in methods else "spawn")
-            context.set_forkserver_preload(["eai.scoring.batch"])  # imported once, not in every process
-            with _interrupts_held():  # until what starts all workers is there, who inherit that
-                if "forkserver" in methods:
-                    ensure_running()
-            self._pool = ProcessPoolExecutor(self._number, context, initializer=_begin)
-        return self._pool
+    def _receive(self) -> None:
+        """Wait until there is a result, or a worker dies, and give out what waits."""
+        by_connection = {worker.connection: worker for worker in self._workers}
+        for connection in wait(list(by_connection)):
+            worker = by_connection[connection]  # type: ignore[index] # one of those that it was given
+            with self._buried_if_cut_off(worker):
+                result = worker.connection.recv_bytes()
+                worker.has.popleft().result = result
+        self._give()
 
-    def _revive(self) -> None:
-        """Other processes in the place of those of which one died."""
-        pool, self._pool = self._pool, None
-        if pool is not None:
-            pool.shutdown(cancel_futures=True)
+    @contextmanager
+    def _buried_if_cut_off(self, worker: _Worker) -> Iterator[None]:
+        """Where a message is not whole, since the worker died or this process was interrupted, it goes."""
+        try:
+            yield
+        except BaseException as error:
+            self._bury(worker)
+            if not isinstance(error, EOFError | OSError):
+                raise
+
+    def _least_busy(self) -> _Worker:
+        """A worker that has nothing, started if there may be more; else one that has least."""
+        least = min(self._workers, key=lambda worker: len(worker.has), default=None)
+        if least is None or (least.has and len(self._workers) < self._number):
+            least = self._started()
+            self._workers.append(least)
+        return least
+
+    def _started(self) -> _Worker:
+        """A new process, which shares nothing with threads of this one."""
+        methods = multiprocessing.get_all_start_methods()
+        context: Any = multiprocessing.get_context("forkserver" if "forkserver" in methods else "spawn")
+        context.set_forkserver_preload(["eai.scoring.batch"])  # imported once, not in every process
+        with _interrupts_held():  # until what starts all workers is there, who inherit that
+            if "forkserver" in methods:
+                ensure_running()
+        if self._folder is None:
+            self._folder = TemporaryDirectory(prefix="eai-workers-", ignore_cleanup_errors=True)
+        connection, theirs = context.Pipe()
+        with theirs:
+            process = context.Process(target=serve, args=(theirs, self._folder.name), daemon=True)
+            process.start()
+        return _Worker(process, connection)
+
+    def _bury(self, worker: _Worker) -> None:
+        """Take away a worker that died; what it had is done again, and by nobody what has killed too many."""
+        self._workers.remove(worker)
+        worker.connection.close()
+        worker.process.kill()
+        worker.process.join()
+        if not worker.has:
+            return
+        at = worker.has[0]
+        at.deaths += 1
+        if at.deaths == DEATHS:
+            at.result = pickle.dumps(WorkerError(_told(at.given.items)))
+            worker.has.popleft()
+        self._waiting.extendleft(reversed(worker.has))
+
+
+def _remove(folder: TemporaryDirectory[str]) -> None:
+    """Remove a folder in which a planner may write until it notices that its worker was killed."""
+    end = time.monotonic() + CLEANING_SECONDS
+    folder.cleanup()
+    while Path(folder.name).exists() and time.monotonic() < end:
+        time.sleep(PAUSE)
+        folder.cleanup()
 
 
 def _batches(items: Iterable[T], workers: int, size: int, largest: int) -> Iterator[Sequence[T]]:
@@ -176,29 +251,6 @@ def _batches(items: Iterable[T], workers: int, size: int, largest: int) -> Itera
         made += 1
         if made % workers == 0:
             size = min(2 * size, largest)
-
-
-def _done(content: bytes, items: bytes) -> bytes:
-    """In a worker: what some work makes of a batch; told to end, it does so when it has cleaned up."""
-    try:
-        signal.signal(signal.SIGTERM, _end)
-        try:
-            return pickle.dumps(_loaded(content)(_unpacked(items)))
-        finally:
-            signal.signal(signal.SIGTERM, _leave)
-    except SystemExit:
-        os._exit(128 + signal.SIGTERM)
-
-
-@lru_cache(maxsize=8)
-def _loaded(content: bytes) -> Callable[..., Sequence[Any]]:
-    """In a worker: the work; opening the tasks that it is about takes long."""
-    work: Callable[..., Sequence[Any]] = _unpacked(content)
-    return work
-
-
-def _unpacked(content: bytes) -> Any:
-    return pickle.loads(content)  # noqa: S301 - of a process of this program
 
 
 @contextmanager
@@ -212,36 +264,6 @@ def _interrupts_held() -> Iterator[None]:
         yield
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
-
-
-def _begin() -> None:
-    """In a worker: leave interrupts to who started it, and end with it, however it ends."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    signal.signal(signal.SIGTERM, _leave)
-    threading.Thread(target=_end_with_parent, daemon=True).start()
-    disturb_seldom()
-
-
-def _leave(number: int, frame: FrameType | None) -> None:
-    """End at once, with nothing to clean up: a pool would catch an exception, and send it as a result.
-
-    It would wait for ever where another worker was killed while it sent one.
-    """
-    os._exit(128 + number)
-
-
-def _end(number: int, frame: FrameType | None) -> None:
-    """End as an exception does, so that planners are ended and their folders removed."""
-    sys.exit(128 + number)
-
-
-def _end_with_parent() -> None:
-    parent = multiprocessing.parent_process()
-    if parent is not None:
-        parent.join()
-        os.kill(os.getpid(), signal.SIGTERM)
-        time.sleep(CLEANING_SECONDS)
-        os._exit(128 + signal.SIGTERM)
 
 
 def _told(items: Sequence[Any]) -> str:
