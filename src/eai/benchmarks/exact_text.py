@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from itertools import chain, count
+from itertools import chain
 
 from typing_extensions import assert_never
 
@@ -16,7 +16,7 @@ from eai.logic.traversal import walk
 from eai.world.derived import Defined
 from eai.world.effect import ANYTHING, Add, Delete, Effect, ForEach, Let, When
 from eai.world.frame import AGENT
-from eai.world.operator import Operator
+from eai.world.operator import Operator, Try
 from eai.world.vocabulary import Predicate, Vocabulary
 
 
@@ -36,9 +36,7 @@ class ExactText:
 
     def needs(self, operator: Operator) -> str:
         """What must be so for an action to be possible; of several tries what one of them needs."""
-        tried = [
-            f.And((each.condition, *(check.condition for check in each.checks))) for each in operator.tries
-        ]
+        tried = [f.And(_asked(each)) for each in operator.tries]
         none = f.Not(f.Or(tuple([each.condition for each in operator.tries])))
         asked = [check.condition for check in operator.checks]
         if tried:
@@ -47,25 +45,15 @@ class ExactText:
 
     def does(self, operator: Operator) -> str:
         """What is so after an action; ``nothing changes`` if it has no effect."""
-        tried = [
-            When(f.And((each.condition, *(check.condition for check in each.checks))), each.effects)
-            for each in operator.tries
-        ]
+        tried = [When(f.And(_asked(each)), each.effects) for each in operator.tries]
         return "; ".join(self._all((*tried, *operator.effects))) or "nothing changes"
 
     def _all(self, effects: Sequence[Effect]) -> Iterator[str]:
-        mirrored = -1
-        for place in count():
-            if place == len(effects):
-                return
-            effect = effects[place]
-            if place == mirrored:
-                continue
-            if place + 1 < len(effects) and _is_mirror(effect, effects[place + 1]):
-                mirrored = place + 1
-                yield f"{self._effect(effect)}, and the other way round"
-            else:
-                yield self._effect(effect)
+        place = 0
+        while place < len(effects):
+            is_pair = place + 1 < len(effects) and _is_mirror(effects[place], effects[place + 1])
+            yield self._effect(effects[place]) + (", and the other way round" if is_pair else "")
+            place += 1 + is_pair
 
     def _effect(self, effect: Effect) -> str:
         match effect:
@@ -175,8 +163,13 @@ def _conditions_of(operator: Operator) -> Iterator[f.Formula]:
     yield from (check.condition for check in operator.checks)
     yield from _conditions(operator.effects)
     for each in operator.tries:
-        yield from (each.condition, *(check.condition for check in each.checks))
+        yield from _asked(each)
         yield from _conditions(each.effects)
+
+
+def _asked(tried: Try) -> tuple[f.Formula, ...]:
+    """All that must be so where something is tried."""
+    return (tried.condition, *(check.condition for check in tried.checks))
 
 
 def _conditions(effects: Iterable[Effect]) -> Iterator[f.Formula]:
