@@ -24,7 +24,7 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from eai.abilities.goal_test import GoalTest
+from eai.abilities.goal_test import solves
 from eai.abilities.task import Task
 from eai.benchmarks.generated import fingerprint
 from eai.benchmarks.generated.census import prior_of
@@ -40,7 +40,7 @@ from eai.benchmarks.task_lines import written
 from eai.pddl.export import ExportOptions, ProblemSource, export_problems
 from eai.pddl.writer import write_domain, write_problem
 from eai.world.domain import Domain
-from eai.world.execution import Action, execute
+from eai.world.execution import Action
 
 VAL_SECONDS = 60
 
@@ -123,15 +123,6 @@ def checked(file: Path, like: str) -> dict[str, object]:
 def _unknown(task: Task, prior: Prior) -> Iterator[Sequence[object]]:
     for action in task.script:
         yield [kind for kind in kinds_of(action, task.scene) if kind not in prior.kinds][:1]
-
-
-def solves(domain: Domain, task: Task, plan: Sequence[Action]) -> bool:
-    """Whether a plan runs to its end and reaches all goals."""
-    trajectory = execute(domain, task.initial, plan)
-    if trajectory.failure is not None:
-        return False
-    operators = [action.operator for action in trajectory.executed]
-    return all(GoalTest(task).reached(trajectory.final, operators, trajectory))
 
 
 def validated(file: Path, like: str, number: int) -> dict[str, object]:

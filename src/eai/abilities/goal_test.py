@@ -12,7 +12,8 @@ from eai.logic.formula import Atom, Formula, Occurs, Or
 from eai.logic.semantics import holds
 from eai.logic.traversal import is_state_formula, walk
 from eai.world.condition import Conditions
-from eai.world.execution import Trajectory
+from eai.world.domain import Domain
+from eai.world.execution import Action, Trajectory, execute
 from eai.world.frame import Binding, Frame, Truth
 from eai.world.state import Scene, State
 from eai.world.timeline import timeline
@@ -93,6 +94,13 @@ class GoalTest:
     def _met(self, goals: Sequence[tuple[str, ...]], actions: Sequence[str]) -> Sequence[int]:
         """Which of the action goals, given by their alternatives, the actions meet."""
         return longest_run(goals, actions)
+
+
+def solves(domain: Domain, task: Task, plan: Sequence[Action]) -> bool:
+    """Whether a plan runs to its end from the start of a task and reaches all goals."""
+    trajectory = execute(domain, task.initial, plan)
+    operators = [action.operator for action in trajectory.executed]
+    return trajectory.failure is None and all(GoalTest(task).reached(trajectory.final, operators, trajectory))
 
 
 class _Test(NamedTuple):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from eai.abilities.goal_test import GoalTest
+from eai.abilities.goal_test import GoalTest, solves
 from eai.abilities.task import Task
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.generated import fingerprint
@@ -14,7 +14,6 @@ from eai.benchmarks.generated.words import Words
 from eai.benchmarks.lookup import LookupTable
 from eai.errors import InputError
 from eai.logic.traversal import objects
-from eai.world.execution import Action, execute
 
 
 class Objections:
@@ -42,23 +41,15 @@ class Objections:
         reached = zip(task.goals, GoalTest(task).reached(task.initial, ()), strict=True)
         if any(holds for each, holds in reached if not each.is_over_time):
             return Reason.HOLDS_ALREADY
-        if not self._is_solved(task, task.script):
+        if not solves(self._benchmark.domain, task, task.script):
             return Reason.NO_CERTIFICATE
         if (reason := self._objection_to_words(task)) is not None:
             return reason
         if fingerprint.of_task(task)[0] in self._public:
             return Reason.PUBLIC
-        if self._is_solved(task, self._table.plan(task)):
+        if solves(self._benchmark.domain, task, self._table.plan(task)):
             return Reason.PUBLIC_PLAN
         return None
-
-    def _is_solved(self, task: Task, plan: Sequence[Action]) -> bool:
-        """Whether a plan runs to its end and reaches all goals."""
-        trajectory = execute(self._benchmark.domain, task.initial, plan)
-        operators = [action.operator for action in trajectory.executed]
-        return trajectory.failure is None and all(
-            GoalTest(task).reached(trajectory.final, operators, trajectory)
-        )
 
     def _objection_to_words(self, task: Task) -> Reason | None:
         """The instruction names what it is not to name, or, read again, does not give the goals back."""
