@@ -129,7 +129,7 @@ def _evaluate(job: Requests, task: inspect_ai.Task, log_dir: Path) -> EvalLog | 
         log_dir=str(log_dir),
         display="none",
         fail_on_error=False,
-        score=not isinstance(job, Job),
+        score=job.is_scored_at_once,
         temperature=job.decoding.temperature,
         max_tokens=job.decoding.max_tokens,
         **sampling,

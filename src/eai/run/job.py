@@ -125,6 +125,11 @@ class Requests:
         return self.endpoint.model
 
     @property
+    def is_scored_at_once(self) -> bool:
+        """Whether each answer is scored as it arrives, and not when all are there."""
+        return True
+
+    @property
     def sha256(self) -> str:
         """Digest of all requests: two with the same one come to the same answers."""
         requests = [(task_id, self.request_sha256(prompt)) for task_id, prompt in self.prompts.items()]
@@ -175,3 +180,8 @@ class Job(Requests):
     def title(self) -> str:
         """What messages call it."""
         return f"{self.endpoint.model} on {self.benchmark.name} {self.ability.value}"
+
+    @property
+    def is_scored_at_once(self) -> bool:
+        """No: all answers of a suite decide how each is read."""
+        return False
