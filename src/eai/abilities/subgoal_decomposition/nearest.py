@@ -84,10 +84,12 @@ class _Failing:
         """Whether fewer checks may fail of an action, be it after movement, than in another attempt."""
         if other is None:
             return True
-        least = ground.lacking(node.state, len(other.failing))
-        if not least and (node.state, ground.action) in self._out_of_reach:
-            least = 1
-        return least < len(other.failing)
+        fewest = self._fewest(node, ground, ground.lacking(node.state, len(other.failing)))
+        return fewest < len(other.failing)
+
+    def _fewest(self, node: Node, ground: Ground, lacking: int) -> int:
+        """How many checks of an action fail at least, of which so many do: one, where it is out of reach."""
+        return lacking or int((node.state, ground.action) in self._out_of_reach)
 
     def _attempt(self, node: Node, ground: Ground, other: _Attempt | None = None) -> _Attempt:
         """An action tried where, of all states that movement leads to, the fewest of its checks fail.
@@ -96,9 +98,7 @@ class _Failing:
         """
         failing = ground.failing(node.state)
         best = _Attempt(node, ground, (*node.plan, ground.action), node.state, failing)
-        least = sum([not ground.known.moved[i] for i in failing])
-        if not least and (node.state, ground.action) in self._out_of_reach:
-            least = 1
+        least = self._fewest(node, ground, sum([not ground.known.moved[i] for i in failing]))
         if other is not None and least >= len(other.failing):
             return best
         if len(failing) > least:
