@@ -38,13 +38,17 @@ SLIPPED = "it was possible, but it did not work"
 """What there is to say of such a step."""
 
 
+EXECUTED = "executed"
+"""The outcome of a step that was carried out."""
+
+
 @dataclass(frozen=True, slots=True)
 class StepReport:
     """One step that was tried.
 
     Attributes:
         action: the ground action as text.
-        outcome: ``executed``, the kind of the fault, or ``slip``.
+        outcome: `EXECUTED`, the kind of the fault, or ``slip``.
         reason: which check failed, in words, or that it slipped; empty if neither. Of an executed action that
             has several things to try, what it leaves undone.
         earlier: for a wrong order, after which earlier step what the action lacks held.
@@ -194,7 +198,7 @@ def _executed(focus: _Focus, domain: Domain, action: Action, before: State, afte
     told_added, told_removed = focus.told(added, action), focus.told(removed, action)
     return StepReport(
         action_text(action, focus.scene),
-        "executed",
+        EXECUTED,
         reason=_undone(domain, action, before, after),
         added=told_added,
         removed=told_removed,

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from statistics import fmean
 from typing import NamedTuple
 
+from eai.abilities.explanation import EXECUTED
 from eai.abilities.share import Share
 from eai.analysis.correlation import rank_correlation
 from eai.analysis.lines import AnswerLine, GoalLine, Line, StepLine
@@ -49,7 +50,6 @@ FEATURES = (
 FEW = 5
 """A bin with fewer tasks says little."""
 
-_EXECUTED = "executed"
 _MOST_BINS = 8
 _NICE = (1, 2, 5)
 
@@ -269,7 +269,7 @@ def _told(effects: Sequence[Effect] | None, number: int) -> Estimate:
 
 
 def _by_action(steps: Sequence[StepLine]) -> Table:
-    rows = _rates(steps, lambda step: (step.operator,), lambda step: step.outcome == _EXECUTED)
+    rows = _rates(steps, lambda step: (step.operator,), lambda step: step.outcome == EXECUTED)
     return Table(
         "by_action",
         "Executed steps by action",

@@ -14,7 +14,7 @@ from rich.text import Text
 
 from eai.abilities.codec import record_to_json
 from eai.abilities.declaration import AnswerOutcome
-from eai.abilities.explanation import Explanation, PartReport, StepReport
+from eai.abilities.explanation import EXECUTED, Explanation, PartReport, StepReport
 from eai.abilities.near_misses import near_misses
 from eai.abilities.protocol import member
 from eai.abilities.record import NOT_ANSWERED, Record
@@ -146,7 +146,7 @@ def _print_explanation(console: Console, explanation: Explanation, background: T
 
 def _print_step(console: Console, number: int, step: StepReport, width: int) -> None:
     line = Text(f"{number:3} {step.action:{width}}  ")
-    if step.outcome == "executed":
+    if step.outcome == EXECUTED:
         line.append("ok", style="green")
         if step.reason:
             line.append(f", but {step.reason}", style="yellow")

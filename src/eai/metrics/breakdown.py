@@ -10,7 +10,7 @@ from typing import NamedTuple, TypeVar
 
 from eai.abilities.declaration import AnswerOutcome
 from eai.abilities.declarations import DECLARATIONS
-from eai.abilities.explanation import Explanation
+from eai.abilities.explanation import EXECUTED, Explanation
 from eai.abilities.protocol import Ability
 from eai.abilities.record import Record
 from eai.abilities.share import Share
@@ -127,7 +127,7 @@ def _break_down_goals(explanation: Explanation, by_predicate: dict[str, Rate]) -
 
 def _break_down_steps(explanation: Explanation, by_action: dict[str, Rate]) -> None:
     for step in explanation.steps:
-        tried = Rate(step.outcome in ("executed", FaultKind.ADDITIONAL_STEP.value), 1)
+        tried = Rate(step.outcome in (EXECUTED, FaultKind.ADDITIONAL_STEP.value), 1)
         _put(by_action, step.action.partition("(")[0], tried)
 
 

@@ -12,7 +12,7 @@ from typing import TypeAlias
 
 from eai.abilities.action_sequencing.scorer import ActionSequencing
 from eai.abilities.experiment import World
-from eai.abilities.explanation import Explanation, StepReport
+from eai.abilities.explanation import EXECUTED, Explanation, StepReport
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.record import Record
 from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
@@ -30,9 +30,6 @@ from eai.world.state import Scene, State
 
 Course: TypeAlias = "Sequence[Sequence[Tile]]"
 """The outermost tiles at the start and after each step that was tried; nothing where they are not known."""
-
-CARRIED_OUT = "executed"
-"""The outcome of a step that was carried out."""
 
 
 def courses(source: Source) -> Callable[[Record], Course]:
@@ -74,7 +71,7 @@ def states_along(domain: Domain, initial: State, steps: Sequence[StepReport]) ->
     states = [initial]
     for step in steps:
         now = states[-1]
-        if step.outcome == CARRIED_OUT:
+        if step.outcome == EXECUTED:
             after = execute(domain, now, [_action(step, now.scene)])
             if not after.executed:
                 return None
