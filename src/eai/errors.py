@@ -63,6 +63,11 @@ class InterruptError(EaiError):
     """The user ended it; the message says how to go on."""
 
 
+def how_to_install(extra: str) -> str:
+    """The command that installs what an extra of the package consists of."""
+    return f"pip install 'embodied-agent-interface[{extra}]'"
+
+
 def did_you_mean(word: str, known: Iterable[str]) -> str:
     """The end of a message on an unknown name: the known one that is nearest, or nothing if none is near."""
     near = get_close_matches(word, list(known), 1)

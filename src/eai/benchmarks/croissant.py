@@ -18,7 +18,7 @@ from eai.benchmarks.identifiers import SCENE_PREFIX
 from eai.benchmarks.packs import EAI_EVAL
 from eai.benchmarks.source import Source
 from eai.benchmarks.task_lines import goal_texts
-from eai.errors import EaiError, InputError
+from eai.errors import EaiError, InputError, how_to_install
 from eai.world.state import Fact
 
 LICENCE = "https://creativecommons.org/licenses/by/4.0/"
@@ -66,8 +66,9 @@ def write_croissant(benchmarks: Sequence[Benchmark], source: Source, out: Path) 
     try:
         import mlcroissant
     except ImportError as error:
-        hint = "pip install 'embodied-agent-interface[croissant]'"
-        raise EaiError(f"Croissant needs mlcroissant ({error.name} is missing): {hint}") from error
+        raise EaiError(
+            f"Croissant needs mlcroissant ({error.name} is missing): {how_to_install('croissant')}"
+        ) from error
     tables: dict[str, tuple[Mapping[str, str], list[Row]]] = {}
     for benchmark in benchmarks:
         tables[f"{benchmark.name}_tasks"] = TASK_FIELDS, list(task_rows(benchmark, source))

@@ -15,7 +15,7 @@ from eai.analysis.tidy import TableMaker, Tables
 from eai.benchmarks.source import ErrataChoice, Source
 from eai.cli.console import counted, data_progress, errors, tell
 from eai.cli.store import store
-from eai.errors import EaiError, InputError
+from eai.errors import EaiError, InputError, how_to_install
 from eai.report.plot_files import styled, write
 from eai.report.runs import read_runs
 
@@ -59,8 +59,7 @@ def with_extra() -> Iterator[None]:
     try:
         yield
     except ImportError as error:
-        hint = "pip install 'embodied-agent-interface[analysis]'"
-        raise EaiError(f"this analysis needs {error.name}: {hint}") from error
+        raise EaiError(f"this analysis needs {error.name}: {how_to_install('analysis')}") from error
 
 
 def draw_figures(figures: Figures, folder: Path) -> int:

@@ -18,7 +18,7 @@ from eai.benchmarks.finding import Finding
 from eai.benchmarks.suite import Suite
 from eai.data.progress import Progress as Step
 from eai.data.progress import Report, Stage
-from eai.errors import EaiError
+from eai.errors import EaiError, how_to_install
 from eai.metrics.coverage import Coverage
 from eai.metrics.errata_effect import ErrataEffect
 from eai.pddl.planning import PlannerChoice
@@ -34,7 +34,7 @@ MISSING_HELP = "Leave tasks without an answer out of all rates; the run is then 
 
 BUILT_IN_ALONE = (
     "Fast Downward is not installed: the built-in search judges operators alone, and what it cannot decide "
-    "counts as not solved. For both: pip install 'embodied-agent-interface[planner]'"
+    f"counts as not solved. For both: {how_to_install('planner')}"
 )
 """What there is to say where the authority on operators is missing."""
 
@@ -156,8 +156,9 @@ def need_inspect() -> None:
 
 def without_inspect(error: ImportError) -> EaiError:
     """What to say where a command needs Inspect and it is not installed."""
-    hint = "pip install 'embodied-agent-interface[run]'"
-    return EaiError(f"model runs and their logs need inspect-ai ({error.name} is missing): {hint}")
+    return EaiError(
+        f"model runs and their logs need inspect-ai ({error.name} is missing): {how_to_install('run')}"
+    )
 
 
 def counted(number: int, noun: str) -> str:

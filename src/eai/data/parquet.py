@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from eai.errors import EaiError, InputError
+from eai.errors import EaiError, InputError, how_to_install
 
 
 def parquet() -> Any:
@@ -18,8 +18,7 @@ def parquet() -> Any:
     try:
         import pyarrow.parquet
     except ImportError as error:
-        hint = "pip install 'embodied-agent-interface[analysis]'"
-        raise EaiError(f"Parquet needs pyarrow: {hint}") from error
+        raise EaiError(f"Parquet needs pyarrow: {how_to_install('analysis')}") from error
     return pyarrow.parquet
 
 

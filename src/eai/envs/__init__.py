@@ -14,6 +14,7 @@ from __future__ import annotations
 from typing import NoReturn
 
 from eai.benchmarks.registry import CAPITALISED
+from eai.errors import how_to_install
 
 __all__ = ["ANY", "IDS", "AnyText", "TextEnvironment", "make"]
 
@@ -34,8 +35,7 @@ except ImportError as _error:
         """What needs gymnasium is not there without it; the rewards of this package do not."""
         if name not in __all__:
             raise AttributeError(f"module 'eai.envs' has no attribute {name!r}")
-        hint = "pip install 'embodied-agent-interface[envs]'"
-        raise ImportError(f"environments need gymnasium: {hint}") from _MISSING
+        raise ImportError(f"environments need gymnasium: {how_to_install('envs')}") from _MISSING
 
 else:
     _MAKER = "eai.envs.environment:make"

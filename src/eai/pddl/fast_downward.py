@@ -20,7 +20,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
-from eai.errors import DataError
+from eai.errors import DataError, how_to_install
 from eai.pddl.execute import PlanStep
 from eai.pddl.planner import checked_plan
 from eai.pddl.planning import PlannerOutcome, PlannerResult, PlanningTask
@@ -30,7 +30,7 @@ from eai.pddl.writer import write_domain, write_problem
 _DISTRIBUTION = "up-fast-downward"
 _MODULE = "up_fast_downward"
 _BINARIES = Path("downward", "builds", "release", "bin")
-_MISSING = "Fast Downward is not installed: pip install 'embodied-agent-interface[planner]'"
+_MISSING = f"Fast Downward is not installed: {how_to_install('planner')}"
 _LAUNCHER = Path(__file__).with_name("limited.py")
 _WALL_FACTOR = 4
 """Seconds on the clock that a process may take for each second of CPU time that it is allowed."""

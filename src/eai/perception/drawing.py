@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from xml.sax.saxutils import escape, quoteattr
 
-from eai.errors import EaiError
+from eai.errors import EaiError, how_to_install
 
 if TYPE_CHECKING:
     from PIL.Image import Image
@@ -110,8 +110,7 @@ def image_of(drawing: Drawing) -> Image:
         import matplotlib as mpl
         from PIL import Image, ImageDraw, ImageFont
     except ImportError as error:
-        hint = "pip install 'embodied-agent-interface[plots]'"
-        raise EaiError(f"pictures as PNG need {error.name}: {hint}") from error
+        raise EaiError(f"pictures as PNG need {error.name}: {how_to_install('plots')}") from error
     folder = Path(mpl.get_data_path()) / "fonts" / "ttf"
     fonts: dict[tuple[int, bool], Any] = {}
     image = Image.new("RGB", (drawing.width, drawing.height), "#ffffff")

@@ -8,7 +8,7 @@ from importlib import resources
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from eai.errors import EaiError
+from eai.errors import EaiError, how_to_install
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -35,8 +35,7 @@ def styled() -> Iterator[None]:
     try:
         import matplotlib as mpl
     except ImportError as error:
-        hint = "pip install 'embodied-agent-interface[plots]'"
-        raise EaiError(f"plots need matplotlib: {hint}") from error
+        raise EaiError(f"plots need matplotlib: {how_to_install('plots')}") from error
     style = resources.files("eai.report") / _STYLE
     with resources.as_file(style) as path, mpl.rc_context(fname=path):
         yield
