@@ -28,8 +28,9 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from behavior import ALSO_IMPORTED, described
+from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.protocol import Ability, Protocol
-from eai.abilities.verdict import GoalVerdict, Verdict
+from eai.abilities.verdict import Verdict
 from eai.benchmarks.behavior.tasks import listed_relations, open_tasks
 from eai.benchmarks.source import Source
 from eai.benchmarks.suite import Suite, open_suite

@@ -12,22 +12,13 @@ from abilities.random_records import records
 from eai.abilities.codec import COMMON, SCHEMA, fields_of, record_from_json, record_to_json, sha256_of
 from eai.abilities.declarations import DECLARATIONS
 from eai.abilities.explanation import Explanation, GoalReport, PartReport, StepReport
+from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.record import Origin, Record, Usage
+from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory, SubgoalVerdict
 from eai.abilities.transition_modeling.report import OperatorReport, OperatorStatus
-from eai.abilities.verdict import (
-    Confusion,
-    Counted,
-    ErrorReport,
-    GoalTallies,
-    GoalVerdict,
-    OperatorVerdict,
-    PlanVerdict,
-    SubgoalCategory,
-    SubgoalVerdict,
-    Tally,
-    Verdict,
-)
+from eai.abilities.transition_modeling.verdict import OperatorVerdict
+from eai.abilities.verdict import Confusion, Counted, ErrorReport, GoalTallies, PlanVerdict, Tally, Verdict
 from eai.errors import InputError
 from eai.pddl.matching import SideMatch
 from eai.pddl.offence import Offence, PddlFinding

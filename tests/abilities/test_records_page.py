@@ -15,8 +15,9 @@ from eai.abilities.explanation import Explanation, GoalReport, PartReport, StepR
 from eai.abilities.perceived import Perceived
 from eai.abilities.protocol import Ability
 from eai.abilities.record import Attempt, Origin, Record, Stated, TaskFeatures, Usage
+from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory
 from eai.abilities.transition_modeling.report import OperatorReport, OperatorStatus
-from eai.abilities.verdict import Counted, ErrorReport, SubgoalCategory
+from eai.abilities.verdict import Counted, ErrorReport
 from eai.pddl.planning import PlannerOutcome
 from eai.world.episode import Notice, Until
 from eai.world.fault import FaultKind

@@ -4,19 +4,10 @@ import pickle
 
 import pytest
 
-from eai.abilities.verdict import (
-    Confusion,
-    Counted,
-    ErrorReport,
-    GoalTallies,
-    GoalVerdict,
-    OperatorVerdict,
-    PlanVerdict,
-    SubgoalCategory,
-    SubgoalVerdict,
-    Tally,
-    Verdict,
-)
+from eai.abilities.goal_interpretation.verdict import GoalVerdict
+from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory, SubgoalVerdict
+from eai.abilities.transition_modeling.verdict import OperatorVerdict
+from eai.abilities.verdict import Confusion, Counted, ErrorReport, GoalTallies, PlanVerdict, Tally, Verdict
 from eai.pddl.planning import PlannerOutcome
 from eai.world.fault import FaultKind
 

@@ -7,8 +7,9 @@ from dataclasses import replace
 import pytest
 
 from eai.abilities.experiment import Experiment
+from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.record import Record, Stated
-from eai.abilities.verdict import Confusion, GoalVerdict
+from eai.abilities.verdict import Confusion
 from eai.analysis.pipeline import Believed, Pipeline, pooled
 from eai.analysis.table import Cell, Estimate, Table
 from eai.errors import InputError

@@ -16,7 +16,8 @@ from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.record import ErrataUse
 from eai.abilities.responses import Response, ResponseFile
 from eai.abilities.task import make_task
-from eai.abilities.verdict import OperatorVerdict, PlanVerdict
+from eai.abilities.transition_modeling.verdict import OperatorVerdict
+from eai.abilities.verdict import PlanVerdict
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.errata import Erratum, published_errata, read_errata
 from eai.benchmarks.gold_answers import open_answer_book

@@ -8,8 +8,9 @@ from pathlib import Path
 
 import pytest
 
+from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.protocol import Ability
-from eai.abilities.verdict import GoalVerdict, PlanVerdict
+from eai.abilities.verdict import PlanVerdict
 from eai.benchmarks.random_answers import open_random_answers, random_walk
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.source import Source

@@ -10,7 +10,7 @@ import pytest
 
 from cli.conftest import Command, eai
 from eai.abilities.protocol import Ability
-from eai.abilities.verdict import OperatorVerdict
+from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.gold_answers import open_answer_book, open_planned_book
 from eai.benchmarks.prompt_library import Library

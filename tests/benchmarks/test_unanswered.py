@@ -6,7 +6,8 @@ import pytest
 
 from eai.abilities.declarations import DECLARATIONS
 from eai.abilities.protocol import Ability, Protocol
-from eai.abilities.verdict import Confusion, OperatorVerdict
+from eai.abilities.transition_modeling.verdict import OperatorVerdict
+from eai.abilities.verdict import Confusion
 from eai.benchmarks.source import Source
 from eai.benchmarks.suite import open_suite
 from eai.data.store import Store

@@ -6,11 +6,13 @@ import pytest
 
 from eai.abilities.declaration import AnswerOutcome
 from eai.abilities.explanation import Explanation, GoalReport, StepReport
+from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.protocol import Ability
 from eai.abilities.record import TaskFeatures
 from eai.abilities.share import Share
 from eai.abilities.transition_modeling.report import OperatorReport, OperatorStatus
-from eai.abilities.verdict import Confusion, GoalVerdict, OperatorVerdict, PlanVerdict, without_answer
+from eai.abilities.transition_modeling.verdict import OperatorVerdict
+from eai.abilities.verdict import Confusion, PlanVerdict
 from eai.benchmarks.behavior.tasks import BehaviorTasks
 from eai.metrics.breakdown import Flow, break_down, outcome
 from eai.metrics.certainty import Case
@@ -62,7 +64,7 @@ def test_outcomes_in_the_order_of_their_names() -> None:
 def test_a_task_without_an_answer_is_an_outcome_and_in_no_breakdown() -> None:
     features = TaskFeatures("name", annotated_steps=3, goals=1)
     answered = replace(record("2_1", SUCCEEDED), task=features)
-    verdict = without_answer(failed(FaultKind.PARSING))
+    verdict = failed(FaultKind.PARSING).without_answer()
     lacking = replace(record("1_1", verdict), task=features, unanswered="no row")
     found = break_down([answered, lacking], Ability.ACTION_SEQUENCING)
     assert found.outcomes == {AnswerOutcome.NOT_ANSWERED: 1, AnswerOutcome.SUCCESS: 1}

@@ -4,9 +4,10 @@ from dataclasses import replace
 
 import pytest
 
+from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.protocol import Ability
 from eai.abilities.record import Record, TaskFeatures
-from eai.abilities.verdict import Confusion, GoalVerdict, Verdict
+from eai.abilities.verdict import Confusion, Verdict
 from eai.metrics.comparison import compare
 from eai.metrics.rate import Rate
 from eai.world.fault import FaultKind

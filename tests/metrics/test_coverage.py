@@ -5,7 +5,8 @@ from dataclasses import replace
 import pytest
 
 from eai.abilities.record import NOT_ANSWERED, Record
-from eai.abilities.verdict import OperatorVerdict, PlanVerdict
+from eai.abilities.transition_modeling.verdict import OperatorVerdict
+from eai.abilities.verdict import PlanVerdict
 from eai.metrics.coverage import Coverage, coverage_of, planners_of, together
 from metrics.verdicts import SUCCEEDED, record, whole
 

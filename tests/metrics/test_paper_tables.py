@@ -2,8 +2,10 @@ from __future__ import annotations
 
 import pytest
 
+from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.protocol import Ability
-from eai.abilities.verdict import Confusion, GoalVerdict, OperatorVerdict
+from eai.abilities.transition_modeling.verdict import OperatorVerdict
+from eai.abilities.verdict import Confusion
 from eai.metrics.paper_tables import OTHER_TABLES, PaperColumn, paper_models, paper_setting, paper_table
 from eai.metrics.summary import summarise
 from oracle import MODELS, Oracle

@@ -5,18 +5,11 @@ from dataclasses import replace
 import pytest
 
 from eai.abilities.declarations import DECLARATIONS
+from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.protocol import Ability
-from eai.abilities.verdict import (
-    Confusion,
-    Counted,
-    ErrorReport,
-    GoalTallies,
-    GoalVerdict,
-    OperatorVerdict,
-    SubgoalCategory,
-    SubgoalVerdict,
-    Tally,
-)
+from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory, SubgoalVerdict
+from eai.abilities.transition_modeling.verdict import OperatorVerdict
+from eai.abilities.verdict import Confusion, Counted, ErrorReport, GoalTallies, Tally
 from eai.metrics.rate import Rate
 from eai.metrics.summary import summarise
 from eai.pddl.planning import PlannerOutcome

@@ -4,17 +4,12 @@ from dataclasses import replace
 
 import pytest
 
+from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.record import NOT_ANSWERED, Record
-from eai.abilities.verdict import (
-    Confusion,
-    GoalVerdict,
-    OperatorVerdict,
-    SubgoalCategory,
-    SubgoalVerdict,
-    Verdict,
-    without_answer,
-)
+from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory, SubgoalVerdict
+from eai.abilities.transition_modeling.verdict import OperatorVerdict
+from eai.abilities.verdict import Confusion, Verdict
 from eai.metrics.published_scores import published_scores
 from eai.metrics.rate import Rate
 from eai.pddl.planning import PlannerOutcome
@@ -136,7 +131,7 @@ def test_a_run_that_leaves_tasks_out_is_last_without_rank_or_bold(
 
 def test_a_run_whose_missing_answers_count_as_failures_is_ranked_with_a_note() -> None:
     run = plans(10, "partial")
-    failure = replace(run.records[0], unanswered="why", verdict=without_answer(BAD))
+    failure = replace(run.records[0], unanswered="why", verdict=BAD.without_answer())
     found = table("overview", [plans(4, "a"), replace(run, records=(*run.records[:5], *[failure] * 5))])
     assert found is not None
     assert [(row.rank, row.model, row.answered) for row in found.rows] == [

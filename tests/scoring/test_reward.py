@@ -16,17 +16,11 @@ from hypothesis import strategies as st
 
 import eai
 from eai import Ability, Benchmark, InputError, Suite, Task, given, make_task
+from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.goal_test import GoalTest
-from eai.abilities.verdict import (
-    Confusion,
-    ErrorReport,
-    GoalVerdict,
-    OperatorVerdict,
-    PlanVerdict,
-    SubgoalCategory,
-    SubgoalVerdict,
-    Verdict,
-)
+from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory, SubgoalVerdict
+from eai.abilities.transition_modeling.verdict import OperatorVerdict
+from eai.abilities.verdict import Confusion, ErrorReport, PlanVerdict, Verdict
 from eai.benchmarks.gold_answers import open_answer_book
 from eai.benchmarks.task_reference import TaskReference
 from eai.data.store import Store

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from eai.abilities.explanation import Explanation
-from eai.abilities.verdict import Verdict, without_answer
+from eai.abilities.verdict import Verdict
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,7 +39,7 @@ class Scorer(ABC):
 
         A task that is left out of all statistics whatever the answer is left out here too.
         """
-        return without_answer(self.score(""))
+        return self.score("").without_answer()
 
     def explain(self, text: str) -> Explanation:
         """What became of an answer, in words."""

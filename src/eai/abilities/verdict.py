@@ -1,17 +1,17 @@
-"""Verdicts: what scoring says of one answer, for any ability.
+"""Verdicts: what scoring says of one answer.
 
-A verdict is a value of its ability's own class, which has what the ability has to say and nothing else.
+A verdict is a value of its ability's own class, in the ability's package, which has what the ability has to
+say and nothing else. Here is what several abilities say.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from enum import Enum
-from typing import Any, NamedTuple, TypeAlias, TypeVar
+from typing import Any, NamedTuple, TypeAlias
 
-from eai.abilities.transition_modeling.report import OperatorReport
-from eai.pddl.planning import PlannerOutcome
+from typing_extensions import Self
+
 from eai.world.fault import FaultKind
 
 ALL = "all"
@@ -84,16 +84,6 @@ class ErrorReport:
         return type(self), fields_in_order(self)
 
 
-class SubgoalCategory(str, Enum):
-    """The outcomes of subgoal decomposition (reference: ``subgoal_eval_utils.py``)."""
-
-    CORRECT = "correct"
-    RUNTIME = "runtime"
-    GOAL_UNREACHABLE = "goal_unreachable"
-    HALLUCINATION = "hallucination"
-    NOT_PARSEABLE = "not_parseable"
-
-
 @dataclass(frozen=True, slots=True)
 class Verdict:
     """What scoring says of one answer, whatever the ability.
@@ -111,6 +101,10 @@ class Verdict:
     def __reduce__(self) -> tuple[type[Verdict], tuple[object, ...]]:
         """Workers send verdicts back by the thousand: as their fields in order, in a third of the time."""
         return type(self), fields_in_order(self)
+
+    def without_answer(self) -> Self:
+        """This verdict on an empty answer as one on no answer: it fails, but by no error of the model's."""
+        return replace(self, error=None)
 
 
 @dataclass(frozen=True, slots=True)
@@ -148,104 +142,17 @@ class PlanVerdict(Verdict):
     goals_satisfied: tuple[bool, ...] = ()
     counted: Counted | None = None
 
-
-@dataclass(frozen=True, slots=True)
-class SubgoalVerdict(PlanVerdict):
-    """What scoring says of a sequence of subgoals.
-
-    Attributes:
-        category: the outcome.
-        goals_elsewhere: whether the goals are those of another way to carry the subgoals out than the
-            reported one, which reaches fewer.
-        errors: the kinds of all errors of the reported way to carry them out, in order.
-        offences: what is wrong with names, each kind once.
-        search: why the search for a way ended, or None if there was none.
-        attempts: how many actions it tried.
-    """
-
-    category: SubgoalCategory | None = None
-    goals_elsewhere: bool = False
-    errors: tuple[FaultKind, ...] = ()
-    offences: tuple[str, ...] = ()
-    search: str | None = None
-    attempts: int | None = None
-
-
-@dataclass(frozen=True, slots=True)
-class GoalVerdict(Verdict):
-    """What scoring says of an interpretation of goals.
-
-    Attributes:
-        counts: goals found, invented and missed, by kind, and ``all`` together. What is ill-formed or names
-            what does not exist is not among those invented (the reference counts a part of it).
-        predicted: how many goals the answer states, those included that are not counted.
-        ill_formed: how many of them lack a part.
-        hallucinated: for each goal that names what does not exist, the first such name.
-        unknown_predicates: the predicates that there are not.
-        matched: the stated goals that are right, as texts, each as often as it counts.
-        wrong: those that are wrong, likewise; the entries that lack a part come first, as they are written.
-        missing: the conditions of the task that are not stated, as texts.
-        aborts: whether the reference would end its whole run here.
-    """
-
-    counts: Mapping[str, Confusion] | None = None
-    predicted: int = 0
-    ill_formed: int = 0
-    hallucinated: tuple[str, ...] = ()
-    unknown_predicates: tuple[str, ...] = ()
-    matched: tuple[str, ...] = ()
-    wrong: tuple[str, ...] = ()
-    missing: tuple[str, ...] = ()
-    aborts: bool = False
-
-
-@dataclass(frozen=True, slots=True)
-class OperatorVerdict(Verdict):
-    """What scoring says of operators.
-
-    Attributes:
-        success: whether a planner reaches the goal with them; None if none was asked.
-        counts: clauses matched, additional and missing, by side (precondition, effect) and category; or
-            predicates, if the rules count those.
-        literals: the same in literals, by side: partial credit for clauses of which a part is right; None if
-            the rules do not give it.
-        planner: what the planner made of them.
-        task_categories: the task's own categories, the first the more telling one.
-        operators: what comparing each operator with the gold one found out.
-        plan: the steps of the plan that was found.
-        planner_detail: what else the planner says.
-        planner_name: which planner was asked, with its version; None if none was, or in older records.
-    """
-
-    success: bool | None = None
-    counts: Mapping[str, Mapping[str, Confusion]] | None = None
-    literals: Mapping[str, Confusion] | None = None
-    planner: PlannerOutcome | None = None
-    task_categories: tuple[str, ...] = ()
-    operators: tuple[OperatorReport, ...] = ()
-    plan: tuple[str, ...] = ()
-    planner_detail: str = ""
-    planner_name: str | None = None
-
-
-V = TypeVar("V", bound=Verdict)
-
-
-def without_answer(verdict: V) -> V:
-    """The verdict on an empty answer as one on no answer at all.
-
-    It fails, but by no error of the model's, and no goal is reached, though it may hold from the beginning.
-    """
-    if not isinstance(verdict, PlanVerdict) or verdict.excluded is not None:
-        return replace(verdict, error=None)
-    goals = None if verdict.goals is None else GoalTallies(*(Tally(0, t.total) for t in verdict.goals))
-    failed = replace(
-        verdict,
-        error=None,
-        executable=False,
-        success=False,
-        goals=goals,
-        goals_satisfied=(False,) * len(verdict.goals_satisfied),
-        counted=None,
-    )
-    return replace(failed, category=None) if isinstance(failed, SubgoalVerdict) else failed
+    def without_answer(self) -> Self:
+        """As of any verdict; no goal is reached, though it may hold from the beginning."""
+        unanswered = Verdict.without_answer(self)
+        if self.excluded is not None:
+            return unanswered
+        goals = None if self.goals is None else GoalTallies(*(Tally(0, t.total) for t in self.goals))
+        return replace(
+            unanswered,
+            executable=False,
+            success=False,
+            goals=goals,
+            goals_satisfied=(False,) * len(self.goals_satisfied),
+            counted=None,
+        )

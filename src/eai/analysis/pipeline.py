@@ -13,9 +13,9 @@ from dataclasses import dataclass, replace
 from enum import Enum
 
 from eai.abilities.declarations import DECLARATIONS
+from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.record import Record, Stated
 from eai.abilities.share import of_all
-from eai.abilities.verdict import GoalVerdict
 from eai.analysis.table import Cell, Estimate, Table
 from eai.errors import InputError
 from eai.metrics.certainty import Case, certainty_of_difference

@@ -16,7 +16,7 @@ from eai.abilities.share import Share
 from eai.abilities.transition_modeling.judgement import Replaced
 from eai.abilities.transition_modeling.scorer import TransitionModeling
 from eai.abilities.transition_modeling.task import Category
-from eai.abilities.verdict import OperatorVerdict
+from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.analysis.lines import Line
 from eai.analysis.suites import MODEL, SUITE, by_model, by_suite, case_of
 from eai.analysis.table import Cell, Estimate, Table

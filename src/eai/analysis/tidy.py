@@ -8,12 +8,14 @@ from functools import cached_property, partial
 from typing import Any, TypeAlias
 
 from eai.abilities.declarations import DECLARATIONS
+from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.protocol import Ability
 from eai.abilities.record import Record
 from eai.abilities.share import NOTHING, Shares
 from eai.abilities.task import Task
 from eai.abilities.transition_modeling.task import Category
-from eai.abilities.verdict import GoalVerdict, OperatorVerdict, PlanVerdict
+from eai.abilities.transition_modeling.verdict import OperatorVerdict
+from eai.abilities.verdict import PlanVerdict
 from eai.analysis.lines import AnswerLine, AtomLine, ClauseLine, GoalLine, Line, StepLine
 from eai.analysis.words import names_in, read_call
 from eai.analysis.wrong_goals import WrongGoals

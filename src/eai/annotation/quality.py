@@ -7,7 +7,8 @@ from collections.abc import Iterator
 from eai.abilities.goal_test import GoalTest
 from eai.abilities.protocol import Ability
 from eai.abilities.task import Task
-from eai.abilities.verdict import OperatorVerdict, PlanVerdict, Verdict
+from eai.abilities.transition_modeling.verdict import OperatorVerdict
+from eai.abilities.verdict import PlanVerdict, Verdict
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.finding import Finding
 from eai.benchmarks.gold_answers import open_answer_book

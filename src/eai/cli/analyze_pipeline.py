@@ -10,9 +10,10 @@ from typing import Annotated
 import typer
 from rich.table import Table as Grid
 
+from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.protocol import Ability
 from eai.abilities.responses import file_name
-from eai.abilities.verdict import GoalVerdict, Verdict
+from eai.abilities.verdict import Verdict
 from eai.analysis.pipeline import Pipeline, pooled
 from eai.analysis.table import Estimate, Table, write_tables
 from eai.benchmarks.benchmark import Benchmark

@@ -14,7 +14,7 @@ from eai.abilities.explanation import EXECUTED, Explanation
 from eai.abilities.protocol import Ability
 from eai.abilities.record import Record
 from eai.abilities.share import Share
-from eai.abilities.verdict import OperatorVerdict
+from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.metrics.certainty import Case
 from eai.metrics.rate import Rate
 from eai.metrics.summary import name_of

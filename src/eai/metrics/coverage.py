@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from functools import reduce
 
 from eai.abilities.record import NOT_ANSWERED, Record
-from eai.abilities.verdict import Json, OperatorVerdict, Verdict
+from eai.abilities.transition_modeling.verdict import OperatorVerdict
+from eai.abilities.verdict import Json, Verdict
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,9 +13,12 @@ from dataclasses import dataclass, field, replace
 from typing import TypeAlias
 
 from eai.abilities.explanation import Explanation, StepReport
+from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.record import Record
+from eai.abilities.subgoal_decomposition.verdict import SubgoalVerdict
 from eai.abilities.transition_modeling.report import OperatorReport
-from eai.abilities.verdict import GoalVerdict, Json, OperatorVerdict, PlanVerdict, SubgoalVerdict, Verdict
+from eai.abilities.transition_modeling.verdict import OperatorVerdict
+from eai.abilities.verdict import Json, PlanVerdict, Verdict
 from eai.benchmarks.registry import title_of
 from eai.metrics.attempts import after
 from eai.metrics.breakdown import outcome

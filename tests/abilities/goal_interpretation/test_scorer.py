@@ -14,8 +14,9 @@ from eai.abilities.goal_interpretation.declaration import GOAL_INTERPRETATION
 from eai.abilities.goal_interpretation.gold import write_goals
 from eai.abilities.goal_interpretation.notation import JsonGoals
 from eai.abilities.goal_interpretation.scorer import GoalInterpretation
+from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.task import Task
-from eai.abilities.verdict import Confusion, GoalVerdict
+from eai.abilities.verdict import Confusion
 from eai.logic.formula import FALSE, Eventually, Or
 from eai.world.fault import FaultKind
 

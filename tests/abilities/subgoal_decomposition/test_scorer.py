@@ -11,8 +11,9 @@ from eai.abilities.planning import find_plan
 from eai.abilities.subgoal_decomposition.notation import SubgoalNotation
 from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
 from eai.abilities.subgoal_decomposition.search import SearchLimits
+from eai.abilities.subgoal_decomposition.verdict import SubgoalVerdict
 from eai.abilities.task import NO_GOALS, Goal, GoalKind, Task
-from eai.abilities.verdict import SubgoalVerdict, Tally
+from eai.abilities.verdict import Tally
 from eai.logic.formula import Atom, Constant, Formula, Not, Occurs, Or
 from world import toy
 

@@ -7,7 +7,7 @@ from eai.abilities.transition_modeling.declared import declared_tasks
 from eai.abilities.transition_modeling.rules import PaperRules
 from eai.abilities.transition_modeling.scorer import TransitionModeling
 from eai.abilities.transition_modeling.task import Category, TransitionTask
-from eai.abilities.verdict import OperatorVerdict
+from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.logic.formula import Constant, Exists, Formula, Occurs, Variable
 from eai.pddl.planner import BuiltInPlanner
 from eai.pddl.planning import PlannerOutcome

@@ -14,7 +14,8 @@ import pytest
 from eai.abilities.protocol import Protocol
 from eai.abilities.transition_modeling.scorer import TransitionModeling
 from eai.abilities.transition_modeling.task import Category, OperatorLibrary, TransitionTask
-from eai.abilities.verdict import OperatorVerdict, Verdict
+from eai.abilities.transition_modeling.verdict import OperatorVerdict
+from eai.abilities.verdict import Verdict
 from eai.pddl.operator_text import OperatorText
 from eai.pddl.planner import BuiltInPlanner
 from eai.pddl.reader import read_domain

@@ -13,7 +13,8 @@ from eai.abilities.transition_modeling.planners import make_planner
 from eai.abilities.transition_modeling.report import OperatorStatus
 from eai.abilities.transition_modeling.scorer import TransitionModeling
 from eai.abilities.transition_modeling.task import TransitionTask
-from eai.abilities.verdict import Confusion, OperatorVerdict, Verdict
+from eai.abilities.transition_modeling.verdict import OperatorVerdict
+from eai.abilities.verdict import Confusion, Verdict
 from eai.benchmarks.gold_operators import (
     TransitionTasks,
     open_behavior,

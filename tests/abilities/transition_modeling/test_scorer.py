@@ -11,7 +11,8 @@ from eai.abilities.transition_modeling.planners import available, make_planner
 from eai.abilities.transition_modeling.report import OperatorStatus
 from eai.abilities.transition_modeling.scorer import TransitionModeling
 from eai.abilities.transition_modeling.task import Category, OperatorLibrary, TransitionTask
-from eai.abilities.verdict import ALL, Confusion, OperatorVerdict, Verdict
+from eai.abilities.transition_modeling.verdict import OperatorVerdict
+from eai.abilities.verdict import ALL, Confusion, Verdict
 from eai.pddl.fast_downward import FastDownward, PlannerLimits
 from eai.pddl.operator_text import OperatorText
 from eai.pddl.planner import BuiltInPlanner, TieredPlanner

@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 from benchmarks.behavior.kitchen import make_task
 from eai.abilities.goal_interpretation.gold import write_goals
 from eai.abilities.goal_interpretation.scorer import GoalInterpretation
-from eai.abilities.verdict import Confusion, GoalVerdict, Verdict
+from eai.abilities.goal_interpretation.verdict import GoalVerdict
+from eai.abilities.verdict import Confusion, Verdict
 from eai.benchmarks.behavior import domain
 from eai.benchmarks.behavior.goal_notation import BehaviorGoals
 from eai.benchmarks.behavior.tasks import BehaviorTasks

@@ -10,7 +10,7 @@ import pytest
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.record import Record
 from eai.abilities.responses import Response, ResponseFile
-from eai.abilities.verdict import SubgoalCategory, SubgoalVerdict
+from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory, SubgoalVerdict
 from eai.analysis.pipeline import Pipeline, pooled
 from eai.analysis.table import Estimate
 from eai.benchmarks.registry import find_benchmark

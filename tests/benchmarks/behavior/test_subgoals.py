@@ -10,8 +10,9 @@ from hypothesis import strategies as st
 from benchmarks.behavior.kitchen import make_task
 from eai.abilities.protocol import Protocol
 from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
+from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory
 from eai.abilities.task import Goal, GoalKind
-from eai.abilities.verdict import SubgoalCategory, Tally, Verdict
+from eai.abilities.verdict import Tally, Verdict
 from eai.logic.formula import Atom, Constant
 from eai.world.fault import FaultKind
 from subgoal_scorers import behavior_subgoals

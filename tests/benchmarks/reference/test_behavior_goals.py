@@ -6,7 +6,8 @@ from collections import Counter
 
 import pytest
 
-from eai.abilities.verdict import Confusion, GoalVerdict
+from eai.abilities.goal_interpretation.verdict import GoalVerdict
+from eai.abilities.verdict import Confusion
 from eai.benchmarks.behavior.tasks import BehaviorTasks
 from eai.benchmarks.reference.behavior_goals import ByFirstOption
 from oracle import MODELS, Oracle, read_shared

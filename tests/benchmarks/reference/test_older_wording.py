@@ -8,7 +8,8 @@ import pytest
 
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.record import Record
-from eai.abilities.verdict import Counted, GoalTallies, PlanVerdict, SubgoalVerdict, Tally
+from eai.abilities.subgoal_decomposition.verdict import SubgoalVerdict
+from eai.abilities.verdict import Counted, GoalTallies, PlanVerdict, Tally
 from eai.benchmarks.reference.older_wording import TASK, as_the_paper_asked
 from eai.metrics.paper_tables import PaperColumn, paper_models, paper_table
 from eai.metrics.summary import summarise

@@ -16,7 +16,8 @@ import pytest
 from eai.abilities.codec import SCHEMA, record_to_json
 from eai.abilities.explanation import Explanation, GoalReport, StepReport
 from eai.abilities.record import Origin, Record, Usage
-from eai.abilities.verdict import Counted, PlanVerdict, SubgoalVerdict
+from eai.abilities.subgoal_decomposition.verdict import SubgoalVerdict
+from eai.abilities.verdict import Counted, PlanVerdict
 from eai.benchmarks.reference.schema_1 import record_from_json
 from eai.errors import InputError
 from eai.metrics.summary import summarise

@@ -7,7 +7,8 @@ from typing import Any
 
 import pytest
 
-from eai.abilities.verdict import GoalVerdict, Verdict
+from eai.abilities.goal_interpretation.verdict import GoalVerdict
+from eai.abilities.verdict import Verdict
 from eai.benchmarks.reference.virtualhome_goals import ByLargestId
 from eai.benchmarks.virtualhome import domain
 from eai.benchmarks.virtualhome.tasks import VirtualHomeTasks

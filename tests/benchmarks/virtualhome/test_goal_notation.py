@@ -10,7 +10,8 @@ from benchmarks.virtualhome.household import make_task
 from eai.abilities.codec import dataclass_to_json, fields_of
 from eai.abilities.goal_interpretation.gold import write_goals
 from eai.abilities.goal_interpretation.scorer import GoalInterpretation
-from eai.abilities.verdict import GoalVerdict, Verdict
+from eai.abilities.goal_interpretation.verdict import GoalVerdict
+from eai.abilities.verdict import Verdict
 from eai.benchmarks.reference.virtualhome_goals import ByLargestId
 from eai.benchmarks.virtualhome import domain
 from eai.benchmarks.virtualhome.goal_notation import VirtualHomeGoals

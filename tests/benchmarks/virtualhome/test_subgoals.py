@@ -12,7 +12,8 @@ from eai.abilities.codec import dataclass_to_json, fields_of
 from eai.abilities.protocol import Protocol
 from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
 from eai.abilities.subgoal_decomposition.search import SearchLimits
-from eai.abilities.verdict import SubgoalCategory, Tally, Verdict
+from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory
+from eai.abilities.verdict import Tally, Verdict
 from eai.world.fault import FaultKind
 from subgoal_scorers import virtualhome_subgoals
 from threading_tests import asked_by_threads

@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from eai.abilities.protocol import Protocol
-from eai.abilities.verdict import SubgoalVerdict
+from eai.abilities.subgoal_decomposition.verdict import SubgoalVerdict
 from eai.benchmarks.virtualhome.tasks import VirtualHomeTasks
 from oracle import MODELS, SUBGOAL_CATEGORIES, Oracle
 from subgoal_scorers import virtualhome_subgoals

@@ -10,10 +10,11 @@ from eai.abilities.declaration import (
     error_outcome,
     score_columns,
 )
+from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.protocol import Ability
 from eai.abilities.share import Share, add, confusion_shares, of_all
 from eai.abilities.task import GoalKind
-from eai.abilities.verdict import ALL, Confusion, GoalVerdict
+from eai.abilities.verdict import ALL, Confusion
 from eai.world.fault import FaultKind
 
 OVERALL = "overall"

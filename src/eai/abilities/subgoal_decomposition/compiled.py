@@ -8,8 +8,9 @@ from typing import NamedTuple
 
 from eai.abilities.subgoal_decomposition.notation import WrittenSubgoals
 from eai.abilities.subgoal_decomposition.program import Program
+from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory
 from eai.abilities.unreadable import Unreadable
-from eai.abilities.verdict import ErrorReport, SubgoalCategory
+from eai.abilities.verdict import ErrorReport
 from eai.errors import InputError, ParseError
 from eai.logic.formula import Formula
 from eai.logic.ltl import parse

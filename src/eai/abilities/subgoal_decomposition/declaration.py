@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from eai.abilities.protocol import Ability
 from eai.abilities.share import Share, of_all
+from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory, SubgoalVerdict
 from eai.abilities.trajectory_metrics import goal_shares, on_trajectories, times, times_additional
-from eai.abilities.verdict import SubgoalCategory, SubgoalVerdict
 from eai.world.fault import FaultKind
 
 _RUNTIME_FAULTS = (FaultKind.WRONG_ORDER, FaultKind.MISSING_STEP, FaultKind.AFFORDANCE)

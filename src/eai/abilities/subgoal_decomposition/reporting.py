@@ -5,7 +5,8 @@ from __future__ import annotations
 from eai.abilities.error_report import error_report
 from eai.abilities.subgoal_decomposition.branch import Branch
 from eai.abilities.subgoal_decomposition.search import Outcome
-from eai.abilities.verdict import ErrorReport, SubgoalCategory
+from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory
+from eai.abilities.verdict import ErrorReport
 from eai.logic.traversal import objects
 from eai.world.domain import Domain
 from eai.world.state import Scene

@@ -16,8 +16,9 @@ from eai.abilities.subgoal_decomposition.progress import GoalProgress, Watched
 from eai.abilities.subgoal_decomposition.refinement import Refinement
 from eai.abilities.subgoal_decomposition.reporting import category_of, error_of
 from eai.abilities.subgoal_decomposition.search import Outcome, SearchEnd, SearchLimits, search, uncategorised
+from eai.abilities.subgoal_decomposition.verdict import SubgoalVerdict
 from eai.abilities.task import GoalKind, Task
-from eai.abilities.verdict import ErrorReport, SubgoalVerdict
+from eai.abilities.verdict import ErrorReport
 from eai.logic.formula import Formula, Then
 from eai.logic.ltl import parse
 from eai.logic.ltl_printer import print_ltl

@@ -17,7 +17,8 @@ from eai.abilities.declaration import (
 from eai.abilities.protocol import Ability
 from eai.abilities.share import NOTHING, Share, add, confusion_shares, of_all
 from eai.abilities.transition_modeling.task import Category
-from eai.abilities.verdict import ALL, Confusion, OperatorVerdict
+from eai.abilities.transition_modeling.verdict import OperatorVerdict
+from eai.abilities.verdict import ALL, Confusion
 from eai.pddl.planning import PlannerOutcome
 
 OVERALL = "overall"

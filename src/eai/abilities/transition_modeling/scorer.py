@@ -11,7 +11,8 @@ from eai.abilities.transition_modeling.counting import count_by_category
 from eai.abilities.transition_modeling.judgement import Judgement, Replaced, Rules
 from eai.abilities.transition_modeling.report import OperatorReport
 from eai.abilities.transition_modeling.task import TransitionTask
-from eai.abilities.verdict import Confusion, OperatorVerdict
+from eai.abilities.transition_modeling.verdict import OperatorVerdict
+from eai.abilities.verdict import Confusion
 from eai.pddl.planning import PlannerOutcome, PlannerResult
 
 

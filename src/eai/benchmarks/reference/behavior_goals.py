@@ -11,10 +11,11 @@ from typing import TypeAlias
 
 from eai.abilities.explanation import Explanation, GoalReport
 from eai.abilities.goal_interpretation.scorer import wrong_told
+from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.scorer import Assessment, Scorer
 from eai.abilities.task import GoalKind
 from eai.abilities.unreadable import Unreadable
-from eai.abilities.verdict import ALL, Confusion, ErrorReport, GoalVerdict
+from eai.abilities.verdict import ALL, Confusion, ErrorReport
 from eai.benchmarks.behavior.goal_notation import RELATIONS, STATES
 from eai.benchmarks.behavior.tasks import BehaviorTask
 from eai.benchmarks.reference.aborting import Aborting

@@ -17,8 +17,9 @@ from eai.abilities.subgoal_decomposition.lexicon import SubgoalLexicon
 from eai.abilities.subgoal_decomposition.notation import WrittenSubgoals
 from eai.abilities.subgoal_decomposition.program import Do, End, Instruction, Program
 from eai.abilities.subgoal_decomposition.search import SearchLimits
+from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory
 from eai.abilities.unreadable import Unreadable
-from eai.abilities.verdict import ErrorReport, SubgoalCategory
+from eai.abilities.verdict import ErrorReport
 from eai.benchmarks.behavior.subgoal_notation import BehaviorSubgoals
 from eai.benchmarks.behavior.subgoal_vocabulary import (
     ACTIONS,

@@ -16,7 +16,8 @@ from pydantic import TypeAdapter, ValidationError
 from eai.abilities import codec
 from eai.abilities.protocol import Protocol
 from eai.abilities.record import Record
-from eai.abilities.verdict import Counted, GoalTallies, PlanVerdict, SubgoalCategory, SubgoalVerdict, Tally
+from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory, SubgoalVerdict
+from eai.abilities.verdict import Counted, GoalTallies, PlanVerdict, Tally
 from eai.errors import InputError
 from eai.world.fault import FaultKind
 

@@ -17,8 +17,9 @@ from eai.abilities.subgoal_decomposition.compiled import Compiled, Offence, Reje
 from eai.abilities.subgoal_decomposition.notation import WrittenSubgoals
 from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
 from eai.abilities.subgoal_decomposition.search import Outcome
+from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory, SubgoalVerdict
 from eai.abilities.unreadable import Unreadable
-from eai.abilities.verdict import Counted, SubgoalCategory, SubgoalVerdict
+from eai.abilities.verdict import Counted
 from eai.benchmarks.reference.lots import Lots
 from eai.errors import ParseError
 from eai.logic.ltl import Dialect, parse

@@ -9,6 +9,7 @@ from typing import Any
 
 from eai.abilities.explanation import GoalReport
 from eai.abilities.goal_interpretation.scorer import GoalInterpretation, ill_formed_told
+from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.goal_interpretation.written import (
     SECTIONS,
     IllFormed,
@@ -17,7 +18,7 @@ from eai.abilities.goal_interpretation.written import (
 )
 from eai.abilities.task import GoalKind, Task
 from eai.abilities.unreadable import Unreadable
-from eai.abilities.verdict import ALL, Confusion, GoalVerdict
+from eai.abilities.verdict import ALL, Confusion
 from eai.benchmarks.reference.aborting import Aborting
 from eai.benchmarks.virtualhome.goal_notation import FIELDS, VirtualHomeGoals, goal_of
 from eai.benchmarks.virtualhome.places import object_id

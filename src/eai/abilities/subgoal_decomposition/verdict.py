@@ -1,0 +1,48 @@
+"""What scoring says of a sequence of subgoals."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from enum import Enum
+
+from typing_extensions import Self
+
+from eai.abilities.verdict import PlanVerdict
+from eai.world.fault import FaultKind
+
+
+class SubgoalCategory(str, Enum):
+    """The outcomes of subgoal decomposition (reference: ``subgoal_eval_utils.py``)."""
+
+    CORRECT = "correct"
+    RUNTIME = "runtime"
+    GOAL_UNREACHABLE = "goal_unreachable"
+    HALLUCINATION = "hallucination"
+    NOT_PARSEABLE = "not_parseable"
+
+
+@dataclass(frozen=True, slots=True)
+class SubgoalVerdict(PlanVerdict):
+    """What scoring says of a sequence of subgoals.
+
+    Attributes:
+        category: the outcome.
+        goals_elsewhere: whether the goals are those of another way to carry the subgoals out than the
+            reported one, which reaches fewer.
+        errors: the kinds of all errors of the reported way to carry them out, in order.
+        offences: what is wrong with names, each kind once.
+        search: why the search for a way ended, or None if there was none.
+        attempts: how many actions it tried.
+    """
+
+    category: SubgoalCategory | None = None
+    goals_elsewhere: bool = False
+    errors: tuple[FaultKind, ...] = ()
+    offences: tuple[str, ...] = ()
+    search: str | None = None
+    attempts: int | None = None
+
+    def without_answer(self) -> Self:
+        """As of any plan; there is no outcome."""
+        unanswered = PlanVerdict.without_answer(self)
+        return unanswered if self.excluded is not None else replace(unanswered, category=None)
