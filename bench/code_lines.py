@@ -1,6 +1,9 @@
 """How much code there is: lines of Python per package, without blank lines, comments and docstrings.
 
-python bench/code_lines.py [FOLDER]     default: src/eai
+    python bench/code_lines.py [MODULE ...]
+
+Of all packages, or of what somebody reads who follows every import of the package's own from these modules
+on. How a plan is scored: eai.abilities.action_sequencing.scorer eai.benchmarks.virtualhome.plan_notation
 """
 
 from __future__ import annotations
@@ -10,8 +13,14 @@ import io
 import sys
 import tokenize
 from collections import Counter
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
+_SOURCE = Path(__file__).resolve().parents[1] / "src"
+_MODULES = {
+    ".".join(path.relative_to(_SOURCE).with_suffix("").parts).removesuffix(".__init__"): path
+    for path in _SOURCE.rglob("*.py")
+}
 _NOTHING = {tokenize.COMMENT, tokenize.NL, tokenize.NEWLINE, tokenize.INDENT, tokenize.DEDENT}
 _NOTHING |= {tokenize.ENCODING, tokenize.ENDMARKER}
 
@@ -30,11 +39,34 @@ def code_lines(text: str) -> int:
     return len(lines)
 
 
-def main(folder: Path) -> None:
+def read_from(start: Sequence[str]) -> set[str]:
+    """These modules and all that they import, and so on, what is imported for types alone included."""
+    found: set[str] = set()
+    pending = list(start)
+    while pending:
+        module = pending.pop()
+        if module not in found and module in _MODULES:
+            found.add(module)
+            pending += _imported(_MODULES[module])
+    return found
+
+
+def _imported(path: Path) -> Iterator[str]:
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.ImportFrom):
+            for alias in node.names:
+                part = f"{node.module}.{alias.name}"
+                yield part if part in _MODULES else str(node.module)
+        elif isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+
+
+def main(start: Sequence[str]) -> None:
     """Print a line a package, and the sum."""
     counts: Counter[str] = Counter()
-    for path in folder.rglob("*.py"):
-        part = path.relative_to(folder).parts
+    for module in read_from(start) if start else _MODULES:
+        path = _MODULES[module]
+        part = path.relative_to(_SOURCE / "eai").parts
         counts[part[0] if len(part) > 1 else "."] += code_lines(path.read_text(encoding="utf-8"))
     for package, count in counts.most_common():
         print(f"{count:7,} {package}")
@@ -42,4 +74,4 @@ def main(folder: Path) -> None:
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]) if len(sys.argv) > 1 else Path(__file__).resolve().parents[1] / "src" / "eai")
+    main(sys.argv[1:])
