@@ -7,6 +7,12 @@ from collections import defaultdict
 from pathlib import Path
 from typing import Any
 
+import pytest
+
+from eai.abilities.protocol import Ability
+from eai.benchmarks.registry import find_benchmark
+from eai.prompts.prompt import Prompt
+from eai.run.job import Decoding, Endpoint, Job
 from processes import eai
 from run.server import Reply, serve
 
@@ -18,6 +24,35 @@ WORDS = {
     "lamps:lamps": {"PRESS", "lamp_1", "lit"},
 }
 """Some of what the forms of the answers to the first task of a domain must offer."""
+
+
+def test_answers_in_a_set_form_are_not_taken_for_those_without(tmp_path: Path) -> None:
+    how = ("--limit", 1, "-M", "api_key=none", "--out", tmp_path, "--ability", "action_sequencing")
+    path = f"{ROOT / 'examples/lamps'}:{ROOT / 'src'}"
+    asked = []
+    with serve(defaultdict(lambda: [Reply("[]")])) as served:
+        model = ("--model", LOCAL, "--model-base-url", served.url, "--domain", "lamps:lamps")
+        for form in ((), ("--structured",), (), ("--structured",)):
+            outcome = eai("run", *model, *how, *form, PYTHONPATH=path)
+            assert outcome.status == 0, outcome.err
+            asked.append(len(served.log.requests))
+    assert asked == [1, 2, 2, 2]
+
+
+def test_another_form_is_another_request(monkeypatch: pytest.MonkeyPatch) -> None:
+    """That of another version, or of a domain whose words have changed since."""
+    about = {"benchmark": find_benchmark("virtualhome"), "ability": Ability.TRANSITION_MODELING}
+    prompts = {"27_2": Prompt("What does WALK need?")}
+    free, held = (
+        Job(Endpoint("openai/gpt-4o"), prompts, decoding=Decoding(structured=structured), **about)
+        for structured in (False, True)
+    )
+    before = (free.sha256, held.sha256)
+    assert before == (free.sha256, held.sha256)
+    assert before[0] != before[1]
+    monkeypatch.setattr("eai.run.job.answer_form", lambda *asked: {"type": "string"})
+    assert free.sha256 == before[0]
+    assert held.sha256 != before[1]
 
 
 def objects(schema: Any) -> list[dict[str, Any]]:

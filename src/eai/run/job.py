@@ -9,11 +9,14 @@ from dataclasses import dataclass, field
 from enum import Enum
 from pathlib import Path
 
+from eai.abilities.answer_schema import Schema
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import Json
+from eai.benchmarks.answer_form import answer_form
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.source import Source
 from eai.errors import InputError, did_you_mean
+from eai.perception.scenes import SCENE
 from eai.prompts.prompt import Prompt
 from eai.scoring.trials import Inquiry, Single, Trials
 
@@ -132,7 +135,7 @@ class Requests:
     @property
     def sha256(self) -> str:
         """Digest of all requests: two with the same one come to the same answers."""
-        requests = [(task_id, self.request_sha256(prompt)) for task_id, prompt in self.prompts.items()]
+        requests = [(name, self.request_sha256(name, prompt)) for name, prompt in self.prompts.items()]
         decisive: list[Json] = [self.epochs, requests]
         if self.trials is not None:
             decisive.append([self.trials.experiment.label, self.trials.suite.protocol.value])
@@ -142,19 +145,24 @@ class Requests:
         """A task as it is put to the model."""
         return Single(self.prompts[task_id]) if self.trials is None else self.trials.inquiry(task_id, epoch)
 
-    def request_sha256(self, prompt: Prompt, attempt: int = 1) -> str:
+    def form(self, task_id: str) -> Schema | None:
+        """The form that answers to a task are held to; None if they may have any."""
+        return None
+
+    def request_sha256(self, task_id: str, prompt: Prompt, attempt: int = 1) -> str:
         """Digest of all that decides the answer to a prompt.
 
         The same question asked again is another request, or a run that goes on would take the first answer
         for all.
         """
-        endpoint, decoding = self.endpoint, self.decoding
+        endpoint, decoding, form = self.endpoint, self.decoding, self.form(task_id)
         decisive = (
             (endpoint.model, sorted(endpoint.arguments.items()), endpoint.base_url),
             (decoding.temperature, decoding.max_tokens, decoding.stop, decoding.structured),
             (prompt.sha256, prompt.stop),
             *sorted(decoding.sampling.items()),
             *((attempt,) if attempt > 1 else ()),
+            *((form,) if form is not None else ()),
         )
         return hashlib.sha256(json.dumps(decisive).encode()).hexdigest()
 
@@ -185,3 +193,11 @@ class Job(Requests):
     def is_scored_at_once(self) -> bool:
         """No: all answers of a suite decide how each is read."""
         return False
+
+    def form(self, task_id: str) -> Schema | None:
+        """The form that answers are held to, with any objects where the scene is told as it was perceived."""
+        if not self.decoding.structured:
+            return None
+        perceived = SCENE in self.about.get(task_id, {})
+        task = None if perceived else self.benchmark.tasks(self.source).get(task_id)
+        return answer_form(self.benchmark, self.ability, task, self.prompts[task_id])

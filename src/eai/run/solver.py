@@ -25,10 +25,8 @@ from pydantic import TypeAdapter
 from tenacity import RetryError
 
 from eai.abilities.record import Usage
-from eai.benchmarks.answer_form import answer_form
-from eai.perception.scenes import SCENE
 from eai.prompts.prompt import Prompt
-from eai.run.job import Job, Requests
+from eai.run.job import Requests
 from eai.run.messages import messages_of
 from eai.run.reasoning import Parts, complete, part
 from eai.run.state import Desk
@@ -219,24 +217,14 @@ def _answer(state: TaskState, request_sha256: str, prompt: Prompt, reply: _Reply
 
 def _restrictions(job: Requests, task_id: str, stop: tuple[str, ...]) -> GenerateConfig | None:
     """What a request asks for that not every model can stand: stop sequences and a form of the answer."""
-    schema = None
-    if isinstance(job, Job) and job.decoding.structured:
-        schema = _response_schema(job, task_id)
+    form = job.form(task_id)
     stop = stop if job.decoding.stop else ()
-    if not stop and schema is None:
+    if not stop and form is None:
         return None
+    schema = None
+    if form is not None:
+        schema = ResponseSchema(name="answer", json_schema=JSONSchema.model_validate(form), strict=True)
     return GenerateConfig(stop_seqs=list(stop) or None, response_schema=schema)
-
-
-def _response_schema(job: Job, task_id: str) -> ResponseSchema | None:
-    """The form of an answer; a question that tells of a scene as it was perceived lists other objects."""
-    perceived = SCENE in job.about.get(task_id, {})
-    task = None if perceived else job.benchmark.tasks(job.source).get(task_id)
-    schema = answer_form(job.benchmark, job.ability, task, job.prompts[task_id])
-    if schema is None:
-        return None
-    form = JSONSchema.model_validate(schema)
-    return ResponseSchema(name=job.ability.value, json_schema=form, strict=True)
 
 
 async def _obtain(messages: list[ChatMessage], restrictions: GenerateConfig | None) -> _Reply:

@@ -65,7 +65,7 @@ class Desk:
     def request(self, place: Place) -> str:
         """Digest of all that decides the next answer."""
         attempt = len(self.given.get(place, ())) + 1
-        return self.job.request_sha256(self.inquiries[place].question, attempt)
+        return self.job.request_sha256(place[0], self.inquiries[place].question, attempt)
 
     def take(self, answer: Answer) -> None:
         """Write an answer down.
