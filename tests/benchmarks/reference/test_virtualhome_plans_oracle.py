@@ -20,7 +20,11 @@ from eai.metrics.rate import Rate
 from eai.metrics.summary import summarise
 from oracle import MODELS, Oracle, read_shared
 
-PAGE = Path(__file__).parents[3] / "docs" / "protocols.md"
+ROOT = Path(__file__).parents[3]
+PAGE = ROOT / "docs" / "protocols.md"
+
+WITHOUT_IDS = "helm_gpt-4o-2024-05-13.eai-1.0.5"
+"""Answers without ids, of which the reference's last release reads none."""
 
 SYNTHETIC = ("gold_script.eai-1.0.5", "perturbed.eai-1.0.5", "perturbed2.eai-1.0.5")
 """Made responses with ids; a task has several rows in the perturbed ones."""
@@ -137,6 +141,21 @@ def test_every_row_has_the_verdict_of_the_reference(name: str, score: Score) -> 
     differing = {row["id"]: (of_reference(row), of_ours(v)) for row, v in compared}
     assert {i: pair for i, pair in differing.items() if pair[0] != pair[1]} == {}
     assert len(compared) >= 342
+
+
+def test_readme_says_how_many_answers_were_compared_and_what_is_left_out(oracle: Oracle) -> None:
+    files = [oracle("virtualhome", "action_sequencing", name)["tasks"] for name in (*MODELS, *SYNTHETIC)]
+    unread = oracle("virtualhome", "action_sequencing", WITHOUT_IDS)["tasks"]
+    assert {(row["error_info"] or {}).get("error_type") for row in unread if row["gold_test_pass"]} == {
+        "parsing error"
+    }
+    stopped = sum(crashed(row) for rows in files for row in rows)
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    assert f"every one of {sum(map(len, files)) - stopped:,} answers" in readme
+    assert (
+        f"{stopped + len(unread)} are left out: {stopped} stop that package\nitself, and {len(unread)} have"
+        in readme
+    )
 
 
 @pytest.mark.parametrize("name", [*MODELS, *SYNTHETIC])
