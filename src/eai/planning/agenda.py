@@ -73,8 +73,13 @@ class Agenda:
     def _nearest_first(self, node: Node, pending: Sequence[int]) -> Iterator[int]:
         """Goals by their cost, the hard ones before the others.
 
-        What a goal cost when last looked at stands until its turn comes; only then is it looked at again.
+        What a goal cost when last looked at stands until its turn comes; only then is it looked at again. The
+        only one is looked at where it is not reached: that says when its turn comes after a new beginning.
         """
+        if len(pending) == 1:
+            yield pending[0]
+            self._look_at(pending[0], node, self._estimates(node))
+            return
         estimates = self._estimates(node)
         queue = [(i not in self._hard, self._costs.get(i, 0.0), i, False) for i in pending]
         heapq.heapify(queue)
@@ -83,12 +88,15 @@ class Agenda:
             if is_looked_at:
                 yield i
                 continue
-            if i == _NEXT_ACTION:
-                cost = estimates.to_action(self._successors.goals[node.taken]).cost
-            else:
-                cost = estimates.to(self._goals[i])
-            self._costs[i] = cost
-            heapq.heappush(queue, (is_easy, cost, i, True))
+            self._look_at(i, node, estimates)
+            heapq.heappush(queue, (is_easy, self._costs[i], i, True))
+
+    def _look_at(self, i: int, node: Node, estimates: Estimates) -> None:
+        """Estimate what a goal costs."""
+        if i == _NEXT_ACTION:
+            self._costs[i] = estimates.to_action(self._successors.goals[node.taken]).cost
+        else:
+            self._costs[i] = estimates.to(self._goals[i])
 
     def _achieve(self, node: Node, goal: Subgoal, kept: tuple[Subgoal, ...], budget: Budget) -> Node | None:
         """Reach a goal part by part, or else as a whole."""

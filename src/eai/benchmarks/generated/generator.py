@@ -84,7 +84,7 @@ class Generator:
             raise InputError(f"how difficult tasks of {self.benchmark.name} are is not known")
         self._tasks = list(self.benchmark.tasks(self.source).values())
         self.prior: Prior = prior_of(self.benchmark, self._tasks)
-        self._objections = Objections(self.benchmark, self._tasks, by_place=self.spec.by_place)
+        self._objections = Objections(self.benchmark.domain, self._tasks, by_place=self.spec.by_place)
         self._usage = Usage(self.benchmark.domain, self.prior)
         self._planner = Planner(self._usage.domain)
         listings = self.benchmark.wording(Ability.ACTION_SEQUENCING).listings
@@ -112,7 +112,7 @@ class Generator:
             certificate(walk, initial),
         )
         about: dict[str, Json] = {}
-        reason = self._objections.to(task, least, most)
+        reason = self._objections.to(task, words, least, most)
         if reason is None and self.spec.over_time:
             proposals = self._proposals(initial, self.prior.themes[base.title])
             found = self._seeker.find(task, initial, self._planner, proposals, rng)
@@ -122,7 +122,7 @@ class Generator:
             asked = (*task.goals, goal(found.goal))
             task = replace(task, goals=asked, script=tuple(found.plan), instruction=told)
             about["temptation"] = plan_of(replace(task, script=tuple(found.temptation)))
-            reason = self._objections.to(task, least, most + _LONGER)
+            reason = self._objections.to(task, words, least, most + _LONGER)
         if reason is not None:
             return Rejected(seed, reason)
         expected = None if self._difficulty is None else self._difficulty.expected(task)

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 
 from eai.abilities.goal_test import GoalTest, solves
 from eai.abilities.task import Task
-from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.generated import fingerprint
 from eai.benchmarks.generated.outcome import Reason
 from eai.benchmarks.generated.reader import Reader
@@ -14,26 +13,27 @@ from eai.benchmarks.generated.words import Words
 from eai.benchmarks.lookup import LookupTable
 from eai.errors import InputError
 from eai.logic.traversal import objects
+from eai.world.domain import Domain
 
 
 class Objections:
     """Finds objections to tasks.
 
     Args:
-        benchmark: whose world they are in.
-        public: its own tasks.
+        domain: whose world they are in.
+        public: its benchmark's own tasks.
         by_place: whether instructions are to name nothing.
     """
 
-    def __init__(self, benchmark: Benchmark, public: Sequence[Task], *, by_place: bool) -> None:
-        self._benchmark, self._by_place = benchmark, by_place
+    def __init__(self, domain: Domain, public: Sequence[Task], *, by_place: bool) -> None:
+        self._domain, self._by_place = domain, by_place
         self._public = {
             fingerprint.of_goals([goal.formula for goal in task.goals], task.scene) for task in public
         }
-        self._table = LookupTable(public, benchmark.domain)
+        self._table = LookupTable(public, domain)
 
-    def to(self, task: Task, least: int, most: int) -> Reason | None:
-        """Why a task with a certificate is not to be asked, which is to be about so long."""
+    def to(self, task: Task, words: Words, least: int, most: int) -> Reason | None:
+        """Why a task in these words, with a certificate that is to be about so long, is not to be asked."""
         if len(task.script) < least:
             return Reason.TOO_SHORT
         if len(task.script) > most:
@@ -41,19 +41,18 @@ class Objections:
         reached = zip(task.goals, GoalTest(task).reached(task.initial, ()), strict=True)
         if any(holds for each, holds in reached if not each.is_over_time):
             return Reason.HOLDS_ALREADY
-        if not solves(self._benchmark.domain, task, task.script):
+        if not solves(self._domain, task, task.script):
             return Reason.NO_CERTIFICATE
-        if (reason := self._objection_to_words(task)) is not None:
+        if (reason := self._objection_to_words(task, words)) is not None:
             return reason
         if fingerprint.of_task(task)[0] in self._public:
             return Reason.PUBLIC
-        if solves(self._benchmark.domain, task, self._table.plan(task)):
+        if solves(self._domain, task, self._table.plan(task)):
             return Reason.PUBLIC_PLAN
         return None
 
-    def _objection_to_words(self, task: Task) -> Reason | None:
+    def _objection_to_words(self, task: Task, words: Words) -> Reason | None:
         """The instruction names what it is not to name, or, read again, does not give the goals back."""
-        words = Words.of(self._benchmark, task.initial, by_place=self._by_place)
         goals = tuple([goal.formula for goal in task.goals])
         named = (name for goal in goals for name in objects(goal))
         if self._by_place and not all(map(words.is_told, named)):
