@@ -70,7 +70,30 @@ def test_a_report_has_a_table_by_kind_with_intervals_and_chance(eai: Command, sc
     told = json.loads(Path("report/questions.json").read_text())["questions"]
     assert [each["model"] for each in told] == ["sure", "unsure"]
     assert f"{told[1]['overall']['exact']['value']:.1f}" == cells[5]
+    latex = Path("report/tables.tex").read_text()
+    assert r"\multicolumn{4}{c}{sure} & \multicolumn{4}{c}{unsure} \\" in latex
+    assert r"kind & right & 95 \% & of & chance & right & 95 \% & of & chance \\" in latex
+    assert " & ".join(cells).replace("–", "--") in latex
     assert not Path("report/explorer.html").exists()
+
+
+def test_of_two_models_one_may_be_shown_in_latex(eai: Command, scored: Path) -> None:
+    assert eai("report", scored, "--out", "report", "--models", "unsure").status == 0
+    latex = Path("report/tables.tex").read_text()
+    assert "{sure}" not in latex
+    assert "{unsure}" in latex
+    outcome = eai("report", scored, "--out", "report", "--models", "unsur")
+    assert outcome.status == 2
+    assert "--models: no table has 'unsur'" in outcome.err
+
+
+def test_the_explorer_says_where_questions_are(eai: Command, scored: Path) -> None:
+    Path("plans_outputs.json").write_text('[{"identifier": "light", "llm_output": "[]"}]')
+    plans = ("plans_outputs.json", "--domain", "lamps:lamps", "--ability", "action_sequencing")
+    assert eai("score", *plans, "--out", "runs/plans").status == 0
+    out = eai("report", "runs", "--out", "report", "--no-plots").out
+    assert "1 run, 3 tables, 0 plots, 2 runs of questions" in out
+    assert '"questions":2' in Path("report/explorer.html").read_text()
 
 
 def test_models_are_compared_by_kind(eai: Command, scored: Path) -> None:

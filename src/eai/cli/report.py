@@ -85,7 +85,7 @@ def report(
         if not _at_hand(store(data)):
             raise InputError("--pictures: the data set is not at hand; eai data fetch obtains it")
         known = replace(known, course=courses(Source(store(data))))
-    explorer = ExplorerData(known)
+    explorer = ExplorerData(replace(known, question_runs=len(questions)))
     summaries = []
     for run in runs:
         summaries.append(summary_of(as_asked_in_paper(run) if paper else run))

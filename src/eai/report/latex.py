@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from itertools import groupby
 
 from eai.report.row import Cell, Row, RowSource
@@ -69,24 +69,59 @@ def _parts(rows: Sequence[Row], most: int, *, intervals: bool) -> Iterator[list[
 
 def _environment(table: Table, rows: Sequence[Row], number: int, *, last: bool, intervals: bool) -> str:
     """One of the environments of a table."""
-    place = f"tab:eai:{table.name}:{_slug(table.domain)}:{_slug(table.protocol.value)}"
-    lines = [
+    continued, part = (" (continued)", f":{number}") if number > 1 else ("", "")
+    return _floating(
+        f"{_caption(table, intervals=intervals)}{continued}",
+        f"{table.name}:{_slug(table.domain)}:{_slug(table.protocol.value)}{part}",
+        f"rlr{'r' * len(table.columns)}",
+        _heading(table),
+        (line for row in rows for line in _row(row, intervals=intervals)),
+        table.notes if last else (),
+    )
+
+
+def grouped_latex(
+    caption: str, label: str, groups: Sequence[str], header: Sequence[str], rows: Iterable[Sequence[str]]
+) -> str:
+    """A table environment of plain cells: a column of names, and groups of columns of numbers.
+
+    Args:
+        caption: what stands above it.
+        label: what it is referred to by, after ``tab:eai:``.
+        groups: what stands over the groups, all of which have the same number of columns.
+        header: what stands over each column.
+        rows: the cells.
+    """
+    width = (len(header) - 1) // len(groups)
+    over = [rf"\multicolumn{{{width}}}{{c}}{{{escaped(group)}}}" for group in groups]
+    starts = range(2, len(header) + 1, width)
+    rules = "".join([rf"\cmidrule(lr){{{start}-{start + width - 1}}}" for start in starts])
+    heading = [_line(["", *over]), rules, _line(list(map(escaped, header)))]
+    lines = (_line(list(map(escaped, row))) for row in rows)
+    return _floating(escaped(caption), label, f"l{'r' * (len(header) - 1)}", heading, lines, ())
+
+
+def _floating(
+    caption: str, label: str, columns: str, heading: Iterable[str], lines: Iterable[str], notes: Sequence[str]
+) -> str:
+    """A table environment, no wider than a page."""
+    parts = [
         r"\begin{table}[htbp]",
         r"\centering",
-        rf"\caption{{{_caption(table, intervals=intervals)}{' (continued)' if number > 1 else ''}}}",
-        rf"\label{{{place}{f':{number}' if number > 1 else ''}}}",
+        rf"\caption{{{caption}}}",
+        rf"\label{{tab:eai:{label}}}",
         r"\resizebox{\ifdim\width>\linewidth\linewidth\else\width\fi}{!}{%",
-        rf"\begin{{tabular}}{{rlr{'r' * len(table.columns)}}}",
+        rf"\begin{{tabular}}{{{columns}}}",
         r"\toprule",
-        *_heading(table),
+        *heading,
         r"\midrule",
-        *(line for row in rows for line in _row(row, intervals=intervals)),
+        *lines,
         r"\bottomrule",
         r"\end{tabular}}",
-        *(_notes(table.notes) if last else ()),
+        *_notes(notes),
         r"\end{table}",
     ]
-    return "\n".join(lines) + "\n"
+    return "\n".join(parts) + "\n"
 
 
 def _caption(table: Table, *, intervals: bool) -> str:

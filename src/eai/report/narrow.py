@@ -25,13 +25,17 @@ class Narrow:
     columns: Collection[str] = ()
     intervals: bool = True
 
-    def tables(self, tables: Sequence[Table]) -> list[Table]:
+    def tables(self, tables: Sequence[Table], besides: Collection[str] = ()) -> list[Table]:
         """What is shown of tables; one of which nothing is shown is left out.
+
+        Args:
+            tables: the tables.
+            besides: models that stand elsewhere.
 
         Raises:
             InputError: there is no such model or column in any of them.
         """
-        _check("--models", self.models, {row.model for table in tables for row in table.rows})
+        _check("--models", self.models, {*besides, *(row.model for table in tables for row in table.rows)})
         headings = {heading for table in tables for column in table.columns for heading in _headings(column)}
         _check("--columns", [name.casefold() for name in self.columns], headings)
         return [narrow for table in tables if (narrow := self._table(table)) is not None]

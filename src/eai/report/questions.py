@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from itertools import groupby
 
 from eai.questions.question import Kind
 from eai.questions.records import QuestionRun
 from eai.questions.results import Row, table_json, tabulate
+from eai.report import latex
 from eai.report.markdown import escaped, grid
 from eai.report.table_specs import domain_title
 
@@ -17,6 +18,9 @@ Right in all that is asked, in percent, with 95 % intervals whose units are the 
 about. Chance is what guessing gives: of a choice the share that is hit at random, in open form that of the
 most common answer. A question without an answer is wrong. Models stand side by side where they were asked
 questions of the same file."""
+
+_BESIDES = ("95 %", "of", "chance")
+"""What stands beside how many are right."""
 
 
 def question_section(runs: Sequence[QuestionRun]) -> Iterator[str]:
@@ -29,9 +33,35 @@ def question_section(runs: Sequence[QuestionRun]) -> Iterator[str]:
         return
     yield "## World-model questions\n"
     yield f"{_INTRODUCTION}\n"
+    for title, group in _by_questions(runs):
+        header = ["kind", *(heading for run in group for heading in (escaped(run.model), *_BESIDES))]
+        yield f"### {title}\n"
+        yield "\n".join(grid(header, _rows(group))) + "\n"
+
+
+def questions_latex(runs: Sequence[QuestionRun], models: Collection[str] = ()) -> Iterator[str]:
+    """The same tables in LaTeX.
+
+    Args:
+        runs: the runs, by domain and questions.
+        models: the only ones that are shown; all if empty.
+    """
+    shown = [run for run in runs if not models or run.model in models]
+    for title, group in _by_questions(shown):
+        yield latex.grouped_latex(
+            f"World-model questions, {title}. Percent right, with 95 % intervals by task, of how many, and "
+            "what guessing gives.",
+            f"questions:{group[0].questions_sha256[:12]}",
+            [run.model for run in group],
+            ["kind", *(("right", *_BESIDES) * len(group))],
+            _rows(group),
+        )
+
+
+def _by_questions(runs: Sequence[QuestionRun]) -> Iterator[tuple[str, list[QuestionRun]]]:
+    """The runs on each file of questions, under a title."""
     for (domain, digest), group in groupby(runs, key=lambda run: (run.domain, run.questions_sha256)):
-        yield f"### {domain_title(domain)}, questions {digest[:12]}\n"
-        yield _table(list(group))
+        yield f"{domain_title(domain)}, questions {digest[:12]}", list(group)
 
 
 def questions_json(runs: Sequence[QuestionRun]) -> str:
@@ -49,16 +79,15 @@ def questions_json(runs: Sequence[QuestionRun]) -> str:
     return json.dumps({"questions": content}, indent=1, ensure_ascii=False) + "\n"
 
 
-def _table(runs: Sequence[QuestionRun]) -> str:
-    """A row a kind; of the same file models may have been asked different parts."""
+def _rows(runs: Sequence[QuestionRun]) -> list[list[str]]:
+    """A row a kind, and one of all; of the same file models may have been asked different parts."""
     tables = [tabulate(run.results) for run in runs]
     kinds: list[Kind | None] = [kind for kind in Kind if any(kind in table.by_kind for table in tables)]
     rows = []
     for kind in (*kinds, None):
         found = [table.overall if kind is None else table.by_kind.get(kind) for table in tables]
         rows.append(["all" if kind is None else kind.value, *(cell for row in found for cell in _cells(row))])
-    header = ["kind", *(heading for run in runs for heading in (escaped(run.model), "95 %", "of", "chance"))]
-    return "\n".join(grid(header, rows)) + "\n"
+    return rows
 
 
 def _cells(row: Row | None) -> list[str]:

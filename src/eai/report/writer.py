@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from itertools import groupby
 from pathlib import Path
 
@@ -16,7 +16,7 @@ from eai.report.data_files import tables_csv, tables_json
 from eai.report.document import Plot, report_markdown
 from eai.report.experiments import experiment_tables
 from eai.report.narrow import Narrow
-from eai.report.questions import questions_json
+from eai.report.questions import questions_json, questions_latex
 from eai.report.run_summary import RunSummary, plain_runs
 from eai.report.table import Table, make_table
 from eai.report.table_specs import TABLES
@@ -55,8 +55,8 @@ def write_tables(
     """Write ``report.md``, ``report.tex`` with ``tables.tex``, ``tables.json`` and ``tables.csv``.
 
     Experiments have tables of their own. With the paper there is also what it reports besides. Where records
-    say what their answers took, there is ``cost.csv``. Runs of world-model questions are in ``report.md`` and
-    in ``questions.json``.
+    say what their answers took, there is ``cost.csv``. Runs of world-model questions are in ``report.md``,
+    ``tables.tex`` and ``questions.json``.
 
     Args:
         folder: where the files go.
@@ -82,9 +82,7 @@ def write_tables(
     cost = "\n".join(cost_section(runs, prices, with_paper=with_paper))
     contents = {
         "report.md": report_markdown(runs, tables, experiments, besides, compared, cost, plots, questions),
-        "tables.tex": "\n".join(
-            latex.table_latex(table, intervals=narrow.intervals) for table in narrow.tables(written)
-        ),
+        "tables.tex": "\n".join([*_latex(written, questions, narrow)]),
         "report.tex": f"{latex.PREAMBLE}\\input{{tables}}\n{latex.ENDING}",
         "tables.json": tables_json(written),
         "tables.csv": tables_csv(written),
@@ -96,3 +94,10 @@ def write_tables(
     for name, text in contents.items():
         (folder / name).write_text(text, encoding="utf-8")
     return len(written)
+
+
+def _latex(tables: Sequence[Table], questions: Sequence[QuestionRun], narrow: Narrow) -> Iterator[str]:
+    """Every table in LaTeX."""
+    for table in narrow.tables(tables, besides={run.model for run in questions}):
+        yield latex.table_latex(table, intervals=narrow.intervals)
+    yield from questions_latex(questions, narrow.models)
