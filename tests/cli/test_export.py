@@ -135,3 +135,23 @@ def test_nothing_is_left_behind_where_it_fails(eai: Command, data_store: Store, 
     )
     assert (done.status, "'mars' is no benchmark" in done.err) == (2, True)
     assert list((tmp_path / "a").iterdir()) == []
+
+
+def test_records_of_a_benchmark_that_is_a_modules_object_are_exported(
+    eai: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.syspath_prepend(Path(__file__).parents[2] / "examples" / "lamps")
+    suite = library.open("lamps:lamps", "action_sequencing")
+    task_id = suite.task_ids[0]
+    right = answer_book("lamps:lamps", suite.ability).gold(task_id).text
+    (tmp_path / "m_outputs.json").write_text(json.dumps([{"identifier": task_id, "llm_output": right}]))
+    asked = ("--domain", "lamps:lamps", "--ability", "action_sequencing")
+    assert eai("score", tmp_path / "m_outputs.json", *asked, "--out", tmp_path / "scores").status == 0
+    for kind in ("sft", "preference"):
+        out = ("--out", tmp_path / f"{kind}.jsonl")
+        refused = eai("export", kind, tmp_path / "scores", *out)
+        assert (refused.status, "lamps: expected --domain to say where" in refused.err) == (2, True)
+        done = eai("export", kind, tmp_path / "scores", "--domain", "lamps:lamps", *out)
+        assert done.status == 0, done.err
+    (row,) = read(tmp_path / "sft.jsonl")
+    assert library.reward(row["task"], row["completion"][0]["content"]) == 1

@@ -17,7 +17,7 @@ from eai.abilities.protocol import Ability
 from eai.abilities.record import Record
 from eai.abilities.verdict import Json
 from eai.benchmarks.prompt_library import Library
-from eai.benchmarks.registry import find_benchmark
+from eai.benchmarks.registry import find_benchmark, registered
 from eai.benchmarks.source import Source
 from eai.benchmarks.suite import open_suite
 from eai.benchmarks.task_files import task_files_in
@@ -60,6 +60,10 @@ _Format = Annotated[
 _Set = Annotated[PromptSet, typer.Option("--set", help="The data set's prompts, or ours.")]
 _Records = Annotated[
     list[Path], typer.Argument(help="Files of records, or folders of them.", metavar="RECORDS...")
+]
+_Domains = Annotated[
+    list[str] | None,
+    typer.Option("--domain", help="Where the benchmark of records is that is not known by its name alone."),
 ]
 _Shaping = Annotated[Shaping, typer.Option(help="By which definition answers are worth something.")]
 
@@ -109,6 +113,7 @@ def prompts(
 def sft(
     records: _Records,
     out: _Out,
+    domain: _Domains = None,
     least: Annotated[float, typer.Option(min=0, max=1, help="The least that an answer must be worth.")] = 1.0,
     shaping: _Shaping = Shaping.SUCCESS,
     prompt_set: _Set = PromptSet.OFFICIAL,
@@ -119,9 +124,11 @@ def sft(
     """Write verified answers, each with its prompt: those that are right when they are scored again.
 
     Example: eai export sft runs --out sft.jsonl
+
+    Example: eai export sft scores --domain lamps:lamps --out sft.jsonl
     """
     left_out = Counter[LeftOut]()
-    answers = _answers(records, shaping, prompt_set, data, left_out)
+    answers = _answers(records, domain or [], shaping, prompt_set, data, left_out)
     _tell(out, _write(verified_rows(answers, least), out, form), left_out, as_json=as_json)
 
 
@@ -129,6 +136,7 @@ def sft(
 def preference(
     records: _Records,
     out: _Out,
+    domain: _Domains = None,
     margin: Annotated[
         float, typer.Option(min=0, help="By more than how much the chosen one must be worth more.")
     ] = 0.0,
@@ -143,14 +151,20 @@ def preference(
     Example: eai export preference runs --out preference.jsonl
     """
     left_out = Counter[LeftOut]()
-    answers = _answers(records, shaping, prompt_set, data, left_out)
+    answers = _answers(records, domain or [], shaping, prompt_set, data, left_out)
     _tell(out, _write(preference_rows(answers, margin), out, form), left_out, as_json=as_json)
 
 
 def _answers(
-    paths: list[Path], shaping: Shaping, prompt_set: PromptSet, data: Path | None, left_out: Counter[LeftOut]
+    paths: list[Path],
+    domains: list[str],
+    shaping: Shaping,
+    prompt_set: PromptSet,
+    data: Path | None,
+    left_out: Counter[LeftOut],
 ) -> Iterator[Rewarded]:
     """All answers in files of records with what they are worth, those to one suite together."""
+    named = {benchmark.name: benchmark for benchmark in map(find_benchmark, domains)}
     by_suite: dict[tuple[str, Ability], list[Record]] = {}
     for file in find_record_files(paths):
         for record in read_records(file):
@@ -158,8 +172,11 @@ def _answers(
     with data_progress() as report:
         source = Source(store(data), report, PlannerChoice.NONE)
         for (domain, ability), of_suite in by_suite.items():
-            asked = Library(prompt_set, None, source).open(find_benchmark(domain), ability)
-            paid = Reward(open_suite(domain, ability, source=source), shaping)
+            if domain not in named and domain not in registered():
+                raise InputError(f"{domain}: expected --domain to say where the benchmark of these records is")
+            benchmark = named.get(domain) or find_benchmark(domain)
+            asked = Library(prompt_set, None, source).open(benchmark, ability)
+            paid = Reward(open_suite(benchmark, ability, source=source), shaping)
             yield from rewarded(of_suite, paid, asked, left_out)
 
 
