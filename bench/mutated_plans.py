@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
+from functools import cache
 from typing import TypeAlias
 
 from eai.benchmarks.behavior import domain as behavior
@@ -57,13 +58,23 @@ def virtualhome_plan(dice: Dice, task: VirtualHomeTask) -> str:
     if dice.chance(0.8):  # what the data set's own script names, the reference may not know
         ids = {id_ for _, id_ in known}
         steps = [step for step in steps if {str(word) for word in step[1][1::2]} <= ids]
-    arities = virtualhome.as_declared().arities
+    arities = _virtualhome_arities()
     steps = rearranged(dice, steps, lambda: _random_step(dice, arities, known), dice.one((0, 1, 2, 4)))
     if dice.chance(0.25) and steps:
         for _ in range(1 + dice.few(0.5)):
             place = dice.below(len(steps))
             steps[place] = _misnamed(dice, steps[place])
     return slightly_spoilt(dice, _written(dice, steps), 0.2)
+
+
+@cache
+def _virtualhome_arities() -> Mapping[str, int]:
+    return virtualhome.as_declared().arities
+
+
+@cache
+def _behavior_arities() -> Mapping[str, int]:
+    return {**behavior.as_declared().arities, "NAVIGATE_TO": 1, "BURN": 1}
 
 
 def _named(task: VirtualHomeTask, index: int) -> tuple[str, str]:
@@ -95,7 +106,7 @@ def _misnamed(dice: Dice, step: Step) -> Step:
             words += words[:2] or ["sofa", "352"]
         case 6 if words:
             del words[:2]
-        case 7 if words and "_" in str(words[0]):  # the same text where name and id are joined
+        case 7 if len(words) > 1 and "_" in str(words[0]):  # the same text where name and id are joined
             name, _, rest = str(words[0]).partition("_")
             words[:2] = [name, f"{rest}_{words[1]}"]
         case 8:
@@ -127,7 +138,7 @@ def behavior_plan(dice: Dice, task: BehaviorTask) -> str:
     """A plan of BEHAVIOR."""
     names = [thing.name for thing in task.scene.objects]
     own = [task.scene.objects[i].name for action in task.script for i in action.arguments]
-    arities = {**behavior.as_declared().arities, "NAVIGATE_TO": 1, "BURN": 1}
+    arities = _behavior_arities()
     script = [
         {"action": action.operator, "object": ", ".join(task.scene.objects[i].name for i in action.arguments)}
         for action in task.script
