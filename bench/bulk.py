@@ -1,8 +1,8 @@
 """Bulk scoring and rewards of VirtualHome's plans: from answers to records on disk, and one at a time.
 
 Of ``eai score`` the processor time counts, imports and making the tasks included, beside that of scoring
-alone in the same run. The answers are the data set's scripts with seeded noise, or those of given response
-files, as often as is asked for, each time as another model's.
+alone in the same run, with garbage searched for as seldom as there. The answers are the data set's scripts
+with seeded noise, or those of given response files, as often as is asked for, each time as another model's.
 """
 
 from __future__ import annotations
@@ -26,6 +26,7 @@ from eai.benchmarks.noisy_answers import Noise, noisy_answer
 from eai.benchmarks.suite import Suite, open_suite
 from eai.scoring.batch import Scoring
 from eai.scoring.reward import Reward
+from eai.scoring.undisturbed import undisturbed
 
 CLI = "from eai.cli import main; main()"
 NAMED = ("--domain", "virtualhome", "--ability", "action_sequencing")
@@ -51,10 +52,11 @@ def main() -> None:
             seconds, memory = _cpu(["score", folder, *NAMED, option, "--out", str(place / "out")])
             print(f"  {option:18} {number / seconds:8,.0f}   {memory:5.0f} MB at most")
     together = [answer for rows in answers for answer in rows]
-    for name in ("the first time", "steady"):
-        seconds = _timed(lambda: [suite.score(*answer) for answer in together])
-        print(f"  scoring alone, {name:15} {len(together) / seconds:8,.0f}")
-    _rewards(suite, together)
+    with undisturbed():
+        for name in ("the first time", "steady"):
+            seconds = _timed(lambda: [suite.score(*answer) for answer in together])
+            print(f"  scoring alone, {name:15} {len(together) / seconds:8,.0f}")
+        _rewards(suite, together)
 
 
 def _noisy(suite: Suite) -> list[list[tuple[str, str]]]:

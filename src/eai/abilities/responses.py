@@ -87,6 +87,7 @@ def read_responses(
             identifier is unknown or repeated, or there is no row.
     """
     rows = _read_list(path)
+    known = frozenset(task_ids)
     responses: dict[str, Response] = {}
     elsewhere = 0
     for number, row in enumerate(rows, 1):
@@ -96,7 +97,7 @@ def read_responses(
             elsewhere += 1
             continue
         shown = task_id[:_SHOWN]
-        if task_id not in task_ids:
+        if task_id not in known:
             hint = did_you_mean(shown, task_ids)
             raise InputError(f"{path}, row {number}: identifier {shown!r} is not one of the tasks{hint}")
         if task_id in responses:

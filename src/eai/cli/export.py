@@ -173,7 +173,9 @@ def _answers(
         source = Source(store(data), report, PlannerChoice.NONE)
         for (domain, ability), of_suite in by_suite.items():
             if domain not in named and domain not in registered():
-                raise InputError(f"{domain}: expected --domain to say where the benchmark of these records is")
+                raise InputError(
+                    f"{domain}: expected --domain to say where the benchmark of these records is"
+                )
             benchmark = named.get(domain) or find_benchmark(domain)
             asked = Library(prompt_set, None, source).open(benchmark, ability)
             paid = Reward(open_suite(benchmark, ability, source=source), shaping)

@@ -12,6 +12,8 @@ from typer import Typer
 from typer.core import MarkupMode, TyperGroup
 from typer.main import get_group
 
+from eai.scoring.undisturbed import undisturbed
+
 
 class Place(NamedTuple):
     """Where a command is, and where it stands in the help.
@@ -64,7 +66,8 @@ class LazyGroup(TyperGroup):
 
 
 def _imported(name: str, place: Place) -> Any:
-    found = getattr(import_module(f"{__package__}.{place.module}"), place.name)
+    with undisturbed():
+        found = getattr(import_module(f"{__package__}.{place.module}"), place.name)
     app = Typer(pretty_exceptions_enable=False, rich_markup_mode=_help_mode())
     if isinstance(found, Typer):
         app.add_typer(found, name=name, rich_help_panel=place.panel)
