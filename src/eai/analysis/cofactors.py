@@ -14,7 +14,7 @@ from statistics import fmean
 from typing import NamedTuple
 
 from eai.abilities.explanation import EXECUTED
-from eai.abilities.share import Share
+from eai.abilities.share import of_all
 from eai.analysis.correlation import rank_correlation
 from eai.analysis.lines import AnswerLine, GoalLine, Line, StepLine
 from eai.analysis.logit import Effect, fit_logit
@@ -148,8 +148,9 @@ def _curves(suites: Mapping[SuiteKey, Sequence[Counted]], width: int) -> Table:
             values = [number for each in answers if (number := getattr(each.answer, feature)) is not None]
             if len(set(values)) > 1:
                 bin_of = bins_of(feature, values, width)
+                bins = {value: bin_of(value) for value in set(values)}
                 for model, found in models.items():
-                    rows += [(*suite, model, feature, *row) for row in _curve(feature, found, bin_of)]
+                    rows += [(*suite, model, feature, *row) for row in _curve(feature, found, bins)]
     return Table(
         "curves",
         "Score by feature",
@@ -163,14 +164,14 @@ def _curves(suites: Mapping[SuiteKey, Sequence[Counted]], width: int) -> Table:
 
 
 def _curve(
-    feature: str, answers: Iterable[Counted], bin_of: Callable[[int], tuple[int, int]]
+    feature: str, answers: Iterable[Counted], bins: Mapping[int, tuple[int, int]]
 ) -> Iterator[tuple[Cell, ...]]:
-    bins: dict[tuple[int, int], list[Case]] = {}
+    binned: dict[tuple[int, int], list[Case]] = {}
     for answer, case in answers:
         value = getattr(answer, feature)
         if value is not None:
-            bins.setdefault(bin_of(value), []).append(case)
-    for (low, high), cases in sorted(bins.items()):
+            binned.setdefault(bins[value], []).append(case)
+    for (low, high), cases in sorted(binned.items()):
         tasks = len({case.task for case in cases})
         yield low, high, Estimate.of(cases), tasks, tasks < FEW
 
@@ -303,7 +304,7 @@ def _rates(
             cases: dict[str, list[Case]] = {}
             for line in found:
                 for name in names_of(line):
-                    cases.setdefault(name, []).append(case_of(line, Share(int(counts(line)), 1)))
+                    cases.setdefault(name, []).append(case_of(line, of_all(counts(line))))
             for name, of_name in sorted(cases.items()):
                 rows.append((*suite, model, name, Estimate.of(of_name), len({case.task for case in of_name})))
     return tuple(rows)

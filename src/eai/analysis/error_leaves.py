@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections import Counter
+from collections.abc import Iterable, Iterator, Sequence
 from typing import NamedTuple
 
 from eai.abilities.declaration import AnswerOutcome
-from eai.abilities.share import Share
+from eai.abilities.share import Share, of_all
 from eai.analysis.lines import AnswerLine, ClauseLine
+from eai.analysis.shares import shares_by_kind
 from eai.analysis.suites import MODEL, SUITE, by_model, by_suite, case_of
 from eai.analysis.table import Cell, Estimate, Table
 from eai.metrics.certainty import Case
@@ -87,10 +89,8 @@ def _leaves(answers: Sequence[AnswerLine]) -> Table:
     for suite, of_suite in by_suite(answers).items():
         leaves = sorted({leaf_of(answer) for answer in of_suite}, key=_order)
         for model, lines in by_model(of_suite).items():
-            of_lines = [(line, leaf_of(line)) for line in lines]
-            for leaf in leaves:
-                cases = [case_of(line, Share(int(found == leaf), 1)) for line, found in of_lines]
-                rows.append((*suite, model, *leaf, Estimate.of(cases)))
+            shares = shares_by_kind(lines, [leaf_of(line) for line in lines], leaves)
+            rows += [(*suite, model, *leaf, share) for leaf, share in shares]
     return Table(
         "leaves",
         "What answers came to",
@@ -113,7 +113,9 @@ def _why(answers: Sequence[AnswerLine]) -> Table:
     rows: list[tuple[Cell, ...]] = []
     for suite, of_suite in by_suite([a for a in answers if a.outcome in RUNTIME]).items():
         for model, lines in by_model(of_suite).items():
-            shares = _shares(lines, lambda line: line.error_check or "")
+            checks = [line.error_check or "" for line in lines]
+            times = Counter(checks)
+            shares = shares_by_kind(lines, checks, sorted(times, key=lambda each: (-times[each], each)))
             rows += [(*suite, model, check, share) for check, share in shares]
     return Table(
         "why",
@@ -126,23 +128,11 @@ def _why(answers: Sequence[AnswerLine]) -> Table:
     )
 
 
-def _shares(
-    lines: Sequence[AnswerLine], name_of: Callable[[AnswerLine], str]
-) -> Iterator[tuple[str, Estimate]]:
-    """Each name with the share of lines that have it, the most frequent first."""
-    names = [name_of(line) for line in lines]
-    for name in sorted(set(names), key=lambda each: (-names.count(each), each)):
-        cases: list[Case] = []
-        for line, found in zip(lines, names, strict=True):
-            cases.append(case_of(line, Share(int(found == name), 1)))
-        yield name, Estimate.of(cases)
-
-
 def _additional(answers: Sequence[AnswerLine]) -> Table:
     rows: list[tuple[Cell, ...]] = []
     for suite, of_suite in by_suite([a for a in answers if a.additional_steps is not None]).items():
         for model, lines in by_model(of_suite).items():
-            cases = [case_of(line, Share(int(bool(line.additional_steps)), 1)) for line in lines]
+            cases = [case_of(line, of_all(bool(line.additional_steps))) for line in lines]
             rows.append((*suite, model, Estimate.of(cases), sum(a.additional_steps or 0 for a in lines)))
     return Table(
         "additional",

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator, Sequence
 
-from eai.abilities.share import Share
+from eai.abilities.share import of_all
 from eai.analysis.lines import AtomLine
+from eai.analysis.shares import shares_by_kind
 from eai.analysis.suites import MODEL, SUITE, by_model, by_suite, case_of
 from eai.analysis.table import Cell, Estimate, Table
 from eai.analysis.wrong_goals import Reason
@@ -57,16 +58,16 @@ def _scores(lines: Sequence[AtomLine]) -> tuple[Estimate, Estimate]:
 
 
 def _case(line: AtomLine) -> Case:
-    return case_of(line, Share(int(line.verdict == MATCHED), 1))
+    return case_of(line, of_all(line.verdict == MATCHED))
 
 
 def _reasons(atoms: Sequence[AtomLine]) -> Table:
     rows: list[tuple[Cell, ...]] = []
     for suite, of_suite in by_suite([a for a in atoms if a.reason is not None]).items():
         for model, lines in by_model(of_suite).items():
-            for reason in Reason:
-                cases = [case_of(line, Share(int(line.reason == reason.value), 1)) for line in lines]
-                rows.append((*suite, model, reason.value, Estimate.of(cases)))
+            reasons = [str(line.reason) for line in lines]
+            shares = shares_by_kind(lines, reasons, [reason.value for reason in Reason])
+            rows += [(*suite, model, reason, share) for reason, share in shares]
     return Table(
         "reasons",
         "Where wrong goals come from",

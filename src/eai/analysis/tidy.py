@@ -16,7 +16,7 @@ from eai.abilities.task import Task
 from eai.abilities.transition_modeling.task import Category
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.abilities.verdict import PlanVerdict
-from eai.analysis.lines import AnswerLine, AtomLine, ClauseLine, GoalLine, Line, StepLine
+from eai.analysis.lines import AnswerLine, AtomLine, ClauseLine, GoalLine, StepLine
 from eai.analysis.words import names_in, read_call
 from eai.analysis.wrong_goals import WrongGoals
 from eai.benchmarks.benchmark import Benchmark
@@ -106,21 +106,22 @@ class _Book:
         return next((task.domain.categories for task in tasks), {})
 
 
+_COLUMNS = tuple(column.name for column in fields(AnswerLine))
+
 Beginning: TypeAlias = dict[str, Any]
 """The columns of `Line`."""
 
 
 def beginning_of(record: Record) -> Beginning:
     """What every line of a record begins with."""
-    line = Line(
-        protocol=record.protocol.value,
-        domain=record.domain,
-        ability=record.ability.value,
-        model=record.model,
-        task=record.task_id,
-        name=name_of(record),
-    )
-    return {column.name: getattr(line, column.name) for column in fields(line)}
+    return {
+        "protocol": record.protocol.value,
+        "domain": record.domain,
+        "ability": record.ability.value,
+        "model": record.model,
+        "task": record.task_id,
+        "name": name_of(record),
+    }
 
 
 def _answer(
@@ -158,7 +159,7 @@ def _answer(
         case OperatorVerdict():
             values["planner"] = None if verdict.planner is None else verdict.planner.value
             values["task_categories"] = " ".join(verdict.task_categories)
-    known: dict[str, Any] = {column.name: values.get(column.name) for column in fields(AnswerLine)}
+    known: dict[str, Any] = {name: values.get(name) for name in _COLUMNS}
     return AnswerLine(**known)
 
 

@@ -21,6 +21,7 @@ from eai.cli import analyze_cofactors, analyze_errors, analyze_goals, analyze_it
 from eai.cli.analyzed import Figures, Plots, Records, Written, say, tables_of, with_extra, write_analysis
 from eai.cli.options import AsJson
 from eai.cli.store import DataFolder, store
+from eai.scoring.undisturbed import undisturbed
 
 
 def everything(
@@ -37,7 +38,7 @@ def everything(
     Example: eai analyze all scores --out analyses
     """
     made: list[Written] = []
-    with with_extra():
+    with undisturbed(), with_extra():
         for name, found, figures in _analyses(tables_of(records, data), ItemFlags(Source(store(data)))):
             made.append(write_analysis(name, found, figures, out / name, plots=plots))
             if not as_json:

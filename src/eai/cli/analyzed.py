@@ -18,6 +18,7 @@ from eai.cli.store import store
 from eai.errors import EaiError, InputError, how_to_install
 from eai.report.plot_files import styled, write
 from eai.report.runs import read_runs
+from eai.scoring.undisturbed import undisturbed
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -42,7 +43,7 @@ def tables_of(records: Iterable[Path], data: Path | None) -> Tables:
     Raises:
         InputError: there are no records, or one is unusable.
     """
-    with data_progress() as report:
+    with data_progress() as report, undisturbed():
         maker = TableMaker(Source(store(data), report, errata=ErrataChoice.NONE))
         for run in read_runs(records):
             maker.add(run.records)

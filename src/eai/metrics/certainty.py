@@ -14,7 +14,7 @@ that percentiles of a bootstrap and Wilson's interval with the observed design e
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from statistics import NormalDist, fmean
 from typing import NamedTuple, TypeAlias
@@ -80,12 +80,12 @@ class Certainty:
 
 def of_tasks(cases: Cases) -> dict[str, Share]:
     """What each task adds to a rate."""
-    return _sums((case.task, case.share) for case in cases)
+    return _sums([(case.task, case.share) for case in cases])
 
 
 def of_names(cases: Cases) -> dict[str, Share]:
     """What the tasks of each name add to a rate."""
-    return _sums((case.name, case.share) for case in cases)
+    return _sums([(case.name, case.share) for case in cases])
 
 
 def mean_over_names(cases: Cases) -> float | None:
@@ -101,6 +101,8 @@ def certainty_of_rate(cases: Cases) -> Certainty | None:
     most that any task adds.
     """
     most = max([1, *(share.numerator / share.denominator for _, _, share in cases if share.denominator)])
+    if most == 1:
+        return _certainty_of_share(cases)
     shares = (Share(case.share.numerator / most, case.share.denominator) for case in cases)
     found = _certainty_of_share([case._replace(share=s) for case, s in zip(cases, shares, strict=True)])
     if found is None:
@@ -115,7 +117,7 @@ def _certainty_of_share(cases: Cases) -> Certainty | None:
     names = tasks if len(each_name) == len(each_task) else deviation.of_rate(each_name)
     if tasks is None or names is None:
         return None
-    yes_no = all(case.share in _YES_NO for case in cases) and len(tasks.of_units) == len(cases)
+    yes_no = len(tasks.of_units) == len(cases) and all(case.share in _YES_NO for case in cases)
     return _certainty(_binomial(tasks) if yes_no else _within_one(tasks), _within_one(names), _wilson)
 
 
@@ -184,18 +186,19 @@ def _within_one(spread: Deviations) -> _Noise:
 
 def _binomial(spread: Deviations) -> _Noise:
     """The same of independent yes and no, where nothing has to be estimated."""
-    return _as_is(spread)._replace(variance=1 / len(spread.of_units), quantile=_NORMAL)
+    units = len(spread.of_units)
+    return _Noise(spread.value, 1 / units, spread.observed_variance, _NORMAL, units)
 
 
-def _sums(shares: Iterable[tuple[str, Share]]) -> dict[str, Share]:
-    sums: dict[str, Share] = {}
-    for unit, share in shares:
-        before = sums.get(unit)
-        if before is None:
-            sums[unit] = share
-        else:
-            sums[unit] = Share(before.numerator + share.numerator, before.denominator + share.denominator)
-    return sums
+def _sums(shares: Sequence[tuple[str, Share]]) -> dict[str, Share]:
+    last = dict(shares)
+    if len(last) == len(shares):
+        return last
+    numerators, denominators = dict.fromkeys(last, 0.0), dict.fromkeys(last, 0.0)
+    for unit, (numerator, denominator) in shares:
+        numerators[unit] += numerator
+        denominators[unit] += denominator
+    return {unit: Share(numerators[unit], denominators[unit]) for unit in last}
 
 
 def _certainty(tasks: _Noise, names: _Noise, bounds: Callable[[_Noise], Interval]) -> Certainty:
