@@ -95,12 +95,13 @@ FIGURES = (
         "Never by what an answer did. Marks of fewer than five tasks are hollow.",
     ),
     Figure(
-        "names",
+        "actions",
         REPORT,
         tuple(f"behavior/*/{model}" for model in THREE),
-        "plots/names-subgoal_decomposition-behavior-strict",
-        "By action and by predicate",
-        "The share of steps executed and of goals reached, in percent; few cases are pale.",
+        "plots/actions-subgoal_decomposition-behavior-strict",
+        "By action",
+        "The share of steps that are executed, in percent; that of fewer than five is in brackets. By "
+        "predicate there is the same of goals.",
     ),
     Figure(
         "curves",

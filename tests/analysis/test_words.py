@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from eai.analysis.words import Call, names_in, read_call
+from eai.analysis.words import Call, read_call
 
 
 @pytest.mark.parametrize(
@@ -18,15 +18,3 @@ from eai.analysis.words import Call, names_in, read_call
 )
 def test_atoms_and_steps_are_read_again(text: str, call: Call) -> None:
     assert read_call(text) == call
-
-
-@pytest.mark.parametrize(
-    ("goal", "names"),
-    [
-        ("exists x: jar.n.01. (inside(peach_0, x) and not inside(plum_0, x))", ("inside",)),
-        ("ontop(a, b) or nextto(a, b)", ("ontop", "nextto")),
-        ("TOUCH or GRAB", ("TOUCH", "GRAB")),
-    ],
-)
-def test_a_goal_mentions_each_predicate_once(goal: str, names: tuple[str, ...]) -> None:
-    assert names_in(goal) == names

@@ -14,7 +14,7 @@ from eai.abilities.transition_modeling.report import OperatorReport, OperatorSta
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.abilities.verdict import Confusion, PlanVerdict
 from eai.benchmarks.behavior.tasks import BehaviorTasks
-from eai.metrics.breakdown import Flow, break_down, outcome
+from eai.metrics.breakdown import Flow, break_down, names_in, outcome
 from eai.metrics.certainty import Case
 from eai.metrics.rate import Rate, rate_of
 from eai.pddl.matching import SideMatch
@@ -87,7 +87,7 @@ def test_shares_by_length_action_and_predicate() -> None:
     found = break_down([explained, replace(explained, task_id="2")], Ability.ACTION_SEQUENCING)
     assert found.by_goals == found.by_length == {}  # what the tasks are like is not known
     assert found.by_action == {"GRAB": Rate(0, 2), "WALK": Rate(2, 2)}
-    assert found.by_predicate == {"ON": Rate(2, 4), "READ or WATCH": Rate(0, 2)}
+    assert found.by_predicate == {"ON": Rate(2, 4), "READ": Rate(0, 2), "WATCH": Rate(0, 2)}
 
 
 def test_difficulty_is_the_task_s_and_no_outcome() -> None:
@@ -144,3 +144,22 @@ def test_success_by_length_is_the_paper_s_figure(behavior_tasks: BehaviorTasks) 
         4: Rate(1, 2),
         6: Rate(0, 1),
     }
+
+
+@pytest.mark.parametrize(
+    ("goal", "names"),
+    [
+        ("exists x: jar.n.01. (inside(peach_0, x) and not inside(plum_0, x))", ("inside",)),
+        ("ontop(a, b) or nextto(a, b)", ("ontop", "nextto")),
+        ("TOUCH or GRAB", ("TOUCH", "GRAB")),
+    ],
+)
+def test_a_goal_mentions_each_predicate_once(goal: str, names: tuple[str, ...]) -> None:
+    assert names_in(goal) == names
+
+
+def test_an_additional_step_is_tried_and_not_executed() -> None:
+    """So the authors' evaluator counts it."""
+    steps = (StepReport("OPEN(box.1)", "executed"), StepReport("OPEN(box.1)", "additional_step", "is open"))
+    plan = replace(record("1", SUCCEEDED), explanation=Explanation(steps=steps))
+    assert break_down([plan], Ability.ACTION_SEQUENCING).by_action == {"OPEN": Rate(1, 2)}

@@ -53,3 +53,17 @@ def test_a_name_of_no_cases_has_no_line() -> None:
     assert figure is not None
     assert [text.get_text() for text in figure.axes[0].get_yticklabels()] == ["on  10", "off  4"]
     assert draw_names([nothing], "leaf", "rate", "recall") is None
+
+
+def test_a_long_name_is_told_in_full() -> None:
+    check = "there_is_no_soaked_cleaning_tool_detergent_or_running_sink_for"
+    rows = [row("m", check, Estimate(80.0, 60, 90, 8, 10)), row("m", "closed", Estimate(20.0, 9, 50, 2, 10))]
+    figure = draw_names(rows, "leaf", "rate", "share")
+    assert figure is not None
+    (panel,) = figure.axes
+    first, second = (text.get_text() for text in panel.get_yticklabels())
+    assert " ".join(first.split()) == f"{check.replace('_', ' ')} 8"
+    assert all(len(line) <= 35 for line in first.splitlines())
+    high, low = panel.get_yticks()
+    assert low - high > 1  # a name of several lines has the room of several
+    assert second == "closed  2"

@@ -3,18 +3,23 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import pytest
 
 from eai.abilities.record import Record, TaskFeatures
-from eai.report import plot_difficulty, plot_flow, plot_radar
+from eai.report import plot_difficulty, plot_flow, plot_radar, plot_shares
+from eai.report.plot_analyses import PAGE
 from eai.report.run_summary import RunSummary, summary_of
 from eai.report.runs import Run, RunKey
 from eai.world.fault import FaultKind
 from metrics.verdicts import SUCCEEDED, failed, record
 from report.samples import action_run, goal_run, subgoal_run
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 pytest.importorskip("matplotlib")
 
@@ -108,3 +113,14 @@ def test_what_answers_are_lost_to_is_not_written_over_each_other() -> None:
     ]
     assert len(heights) == 2
     assert abs(heights[0] - heights[1]) >= 9
+
+
+@pytest.mark.parametrize("draw", [plot_shares.draw_actions, plot_shares.draw_predicates])
+def test_shares_by_name_of_many_models_fit_a_page(
+    draw: Callable[[Sequence[RunSummary]], Figure | None],
+) -> None:
+    runs = [summary(renamed(action_run("all"), f"a-model-with-a-long-name-{i}")) for i in range(18)]
+    figure = draw(runs)
+    assert figure is not None
+    assert figure.get_figwidth() <= PAGE
+    assert draw([summary([record("1_1", BAD)])]) is None

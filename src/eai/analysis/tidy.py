@@ -17,13 +17,13 @@ from eai.abilities.transition_modeling.task import Category
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.abilities.verdict import PlanVerdict
 from eai.analysis.lines import AnswerLine, AtomLine, ClauseLine, GoalLine, StepLine
-from eai.analysis.words import names_in, read_call
+from eai.analysis.words import read_call
 from eai.analysis.wrong_goals import WrongGoals
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.features import FeatureBook
 from eai.benchmarks.registry import find_benchmark, registered
 from eai.benchmarks.source import Source
-from eai.metrics.breakdown import outcome
+from eai.metrics.breakdown import goals_of, names_in, outcome
 from eai.metrics.summary import contributions, name_of
 from eai.pddl.clauses import predicates_in
 
@@ -210,14 +210,9 @@ def _steps(record: Record, key: Beginning) -> Iterator[StepLine]:
 
 
 def _goals(record: Record, key: Beginning) -> Iterator[GoalLine]:
-    verdict = record.verdict
-    if record.explanation is None or not isinstance(verdict, PlanVerdict):
+    if not isinstance(record.verdict, PlanVerdict):
         return
-    reports = record.explanation.goals
-    reached = [report.satisfied for report in reports]
-    if len(verdict.goals_satisfied) == len(reports):
-        reached = list(verdict.goals_satisfied)
-    for number, (report, satisfied) in enumerate(zip(reports, reached, strict=True)):
+    for number, (report, satisfied) in enumerate(goals_of(record)):
         names = " ".join(names_in(report.goal))
         yield GoalLine(
             **key, goal=number, kind=report.kind, text=report.goal, predicates=names, satisfied=satisfied

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import re
 from typing import NamedTuple
 
-_PREDICATE = re.compile(r"([^\s(),]+)\(")
 _NOT = "not "
 
 
@@ -30,8 +28,3 @@ def read_call(text: str) -> Call:
     if not opened or not rest.endswith(")"):
         return Call(text, None)
     return Call(name, tuple(part for part in rest[:-1].split(", ") if part), positive)
-
-
-def names_in(goal: str) -> tuple[str, ...]:
-    """The predicates that a goal mentions, each once; of a goal of actions, these."""
-    return tuple(dict.fromkeys(_PREDICATE.findall(goal))) or tuple(goal.split(" or "))

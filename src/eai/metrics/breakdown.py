@@ -4,22 +4,22 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple, TypeVar
 
 from eai.abilities.declaration import AnswerOutcome
 from eai.abilities.declarations import DECLARATIONS
-from eai.abilities.explanation import EXECUTED, Explanation
+from eai.abilities.explanation import EXECUTED, Explanation, GoalReport
 from eai.abilities.protocol import Ability
 from eai.abilities.record import Record
 from eai.abilities.share import Share
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
+from eai.abilities.verdict import PlanVerdict
 from eai.metrics.certainty import Case
 from eai.metrics.rate import Rate
 from eai.metrics.summary import name_of
 from eai.pddl.clauses import predicates_in
-from eai.world.fault import FaultKind
 
 _Key = TypeVar("_Key", int, str)
 _Value = TypeVar("_Value")
@@ -51,8 +51,9 @@ class Breakdown:
         by_goals: number of goals of the task -> success of each answer to such a task.
         by_length: number of steps of the data set's own plan -> the same. How many steps of an answer were
             tried is an outcome: a plan that fails early would count as a short one.
-        by_action: operator -> share of its steps that were executed; of transition modeling, F1.
-        by_predicate: predicate -> share of goals with it that are met; of transition modeling, F1.
+        by_action: operator -> share of its steps that were executed, of all that were tried, additional ones
+            too (they are not executed); of transition modeling, F1.
+        by_predicate: predicate -> share of goals that mention it that are met; of transition modeling, F1.
     """
 
     outcomes: Mapping[AnswerOutcome, int]
@@ -98,7 +99,9 @@ def break_down(records: Iterable[Record], ability: Ability) -> Breakdown:
                 by_length.setdefault(record.task.annotated_steps, []).append(success)
         if isinstance(verdict, OperatorVerdict):
             _break_down_operators(verdict, by_action, by_predicate)
-        _break_down_goals(explanation, by_predicate)
+        for report, reached in goals_of(record):
+            for name in names_in(report.goal):
+                _put(by_predicate, name, Rate(reached, 1))
         if has_plans:
             _break_down_steps(explanation, by_action)
     return Breakdown(
@@ -119,16 +122,22 @@ def _flow(outcomes: Mapping[AnswerOutcome, int]) -> Flow:
     return Flow(answers, readable, known, reached + outcomes.get(AnswerOutcome.GOAL_MISSED, 0), reached)
 
 
-def _break_down_goals(explanation: Explanation, by_predicate: dict[str, Rate]) -> None:
-    for goal in explanation.goals:
-        first = _NAME.search(goal.goal)
-        _put(by_predicate, first[1] if first else goal.goal, Rate(goal.satisfied, 1))
+def goals_of(record: Record) -> Iterator[tuple[GoalReport, bool]]:
+    """The goals that a record tells of, and whether they count as reached."""
+    reports = () if record.explanation is None else record.explanation.goals
+    counted = record.verdict.goals_satisfied if isinstance(record.verdict, PlanVerdict) else ()
+    reached = counted if len(counted) == len(reports) else [report.satisfied for report in reports]
+    yield from zip(reports, reached, strict=True)
+
+
+def names_in(goal: str) -> tuple[str, ...]:
+    """The predicates that a goal mentions, each once; of a goal of actions, these."""
+    return tuple(dict.fromkeys(_PREDICATE.findall(goal))) or tuple(goal.split(" or "))
 
 
 def _break_down_steps(explanation: Explanation, by_action: dict[str, Rate]) -> None:
     for step in explanation.steps:
-        tried = Rate(step.outcome in (EXECUTED, FaultKind.ADDITIONAL_STEP.value), 1)
-        _put(by_action, step.action.partition("(")[0], tried)
+        _put(by_action, step.action.partition("(")[0], Rate(step.outcome == EXECUTED, 1))
 
 
 def _break_down_operators(
@@ -145,8 +154,7 @@ def _break_down_operators(
                     _put(by_predicate, predicate, rate)
 
 
-_NAME = re.compile(r"(\w+)\(")
-"""The first predicate of a goal; an action goal has none and stands for itself."""
+_PREDICATE = re.compile(r"([^\s(),]+)\(")
 
 
 def _put(table: dict[str, Rate], key: str, rate: Rate) -> None:

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from itertools import accumulate
 from typing import TYPE_CHECKING
 
 from eai.analysis.suites import MODEL, SuiteKey
 from eai.analysis.table import Cell, Estimate, Table
 from eai.report.palette import ACCENT, INK, MUTED, RULE
-from eai.report.plot_text import clipped
+from eai.report.plot_text import clipped, wrapped
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -27,6 +28,9 @@ FEW = 5
 _MOST_NAMES = 30
 _FIELD = 0.42
 """The width of a field of a matrix, in inches, where the page is wide enough."""
+
+_MORE_LINE = 0.65
+"""How much higher than a line of a name the next one makes it."""
 
 _LABELS = 1.7
 """The width that names of rows and the edges take, in inches."""
@@ -80,14 +84,17 @@ def draw_names(rows: Sequence[Mapping[str, Cell]], column: str, rate: str, label
     shown.sort(key=lambda row: (-value_of(row[rate]), str(row[column])))
     one_whole = len({_cases(row[rate]) for row in shown}) == 1
     made_of = _counted if one_whole else _cases
-    figure = Figure(figsize=(COLUMN, 0.7 + 0.17 * len(shown)), layout="constrained")
+    labels = [f"{wrapped(str(row[column]).replace('_', ' '))}  {made_of(row[rate]):g}" for row in shown]
+    heights = [1 + _MORE_LINE * label.count("\n") for label in labels]
+    ends = list(accumulate(heights))
+    places = [end - height / 2 for end, height in zip(ends, heights, strict=True)]
+    figure = Figure(figsize=(COLUMN, 0.7 + 0.17 * ends[-1]), layout="constrained")
     panel = figure.subplots()
-    for place, row in enumerate(shown):
+    for place, row in zip(places, shown, strict=True):
         few = _cases(row[rate]) < FEW
         draw_estimate(panel, place, row[rate], MUTED if few else ACCENT, "white" if few else ACCENT)
-    labels = [f"{clipped(str(row[column]).replace('_', ' '))}  {made_of(row[rate]):g}" for row in shown]
-    panel.set_yticks(range(len(shown)), labels=labels, fontsize=6.5)
-    panel.set_ylim(len(shown) - 0.5, -0.5)
+    panel.set_yticks(places, labels=labels, fontsize=6.5, linespacing=1.0)
+    panel.set_ylim(ends[-1], 0)
     panel.text(-0.02, 1, "n", transform=panel.transAxes, fontsize=6.5, ha="right", va="bottom")
     panel.set_xlim(-3, 103)
     panel.grid(axis="x", color=RULE, linewidth=0.6)

@@ -77,8 +77,12 @@ def _figures(runs: Sequence[RunSummary]) -> Iterator[tuple[Plot, Figure]]:
                 yield from _drawn(f"flow-{slug}", caption, plot_flow.draw(of_ability))
             caption = f"{_DIFFICULTY}: {what}"
             yield from _drawn(f"difficulty-{slug}", caption, plot_difficulty.draw(of_ability))
-            caption = f"By action and by predicate: {what}"
-            yield from _drawn(f"names-{slug}", caption, plot_shares.draw_names(of_ability))
+            for kind, draw_by in (
+                ("action", plot_shares.draw_actions),
+                ("predicate", plot_shares.draw_predicates),
+            ):
+                caption = f"By {kind} (of fewer than five cases in brackets): {what}"
+                yield from _drawn(f"{kind}s-{slug}", caption, draw_by(of_ability))
 
 
 def _drawn(name: str, caption: str, figure: Figure | None) -> Iterator[tuple[Plot, Figure]]:
