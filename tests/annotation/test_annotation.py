@@ -206,11 +206,14 @@ def test_decisions_are_read_as_they_are_written(tmp_path: Path) -> None:
     ("text", "why"),
     [
         ("without = [", "Invalid value"),
-        ("witout = []", "witout"),
+        ("witout = []", "witout: unknown; did you mean without?"),
         ('[title."T"]\ncandidates = [[["lit(lamp"]]]', "title 'T': 'lit(lamp': expected a pattern"),
         ('[title."T"]\ncandidates = [[[]]]', "title 'T': an entry is empty"),
-        ('[title."T"]\ncandidates = [["lit(lamp)"]]', "title.T.candidates.0.0"),
-        ('[title."T"]\nkept = []', "title.T.kept"),
+        (
+            '[title."T"]\ncandidates = [["lit(lamp)"]]',
+            "candidates.0.0: expected a list, found 'lit(lamp)'",
+        ),
+        ('[title."T"]\nkept = []', "title.T.kept: unknown"),
     ],
 )
 def test_a_file_that_is_none_of_decisions_is_refused(tmp_path: Path, text: str, why: str) -> None:

@@ -69,9 +69,9 @@ def test_a_folder_is_a_benchmark() -> None:
 CASES = [
     ("{", "line 1: expected JSON"),
     ("[]", 'expected an object with "id"'),
-    ({**LINE, "goals": []}, "line 1: goals: "),
-    ({**LINE, "colour": "red"}, "line 1: colour: "),
-    ({**LINE, "version": 2}, "line 1: version: "),
+    ({**LINE, "goals": []}, "line 1: goals: expected a list that is not empty, found []"),
+    ({**LINE, "gaols": []}, "line 1: gaols: unknown; did you mean goals?"),
+    ({**LINE, "version": 2}, "line 1: version: expected 1, found 2"),
     (json.dumps(LINE)[:-1] + ', "goals": []}', "line 1: 'goals' stands there twice"),
     ({**LINE, "agent": "cat"}, "agent: expected one of the objects, found 'cat'"),
     ({**LINE, "facts": {"warm": ["box"]}}, "facts: expected a stored predicate of the domain, found 'warm'"),

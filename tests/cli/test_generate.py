@@ -7,6 +7,8 @@ from pathlib import Path
 import pytest
 
 from cli.conftest import Command
+from eai.benchmarks.generated.generator import Generator
+from eai.benchmarks.generated.outcome import Outcome
 
 pytestmark = pytest.mark.usefixtures("data_store")
 
@@ -70,7 +72,45 @@ def test_a_world_that_has_no_more_tasks_says_so(
     monkeypatch.syspath_prepend(Path(__file__).parents[2] / "examples" / "lamps")
     outcome = eai("generate", "--like", "lamps:lamps", "--n", 1000, "--out", tmp_path)
     assert outcome.status == 2
-    assert "of 1000 tasks found" in outcome.err
+    kept = (tmp_path / "tasks.jsonl").read_text()
+    number = len(kept.splitlines())
+    assert f"only {number} of 1000 tasks found" in outcome.err
+    assert (
+        f"; {number} tasks written to {tmp_path / 'tasks.jsonl'}, those that --n {number} gives"
+        in outcome.err
+    )
+    assert eai("generate", "--like", "lamps:lamps", "--n", number, "--out", tmp_path / "again").status == 0
+    for name in ("tasks.jsonl", "generated.json"):
+        assert (tmp_path / "again" / name).read_bytes() == (tmp_path / name).read_bytes()
+
+
+def test_an_interrupt_keeps_what_was_found_unless_something_stands_there(
+    eai: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    whole = Generator.task
+    calls = [0]
+
+    def task(generator: Generator, seed: str) -> Outcome:
+        calls[0] += 1
+        if calls[0] > 6:
+            raise KeyboardInterrupt
+        return whole(generator, seed)
+
+    monkeypatch.setattr(Generator, "task", task)
+    for first in (True, False):
+        calls[0] = 0
+        outcome = eai("generate", "--like", "behavior", "--n", 100, "--out", tmp_path)
+        assert (outcome.status, outcome.out) == (130, "")
+        assert outcome.err.startswith("eai: interrupted"), outcome.err
+        assert ("written to" in outcome.err) is first
+        assert eai("tasks", "check", tmp_path).status == 0
+
+
+def test_a_folder_that_cannot_be_is_told_before_anything_is_made(eai: Command, tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    outcome = eai("generate", "--like", "behavior", "--n", 10**9, "--out", tmp_path / "file")
+    assert outcome.status == 2
+    assert "file: cannot be written" in outcome.err
 
 
 def test_tasks_of_an_expected_difficulty_are_asked_for(eai: Command, tmp_path: Path) -> None:

@@ -25,13 +25,13 @@ def test_what_is_written_is_read_again(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"kind": "guess"}, r"line 3: kind: Input should be 'forward'"),
-        ({"depth": 0}, r"line 3: depth: Input should be greater than or equal to 1"),
-        ({"answer": "yes"}, r"line 3: answer: Input should be a valid"),
-        ({"extra": 1}, r"line 3: extra: Extra inputs are not permitted"),
-        ({"version": 2}, r"line 3: version: Input should be 1"),
+        ({"kind": "guess"}, r"line 3: kind: expected 'forward'"),
+        ({"depth": 0}, r"line 3: depth: expected greater than or equal to 1"),
+        ({"answer": "yes"}, r"line 3: answer: expected a list, found 'yes'"),
+        ({"extra": 1}, r"line 3: extra: unknown"),
+        ({"version": 2}, r"line 3: version: expected 1, found 2"),
         ({"id": "q"}, r"line 3: the id 'q' stands there twice"),
-        ({"prompt": ""}, r"line 3: prompt: String should have at least 1 character"),
+        ({"prompt": ""}, r"line 3: prompt: expected a text that is not empty"),
     ],
 )
 def test_a_bad_line_is_told_by_file_line_and_field(

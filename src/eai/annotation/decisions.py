@@ -26,6 +26,7 @@ from typing import ClassVar
 
 from pydantic import ConfigDict, TypeAdapter, ValidationError
 
+from eai.abilities.misfit import misfit
 from eai.annotation.abstract import Candidate, Title
 from eai.annotation.pattern import Entry, Pattern, read_pattern
 from eai.errors import InputError
@@ -96,6 +97,10 @@ class _File:
     title: dict[str, _Table] = field(default_factory=dict)
 
 
+_MEMBERS = ("without", "title", "candidates", "dropped")
+"""What a file of decisions may speak of."""
+
+
 def read_decisions(path: Path) -> Decisions:
     """The decisions in a file; none if there is no such file.
 
@@ -107,8 +112,7 @@ def read_decisions(path: Path) -> Decisions:
     try:
         found = TypeAdapter(_File).validate_python(tomllib.loads(path.read_text(encoding="utf-8")))
     except ValidationError as error:
-        first = error.errors()[0]
-        raise InputError(f"{path}: {'.'.join(map(str, first['loc']))}: {first['msg']}") from error
+        raise InputError(f"{path}: {misfit(error, _MEMBERS)}") from error
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
         raise InputError(f"{path}: {error}") from error
     titles = {}

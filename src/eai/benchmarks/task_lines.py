@@ -14,6 +14,7 @@ from typing import Annotated, Literal, TypeAlias
 from pydantic import BaseModel, ConfigDict, Field, JsonValue, ValidationError
 
 import eai.logic.formula as f
+from eai.abilities.misfit import misfit
 from eai.abilities.subgoal_decomposition.lexicon import SubgoalLexicon
 from eai.abilities.subgoal_decomposition.notation import SubgoalNotation
 from eai.abilities.subgoal_decomposition.rewriting import rewrite_in_time
@@ -93,8 +94,7 @@ def read_line(text: str | bytes) -> TaskLine:
     except (UnicodeDecodeError, RecursionError) as error:
         raise InputError(f"expected JSON in UTF-8 ({error})") from error
     except ValidationError as error:
-        first = error.errors()[0]
-        raise InputError(f"{'.'.join(map(str, first['loc'])) or 'the line'}: {first['msg']}") from error
+        raise InputError(misfit(error, TaskLine.model_fields)) from error
 
 
 def _without_repetition(pairs: list[tuple[str, object]]) -> dict[str, object]:

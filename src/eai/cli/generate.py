@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Annotated
 
@@ -11,7 +12,7 @@ from rich.table import Table
 
 from eai.abilities.responses import file_name
 from eai.benchmarks.generated.generator import Generator, generate
-from eai.benchmarks.generated.outcome import Generated, Rejected
+from eai.benchmarks.generated.outcome import Generated, Outcome, Rejected
 from eai.benchmarks.generated.sets import (
     Seeds,
     Shape,
@@ -27,7 +28,7 @@ from eai.benchmarks.task_lines import written
 from eai.cli.console import DOMAIN_HELP, counted, data_progress, errors, output, tell
 from eai.cli.options import AsJson
 from eai.cli.store import DataFolder, store
-from eai.errors import InputError
+from eai.errors import InputError, InterruptError
 
 
 def generate_tasks(
@@ -96,24 +97,48 @@ def generate_tasks(
     seeds = Seeds(file_name(split), seed, secret)
     file = out / f"{seeds.split}.jsonl{'.gz' if compress else ''}"
     known = fingerprints_in(out, without=file)
-    made: list[Generated] = []
-    rejected: list[Rejected] = []
-    outcomes = generate(Generator(benchmark, spec, source), iter(seeds), n, known)
-    with Progress(console=errors(), transient=True) as bar:
-        shown = bar.add_task("generating", total=n)
-        for outcome in outcomes:
-            if isinstance(outcome, Generated):
-                made.append(outcome)
-                bar.update(shown, advance=1)
-            else:
-                rejected.append(outcome)
+    _make_folder(out)
+    outcomes, stopped = _asked_for(generate(Generator(benchmark, spec, source), iter(seeds), n, known), n)
+    made = [each for each in outcomes if isinstance(each, Generated)]
+    rejected = [each for each in outcomes if isinstance(each, Rejected)]
+    if stopped is not None and (not made or file.exists()):
+        raise stopped
     lines = [written(each.task, like, benchmark.domain, each.about) for each in made]
     write_task_file(file, lines)
     write_manifest(out, seeds.split, manifest_entry(spec, seeds, task_file_content(lines), made, rejected))
+    if stopped is not None:
+        kept = f"{counted(len(made), 'task')} written to {file}, those that --n {len(made)} gives"
+        raise type(stopped)(f"{stopped}; {kept}")
     if not as_json:
         _print_shapes(Shape.of(list(tasks.values())), Shape.of([each.task for each in made]))
     told = f"{counted(len(made), 'task')} written to {file}; {counted(len(rejected), 'seed')} gave none"
     tell(told, value={"file": str(file), "tasks": len(made), "rejected": len(rejected)}, as_json=as_json)
+
+
+def _make_folder(folder: Path) -> None:
+    """Make the folder of tasks, which takes long enough to know first that they can be written."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"{folder}: cannot be written ({error.strerror})") from error
+
+
+def _asked_for(
+    found: Iterator[Outcome], number: int
+) -> tuple[Sequence[Outcome], InputError | InterruptError | None]:
+    """What seeds gave, up to the last of so many tasks, and why there are fewer, if there are."""
+    outcomes: list[Outcome] = []
+    try:
+        with Progress(console=errors(), transient=True, disable=not errors().is_terminal) as bar:
+            shown = bar.add_task("generating", total=number)
+            for outcome in found:
+                outcomes.append(outcome)
+                bar.update(shown, advance=isinstance(outcome, Generated))
+    except (InputError, KeyboardInterrupt) as error:
+        while outcomes and isinstance(outcomes[-1], Rejected):
+            outcomes.pop()
+        return outcomes, error if isinstance(error, InputError) else InterruptError("interrupted")
+    return outcomes, None
 
 
 def _between(text: str) -> tuple[float, float]:

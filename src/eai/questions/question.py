@@ -11,6 +11,7 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
+from eai.abilities.misfit import misfit
 from eai.errors import InputError
 
 
@@ -126,9 +127,7 @@ def read_questions(file: Path) -> QuestionFile:
         try:
             question = Question.model_validate_json(line)
         except ValidationError as error:
-            first = error.errors()[0]
-            field = ".".join(map(str, first["loc"])) or "the line"
-            raise InputError(f"{place}: {field}: {first['msg']}") from error
+            raise InputError(f"{place}: {misfit(error, Question.model_fields)}") from error
         if question.id in questions:
             raise InputError(f"{place}: the id {question.id!r} stands there twice")
         questions[question.id] = question

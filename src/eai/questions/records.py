@@ -10,6 +10,7 @@ from pathlib import Path
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from eai.abilities.codec import sha256_of
+from eai.abilities.misfit import misfit
 from eai.abilities.verdict import Confusion, Json
 from eai.errors import InputError
 from eai.questions.answers import Graded
@@ -112,8 +113,7 @@ def _parse(place: str, line: str) -> tuple[_Line, Result]:
         asked = {name: value for name, value in values.items() if name in _ASKED}
         question = Question.model_validate({**asked, "prompt": "-"})
     except ValidationError as error:
-        first = error.errors()[0]
-        raise InputError(f"{place}: {'.'.join(map(str, first['loc']))}: {first['msg']}") from error
+        raise InputError(f"{place}: {misfit(error)}") from error
     except ValueError as error:
         raise InputError(f"{place}: expected a JSON object ({error})") from error
     graded = Graded(said.exact, Confusion(*said.counts), said.readable, said.repairs)

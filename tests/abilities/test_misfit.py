@@ -1,0 +1,39 @@
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+import pytest
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from eai.abilities.misfit import misfit
+
+
+class Shape(BaseModel):
+    model_config = ConfigDict(extra="forbid")
+
+    name: Annotated[str, Field(min_length=1)]
+    version: Literal[1] = 1
+    parts: list[str | list[str]] = []
+    counts: dict[str, int] = {}
+
+
+@pytest.mark.parametrize(
+    ("value", "said"),
+    [
+        ({}, "name: is missing"),
+        ({"name": 3}, "name: expected a string, found 3"),
+        ({"name": ""}, "name: expected a text that is not empty, found ''"),
+        ({"name": "a", "version": 2}, "version: expected 1, found 2"),
+        ({"name": "a", "parts": "b"}, "parts: expected a list, found 'b'"),
+        ({"name": "a", "parts": ["b", 3]}, "parts.1: expected a string, found 3"),
+        ({"name": "a", "counts": []}, "counts: expected an object, found []"),
+        ({"name": "a", "counts": {"b": "c" * 99}}, "counts.b: expected a whole number"),
+        ({"name": "a", "verison": 1}, "verison: unknown; did you mean version?"),
+        ({"name": "a", "colour": 1}, "colour: unknown"),
+        (3, "the line: expected an object, found 3"),
+    ],
+)
+def test_what_is_wrong_is_said_with_place_and_expectation(value: object, said: str) -> None:
+    with pytest.raises(ValidationError) as caught:
+        Shape.model_validate(value)
+    assert misfit(caught.value, Shape.model_fields) == said
