@@ -2,15 +2,17 @@
 
     python bench/fuzz.py                                    2,000 answers to each of the eight suites
     python bench/fuzz.py --suite behavior/ --rows 200 --seed 7
+    python bench/fuzz.py --dearest 10                       names ten answers of each suite and protocol
+    python bench/fuzz.py --suite behavior/subgoal --answer 176
 
 Answers are those of `mutated_answers`, one in four of them made worse: cut off, repeated, nested, with
 quantifiers around a formula, or with characters that no answer has. They are a pure function of the seed.
 Each is scored twice and explained, under both protocols, with the built-in planner. For each suite and
 protocol come the answers that raise or have two verdicts; a digest of all verdicts, which must not depend on
 PYTHONHASHSEED; the most memory (MB) that the process has had so far; and CPU milliseconds of the dearest of
-the three calls: the median, the 99.9th percentile and the most, with the beginning of that answer. Scorers
-are made beforehand and spared by the garbage collector, as where many answers are scored. Exits with status 1
-where anything is wrong.
+the three calls: the median, the 99.9th percentile and the most. The dearest answers follow, each by its
+number, with its beginning; `--answer` prints the whole of one. Scorers are made beforehand and spared by the
+garbage collector, as where many answers are scored. Exits with status 1 where anything is wrong.
 """
 
 from __future__ import annotations
@@ -21,7 +23,7 @@ import json
 import resource
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 from eai.abilities.codec import fields_of
@@ -39,24 +41,40 @@ LONGEST = 20_000
 ODD = ("\0", "\u202e", "\ud800", "\U0001f9fd", "}" * 50, '"', "\\u0000", "<think>", "```", "NaN", "1e999")
 
 
+class Row(NamedTuple):
+    """A hostile answer to a task, by its number, which decides it."""
+
+    number: int
+    task_id: str
+    text: str
+
+    def __str__(self) -> str:
+        return f"{self.number}: {self.task_id} {self.text[:60]!r}"
+
+
+class Cost(NamedTuple):
+    """What the dearest call of an answer took."""
+
+    milliseconds: float
+    row: Row
+
+
 class Fuzzed(NamedTuple):
     """What came of some answers.
 
     Attributes:
         wrong: what went wrong.
         verdicts: a digest of all verdicts.
-        milliseconds: what the dearest call of each answer took, ascending.
-        dearest: the beginning of the dearest answer.
+        costs: what they cost, ascending.
     """
 
     wrong: Sequence[str]
     verdicts: str
-    milliseconds: Sequence[float]
-    dearest: str
+    costs: Sequence[Cost]
 
     def at(self, share: float) -> float:
         """The cost that so many of the answers do not exceed."""
-        return self.milliseconds[min(len(self.milliseconds) - 1, int(share * len(self.milliseconds)))]
+        return self.costs[min(len(self.costs) - 1, int(share * len(self.costs)))].milliseconds
 
 
 def worse(dice: Dice, text: str) -> str:
@@ -80,43 +98,43 @@ def worse(dice: Dice, text: str) -> str:
     return text[:LONGEST]
 
 
-def answers(suite: str, task_ids: Sequence[str], rows: int, seed: int) -> list[tuple[str, str]]:
-    """Task ids and hostile answers."""
+def answers(suite: str, task_ids: Sequence[str], numbers: Iterable[int], seed: int) -> list[Row]:
+    """Hostile answers by their numbers."""
     domain, _, ability = suite.partition("/")
     make, made = maker(domain, Ability(ability)), []
-    for number in range(rows):
+    for number in numbers:
         dice = Dice(f"fuzz {suite} {seed} {number}")
         task_id = dice.one(task_ids)
         text = make(dice, task_id)
-        made.append((task_id, worse(dice, text) if dice.chance(0.25) else text))
+        made.append(Row(number, task_id, worse(dice, text) if dice.chance(0.25) else text))
     return made
 
 
-def fuzz(suite: Suite, rows: Sequence[tuple[str, str]]) -> Fuzzed:
+def fuzz(suite: Suite, rows: Sequence[Row]) -> Fuzzed:
     """Score and explain answers."""
     wrong: list[str] = []
-    costs: list[tuple[float, str]] = []
+    costs: list[Cost] = []
     digest = hashlib.sha256()
-    for task_id, text in rows:
-        scorer, took = suite.scorer(task_id), []
+    for row in rows:
+        scorer, took = suite.scorer(row.task_id), []
         try:
             verdicts = []
             for _ in range(2):
                 start = time.process_time()
-                verdicts.append(json.dumps(fields_of(scorer.score(text))))
+                verdicts.append(json.dumps(fields_of(scorer.score(row.text))))
                 took.append((time.process_time() - start) * 1000)
             start = time.process_time()
-            scorer.explain(text)
+            scorer.explain(row.text)
             took.append((time.process_time() - start) * 1000)
         except Exception as error:
-            wrong.append(f"{task_id}: {type(error).__name__}: {error}: {text[:80]!r}")
+            wrong.append(f"{row}: {type(error).__name__}: {error}")
             continue
-        costs.append((max(took), f"{task_id} {text[:60]!r}"))
+        costs.append(Cost(max(took), row))
         digest.update(verdicts[0].encode())
         if len(set(verdicts)) > 1:
-            wrong.append(f"{task_id}: two verdicts: {text[:80]!r}")
+            wrong.append(f"{row}: two verdicts")
     costs.sort()
-    return Fuzzed(wrong, digest.hexdigest()[:12], [cost for cost, _ in costs], costs[-1][1])
+    return Fuzzed(wrong, digest.hexdigest()[:12], costs)
 
 
 def main() -> int:
@@ -127,6 +145,8 @@ def main() -> int:
     parser.add_argument("--suite", default="", help="a part of DOMAIN/ABILITY")
     parser.add_argument("--rows", type=int, default=2_000)
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--dearest", type=int, default=1, help="how many answers to name")
+    parser.add_argument("--answer", type=int, help="print the answer of this number, and score none")
     arguments = parser.parse_args()
     failed = False
     for name in [each for each in SUITES if arguments.suite in each]:
@@ -135,7 +155,11 @@ def main() -> int:
             suite = open_suite(
                 domain, Ability(ability), protocol, source=Source(planner=PlannerChoice.BUILT_IN)
             )
-            rows = answers(name, suite.task_ids, arguments.rows, arguments.seed)
+            if arguments.answer is not None:
+                [row] = answers(name, suite.task_ids, [arguments.answer], arguments.seed)
+                print(row.text.encode("utf-8", "backslashreplace").decode())
+                break
+            rows = answers(name, suite.task_ids, range(arguments.rows), arguments.seed)
             for task_id in suite.task_ids:
                 suite.scorer(task_id)
             with undisturbed():
@@ -143,12 +167,14 @@ def main() -> int:
             megabytes = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss // 1024
             print(
                 f"{name:35} {protocol.value:10} {arguments.rows} answers, {len(fuzzed.wrong)} wrong; "
-                f"{fuzzed.verdicts} {megabytes} MB; ms {fuzzed.at(0.5):.2f} median, "
-                f"{fuzzed.at(0.999):.0f} p99.9, {fuzzed.at(1):.0f} most: {fuzzed.dearest}",
-                flush=True,
+                f"{fuzzed.verdicts} {megabytes} MB; "
+                f"ms {fuzzed.at(0.5):.2f} median, {fuzzed.at(0.999):.0f} p99.9, {fuzzed.at(1):.0f} most"
             )
+            for milliseconds, row in fuzzed.costs[::-1][: arguments.dearest]:
+                print(f"    {milliseconds:6.0f} ms {row}")
             for line in fuzzed.wrong[:5]:
                 print("   ", line.encode("ascii", "backslashreplace").decode())
+            sys.stdout.flush()
             failed |= bool(fuzzed.wrong)
     return int(failed)
 

@@ -1,154 +1,162 @@
 """Relaxed planning: how far is a state from the goal if nothing true, and nothing false, is ever lost?
 
-A relaxed state is a pair of masks: the atoms that may be true and those that may be false. Both only grow.
-One thing is lost all the same: an atom of the goal that is true now, but that every way to a part of the
-goal still missing makes false. It has to be made true once more, which is the reason why a machine is not
-switched on before its door is closed.
+A relaxed state is a set of literals, which only grows (`literals`). One thing is lost all the same: an atom
+of the goal that is true now, but that every way to a part of the goal still missing makes false. It has to be
+made true once more, which is the reason why a machine is not switched on before its door is closed.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
+from functools import reduce
+from operator import or_
 from typing import NamedTuple
 
-from eai.pddl.execute import PlanStep
 from eai.pddl.grounding import ALWAYS, GroundAction, GroundCondition
+from eai.pddl.literals import Literals, bits, grouped
 from eai.pddl.looks import Looks
+from eai.pddl.successors import looks_for
 
 
 class _Rule(NamedTuple):
-    """One conditional effect of one action, with all that it needs, in so many alternatives."""
+    """One conditional effect of the action of this number: the literals that it needs and that it makes."""
 
-    action: GroundAction
-    condition: GroundCondition
-    add: int
-    delete: int
-    alternatives: int
+    action: int
+    needs: int
+    makes: int
 
 
-class _Rules(NamedTuple):
-    """Rules of one action, and what they all need."""
+class _Lacking(NamedTuple):
+    """A literal that is not reached, the rules that need it, and those that make it."""
 
-    precondition: GroundCondition
-    rules: Sequence[_Rule]
-
-
-class _Layer(NamedTuple):
-    """What may be true and what may be false after so many steps."""
-
-    true: int
-    false: int
+    literal: int
+    needing: int
+    making: int
 
 
-class _Need(NamedTuple):
-    """Atoms that must be made true and atoms that must be made false."""
-
-    true: int
-    false: int
-
-
-@dataclass(frozen=True, slots=True)
-class Estimate:
-    """A relaxed plan: how many actions it has, and its actions that can be taken at once."""
+class Estimate(NamedTuple):
+    """A relaxed plan: how many actions it has, and the set of its actions that can be taken at once."""
 
     length: int
-    helpful: frozenset[PlanStep]
+    helpful: int
+
+
+class _Layers(NamedTuple):
+    """Relaxed states one step apart, and the sets of the rules that lead from each to the next."""
+
+    reached: list[int]
+    fired: list[int]
 
 
 class Relaxation:
     """Relaxed planning for one set of ground actions and one goal.
 
     Args:
-        actions: the ground actions.
+        actions: the ground actions, numbered in order.
         goal: the goal.
-        atoms: how many atoms there are.
-        looks: how many effects of actions, and alternatives in their conditions, may be looked at: that is
-            what estimates cost. Where they are used up, what is found means nothing.
+        literals: what their conditions are about.
+        looks: how many literals may be looked at: that is what estimates cost. Where they are used up, what
+            is found means nothing.
     """
 
     def __init__(
-        self, actions: Sequence[GroundAction], goal: GroundCondition, atoms: int, looks: Looks | None = None
+        self, actions: Sequence[GroundAction], goal: GroundCondition, literals: Literals, looks: Looks
     ) -> None:
-        self._looks = looks or Looks()
-        self._goal = goal
-        self._actions = actions
-        self._atoms = atoms
+        self._looks = looks
+        self._literals = literals
+        self._again = 2 * literals.atoms
+        self._goal = literals.needs(goal)
         self._prices = _prices(actions, goal)
-        self._rules = [_Rules(action.precondition, _rules(action)) for action in actions]
+        self._rules = [
+            _Rule(
+                number,
+                literals.needs(action.precondition) | literals.needs(change.condition),
+                change.add | change.delete << literals.atoms,
+            )
+            for number, action in enumerate(actions)
+            for change in action.changes
+        ]
+        self._price = looks_for(len(self._rules))
+        self._making = grouped([rule.makes for rule in self._rules])
+        needing = grouped([rule.needs for rule in self._rules])
+        asked = literals.mentioned(reduce(or_, [rule.needs for rule in self._rules], self._goal))
+        self._asked = [
+            _Lacking(literal, needing.get(literal, 0), self._making.get(literal, 0))
+            for literal in bits(asked)
+        ]
 
-    def reachable(self, state: int) -> list[GroundAction]:
-        """The actions that can ever be taken from a state on, in order."""
-        layers, _ = self._explore(self._rules, _Layer(state, ~state), until=None)
-        return [action for action in self._actions if _may_hold(action.precondition, *layers[-1])]
+    def estimate(self, state: int, literals: int) -> Estimate | None:
+        """A relaxed plan from a state, in which these literals are, or None if there is none.
 
-    def estimate(self, state: int) -> Estimate | None:
-        """A relaxed plan from a state, or None if there is none: then there is no plan at all."""
+        Then there is no plan at all.
+        """
         again = self._to_be_lost(state)
-        goal, rules = self._goal, self._rules
-        if again:
-            goal = goal._replace(true=goal.true | again << self._atoms)
-            rules = [
-                _Rules(precondition, [_marking(rule, again, self._atoms) for rule in marked])
-                for precondition, marked in rules
-            ]
-            self._looks.used += sum([len(marked) for _, marked in rules])
-        layers, fired = self._explore(rules, _Layer(state, ~state), until=goal)
-        return _extract(goal, layers, fired) if _may_hold(goal, *layers[-1]) else None
+        goal = self._goal | again << self._again
+        layers = self._explore(literals, goal, again)
+        return self._plan(goal, layers) if not goal & ~layers.reached[-1] else None
 
     def _to_be_lost(self, state: int) -> int:
         """The goal's atoms that are true now and will be false before the whole goal holds."""
-        missing = self._goal.true & ~state
+        missing = self._goal & ~state
         lost = 0
         for bit, price in self._prices.items():
             if missing & bit:
                 lost |= price
         return lost & state
 
-    def _explore(
-        self, waiting: Sequence[_Rules], start: _Layer, until: GroundCondition | None
-    ) -> tuple[list[_Layer], list[list[_Rule]]]:
-        """Relaxed states one step apart, and the rules that lead from each to the next.
+    def _explore(self, start: int, goal: int, again: int) -> _Layers:
+        """Relaxed states until the goal is there, or until nothing more grows, or may be looked at.
 
-        Ends when a condition may hold, or when nothing more grows, or may be looked at.
+        The atoms that are to be made true ``again`` are literals of their own.
         """
-        layers, fired = [start], list[list[_Rule]]()
+        literals = start
+        lacking = [each for each in self._asked if not literals & each.literal]
+        lacking += [_Lacking(bit << self._again, 0, self._making.get(bit, 0)) for bit in bits(again)]
+        layers, waiting = _Layers([literals], []), (1 << len(self._rules)) - 1
         looks = self._looks
-        while (until is None or not _may_hold(until, *layers[-1])) and not looks.are_used_up:
-            true, false = layers[-1]
-            not_true, not_false = ~true, ~false
-            new, rest = list[_Rule](), list[_Rules]()
-            grown_true, grown_false = true, false
-            looks.used += len(waiting)
-            for group in waiting:
-                precondition, rules = group
-                if not _may_hold(precondition, true, false):
-                    rest.append(group)
-                    continue
-                left = list[_Rule]()
-                looks.used += len(rules)
-                for rule in rules:
-                    needed_true, needed_false, choices = rule.condition
-                    if needed_true & not_true or needed_false & not_false:
-                        left.append(rule)
-                        continue
-                    if choices:
-                        looks.used += rule.alternatives
-                        if not _may_hold(rule.condition, true, false):
-                            left.append(rule)
-                            continue
-                    if rule.add & not_true or rule.delete & not_false:
-                        new.append(rule)
-                        grown_true |= rule.add
-                        grown_false |= rule.delete
-                if left:
-                    rest.append(_Rules(ALWAYS, left))
-            if not new:
+        while goal & ~literals and not looks.are_used_up:
+            looks.used += self._price * len(lacking)
+            kept = 0
+            for _, needing, _ in lacking:
+                kept |= needing
+            fired = waiting & ~kept
+            waiting &= kept
+            before = literals
+            for literal, _, making in lacking:
+                if making & fired:
+                    literals |= literal
+            if literals == before:
                 break
-            waiting = rest
-            fired.append(new)
-            layers.append(_Layer(grown_true, grown_false))
-        return layers, fired
+            literals = self._literals.with_choices(literals)
+            lacking = [each for each in lacking if not literals & each.literal]
+            layers.fired.append(fired)
+            layers.reached.append(literals)
+        return layers
+
+    def _plan(self, goal: int, layers: _Layers) -> Estimate:
+        """Walk back from the goal, crediting every literal to the first rule that reaches it."""
+        chosen, helpful = set[int](), 0
+        needed = self._literals.chosen(goal, layers.reached[-1])
+        for depth in range(len(layers.fired) - 1, -1, -1):
+            before, fired = layers.reached[depth], layers.fired[depth]
+            missing = needed & ~before
+            needed &= before
+            while missing:
+                action, needs, makes = self._first(missing, fired)
+                missing &= ~(makes | makes << self._again)
+                chosen.add(action)
+                if depth == 0:
+                    helpful |= 1 << action
+                needed |= self._literals.chosen(needs, before)
+        return Estimate(len(chosen), helpful)
+
+    def _first(self, missing: int, fired: int) -> _Rule:
+        """The first of some rules that makes any of the missing literals."""
+        making = 0
+        for literal in bits(missing):
+            making |= self._making.get(literal) or self._making.get(literal >> self._again, 0)
+        making &= fired
+        return self._rules[(making & -making).bit_length() - 1]
 
 
 def _prices(actions: Sequence[GroundAction], goal: GroundCondition) -> dict[int, int]:
@@ -161,91 +169,6 @@ def _prices(actions: Sequence[GroundAction], goal: GroundCondition) -> dict[int,
             if change.condition == ALWAYS:
                 deletes |= change.delete
         lost = deletes & ~adds & goal.true
-        for bit in _bits(adds & goal.true):
+        for bit in bits(adds & goal.true):
             prices[bit] = prices.get(bit, goal.true) & lost
     return {bit: price for bit, price in prices.items() if price}
-
-
-def _bits(mask: int) -> Iterator[int]:
-    while mask:
-        bit = mask & -mask
-        yield bit
-        mask ^= bit
-
-
-def _both(first: GroundCondition, second: GroundCondition) -> GroundCondition:
-    return GroundCondition(
-        first.true | second.true, first.false | second.false, first.choices + second.choices
-    )
-
-
-def _rules(action: GroundAction) -> list[_Rule]:
-    """The rules of an action, one for each of its effects."""
-    rules = []
-    for change in action.changes:
-        condition = _both(action.precondition, change.condition)
-        rules.append(_Rule(action, condition, change.add, change.delete, _alternatives(condition)))
-    return rules
-
-
-def _alternatives(condition: GroundCondition) -> int:
-    """How many alternatives all the choices of a condition have together."""
-    return sum([1 + _alternatives(part) for choice in condition.choices for part in choice])
-
-
-def _marking(rule: _Rule, again: int, atoms: int) -> _Rule:
-    """The rule with a second atom for each atom to be made true again, beyond all others."""
-    marked = rule.add & again
-    return rule._replace(add=rule.add | marked << atoms) if marked else rule
-
-
-def _may_hold(condition: GroundCondition, true: int, false: int) -> bool:
-    not_true, not_false = ~true, ~false
-    if condition.true & not_true or condition.false & not_false:
-        return False
-    for choice in condition.choices:  # in loops: this is asked more often than anything else
-        for needed_true, needed_false, choices in choice:
-            if needed_true & not_true or needed_false & not_false:
-                continue
-            if not choices or _may_hold(GroundCondition(0, 0, choices), true, false):
-                break
-        else:
-            return False
-    return True
-
-
-def _extract(goal: GroundCondition, layers: Sequence[_Layer], fired: Sequence[Sequence[_Rule]]) -> Estimate:
-    """Walk back from the goal, crediting every atom to the first rule that reaches it."""
-    chosen: set[PlanStep] = set()
-    helpful: set[PlanStep] = set()
-    true, false = _needs(goal, layers[-1])
-    for depth in range(len(fired) - 1, -1, -1):
-        before = layers[depth]
-        missing_true, missing_false = true & ~before.true, false & ~before.false
-        true &= before.true
-        false &= before.false
-        for rule in fired[depth]:
-            if not (rule.add & missing_true or rule.delete & missing_false):
-                continue
-            missing_true &= ~rule.add
-            missing_false &= ~rule.delete
-            chosen.add(rule.action.step)
-            if depth == 0:
-                helpful.add(rule.action.step)
-            need = _needs(rule.condition, before)
-            true |= need.true
-            false |= need.false
-            if not missing_true and not missing_false:
-                break
-    return Estimate(len(chosen), frozenset(helpful))
-
-
-def _needs(condition: GroundCondition, layer: _Layer) -> _Need:
-    """The atoms that a condition asks for, with the first possible option of every choice."""
-    true, false = condition.true, condition.false
-    for choice in condition.choices:
-        option = next(part for part in choice if _may_hold(part, *layer))
-        need = _needs(option, layer)
-        true |= need.true
-        false |= need.false
-    return _Need(true, false)

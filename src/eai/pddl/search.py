@@ -16,9 +16,11 @@ from enum import Enum
 
 from eai.pddl.execute import PlanStep
 from eai.pddl.grounding import GroundAction, GroundCondition, Grounder
+from eai.pddl.literals import Literals
 from eai.pddl.looks import Looks
 from eai.pddl.model import PddlDomain, PddlProblem
-from eai.pddl.relaxation import Estimate, Relaxation
+from eai.pddl.relaxation import Relaxation
+from eai.pddl.successors import Successors
 
 _BOOST = 1000
 """How many preferred states are taken before any other after a state that is nearer to the goal than all
@@ -53,13 +55,14 @@ class Effort:
         central: how many states may be evaluated with actions on the goal's objects only.
         full: how many with all actions.
         size: how many objects may be looked at to ground operators and goal.
-        looks: how many conditions and effects of ground actions may be looked at, in all states together.
+        looks: how many literals, options and effects may be looked at, in all states together; of the
+            operators of nine models one problem needs a half of them.
     """
 
     central: int = 60
     full: int = 2_000
     size: int = 50_000
-    looks: int = 15_000_000
+    looks: int = 5_000_000
 
 
 def search(domain: PddlDomain, problem: PddlProblem, effort: Effort) -> SearchResult:
@@ -144,47 +147,38 @@ class _Search:
     def __init__(
         self, actions: Sequence[GroundAction], goal: GroundCondition, atoms: int, looks: Looks
     ) -> None:
-        self._relaxation = Relaxation(actions, goal, atoms, looks)
-        self._goal = goal
+        self._literals = Literals(atoms, looks)
+        self._relaxation = Relaxation(actions, goal, self._literals, looks)
+        self._successors = Successors(actions, self._literals, looks)
+        self._actions = actions
+        self._goal = self._literals.needs(goal)
         self._looks = looks
 
     def run(self, initial: int, limit: int) -> SearchResult:
-        if self._relaxation.estimate(initial) is None and not self._looks.are_used_up:
-            return SearchResult(SearchVerdict.UNSOLVABLE, evaluated=1)
-        actions = self._relaxation.reachable(initial)
         frontier = _Frontier()
         seen, done = {initial}, set[int]()
         best: int | None = None
         node: _Node | None = _Node(initial, None, None)
         while node is not None:
-            if self._goal.holds(node.state):
+            literals = self._literals.of(node.state)
+            if not self._goal & ~literals:
                 return SearchResult(SearchVerdict.SOLVED, node.plan(), len(done))
             if len(done) == limit or self._looks.are_used_up:
                 return SearchResult(SearchVerdict.UNDECIDED, evaluated=len(done))
             done.add(node.state)
-            estimate = self._relaxation.estimate(node.state)
+            estimate = self._relaxation.estimate(node.state, literals)
             if estimate is not None:
                 if best is None or estimate.length < best:
                     best = estimate.length
                     frontier.boost()
-                self._looks.used += len(actions)
-                _expand(node, estimate, actions, frontier, seen)
+                for action, state in self._successors.of(node.state, literals):
+                    if state not in seen:
+                        seen.add(state)
+                        child = _Node(state, self._actions[action.bit_length() - 1], node)
+                        frontier.push(estimate.length, child, preferred=bool(action & estimate.helpful))
             node = _next(frontier, done)
         verdict = SearchVerdict.UNDECIDED if self._looks.are_used_up else SearchVerdict.UNSOLVABLE
         return SearchResult(verdict, evaluated=len(done))
-
-
-def _expand(
-    node: _Node, estimate: Estimate, actions: Sequence[GroundAction], frontier: _Frontier, seen: set[int]
-) -> None:
-    for action in actions:
-        if not action.precondition.holds(node.state):
-            continue
-        state = action.successor(node.state)
-        if state not in seen:
-            seen.add(state)
-            child = _Node(state, action, node)
-            frontier.push(estimate.length, child, preferred=action.step in estimate.helpful)
 
 
 def _next(frontier: _Frontier, done: set[int]) -> _Node | None:
