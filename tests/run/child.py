@@ -21,7 +21,7 @@ from eai.benchmarks.suite import Suite, open_suite
 from eai.metrics.rate import Rate
 from eai.pddl.planning import PlannerChoice
 from eai.run.evaluation import Answers, obtain_answers
-from eai.run.job import Endpoint, Job
+from eai.run.job import EYES, Endpoint, Job
 from eai.run.logs import write_scores
 from eai.run.registry import TASKS
 from eai.run.scorer import SCORERS
@@ -98,6 +98,14 @@ def evaluate_experiment_in_child(asked: Asked, whom: Whom, folder: Path, choices
     return _evaluate(asked, get_model(whom.model, **whom.arguments), folder, whom.epochs, choices)
 
 
+def evaluate_seeing_in_child(
+    asked: Asked, whom: Whom, eyes: Whom, folder: Path, choices: Mapping[str, Json]
+) -> Path:
+    """The same with a model in the role that sees for the other."""
+    roles: dict[str, str | Model] = {EYES: get_model(eyes.model, **eyes.arguments)}
+    return _evaluate(asked, get_model(whom.model, **whom.arguments), folder, whom.epochs, choices, roles)
+
+
 def evaluate_answers_in_child(asked: Asked, answers: Sequence[str | None], folder: Path) -> Path:
     """What ``inspect eval`` does with a model whose request fails where there is no answer."""
 
@@ -120,7 +128,12 @@ def score_in_child(path: Path, asked: Asked) -> Path:
 
 
 def _evaluate(
-    asked: Asked, model: Model, folder: Path, epochs: int, choices: Mapping[str, Json] | None = None
+    asked: Asked,
+    model: Model,
+    folder: Path,
+    epochs: int,
+    choices: Mapping[str, Json] | None = None,
+    roles: dict[str, str | Model] | None = None,
 ) -> Path:
     task = TASKS[f"{asked.domain}_{asked.ability.value}"](
         protocol=asked.protocol.value, planner=PLANNER.value, tasks=asked.task_ids, **(choices or {})
@@ -128,6 +141,7 @@ def _evaluate(
     (log,) = inspect_ai.eval(
         task,
         model=model,
+        model_roles=roles,
         epochs=epochs,
         log_dir=str(folder),
         display="none",

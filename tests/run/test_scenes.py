@@ -18,10 +18,16 @@ from eai.data.store import Store
 from eai.errors import InputError
 from eai.perception.belief import scene_words
 from eai.perception.errors import perception_errors
-from eai.perception.noise import noise_of, perceive
+from eai.perception.noise import Noise, noise_of, perceive
 from eai.perception.scene_graph import ReadGraph
 from eai.run.registry import TASKS
-from run.child import Asked, Whom, evaluate_experiment_in_child, score_in_child
+from run.child import (
+    Asked,
+    Whom,
+    evaluate_experiment_in_child,
+    evaluate_seeing_in_child,
+    score_in_child,
+)
 
 PLANS = Ability.ACTION_SEQUENCING
 JARS = "bottling_fruit_0_Wainscott_0_int_0_2021-05-24_19-46-46"
@@ -67,7 +73,8 @@ def test_what_makes_no_sense_is_refused(data_store: Store) -> None:
     for wrong, message in (
         ({"scene": "image"}, "published prompts tell of scenes in their own way"),
         ({"scene": "seen"}, "'seen' is no way to show the scene: expected one of text, image"),
-        ({"scene": "predicted", "prompts": "eai"}, "a second model is asked before the questions; take eai"),
+        ({"scene": "predicted"}, "published prompts tell of scenes in their own way"),
+        ({"scene": "predicted", "noise": "missing=0.1"}, "means nothing with --scene predicted"),
         ({"scene": "noisy", "prompts": "eai"}, "expected --noise NAME=RATE"),
         ({"scene": "noisy", "prompts": "eai", "noise": "mising=1"}, "did you mean missing"),
         ({"scene": "image", "prompts": "eai", "replans": 1}, "not with --scene image"),
@@ -98,3 +105,32 @@ def test_records_of_a_log_say_what_was_perceived(
         assert record.experiment.scene == "noisy-missing-0.3-seed-1"
         assert record.perceived == expected
         assert expected.missing > 0
+
+
+def test_a_model_in_the_role_of_eyes_sees_for_the_one_who_is_asked(
+    data_store: Store, process: Executor, tmp_path: Path
+) -> None:
+    """It is sent the picture; the other one a list, errors and all, and no picture."""
+    pytest.importorskip("matplotlib")
+    asked = Asked("behavior", PLANS, Protocol.STRICT, [JARS])
+    told = {"scene": "predicted", "prompts": "eai"}
+    suite = open_suite("behavior", PLANS)
+    task, words = suite.tasks[JARS], scene_words(suite.benchmark)
+    for rate in (0.0, 0.6):
+        eyes, folder = Whom("eai/eyes", {"rate": rate, "seed": 1}), tmp_path / str(rate)
+        planner = Whom("eai/planner", {})
+        path = process.submit(evaluate_seeing_in_child, asked, planner, eyes, folder, told)
+        scored = process.submit(score_in_child, path.result(), asked).result()
+        noise = Noise(missing=rate / 2, misplaced=rate / 2, seed=1)
+        expected = perception_errors(task, words, ReadGraph(perceive(task, words, noise, "1")))
+        assert bool(expected.missing) is bool(rate)
+        for log in (read_eval_log(path.result()), read_eval_log(scored)):
+            (sample,) = log.samples or ()
+            assert isinstance(sample.input, list)
+            assert isinstance(sample.input[-1].content[0], ContentImage)
+            assert all(isinstance(message.content, str) for message in sample.messages)
+            record = record_from_json((sample.scores or {})[PLANS.value].metadata or {})
+            assert record.experiment is not None
+            assert record.experiment.scene == "predicted-eai_eyes"
+            assert record.perceived == expected
+            assert getattr(record.verdict, "success", None) is (rate == 0)

@@ -10,7 +10,7 @@ import inspect_ai
 from inspect_ai.dataset import MemoryDataset, Sample
 from inspect_ai.log import HeadlineMetric
 from inspect_ai.model import GenerateConfig
-from inspect_ai.solver import Solver
+from inspect_ai.solver import Solver, chain
 from inspect_ai.util import registry_info
 
 from eai.abilities.codec import experiment_to_json
@@ -28,12 +28,12 @@ from eai.benchmarks.source import ErrataChoice, Source, errata_choice
 from eai.benchmarks.suite import DEFAULT_PROTOCOL, Suite, open_suite
 from eai.errors import InputError, did_you_mean
 from eai.pddl.planning import PlannerChoice
-from eai.perception.noise import noise_of
-from eai.perception.pictures import Clutter
-from eai.perception.scenes import ASKS, SCENE_GRAPH
+from eai.perception.belief import scene_words
+from eai.perception.scenes import ASKS, SCENE_GRAPH, scene_graph_question
 from eai.perception.showing import (
     Scene,
     SceneChoice,
+    pictures_for,
     refuse_besides,
     refuse_published,
     scene_abilities,
@@ -45,6 +45,7 @@ from eai.prompts.template import Templates
 from eai.run.messages import messages_of
 from eai.run.refusal import refusing
 from eai.run.scorer import EXPERIMENT, SCORERS
+from eai.run.seeing import scene_choice, see
 from eai.run.solver import ask_as_published
 from eai.scoring.stage_one import read_believed
 from eai.scoring.trials import Trials, open_trials
@@ -165,7 +166,7 @@ def published_task(reference: str, ability: Ability) -> Callable[..., inspect_ai
             experiment = preset_experiment(preset, slip, slip_seed, replans) or chosen_experiment(*how)
             if goals is not None and experiment is not None:
                 raise InputError("goals: not with attempts or slips; feedback would tell the task's goals")
-            shown = _scene_choice(scene, images, clutter, noise)
+            shown = scene_choice(scene, images, clutter, noise)
             refuse_besides(shown, {"goals": goals, "replans, slip, until": experiment})
             questions = library.open(suite.benchmark, ability)
             asked = _Asked(questions if tasks is None else _only(questions, tasks))
@@ -181,7 +182,7 @@ def published_task(reference: str, ability: Ability) -> Callable[..., inspect_ai
             suite.benchmark,
             ability,
             asked.prompts,
-            ask_as_published(asked.trials),
+            asked.solver,
             suite.protocol,
             source=source,
             experiment=asked.experiment,
@@ -206,12 +207,20 @@ class _Asked(NamedTuple):
         about: what the built-in models are to know of them besides, by task.
         experiment: what they are an experiment of.
         trials: how answers are carried out in it.
+        first: what comes before them.
     """
 
     prompts: Mapping[str, Prompt]
     about: Mapping[str, Mapping[str, str]] = {}
     experiment: Experiment | None = None
     trials: Trials | None = None
+    first: Solver | None = None
+
+    @property
+    def solver(self) -> Solver:
+        """What asks them."""
+        asking = ask_as_published(self.trials)
+        return asking if self.first is None else chain(self.first, asking)
 
 
 def _stating(answers: Path, asked: _Asked, library: Library, suite: Suite) -> _Asked:
@@ -231,31 +240,16 @@ def _stating(answers: Path, asked: _Asked, library: Library, suite: Suite) -> _A
     return _Asked({i: prompts[i] for i in asked.prompts}, believed.about, believed.experiment)
 
 
-def _scene_choice(
-    scene: str, images: str | None, clutter: str | None, noise: str | Sequence[str] | None
-) -> SceneChoice:
-    """How questions show the scene.
-
-    Raises:
-        InputError: it makes no sense, or a second model would have to be asked first.
-    """
-    how = member(Scene, scene, "way to show the scene")
-    if how is Scene.PREDICTED:
-        raise InputError("scene=predicted: a second model is asked before the questions; take eai run")
-    return SceneChoice(
-        how,
-        None if images is None else Path(images),
-        None if clutter is None else member(Clutter, clutter, "degree of clutter"),
-        noise=noise_of([noise] if isinstance(noise, str) else noise) if noise else None,
-    )
-
-
 def _showing(choice: SceneChoice, asked: _Asked, library: Library, suite: Suite) -> _Asked:
-    """The same questions with the scene shown in another way."""
+    """The same questions with the scene shown in another way, or those that another model is asked first."""
     scene_abilities([suite.ability], choice.scene)
     refuse_published(choice, library, suite.benchmark)
-    tasks = {i: suite.tasks[i] for i in asked.prompts}
-    scenes = shown_scenes(choice, suite.benchmark, tasks, Templates(library.folder))
+    tasks, templates = {i: suite.tasks[i] for i in asked.prompts}, Templates(library.folder)
+    if choice.scene is Scene.PREDICTED:
+        words, images = scene_words(suite.benchmark), pictures_for(choice, suite.benchmark, tasks)
+        looking = {i: scene_graph_question(task, words, images[i], templates) for i, task in tasks.items()}
+        return _Asked(looking, {i: {ASKS: SCENE_GRAPH} for i in tasks}, first=see(choice, library, suite))
+    scenes = shown_scenes(choice, suite.benchmark, tasks, templates)
     prompts = showing_prompts(library, suite.benchmark, suite.ability, scenes, asked.prompts)
     return _Asked(prompts, scenes.about, scenes.experiment)
 
