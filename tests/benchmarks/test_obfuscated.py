@@ -79,6 +79,13 @@ def test_prompts_say_exactly_what_actions_need_and_do(monkeypatch: pytest.Monkey
     ) in told
     assert "  then: the agent does not hold x; x is inside y" in told
     assert "GO" in cipher("lamps:lamps").words.values()
+    for ability in PLANNED:
+        twin = find_benchmark("obfuscated:lamps:lamps")
+        prompt = next(iter(Library(PromptSet.EAI, source=Source()).open(twin, ability).values()))
+        assert re.search(
+            r"with what each( action)? needs and what it does:\nAn action is possible", prompt.user
+        )
+        assert "reasons" not in prompt.user
 
 
 @pytest.mark.usefixtures("data_store")

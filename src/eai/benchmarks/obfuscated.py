@@ -144,6 +144,9 @@ class _TwinWording(Wording):
     def operators(self) -> str:
         return f"{_HOW_TO_READ}\n{super().operators()}"
 
+    def told_of(self, each: str) -> str:
+        return f"what {each} needs and what it does"
+
     def operator(self, operator: Operator) -> str:
         parameters = ", ".join([parameter.name for parameter in operator.parameters])
         head = f"{self.cipher.encode(operator.name)}({parameters})"

@@ -46,6 +46,8 @@ def render(questions: Questions, templates: Templates) -> dict[str, Prompt]:
     shared = {
         "vocabulary": wording.vocabulary(),
         "operators": wording.operators(),
+        "of_each": wording.told_of("each"),
+        "of_each_action": wording.told_of("each action"),
         "format": questions.answer_format,
     }
     texts = {task_id: _question(name, wording, task, templates) for task_id, task in questions.tasks.items()}

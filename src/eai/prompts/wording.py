@@ -65,6 +65,10 @@ class Wording:
         """The actions with their parameters, and what each of their checks means in words."""
         return _lines(map(self.operator, self.domain.operators))
 
+    def told_of(self, each: str) -> str:
+        """What `operators` tells of each action, for the heading above it."""
+        return f"the reasons for which {each} can fail"
+
     def operator(self, operator: Operator) -> str:
         """One of them."""
         return _operator_text(operator)
