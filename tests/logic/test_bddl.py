@@ -181,6 +181,11 @@ def test_a_comment_between_words_changes_nothing(text: str) -> None:
     assert _outcome(commented) == _outcome(text)
 
 
+def test_a_wrong_name_in_a_single_fact_is_found_there() -> None:
+    (offence,) = parse_condition("(opened cup)", Signature({"open": 1}, objects={"cup"})).offences
+    assert (offence.line, offence.column) == (1, 2)
+
+
 def test_a_comment_ends_with_its_line() -> None:
     assert _outcome("(3; )") is None
     assert _outcome("(3; ;\n )") == Atom("3")

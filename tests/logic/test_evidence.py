@@ -2,17 +2,11 @@
 
 from __future__ import annotations
 
+import pytest
 from hypothesis import given, settings
 
-from eai.logic.evidence import explain
-from eai.logic.formula import (
-    And,
-    Atom,
-    Formula,
-    Not,
-    Or,
-    Then,
-)
+from eai.logic.evidence import Breach, breach, explain
+from eai.logic.formula import Always, And, Atom, Eventually, Formula, Next, Not, Or, Then, Until
 from eai.logic.trace import TakenAction, Trace
 from logic.naive import Facts, Naive
 from logic.random_formulas import formulas, trace, traces
@@ -50,3 +44,29 @@ def test_evidence_of_then_is_how_far_it_went() -> None:
     assert (partial.holds, partial.positions, partial.failed) == (False, (1,), (R,))
     late = explain(Then((P, Q, P, P)), path)
     assert (late.holds, late.positions, late.failed) == (False, (1, 2, 3), (P,))
+
+
+def test_of_what_comes_after_the_end_all_is_to_blame() -> None:
+    assert explain(Then((P, And((Q, R)))), trace("p")).failed == (And((Q, R)),)
+
+
+def test_a_part_about_time_is_completed_as_early_as_possible() -> None:
+    path = trace("", "GRAB", "p", "GRAB", "", "GRAB", "p", "GRAB", "q")
+    assert explain(Then((P, Next(P), Q)), path).positions == (1, 3, 4)
+
+
+@pytest.mark.parametrize(
+    ("formula", "expected"),
+    [
+        (And((Eventually(P), R)), Breach(R, None)),
+        (And((Eventually(R), Always(P))), Breach(Eventually(R), None)),
+        (And((Eventually(Q), Always(P))), Breach(P, 2)),
+        (And((Next(Q), R)), Breach(Next(Q), None)),
+        (Always(Or((P, Q))), Breach(Or((P, Q)), 3)),
+        (Until(P, R), Breach(P, 2)),
+        (Until(Not(R), R), Breach(R, None)),
+        (And((And((P, Q)), Eventually(P))), Breach(And((P, Q)), None)),
+    ],
+)
+def test_what_is_violated_and_where(formula: Formula, expected: Breach) -> None:
+    assert breach(formula, trace("p", "GRAB", "p", "GRAB", "q", "GRAB", "")) == expected

@@ -14,6 +14,10 @@ def test_place(position: int, line_and_column: tuple[int, int]) -> None:
     assert place("ab\n\ncd", position) == line_and_column
 
 
+def test_a_text_may_begin_with_an_empty_line() -> None:
+    assert place("\nab", 2) == (2, 2)
+
+
 def test_only_newlines_end_lines() -> None:
     assert place("a\fb\x85c\rd", 6) == (1, 7)
     assert error_at("a\fb\n!", 4, "x").caret() == "!\n^"

@@ -6,10 +6,11 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from pydantic import ValidationError
 
 from eai.abilities.record import Origin, Record, Usage
 from eai.errors import InputError
-from eai.metrics.cost import Price, Spent, paper_cost, read_price_list, spent
+from eai.metrics.cost import PaperCost, Price, Spent, paper_cost, read_price_list, spent
 from metrics.verdicts import SUCCEEDED, record
 
 PRICES = """\
@@ -78,3 +79,5 @@ def test_the_papers_figures_are_as_printed() -> None:
     figures = paper_cost()
     assert (figures.runs, figures.tokens, figures.queries) == (180, 192_280_000, 84_960)
     assert figures.dollars == 1540.70
+    with pytest.raises(ValidationError):
+        PaperCost.model_validate({**figures.model_dump(), "tokens": "192280000"})

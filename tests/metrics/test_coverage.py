@@ -75,6 +75,7 @@ def test_suites_together_are_ranked_only_if_each_is() -> None:
     assert together([complete, part]) == Coverage(4, 4, tasks=7)
     assert not Coverage(4, 4, tasks=7).ranked
     assert together([complete, unknown]) == Coverage(8, 8)
+    assert together([Coverage(4, 2, 2, 1), Coverage(3, 2, 1)]) == Coverage(7, 4, 3, 1)
     assert together([]) is None
 
 

@@ -12,7 +12,8 @@ counts = st.integers(0, 50)
 
 
 def test_a_share_of_nothing_is_not_zero() -> None:
-    assert NOTHING.percent is None
+    assert (NOTHING.percent, NOTHING.share) == (None, None)
+    assert Rate(1, 4).share == 0.25
     assert Rate(0, 4).percent == 0.0
 
 

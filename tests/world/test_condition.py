@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+from itertools import product
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -22,9 +24,10 @@ from eai.logic.formula import (
     Or,
     Variable,
 )
-from eai.world.derived import Computed
+from eai.world.condition import Conditions
+from eai.world.derived import Computed, Lookup
 from eai.world.domain import Domain
-from eai.world.frame import AGENT
+from eai.world.frame import AGENT, Frame
 from eai.world.state import Fact, Scene, State, WorldObject
 from eai.world.vocabulary import Vocabulary
 from world import plain_sets, toy
@@ -143,3 +146,32 @@ def test_only_what_the_rest_of_a_formula_leaves_is_tried(formula: Formula, expec
     state = scene.state((Fact("holding", (scene.index["red"],)),))
     Domain("looking", vocabulary, ()).holds(Exists(X, formula), state)
     assert looked_at == expected
+
+
+def test_what_is_looked_up_may_depend_on_any_number_of_objects() -> None:
+    """The last argument is looked up, from none, one or two others."""
+    lookups = (
+        Lookup("first", 1, lambda state, known: 0b001, ()),
+        Lookup("next", 2, lambda state, known: 0b010 << known[0], ()),
+        Lookup("sum", 3, lambda state, known: 1 << known[0] + known[1], ()),
+    )
+    vocabulary = Vocabulary((), lookups)
+    scene = Scene(vocabulary, [WorldObject(f"o{i}", "object") for i in range(3)])
+    found = {
+        name: {
+            arguments
+            for arguments in product(range(3), repeat=arity)
+            if _holds(Atom(name, tuple(Constant(f"o{i}") for i in arguments)), vocabulary, scene)
+        }
+        for name, arity in (("first", 1), ("next", 2), ("sum", 3))
+    }
+    assert found == {
+        "first": {(0,)},
+        "next": {(0, 1), (1, 2)},
+        "sum": {(i, j, i + j) for i in range(3) for j in range(3 - i)},
+    }
+
+
+def _holds(formula: Formula, vocabulary: Vocabulary, scene: Scene) -> bool:
+    frame = Frame()
+    return Conditions(vocabulary, frame).truth(formula)(scene.state(()), frame.bind(scene, ()))

@@ -88,6 +88,22 @@ def test_the_domain_says_which_kind_counts() -> None:
     assert step.fault.check.reason == "no soap"
 
 
+@pytest.mark.parametrize(
+    ("before", "undone"),
+    [
+        ("dirty soap muddy wet", []),
+        ("dirty soap muddy", ["dry"]),
+        ("dirty muddy wet", ["no soap"]),
+        ("dirty soap wet", []),
+    ],
+)
+def test_what_is_tried_in_vain_is_left_undone(before: str, undone: list[str]) -> None:
+    trajectory = run(before, "CLEAN")
+    operator, start = DOMAIN.compiled["CLEAN"], trajectory.states[0]
+    left = operator.left_undone(start, trajectory.final, operator.bind(start, ()))
+    assert [each.check.reason for each in left] == undone
+
+
 def test_an_operator_whose_tries_are_not_made_does_the_rest() -> None:
     operator = replace(CLEAN, checks=())
     assert facts(run("wet soap", "CLEAN", domain=DOMAIN.with_operators(operator))) == "soap"

@@ -39,13 +39,14 @@ def breach(formula: Formula, trace: Trace) -> Breach:
     """What of a formula that does not hold on the trace is violated.
 
     Of what must always be so, and of what must be so until something else is, the first position at which it
-    is not; if that something never is, it; of a conjunction its first such part.
+    is not; if that something never is, it; of a conjunction its first such part, or all of it where its parts
+    hold, but only apart from each other.
     """
     evaluator, end = Evaluator(formula, trace), trace.length - 1
     match formula:
         case And(parts) if parts:
-            failing = (part for part in parts if not evaluator.on(part, {}, end) & 1)
-            return breach(next(failing, formula), trace)
+            failing = [part for part in parts if not evaluator.on(part, {}, end) & 1]
+            return breach(failing[0], trace) if failing else Breach(formula, None)
         case Always(body) | Until(left=body):
             lacking = ~evaluator.at(body, {}, end) & ((2 << end) - 1)
             if lacking:

@@ -1,11 +1,16 @@
 from __future__ import annotations
 
+import jsonschema
 import pytest
 
 from eai.abilities.action_sequencing.notation import JsonPlans
 from eai.abilities.action_sequencing.plan import WrittenPlan
 from eai.abilities.unreadable import Unreadable
+from eai.logic.formula import Variable
+from eai.world.domain import Domain
 from eai.world.execution import Action
+from eai.world.operator import Operator
+from eai.world.vocabulary import Vocabulary
 from world import toy
 
 NOTATION = JsonPlans()
@@ -62,3 +67,13 @@ def test_what_is_written_is_read(steps: list[tuple[str, tuple[str, ...]]], text:
     read = NOTATION.read(text)
     assert isinstance(read, WrittenPlan if steps else Unreadable)
     assert steps == ([tuple(step) for step in read.steps] if isinstance(read, WrittenPlan) else [])
+
+
+def test_two_objects_of_which_nothing_is_known_may_be_any_text() -> None:
+    x, y = Variable("x"), Variable("y")
+    domain = Domain("shop", Vocabulary(()), (Operator("SWAP", (x, y), (), ()),))
+    step = {"action": "SWAP", "object": "lamp, cup"}
+    jsonschema.validate({"plan": [step]}, NOTATION.schema(domain, None))
+    jsonschema.validate({"plan": [step]}, NOTATION.schema(domain, ("cup", "lamp")))
+    with pytest.raises(jsonschema.ValidationError):
+        jsonschema.validate({"plan": [step]}, NOTATION.schema(domain, ("cup",)))

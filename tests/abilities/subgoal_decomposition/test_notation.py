@@ -72,6 +72,7 @@ def test_names_are_spelt_as_formulas_can_have_them() -> None:
         "t_shirt.3": "t-shirt.3",
         "_3d": "3d",
     }
+    assert list(spelt(["a1", "_", "_a"])) == ["a1", "_", "_a"]
 
 
 def test_a_domain_with_other_names_is_scored_by_the_spelling_of_its_own() -> None:
