@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+from analysis.told import read_table
 from cli.conftest import Command
 from eai.analysis.annotations import quality, read_ratings
 from eai.errors import InputError
@@ -77,3 +78,13 @@ def test_the_command_writes_tables_and_plots(eai: Command, tmp_path: Path) -> No
     }
     rows = json.loads((tmp_path / "out" / "annotations.json").read_text())["tables"]["annotations"]["rows"]
     assert [row["weighted_mse"] for row in rows] == [1.0, None]
+
+
+def test_the_figures_are_told_as_json(eai: Command, tmp_path: Path) -> None:
+    ratings, out = written(tmp_path, GOOD), tmp_path / "out"
+    told = json.loads(eai("analyze", "annotations", ratings, "--no-plots", "--json", "--out", out).out)
+    rows = read_table(Path(told["folder"]) / "annotations.csv")
+    assert told["attributes"][0]["mean"] == 3.0
+    assert [(each["attribute"], each["mean"], each["ratings"]) for each in told["attributes"]] == [
+        (row["attribute"], float(row["mean"]), int(row["ratings"])) for row in rows
+    ]

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from typer.testing import CliRunner
 
+from analysis.told import told_tables
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.record import Record, TaskFeatures
 from eai.abilities.verdict import GoalTallies, PlanVerdict, Tally
@@ -49,8 +50,11 @@ def test_runs_are_paired_by_the_world(tmp_path: Path) -> None:
         folder.mkdir(parents=True)
         write_records(folder / "records.jsonl", records)
     out = tmp_path / "out"
-    done = CliRunner().invoke(app, ["analyze", "contamination", str(tmp_path / "runs"), "--out", str(out)])
+    command = ["analyze", "contamination", str(tmp_path / "runs"), "--out", str(out), "--json"]
+    done = CliRunner().invoke(app, command)
     assert done.exit_code == 0, done.output
+    (row,) = told_tables(done.stdout)["contamination"]
+    assert float(row["difference"]) == -55
     written = json.loads((out / "contamination.json").read_text())
     assert "no proof that nothing is known" in str(written)
     assert "-55 [" in (out / "contamination.md").read_text()

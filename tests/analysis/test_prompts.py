@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from analysis.told import read_table
 from cli.conftest import Command
 from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import Ability
@@ -130,10 +131,15 @@ def test_scored_answers_with_prompt_names_come_out(eai: Command, data_store: Sto
     assert outcome.status == 0
     assert "2 prompts, 1 model" in outcome.out
     (folder,) = (tmp_path / "out").iterdir()
+    again = ("--reference", "base", "--no-plots", "--json", "--out", tmp_path / "again")
+    (told,) = json.loads(eai("analyze", "prompts", tmp_path / "scores", *again).out)
+    (row,) = read_table(Path(told["folder"]) / "prompt_gains.csv")
+    assert (told["prompts"], told["models"]) == (["base", row["prompt"]], ["m"])
     found = json.loads((folder / "prompts.json").read_text())["tables"]
     (gain,) = found["prompt_gains"]["rows"]
     assert (gain["prompt"], gain["best"]) == ("general", True)
     assert gain["p"] < 0.01
+    assert float(row["p"]) == gain["p"]
     assert (folder / "prompts.svg").exists()
 
 

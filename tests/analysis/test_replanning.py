@@ -11,6 +11,7 @@ import pytest
 from typer.testing import CliRunner
 
 from abilities.action_sequencing.test_trial import BOTH, BOX, LAMP, SHED, SUITE, TORCH, plan, scorer
+from analysis.told import told_tables
 from eai.abilities.action_sequencing.trial import Trial
 from eai.abilities.experiment import Experiment, Feedback, World
 from eai.abilities.record import Record
@@ -122,8 +123,11 @@ def test_the_command_writes_tables_notes_and_a_plot(tmp_path: Path) -> None:
         virtualhome = [replace(record, domain="virtualhome") for record in records]
         write_records(tmp_path / "runs" / name / "records.jsonl", virtualhome)
     out = tmp_path / "out"
-    result = CliRunner().invoke(app, ["analyze", "replanning", str(tmp_path / "runs"), "--out", str(out)])
+    command = ["analyze", "replanning", str(tmp_path / "runs"), "--out"]
+    result = CliRunner().invoke(app, [*command, str(out)])
     assert result.exit_code == 0, result.output
+    told = CliRunner().invoke(app, [*command, str(tmp_path / "again"), "--no-plots", "--json"])
+    assert [row["task success"] for row in told_tables(told.stdout)["paper"]] == ["65.2", "77.4"]
     written = json.loads((out / "replanning.json").read_text(encoding="utf-8"))
     assert [row["task success"] for row in written["tables"]["paper"]["rows"]] == [65.2, 77.4]
     assert any("of protocol strict, the paper's figures are not" in each for each in written["remarks"])

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from analysis.told import told_tables
 from cli.conftest import Command
 from eai.abilities.protocol import Ability
 from eai.benchmarks.source import Source
@@ -63,8 +64,14 @@ def test_operators_are_tried_and_written_with_the_same_bytes(
     folder = write_runs(tmp_path / "runs", runs)
     for name in ("one", "two"):
         ways = ("--replace", "operator", "--replace", "effect", "--planner", "built_in")
-        done = eai("analyze", "sensitivity", folder, *ways, "--out", tmp_path / name)
+        done = eai("analyze", "sensitivity", folder, *ways, "--json", "--out", tmp_path / name)
         assert done.status == 0, done.err
+    told = told_tables(done.out)["sensitivity"]
+    assert {(row["model"], float(row["solved"])) for row in told} == {
+        ("all models", 50),
+        ("gold", 100),
+        ("none", 0),
+    }
     written = sorted((tmp_path / "one").iterdir())
     assert [file.read_bytes() for file in written] == [
         (tmp_path / "two" / file.name).read_bytes() for file in written
@@ -148,9 +155,11 @@ def test_a_pipeline_is_set_against_the_ability_alone(eai: Command, data_store: S
     assert eai("score", tmp_path / "piped", *named, "--goals", first, "--out", tmp_path / "b").status == 0
     done = eai(
         *("analyze", "pipeline", tmp_path / "a", tmp_path / "b"),
-        *("--goals", first, "--out", tmp_path / "c"),
+        *("--goals", first, "--out", tmp_path / "c", "--json"),
     )
     assert done.status == 0, done.err
+    every = {row["goals"]: row for row in told_tables(done.out)["goals"]}["all"]
+    assert (every["modular_numerator"], every["pipeline_numerator"]) == ("2", "1")
     found = json.loads((tmp_path / "c" / "pipeline.json").read_text())["tables"]
     rows = {row["goals"]: row for row in found["goals"]["rows"]}
     assert {

@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 
+from analysis.told import told_tables
 from cli.conftest import Command
 from eai.abilities.codec import record_from_json
 from eai.data.store import Store
@@ -35,6 +36,10 @@ def test_a_noisy_scene_is_told_counted_and_analysed(eai: Command, data_store: St
     done = eai("analyze", "perception", tmp_path, "--out", tmp_path / "told", "--no-plots")
     assert (done.status, done.out) == (0, f"4 tables, 0 plots; in {tmp_path / 'told'}\n")
     assert len([*(tmp_path / "told").glob("perception_*.csv")]) == 4
+    again = eai("analyze", "perception", tmp_path, "--out", tmp_path / "again", "--no-plots", "--json")
+    rows = told_tables(again.out)["perception_runs"]
+    (row,) = [row for row in rows if row["scene"] != "text"]
+    assert int(row["missing_numerator"]) == record.perceived.missing
     refused = eai("analyze", "perception", folder.parent / "nothing", "--out", tmp_path / "told")
     assert refused.status == 2
 
