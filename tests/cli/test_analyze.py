@@ -1,12 +1,14 @@
 from __future__ import annotations
 
 import json
+import re
 import sys
 from pathlib import Path
+from urllib.parse import parse_qs, unquote, urlsplit
 
 import pytest
 
-from analysis.told import told_tables
+from analysis.told import read_table, told_tables
 from cli.conftest import Command
 from eai.abilities.protocol import Ability
 from eai.benchmarks.source import Source
@@ -119,6 +121,25 @@ def test_what_was_written_is_told_as_json(eai: Command, tmp_path: Path) -> None:
     assert single["tables"] == told[1]["tables"]
     table = json.loads(eai("analyze", "table", runs, "--json", "--out", tmp_path / "table").out)
     assert table["lines"]["answers"] == sum(map(len, records))
+
+
+def test_examples_lead_into_the_explorer(eai: Command, tmp_path: Path) -> None:
+    """The link is relative, and its run and task are those that the page knows."""
+    runs, out = write_runs(tmp_path / "runs", [action_run("first")]), tmp_path / "analyses" / "errors"
+    assert eai("report", runs, "--no-plots", "--no-prompts", "--out", tmp_path / "my report").status == 0
+    page = tmp_path / "my report" / "explorer.html"
+    done = eai("analyze", "errors", runs, "--no-plots", "--explorer", page, "--out", out)
+    assert done.status == 0, done.err
+    (rows, told) = read_table(out / "examples.csv"), (out / "errors.md").read_text(encoding="utf-8")
+    links = re.findall(r"\[([^\]]+)\]\(([^)]+)\)", told)
+    assert [text for text, _ in links] == [row["task"] for row in rows]
+    for (text, target), row in zip(links, rows, strict=True):
+        address = urlsplit(target)
+        assert (out / unquote(address.path)).resolve() == page.resolve()
+        run = "/".join((row["domain"], row["ability"], row["protocol"], row["answered_by"]))
+        assert parse_qs(address.fragment) == {"run": [run], "task": [text]}
+    refused = eai("analyze", "errors", runs, "--explorer", tmp_path / "none.html", "--out", out)
+    assert "no such file; eai report writes explorer.html" in refused.err
 
 
 def test_a_missing_extra_is_one_line(eai: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

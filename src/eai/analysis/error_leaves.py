@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from typing import NamedTuple
+from urllib.parse import urlencode
 
 from eai.abilities.declaration import AnswerOutcome
 from eai.abilities.share import Share, of_all
 from eai.analysis.lines import AnswerLine, ClauseLine
 from eai.analysis.shares import shares_by_kind
 from eai.analysis.suites import MODEL, SUITE, by_model, by_suite, case_of
-from eai.analysis.table import Cell, Estimate, Table
+from eai.analysis.table import Cell, Estimate, Link, Table
 from eai.metrics.certainty import Case
 
 RUNTIME = (
@@ -63,7 +64,11 @@ def _missed(answer: AnswerLine) -> Iterator[str]:
 
 
 def error_tables(
-    answers: Sequence[AnswerLine], clauses: Sequence[ClauseLine], *, examples: int = 3
+    answers: Sequence[AnswerLine],
+    clauses: Sequence[ClauseLine],
+    *,
+    examples: int = 3,
+    explorer: str | None = None,
 ) -> list[Table]:
     """The tables of the analysis.
 
@@ -71,6 +76,7 @@ def error_tables(
         answers: the answers.
         clauses: those of operators.
         examples: how many answers to name of each leaf and suite.
+        explorer: the address of an explorer of the same records, to which examples lead.
     """
     counted = [answer for answer in answers if answer.outcome != AnswerOutcome.EXCLUDED.value]
     return [
@@ -79,7 +85,7 @@ def error_tables(
         _additional(counted),
         _clauses(clauses),
         _predicates(clauses),
-        _examples(counted, examples),
+        _examples(counted, examples, explorer),
         _errors(counted),
     ]
 
@@ -199,7 +205,7 @@ def _predicates(clauses: Sequence[ClauseLine]) -> Table:
     )
 
 
-def _examples(answers: Sequence[AnswerLine], number: int) -> Table:
+def _examples(answers: Sequence[AnswerLine], number: int, explorer: str | None) -> Table:
     rows: list[tuple[Cell, ...]] = []
     for suite, of_suite in by_suite(answers).items():
         found: dict[Leaf, list[AnswerLine]] = {}
@@ -207,7 +213,8 @@ def _examples(answers: Sequence[AnswerLine], number: int) -> Table:
             found.setdefault(leaf_of(answer), []).append(answer)
         for leaf in sorted(found, key=_order):
             rows += [
-                (*suite, *leaf, a.model, a.task, a.error_check, a.error_objects) for a in found[leaf][:number]
+                (*suite, *leaf, a.model, _place(a, explorer), a.error_check, a.error_objects)
+                for a in found[leaf][:number]
             ]
     return Table(
         "examples",
@@ -216,6 +223,14 @@ def _examples(answers: Sequence[AnswerLine], number: int) -> Table:
         (*SUITE, *Leaf._fields, "answered_by", "task", "check", "objects"),
         tuple(rows),
     )
+
+
+def _place(answer: AnswerLine, explorer: str | None) -> Cell:
+    """A task's id, which leads to the answer in an explorer, whose addresses ``explorer/state.js`` reads."""
+    if explorer is None:
+        return answer.task
+    run = "/".join((answer.domain, answer.ability, answer.protocol, answer.model))
+    return Link(answer.task, f"{explorer}#{urlencode({'run': run, 'task': answer.task})}")
 
 
 def _errors(answers: Sequence[AnswerLine]) -> Table:

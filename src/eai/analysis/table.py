@@ -1,7 +1,7 @@
 """Tables of results: one form for all analyses, written as CSV, JSON, Markdown and Parquet.
 
-A cell is a plain value, or an `Estimate`: a number with what it is made of and how sure it is. In CSV and
-Parquet an estimate is several columns, in JSON an object, in Markdown one cell.
+A cell is a plain value, a `Link`, or an `Estimate`: a number with what it is made of and how sure it is. In
+CSV and Parquet an estimate is several columns, in JSON an object, in Markdown one cell.
 """
 
 from __future__ import annotations
@@ -64,7 +64,25 @@ class Estimate:
 
 
 ESTIMATE_PARTS = ("value", "low", "high", "numerator", "denominator")
-Cell: TypeAlias = Plain | Estimate
+
+
+@dataclass(frozen=True, slots=True)
+class Link:
+    """A text that leads somewhere: in Markdown a link, elsewhere the text.
+
+    Attributes:
+        text: what is read.
+        target: where it leads.
+    """
+
+    text: str
+    target: str
+
+    def __str__(self) -> str:
+        return f"[{self.text}]({self.target})"
+
+
+Cell: TypeAlias = Plain | Estimate | Link
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,6 +117,8 @@ class Table:
             for cell, is_estimate in zip(row, estimates, strict=True):
                 if isinstance(cell, Estimate):
                     flat += cell.columns().values()
+                elif isinstance(cell, Link):
+                    flat.append(cell.text)
                 else:
                     flat += [cell] * (len(ESTIMATE_PARTS) if is_estimate else 1)
             yield flat
@@ -202,7 +222,7 @@ def _json(tables: Sequence[Table], remarks: Sequence[str]) -> dict[str, Json]:
 
 def _json_cell(cell: Cell) -> Json:
     if not isinstance(cell, Estimate):
-        return cell
+        return cell.text if isinstance(cell, Link) else cell
     return {name: value for name, value in cell.columns().items() if value is not None or name == "value"}
 
 

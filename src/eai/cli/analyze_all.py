@@ -18,7 +18,18 @@ from eai.analysis.table import Table
 from eai.analysis.tidy import Tables
 from eai.benchmarks.source import Source
 from eai.cli import analyze_cofactors, analyze_errors, analyze_goals, analyze_items
-from eai.cli.analyzed import Figures, Plots, Records, Written, say, tables_of, with_extra, write_analysis
+from eai.cli.analyzed import (
+    Explorer,
+    Figures,
+    Plots,
+    Records,
+    Written,
+    address,
+    say,
+    tables_of,
+    with_extra,
+    write_analysis,
+)
 from eai.cli.options import AsJson
 from eai.cli.store import DataFolder, store
 from eai.scoring.undisturbed import undisturbed
@@ -27,6 +38,7 @@ from eai.scoring.undisturbed import undisturbed
 def everything(
     records: Records,
     out: Annotated[Path, typer.Option(help="The folder for the results, a folder an analysis.")],
+    explorer: Explorer = None,
     plots: Plots = True,
     as_json: AsJson = False,
     data: DataFolder = None,
@@ -39,7 +51,9 @@ def everything(
     """
     made: list[Written] = []
     with undisturbed(), with_extra():
-        for name, found, figures in _analyses(tables_of(records, data), ItemFlags(Source(store(data)))):
+        known = ItemFlags(Source(store(data)))
+        linked = address(explorer, out / "errors")
+        for name, found, figures in _analyses(tables_of(records, data), known, linked):
             made.append(write_analysis(name, found, figures, out / name, plots=plots))
             if not as_json:
                 say(made[-1], as_json=False)
@@ -47,11 +61,13 @@ def everything(
         say(*made, as_json=True)
 
 
-def _analyses(tables: Tables, flags: ItemFlags) -> Iterator[tuple[str, list[Table], Figures]]:
+def _analyses(
+    tables: Tables, flags: ItemFlags, explorer: str | None
+) -> Iterator[tuple[str, list[Table], Figures]]:
     """Each analysis by its name, with its tables and figures, made one after the other."""
     found = cofactor_tables(tables)
     yield "cofactors", found, analyze_cofactors.figures(found, Measure.SCORE)
-    found = error_tables(tables.answers, tables.clauses)
+    found = error_tables(tables.answers, tables.clauses, explorer=explorer)
     yield "errors", found, analyze_errors.figures(found)
     found = goal_tables(tables.atoms)
     yield "goals", found, analyze_goals.figures(found)

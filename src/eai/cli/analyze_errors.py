@@ -9,7 +9,7 @@ import typer
 
 from eai.analysis.error_leaves import error_tables
 from eai.analysis.table import Table
-from eai.cli.analyzed import Figures, Plots, Records, say, tables_of, write_analysis
+from eai.cli.analyzed import Explorer, Figures, Plots, Records, address, say, tables_of, write_analysis
 from eai.cli.options import AsJson
 from eai.cli.store import DataFolder
 from eai.report import plot_analyses, plot_leaves
@@ -19,6 +19,7 @@ def errors(
     records: Records,
     out: Annotated[Path, typer.Option(help="The folder for the results.")],
     examples: Annotated[int, typer.Option(min=0, help="How many answers to name of each kind.")] = 3,
+    explorer: Explorer = None,
     plots: Plots = True,
     as_json: AsJson = False,
     data: DataFolder = None,
@@ -28,7 +29,7 @@ def errors(
     Example: eai analyze errors scores --out errors
     """
     tables = tables_of(records, data)
-    found = error_tables(tables.answers, tables.clauses, examples=examples)
+    found = error_tables(tables.answers, tables.clauses, examples=examples, explorer=address(explorer, out))
     written = write_analysis("errors", found, figures(found), out, plots=plots)
     say(written, as_json=as_json)
 

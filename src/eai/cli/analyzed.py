@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, NamedTuple, TypeAlias
+from urllib.parse import quote
 
 import typer
 
@@ -29,6 +31,11 @@ Records: TypeAlias = Annotated[
 
 Plots: TypeAlias = Annotated[bool, typer.Option(help="Draw plots (needs the extra 'plots').")]
 
+Explorer: TypeAlias = Annotated[
+    Path | None,
+    typer.Option(help="An explorer.html by eai report, to which examples link."),
+]
+
 Figures: TypeAlias = "Iterator[tuple[str, Figure | None]]"
 """Figures by the names of their files, drawn one after the other; None where there is nothing to draw."""
 
@@ -48,6 +55,19 @@ def tables_of(records: Iterable[Path], data: Path | None) -> Tables:
         for run in read_runs(records):
             maker.add(run.records)
     return maker.tables
+
+
+def address(explorer: Path | None, folder: Path) -> str | None:
+    """The address of an explorer as seen from a folder.
+
+    Raises:
+        InputError: there is none.
+    """
+    if explorer is None:
+        return None
+    if not explorer.is_file():
+        raise InputError(f"--explorer {explorer}: no such file; eai report writes explorer.html")
+    return quote(Path(os.path.relpath(explorer, folder)).as_posix())
 
 
 @contextmanager
