@@ -3,9 +3,10 @@
 The answers are those of ``../shared/oracle``, as released. A fresh process scores those of the first model,
 which makes all tasks and scorers (cold), then those of the others (steady); the median of several processes
 counts. What is remembered of an answer helps only where another model gives the same. Garbage is searched for
-as seldom as in ``eai score``. No planner is asked.
+as seldom as in ``eai score``. No planner is asked. In the same run the reference package may score some of
+the first model's answers, evenly spread over the tasks, where it can do so here (`reference`).
 
-    python bench/by_suite.py [--suite behavior/] [--repeats 3] [--protocol strict]
+    python bench/by_suite.py [--suite behavior/] [--repeats 3] [--protocol strict] [--reference 100]
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ from pathlib import Path
 from statistics import median
 from typing import NamedTuple
 
+import reference
 from eai.abilities.protocol import Ability, Protocol
 from eai.benchmarks.source import Source
 from eai.benchmarks.suite import Suite, available_suites, open_suite
@@ -45,6 +47,7 @@ def main() -> None:
     parser.add_argument("--suite", default="", help="a part of DOMAIN/ABILITY")
     parser.add_argument("--repeats", type=int, default=3)
     parser.add_argument("--protocol", type=Protocol, default=Protocol.STRICT)
+    parser.add_argument("--reference", type=int, metavar="N", help="so many answers by the reference, too")
     arguments = parser.parse_args()
     if not ORACLE.is_dir():
         sys.exit("the oracle is not beside the repository")
@@ -57,6 +60,9 @@ def main() -> None:
                 speeds = fresh.starmap(measured, asked, chunksize=1)
             cold, steady = (median(each) for each in zip(*speeds, strict=True))
             print(f"{name:42} {cold:8,.0f} {steady:8,.0f}", flush=True)
+            if arguments.reference and domain == "virtualhome":
+                told = reference_speed(ability, arguments.reference)
+                print(f"    {reference.REFERENCE:38} {told:8.1f}", flush=True)
 
 
 def measured(domain: str, ability: Ability, protocol: Protocol) -> Speed:
@@ -65,6 +71,18 @@ def measured(domain: str, ability: Ability, protocol: Protocol) -> Speed:
     first, *others = [_answers(domain, ability, model) for model in MODELS]
     with undisturbed():
         return Speed(_speed(suite, [first]), _speed(suite, others))
+
+
+def reference_speed(ability: Ability, number: int) -> float:
+    """How many of the first model's answers the reference scores a CPU second, its start not counted."""
+    answers = _answers("virtualhome", ability, MODELS[0])
+    some = answers[:: max(1, len(answers) // number)][:number]
+    measurement = reference.evaluate(
+        reference.environment(),
+        reference.Ability(ability.value),
+        [reference.Response(task_id, text) for task_id, text in some],
+    )
+    return measurement.tasks_per_cpu_second
 
 
 def _speed(suite: Suite, files: Sequence[Sequence[tuple[str, str]]]) -> float:

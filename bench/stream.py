@@ -5,7 +5,7 @@ written first, which is not counted. Then a fresh process reads them one by one 
 and another one does the same with workers. The processor time is that of all processes, starts and ends
 included; the memory is the most that the parent had. Only on Linux.
 
-    python bench/stream.py [--answers 100000] [--workers 2] [--seed 0]
+    python bench/stream.py [--answers 100000] [--workers 2] [--seed 0] [--ray]
 """
 
 from __future__ import annotations
@@ -54,17 +54,18 @@ def main() -> None:
     parser.add_argument("--answers", type=int, default=100_000)
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--seed", default="0")
+    parser.add_argument("--ray", action="store_true", help="with a cluster of Ray's instead of workers")
     parser.add_argument("--score", type=Path, help=argparse.SUPPRESS)
     arguments = parser.parse_args()
     if arguments.score is not None:
-        score(arguments.score, arguments.workers)
+        score(arguments.score, arguments.workers, ray=arguments.ray)
         return
     ctypes.CDLL(None).prctl(BECOME_REAPER, 1)
     with tempfile.TemporaryDirectory() as folder:
         answers = Path(folder) / "answers.jsonl"
         write_answers(answers, arguments.answers, arguments.seed)
         print(f"{arguments.answers:,} answers, all different, and their records", flush=True)
-        one, several = (taken(answers, workers) for workers in (1, arguments.workers))
+        one, several = taken(answers, 1), taken(answers, arguments.workers, ray=arguments.ray)
     print(f"the same records: {one.digest == several.digest}")
     print(f"with {arguments.workers} workers {several.seconds / one.seconds:.2f} times the processor time")
 
@@ -82,10 +83,11 @@ def write_answers(path: Path, number: int, seed: str) -> None:
             file.write(json.dumps([task_id, text]) + "\n")
 
 
-def taken(answers: Path, workers: int) -> Taken:
+def taken(answers: Path, workers: int, *, ray: bool = False) -> Taken:
     """What it takes to score a file of answers with so many workers."""
     before = _seconds()
     command = [sys.executable, __file__, "--score", str(answers), "--workers", str(workers)]
+    command += ["--ray"] if ray else []
     done = subprocess.run(command, check=True, capture_output=True, text=True)
     with suppress(ChildProcessError):
         while True:  # what starts workers ends after the program that had it started
@@ -101,10 +103,10 @@ def _seconds() -> float:
     return used.ru_utime + used.ru_stime
 
 
-def score(answers: Path, workers: int) -> None:
+def score(answers: Path, workers: int, *, ray: bool) -> None:
     """Write the records of a file of answers beside it; prints the most memory, and their digest."""
     suite, out = open_suite(*SUITE), answers.with_name("records.jsonl")
-    with undisturbed(), Scoring(workers) as scoring:
+    with undisturbed(), _opened(workers, ray=ray) as scoring:
         write_records(out, scoring.records(suite, "stream", read(answers)))
     digest = hashlib.sha256()
     with out.open("rb") as file:
@@ -112,6 +114,14 @@ def score(answers: Path, workers: int) -> None:
             digest.update(line)
     status = Path("/proc/self/status").read_text(encoding="utf-8")
     print(status.split("VmHWM:")[1].split()[0], digest.hexdigest())
+
+
+def _opened(workers: int, *, ray: bool) -> Scoring:
+    if not ray:
+        return Scoring(workers)
+    from eai.envs.ray_scoring import LOCAL, RayScoring
+
+    return RayScoring(LOCAL, workers)
 
 
 def read(answers: Path) -> Iterator[Response]:

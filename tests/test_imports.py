@@ -41,7 +41,7 @@ LAYERS: tuple[frozenset[str], ...] = tuple(
     )
 )
 ALLOWED_SIBLINGS: frozenset[tuple[str, str]] = frozenset()
-ONLY_IMPORTER = {"gymnasium": "envs", "inspect_ai": "run"}
+ONLY_IMPORTER = {"gymnasium": "envs", "inspect_ai": "run", "ray": "envs"}
 OF_EXTRAS = frozenset(ONLY_IMPORTER.values())
 """Packages that load a library that not everybody installs."""
 

@@ -95,6 +95,16 @@ Workers = Annotated[
     int, typer.Option("--workers", min=1, metavar="N", help="Processes.", rich_help_panel=SCORING)
 ]
 
+Ray = Annotated[
+    str | None,
+    typer.Option(
+        "--ray",
+        metavar="ADDRESS",
+        help="Score on a cluster of Ray's, with so many --workers: auto, HOST:PORT, or local.",
+        rich_help_panel=SCORING,
+    ),
+]
+
 Explanations = Annotated[
     bool,
     typer.Option(

@@ -44,6 +44,7 @@ from eai.cli.options import (
     Planner,
     PlannerMemory,
     PlannerSeconds,
+    Ray,
     Rules,
     Wide,
     Workers,
@@ -52,7 +53,7 @@ from eai.cli.planning import planner_terms, tell_authority
 from eai.cli.progress import scoring_progress
 from eai.cli.store import DataFolder, store
 from eai.cli.table import Result, print_rates, result_json
-from eai.errors import InputError, InterruptError
+from eai.errors import InputError, InterruptError, how_to_install
 from eai.metrics.coverage import coverage_of
 from eai.metrics.errata_effect import ErrataEffect, errata_effect
 from eai.metrics.summary import summarise
@@ -115,6 +116,7 @@ def score(
     planner_seconds: PlannerSeconds = None,
     planner_memory: PlannerMemory = None,
     workers: Workers = 1,
+    ray: Ray = None,
     explanations: Explanations = True,
     allow_missing: AllowMissing = False,
     goals: Goals = None,
@@ -171,7 +173,7 @@ def score(
     for share in shares:
         _note_elsewhere(share)
     printed: list[Json] = []
-    with undisturbed(), Scoring(workers) as scoring:
+    with undisturbed(), _opened(workers, ray) as scoring:
         if shard is not None:
             for share in shares:
                 records = _records(share, settings, goals, scoring, quiet=as_json)
@@ -182,6 +184,17 @@ def score(
         print_json(printed)
     elif out is not None:
         say(f"written to {out}")
+
+
+def _opened(workers: int, ray: str | None) -> Scoring:
+    """What scores: processes of this machine, or a cluster of Ray's."""
+    if ray is None:
+        return Scoring(workers)
+    try:
+        from eai.envs.ray_scoring import RayScoring
+    except ImportError as error:
+        raise InputError(f"--ray needs Ray: {how_to_install('ray')}") from error
+    return RayScoring(ray, workers)
 
 
 def _score_all(

@@ -146,7 +146,7 @@ class Workers:
                 yield from work((item,))
             return
         content = pickle.dumps(work)
-        coming = _batches(items, self._number, *at_a_time)
+        coming = batches(items, self._number, *at_a_time)
         ahead: deque[_Batch] = deque()
         try:
             while True:
@@ -243,7 +243,7 @@ def _remove(folder: TemporaryDirectory[str]) -> None:
         folder.cleanup()
 
 
-def _batches(items: Iterable[T], workers: int, size: int, largest: int) -> Iterator[Sequence[T]]:
+def batches(items: Iterable[T], workers: int, size: int, largest: int) -> Iterator[Sequence[T]]:
     """The items in batches that grow until they are large enough."""
     source, made = iter(items), 0
     while batch := list(islice(source, size)):

@@ -1,0 +1,113 @@
+"""Scoring by actors of a Ray cluster, in the place of processes of this machine."""
+
+from __future__ import annotations
+
+import pickle
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from typing import Any, TypeVar
+
+import ray
+from ray.exceptions import RayActorError
+
+from eai.errors import InputError, WorkerError
+from eai.scoring.batch import Scoring
+from eai.scoring.workers import AHEAD, DEATHS, LARGEST, SMALLEST, batches
+
+LOCAL = "local"
+"""The address of a cluster that is started on this machine, and ends with the program."""
+
+T = TypeVar("T")
+R = TypeVar("R")
+
+
+class RayScoring(Scoring):
+    """Scores streams of answers with actors of a cluster; records are those of one process, byte for byte.
+
+    Each actor keeps the tasks that it has made. One that dies is started again, and what it was at is done
+    again. This package, of this version, has to be installed on the nodes, each of which fetches the data set
+    by itself where it does not have it.
+
+    Args:
+        address: of the cluster, as `ray.init` takes it: ``auto``, ``HOST:6379``, ``ray://HOST:10001``, or
+            ``local`` for one of this machine alone. A program that is part of a cluster stays in that.
+        workers: how many actors, of one core each.
+
+    Raises:
+        InputError: no cluster answers, or it has fewer cores.
+    """
+
+    def __init__(self, address: str, workers: int) -> None:
+        super().__init__(workers)
+        self._is_ours = not ray.is_initialized()
+        if self._is_ours:
+            _connect(address, workers)
+        cores = int(ray.cluster_resources().get("CPU", 0))
+        if cores < workers:
+            self._leave()
+            raise InputError(f"{address}: {workers} workers take as many cores, and the cluster has {cores}")
+        lasting = ray.remote(num_cpus=1, max_restarts=-1, max_task_retries=DEATHS - 1)(_Actor)
+        self._actors = [lasting.remote() for _ in range(workers)]
+
+    def close(self) -> None:
+        """End the actors, and leave the cluster where the program was not part of it before."""
+        for actor in self._actors:
+            ray.kill(actor)
+        self._leave()
+
+    def _leave(self) -> None:
+        if self._is_ours:
+            ray.shutdown()
+
+    def each(
+        self,
+        work: Callable[..., Sequence[R]],
+        items: Iterable[T],
+        *,
+        at_a_time: tuple[int, int] = (SMALLEST, LARGEST),
+    ) -> Iterator[R]:
+        """What a function makes of the items, in their order.
+
+        Raises:
+            WorkerError: actors die whenever they come to certain items.
+        """
+        content = ray.put(pickle.dumps(work))
+        ahead: deque[Any] = deque()
+        for number, batch in enumerate(batches(items, self._number, *at_a_time)):
+            actor = self._actors[number % self._number]
+            ahead.append(actor.done.remote(content, pickle.dumps(batch)))
+            if len(ahead) == self._number * AHEAD:
+                yield from _results(ahead.popleft())
+        while ahead:
+            yield from _results(ahead.popleft())
+
+
+def _connect(address: str, workers: int) -> None:
+    here = {"num_cpus": workers} if address == LOCAL else {}
+    try:
+        ray.init(address, log_to_driver=False, logging_level="error", **here)
+    except (ConnectionError, ValueError) as error:
+        raise InputError(f"{address}: no cluster of Ray's answers ({error})") from error
+
+
+def _results(promised: Any) -> Sequence[Any]:
+    try:
+        found: Sequence[Any] = pickle.loads(ray.get(promised))  # noqa: S301 - of an actor of this program
+    except RayActorError as error:
+        raise WorkerError(
+            f"actors died {DEATHS} times at the same answers; is there enough memory?"
+        ) from error
+    return found
+
+
+class _Actor:
+    """What works on a node: it loads each work once, for opening the tasks that it is about takes long."""
+
+    def __init__(self) -> None:
+        self._known: tuple[bytes, Callable[[Sequence[Any]], Sequence[Any]]] | None = None
+
+    def done(self, work: bytes, items: bytes) -> bytes:
+        """What some work makes of a batch."""
+        if self._known is None or self._known[0] != work:
+            self._known = work, pickle.loads(work)  # noqa: S301 - of the program that started it
+        return pickle.dumps(self._known[1](pickle.loads(items)))  # noqa: S301
