@@ -199,6 +199,30 @@ def test_work_is_bounded_however_many_variables_there_are(
     assert (result.outcome, result.plan) == (PlannerOutcome.TIME, ())
 
 
+@pytest.mark.parametrize(
+    ("precondition", "effect", "outcome"),
+    [
+        (f"(forall ({EIGHT}) (near a b))", f"(forall ({EIGHT}) (done))", PlannerOutcome.SOLVED),
+        (f"(not (exists ({EIGHT}) (near a b)))", "(done)", PlannerOutcome.UNSOLVABLE),
+        ("()", f"(forall ({EIGHT}) (when (forall ({EIGHT}) (near a ?x3)) (done)))", PlannerOutcome.SOLVED),
+        ("(exists (?n - nobody) (near a b))", "(done)", PlannerOutcome.UNSOLVABLE),
+        ("()", "(forall (?n - nobody) (done))", PlannerOutcome.UNSOLVABLE),
+    ],
+)
+def test_quantifiers_that_nothing_is_said_of_cost_nothing(
+    precondition: str, effect: str, outcome: PlannerOutcome
+) -> None:
+    names = " ".join("abcdefghijkl")
+    domain = read_domain(
+        f"""(define (domain wide) (:types nobody - object) (:predicates (near ?x ?y) (done))
+        (:constants {names} - object)
+        (:action act :precondition {precondition} :effect {effect}))"""
+    )
+    near = " ".join(f"(near a {name})" for name in "abcdefghijkl")
+    problem = read_problem(f"(define (problem p) (:domain wide) (:init {near}) (:goal (done)))")
+    assert BuiltInPlanner().solve(PlanningTask(domain, problem)).outcome is outcome
+
+
 def test_a_plan_that_takes_too_long_to_execute_is_not_judged() -> None:
     everywhere = f"(forall ({EIGHT}) (or {PAIRS} (not (near ?x0 ?x7)) (not (near ?x1 ?x6)) (done)))"
     names = " ".join("abcdefghijkl")

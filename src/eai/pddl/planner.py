@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 
 from eai.pddl.evaluation import DerivedPredicates
 from eai.pddl.execute import Executor, PlanStep
+from eai.pddl.idle import without_idle_quantifiers
 from eai.pddl.looks import Looks
 from eai.pddl.planning import PddlPlanner, PlannerOutcome, PlannerResult, PlanningTask
 from eai.pddl.search import Effort, SearchVerdict, search
@@ -37,6 +38,7 @@ class BuiltInPlanner:
         if DerivedPredicates(task.domain.axioms).circles:
             detail = "a derived predicate depends on itself"
             return PlannerResult(PlannerOutcome.UNSUPPORTED, detail=detail)
+        task = without_idle_quantifiers(task)
         result = search(task.domain, task.problem, self.effort)
         match result.verdict:
             case SearchVerdict.SOLVED:
