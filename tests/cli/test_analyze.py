@@ -2,7 +2,6 @@ from __future__ import annotations
 
 import json
 import re
-import sys
 from pathlib import Path
 from urllib.parse import parse_qs, unquote, urlsplit
 
@@ -140,14 +139,6 @@ def test_examples_lead_into_the_explorer(eai: Command, tmp_path: Path) -> None:
         assert parse_qs(address.fragment) == {"run": [run], "task": [text]}
     refused = eai("analyze", "errors", runs, "--explorer", tmp_path / "none.html", "--out", out)
     assert "no such file; eai report writes explorer.html" in refused.err
-
-
-def test_a_missing_extra_is_one_line(eai: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    runs = write_runs(tmp_path / "runs", [action_run("first"), action_run("second")])
-    monkeypatch.setitem(sys.modules, "numpy", None)
-    outcome = eai("analyze", "cofactors", runs, "--out", tmp_path / "out")
-    assert outcome.status == 2
-    assert outcome.err == "eai: this analysis needs numpy: pip install 'embodied-agent-interface[analysis]'\n"
 
 
 def test_a_pipeline_is_set_against_the_ability_alone(eai: Command, data_store: Store, tmp_path: Path) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections import defaultdict
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -41,12 +42,13 @@ def test_answers_in_a_set_form_are_not_taken_for_those_without(tmp_path: Path) -
 
 def test_another_form_is_another_request(monkeypatch: pytest.MonkeyPatch) -> None:
     """That of another version, or of a domain whose words have changed since."""
-    about = {"benchmark": find_benchmark("virtualhome"), "ability": Ability.TRANSITION_MODELING}
-    prompts = {"27_2": Prompt("What does WALK need?")}
-    free, held = (
-        Job(Endpoint("openai/gpt-4o"), prompts, decoding=Decoding(structured=structured), **about)
-        for structured in (False, True)
+    free = Job(
+        Endpoint("openai/gpt-4o"),
+        {"27_2": Prompt("What does WALK need?")},
+        benchmark=find_benchmark("virtualhome"),
+        ability=Ability.TRANSITION_MODELING,
     )
+    held = replace(free, decoding=Decoding(structured=True))
     before = (free.sha256, held.sha256)
     assert before == (free.sha256, held.sha256)
     assert before[0] != before[1]

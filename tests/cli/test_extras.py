@@ -1,0 +1,109 @@
+"""Without the extras every command works, or says in a line which one it needs."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from eai.data.store import Store
+from processes import Outcome
+from report.samples import action_run, goal_run, write_runs
+
+LIBRARIES = (
+    "gymnasium",
+    "inspect_ai",
+    "matplotlib",
+    "mlcroissant",
+    "numpy",
+    "openai",
+    "pandas",
+    "pyarrow",
+    "scipy",
+    "up_fast_downward",
+    "yaml",
+)
+"""What the extras consist of."""
+
+WITHOUT_THEM = f"""
+import sys
+sys.modules.update(dict.fromkeys({LIBRARIES}))
+from eai.cli import main
+main()
+"""
+
+NEEDED = {
+    "run --model eai/noisy --limit 2": "run",
+    "questions run questions.jsonl --model eai/oracle --out answers": "run",
+    "score log.eval --domain behavior --ability action_sequencing": "run",
+    "score m_outputs.parquet --domain behavior --ability action_sequencing": "analysis",
+    "analyze table runs --out out --format parquet": "analysis",
+    "analyze cofactors runs --out out": "analysis",
+    "analyze items runs --out out": "analysis",
+    "analyze all runs --out out": "analysis",
+    "pictures --domain virtualhome --tasks 27_2 --out out": "plots",
+    "data stats --distributions": "plots",
+    "data croissant --out out": "croissant",
+    "score m_outputs.json --domain behavior --ability transition_modeling --planner fast_downward": "planner",
+}
+"""Commands that cannot do without an extra."""
+
+NO_PLOTS = "no plots: plots need matplotlib: pip install 'embodied-agent-interface[plots]'\n"
+
+SPARED = {
+    "report runs --out out": NO_PLOTS,
+    "analyze errors runs --out out": NO_PLOTS,
+    "analyze goals runs --out out": NO_PLOTS,
+    "analyze table runs --out out": "",
+    "explain runs --failed": "",
+    "leaderboard runs": "",
+    "pictures --domain virtualhome --tasks 27_2 --out out --format svg": "",
+    "data stats": "",
+}
+"""Commands that can, and what they say of it."""
+
+
+@pytest.fixture(scope="module")
+def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with what the commands speak of."""
+    folder = tmp_path_factory.mktemp("bare")
+    write_runs(folder / "runs", [action_run("first"), action_run("second"), goal_run()])
+    (folder / "m_outputs.parquet").write_bytes(b"PAR1")
+    (folder / "m_outputs.json").write_text("[]")
+    (folder / "log.eval").write_bytes(b"PK")
+    (folder / "questions.jsonl").write_text(json.dumps({}))
+    return folder
+
+
+def bare(command: str, folder: Path) -> Outcome:
+    """Run a command where no extra is installed."""
+    done = subprocess.run(
+        [sys.executable, "-c", WITHOUT_THEM, *command.split()],
+        cwd=folder,
+        env={**os.environ, "COLUMNS": "120"},
+        capture_output=True,
+        text=True,
+        timeout=600,
+    )
+    return Outcome(done.returncode, done.stdout, done.stderr)
+
+
+@pytest.mark.parametrize(("command", "extra"), NEEDED.items())
+def test_a_missing_extra_is_one_line_that_names_it(
+    command: str, extra: str, place: Path, data_store: Store
+) -> None:
+    outcome = bare(command, place)
+    assert (outcome.status, outcome.out) == (2, "")
+    assert outcome.err.startswith("eai: ")
+    assert outcome.err.endswith(f": pip install 'embodied-agent-interface[{extra}]'\n")
+    assert outcome.err.count("\n") == 1
+
+
+@pytest.mark.parametrize(("command", "note"), SPARED.items())
+def test_what_can_do_without_does(command: str, note: str, place: Path, data_store: Store) -> None:
+    outcome = bare(command, place)
+    assert (outcome.status, outcome.err) == (0, note)
