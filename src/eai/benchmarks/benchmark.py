@@ -94,6 +94,7 @@ class Benchmark:
         problem_of: the planning problem that some ground goals of a task make with its published operators;
             None where it is exported from the declaration.
         open_bddl: opens what problems in BDDL may speak of; by default what the declaration does.
+        open_pddl: opens what problems of the data set's own planning domain may speak of, if it has one.
         english: how its tasks are put into English, and what nobody would ask for; by default made of names.
         planner_seconds: how long a planner may take for one task of transition modeling, in CPU seconds.
         reference: what `eai.benchmarks.registry.find_benchmark` finds it by; empty if by nothing.
@@ -122,6 +123,7 @@ class Benchmark:
     open_demonstrations: OpenDemonstrations | None = None
     problem_of: ProblemOf | None = None
     open_bddl: OpenWorld | None = None
+    open_pddl: OpenWorld | None = None
     english: English = PLAIN
     planner_seconds: int = 100
     reference: str = ""

@@ -57,9 +57,9 @@ def problem_files_in(paths: Iterable[Path]) -> list[Path]:
 class ProblemReader:
     """Reads problems as tasks of a benchmark.
 
-    PDDL is of the domain that `eai.pddl.export` makes of the declaration; BDDL has the declared names in
-    small letters, or those of the data set where that has problems in BDDL. Goals are the parts of the
-    outermost conjunction.
+    PDDL is of the domain that `eai.pddl.export` makes of the declaration, or of the data set's own where it
+    has one; BDDL has the declared names in small letters, or those of the data set where that has problems in
+    BDDL. Goals are the parts of the outermost conjunction.
     """
 
     benchmark: Benchmark
@@ -72,8 +72,8 @@ class ProblemReader:
             InputError: a file cannot be read, or is no problem of this world; names file, line and what was
                 expected.
         """
-        worlds = {ending: self._world(ending) for ending in dict.fromkeys(path.suffix for path in paths)}
-        files = [(worlds[path.suffix], _read(path, worlds[path.suffix])) for path in paths]
+        worlds = {ending: self._worlds(ending) for ending in dict.fromkeys(path.suffix for path in paths)}
+        files = [(world := _named(path, worlds[path.suffix]), _read(path, world)) for path in paths]
         times = Counter(file.problem.name for _, file in files)
         tasks: dict[str, Path] = {}
         made = []
@@ -85,13 +85,15 @@ class ProblemReader:
             made.append(self._task(name, file, world))
         return made
 
-    def _world(self, ending: str) -> ProblemWorld:
+    def _worlds(self, ending: str) -> list[ProblemWorld]:
         tasks = self.benchmark.tasks(self.source).values()
         if ending == PDDL:
-            return DeclaredWorld.in_pddl(self.benchmark.domain, tasks)
+            own = self.benchmark.open_pddl
+            declared = DeclaredWorld.in_pddl(self.benchmark.domain, tasks)
+            return [declared] if own is None else [declared, own(self.source)]
         if self.benchmark.open_bddl is not None:
-            return self.benchmark.open_bddl(self.source)
-        return DeclaredWorld.in_bddl(self.benchmark.domain, tasks)
+            return [self.benchmark.open_bddl(self.source)]
+        return [DeclaredWorld.in_bddl(self.benchmark.domain, tasks)]
 
     def _task(self, name: str, file: ProblemFile, world: ProblemWorld) -> Task:
         posed = world.pose(file.problem)
@@ -116,6 +118,14 @@ class ProblemReader:
             return words.instruction(goals, random.Random(0))  # noqa: S311 - how it begins
         except (InputError, KeyError):
             return f"Reach a state in which all of this holds: {'; '.join(map(print_ltl, goals))}"
+
+
+def _named(path: Path, worlds: Sequence[ProblemWorld]) -> ProblemWorld:
+    """The world whose domain a file names, or the first."""
+    if len(worlds) == 1:
+        return worlds[0]
+    named = re.search(r"\(\s*:domain\s+([^\s()]+)", read_text(path))
+    return next((each for each in worlds if named and each.header.name == named[1]), worlds[0])
 
 
 def _read(path: Path, world: ProblemWorld) -> ProblemFile:

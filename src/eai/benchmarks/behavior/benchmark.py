@@ -7,6 +7,7 @@ from eai.abilities.transition_modeling.task import TransitionTask
 from eai.benchmarks.behavior.activities import Activities
 from eai.benchmarks.behavior.domain import as_meant
 from eai.benchmarks.behavior.goal_notation import BehaviorGoals
+from eai.benchmarks.behavior.planning_problems import PlanningProblems
 from eai.benchmarks.behavior.problems import problem_text
 from eai.benchmarks.behavior.subgoal_notation import BehaviorSubgoals
 from eai.benchmarks.behavior.tasks import BehaviorTask
@@ -56,6 +57,7 @@ def behavior() -> Benchmark:
         errata=errata_of(NAME),
         problem_of=problem_text,
         open_bddl=lambda source: Activities(open_tasks(source)),
+        open_pddl=lambda source: PlanningProblems(Activities(open_tasks(source))),
         goal_sections=GOAL_SECTIONS,
         task_id_of=published_task,
         english=english_of("eai.benchmarks.behavior"),
