@@ -3,7 +3,8 @@
 The answers are mutated plans (`mutated_plans`), as many to each task and all different. They are made and
 written first, which is not counted. Then a fresh process reads them one by one and writes a record for each,
 and another one does the same with workers. The processor time is that of all processes, starts and ends
-included; the memory is the most that the parent had. Only on Linux.
+included; the memory is the most that the parent had. Of Ray, whose processes are not waited for, it is that
+of all that are alive at the end, its services included. Only on Linux.
 
     python bench/stream.py [--answers 100000] [--workers 2] [--seed 0] [--ray]
 """
@@ -19,6 +20,7 @@ import resource
 import subprocess
 import sys
 import tempfile
+import time
 from collections.abc import Iterator
 from contextlib import suppress
 from itertools import cycle, islice
@@ -92,8 +94,8 @@ def taken(answers: Path, workers: int, *, ray: bool = False) -> Taken:
     with suppress(ChildProcessError):
         while True:  # what starts workers ends after the program that had it started
             os.wait()
-    memory, digest = done.stdout.split()
-    found = Taken(_seconds() - before, int(memory) / 1000, digest)
+    memory, digest, alive = done.stdout.split()
+    found = Taken(float(alive) if ray else _seconds() - before, int(memory) / 1000, digest)
     print(f"  workers {workers}: {found.seconds:7.1f} CPU s, parent {found.memory:4.0f} MB", flush=True)
     return found
 
@@ -108,12 +110,29 @@ def score(answers: Path, workers: int, *, ray: bool) -> None:
     suite, out = open_suite(*SUITE), answers.with_name("records.jsonl")
     with undisturbed(), _opened(workers, ray=ray) as scoring:
         write_records(out, scoring.records(suite, "stream", read(answers)))
+        alive = time.process_time() + _seconds_below(os.getpid())
     digest = hashlib.sha256()
     with out.open("rb") as file:
         for line in file:
             digest.update(line)
     status = Path("/proc/self/status").read_text(encoding="utf-8")
-    print(status.split("VmHWM:")[1].split()[0], digest.hexdigest())
+    print(status.split("VmHWM:")[1].split()[0], digest.hexdigest(), alive)
+
+
+def _seconds_below(ancestor: int) -> float:
+    """The processor time so far of all processes that descend from one, of those too that they waited for."""
+    parents, ticks = {}, {}
+    for entry in Path("/proc").iterdir():
+        with suppress(OSError):
+            if entry.name.isdigit():
+                fields = (entry / "stat").read_text(encoding="utf-8").rpartition(")")[2].split()
+                parents[int(entry.name)] = int(fields[1])
+                ticks[int(entry.name)] = sum(map(int, fields[11:15]))
+    found, below = 0, {ancestor}
+    while below:
+        below = {process for process, parent in parents.items() if parent in below}
+        found += sum(ticks[process] for process in below)
+    return found / os.sysconf("SC_CLK_TCK")
 
 
 def _opened(workers: int, *, ray: bool) -> Scoring:
