@@ -4,6 +4,8 @@
 # make site    the documentation as a site, build/site/html
 # make packages mypy, tests and example of what is published from packages/, each in an environment of its own
 # make release build the package, check it as an index does, write what is new and what it needs; nothing is uploaded
+# make compiled the compiled wheel for this Python, in dist/
+# make test-compiled install that wheel by itself, then run the tests on it
 # make audit   known vulnerabilities of what is needed to run
 
 PYTHON ?= python3 python3.13 python3.12 python3.11 python3.10
@@ -17,7 +19,7 @@ WITH_DEV := $(VENV)/.with-dev
 WITH_RELEASE := $(VENV)/.with-release
 WITH_SITE := $(VENV)/.with-site
 
-.PHONY: demo test lint type bench docs site packages release audit clean
+.PHONY: demo test lint type bench docs site packages release compiled test-compiled audit clean
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
 
@@ -65,6 +67,19 @@ release: $(WITH_RELEASE)
 	$(BIN)/cyclonedx-py environment build/runtime/bin/python --pyproject pyproject.toml --output-reproducible \
 	  --output-format JSON --output-file dist/bom.json
 	@echo "made dist/; to publish: $(BIN)/twine upload dist/*.whl dist/*.tar.gz"
+
+# From the source distribution, which is unpacked elsewhere: compiled beside its sources the checkout would run it.
+compiled: $(WITH_RELEASE)
+	rm -f dist/*-cp*.whl
+	HATCH_BUILD_HOOKS_ENABLE=1 $(BIN)/python -m build --outdir dist
+
+test-compiled: compiled
+	rm -rf build/compiled
+	$(BIN)/python -m venv build/compiled
+	build/compiled/bin/python -m pip install --quiet --disable-pip-version-check \
+	  "$$(ls dist/*-cp*.whl)[run,plots,analysis,planner,envs,croissant,dev]"
+	build/compiled/bin/eai --version | grep compiled
+	build/compiled/bin/pytest $(ARGS)
 
 audit: $(WITH_RELEASE)
 	$(RUNTIME)

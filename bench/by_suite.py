@@ -7,6 +7,9 @@ as seldom as in ``eai score``. No planner is asked. In the same run the referenc
 the first model's answers, evenly spread over the tasks, where it can do so here (`reference`).
 
     python bench/by_suite.py [--suite behavior/] [--repeats 3] [--protocol strict] [--reference 100]
+    python bench/by_suite.py --beside build/compiled/bin/python
+
+The second measures another build, which that interpreter imports, in turn with this one.
 """
 
 from __future__ import annotations
@@ -14,7 +17,7 @@ from __future__ import annotations
 import argparse
 import gzip
 import json
-import multiprocessing
+import subprocess
 import sys
 import time
 from collections.abc import Sequence
@@ -48,21 +51,38 @@ def main() -> None:
     parser.add_argument("--repeats", type=int, default=3)
     parser.add_argument("--protocol", type=Protocol, default=Protocol.STRICT)
     parser.add_argument("--reference", type=int, metavar="N", help="so many answers by the reference, too")
+    parser.add_argument("--beside", help="an interpreter that imports another build")
+    parser.add_argument("--once", action="store_true", help=argparse.SUPPRESS)
     arguments = parser.parse_args()
     if not ORACLE.is_dir():
         sys.exit("the oracle is not beside the repository")
-    print(f"{'answers a CPU second':42} {'cold':>8} {'steady':>8}")
-    for domain, ability in available_suites():
+    suites = [(d, a) for d, a in available_suites() if arguments.suite in f"{d}/{a.value}"]
+    if arguments.once:
+        print(json.dumps([measured(domain, ability, arguments.protocol) for domain, ability in suites]))
+        return
+    builds = [sys.executable, *([arguments.beside] if arguments.beside else [])]
+    print(f"{'answers a CPU second':34}" + f"{'cold':>8}{'steady':>8}" * len(builds))
+    for domain, ability in suites:
         name = f"{domain}/{ability.value}"
-        if arguments.suite in name:
-            asked = [(domain, ability, arguments.protocol)] * arguments.repeats
-            with multiprocessing.get_context("spawn").Pool(1, maxtasksperchild=1) as fresh:
-                speeds = fresh.starmap(measured, asked, chunksize=1)
-            cold, steady = (median(each) for each in zip(*speeds, strict=True))
-            print(f"{name:42} {cold:8,.0f} {steady:8,.0f}", flush=True)
-            if arguments.reference and domain == "virtualhome":
-                told = reference_speed(ability, arguments.reference)
-                print(f"    {reference.REFERENCE:38} {told:8.1f}", flush=True)
+        runs = [
+            [_once(build, name, arguments.protocol) for build in builds] for _ in range(arguments.repeats)
+        ]
+        speeds = [Speed(*map(median, zip(*of_build, strict=True))) for of_build in zip(*runs, strict=True)]
+        told = "".join(f"{speed.cold:8,.0f}{speed.steady:8,.0f}" for speed in speeds)
+        if len(speeds) > 1:
+            ratios = [b / a for a, b in zip(*speeds, strict=True)]
+            told += "   times " + ", ".join(f"{ratio:.2f}" for ratio in ratios)
+        print(f"{name:34}{told}", flush=True)
+        if arguments.reference and domain == "virtualhome":
+            speed_there = reference_speed(ability, arguments.reference)
+            print(f"    {reference.REFERENCE:30}{speed_there:8.1f}", flush=True)
+
+
+def _once(python: str, suite: str, protocol: Protocol) -> Speed:
+    """The speed of a fresh process of an interpreter."""
+    command = [python, __file__, "--once", "--suite", suite, "--protocol", protocol.value]
+    (speed,) = json.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
+    return Speed(*speed)
 
 
 def measured(domain: str, ability: Ability, protocol: Protocol) -> Speed:

@@ -10,6 +10,8 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple, TypeAlias, TypeVar
 
+from eai.logic.frozen import Frozen
+
 _FENCED = re.compile(r"```[\w-]*\s*\n?(.*?)(?:```|\Z)", re.DOTALL)
 _SPECIAL_TOKENS = re.compile(r"<\|[\w-]+\|>")
 _THINKING = re.compile(r"<think>.*?</think>", re.DOTALL)
@@ -39,7 +41,7 @@ Value: TypeAlias = object
 
 
 @dataclass(frozen=True, slots=True)
-class Found:
+class Found(Frozen):
     """A JSON value and the names of the repairs that were needed to find it."""
 
     value: Value

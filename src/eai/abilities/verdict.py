@@ -8,10 +8,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple, TypeAlias
+from typing import NamedTuple, TypeAlias
 
 from typing_extensions import Self
 
+from eai.logic.frozen import fields_in_order
 from eai.world.fault import FaultKind
 
 ALL = "all"
@@ -54,11 +55,6 @@ class Confusion(NamedTuple):
     true_positives: int
     false_positives: int
     false_negatives: int
-
-
-def fields_in_order(value: Any) -> tuple[object, ...]:
-    """The fields of a dataclass, which are the arguments that make it."""
-    return tuple([getattr(value, name) for name in value.__dataclass_fields__])
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,9 +13,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TypeAlias
 
+from eai.logic.frozen import Frozen
+
 
 @dataclass(frozen=True, slots=True)
-class Variable:
+class Variable(Frozen):
     """A variable; where it is bound by a quantifier, ``category`` restricts what it ranges over.
 
     ``category`` is None for "every object". It is part of the binding occurrence only: occurrences in a body
@@ -27,7 +29,7 @@ class Variable:
 
 
 @dataclass(frozen=True, slots=True)
-class Constant:
+class Constant(Frozen):
     """An object, by the name that the syntax at hand gives it (``sofa.352``, ``rag_51``, ``char``)."""
 
     name: str
@@ -36,7 +38,7 @@ class Constant:
 Term: TypeAlias = Variable | Constant
 
 
-class _Connectives:
+class _Connectives(Frozen):
     """Infix notation for the three Boolean connectives."""
 
     __slots__ = ()

@@ -93,7 +93,7 @@ def _paired(count: int, table: Sequence[Sequence[BestOverlap | None]]) -> BestOv
         found = [[None if cell is None else cell(said) for cell in row] for row in table]
         weights = [[None if each is None else each.score for each in row] for row in found]
         cells = heaviest_matching(weights, count)
-        return None if cells is None else _together(found[row][column] for row, column in cells)
+        return None if cells is None else _together([found[row][column] for row, column in cells])
 
     return best
 

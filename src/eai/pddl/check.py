@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import eai.logic.formula as f
 import eai.pddl.model as m
+from eai.logic.frozen import Frozen
 from eai.pddl.offence import Offence, PddlFinding
 
 TypeScope = Mapping[str, str]
@@ -19,7 +20,7 @@ TypeScope = Mapping[str, str]
 
 
 @dataclass(frozen=True, slots=True)
-class Declarations:
+class Declarations(Frozen):
     """The names that may be used.
 
     Attributes:
@@ -50,8 +51,8 @@ def check_domain(domain: m.PddlDomain) -> tuple[PddlFinding, ...]:
     """All offences of a domain: in its declarations, then operator by operator."""
     vocabulary = Declarations.of(domain)
     findings = [
-        *_duplicates((predicate.name for predicate in domain.predicates), "predicates"),
-        *_duplicates((action.name for action in domain.actions), "operators"),
+        *_duplicates([predicate.name for predicate in domain.predicates], "predicates"),
+        *_duplicates([action.name for action in domain.actions], "operators"),
     ]
     for predicate in domain.predicates:
         findings += _unknown_types(predicate.parameters, vocabulary, f"predicate {predicate.name}")
@@ -70,7 +71,7 @@ def check_action(action: m.PddlAction, vocabulary: Declarations) -> tuple[PddlFi
     place = f"parameters of {action.name}"
     scope = {parameter.name: m.type_of(parameter) for parameter in action.parameters}
     findings = [
-        *_duplicates((parameter.name for parameter in action.parameters), place),
+        *_duplicates([parameter.name for parameter in action.parameters], place),
         *_unknown_types(action.parameters, vocabulary, place),
         *_Checker(vocabulary, f"precondition of {action.name}").formula(action.precondition, scope),
         *_Checker(vocabulary, f"effect of {action.name}").effect(action.effect, scope),
@@ -82,7 +83,7 @@ def check_problem(problem: m.PddlProblem, domain: m.PddlDomain) -> tuple[PddlFin
     """All offences of a problem against its domain, each once."""
     vocabulary = Declarations.of(domain, problem.objects)
     findings = [
-        *_duplicates((item.name for item in problem.objects), "objects"),
+        *_duplicates([item.name for item in problem.objects], "objects"),
         *(
             PddlFinding(Offence.UNKNOWN_TYPE, item.type, "objects")
             for item in problem.objects
@@ -96,7 +97,7 @@ def check_problem(problem: m.PddlProblem, domain: m.PddlDomain) -> tuple[PddlFin
 
 
 @dataclass(frozen=True, slots=True)
-class _Checker:
+class _Checker(Frozen):
     """Walks one formula or effect; ``place`` says in words which."""
 
     vocabulary: Declarations

@@ -18,6 +18,7 @@ from typing_extensions import assert_never
 
 import eai.logic.formula as f
 import eai.pddl.model as m
+from eai.logic.frozen import Frozen
 from eai.pddl.writer import write_term
 
 EQUALITY = "="
@@ -39,7 +40,7 @@ class Scope(str, Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class Literal:
+class Literal(Frozen):
     """An atom, asserted or denied; in an effect: added or deleted."""
 
     predicate: str
@@ -48,7 +49,7 @@ class Literal:
 
 
 @dataclass(frozen=True, slots=True)
-class Joined:
+class Joined(Frozen):
     """A list of clauses."""
 
     connective: Connective
@@ -56,14 +57,14 @@ class Joined:
 
 
 @dataclass(frozen=True, slots=True)
-class Denied:
+class Denied(Frozen):
     """The negation of something that is not an atom."""
 
     part: Clause
 
 
 @dataclass(frozen=True, slots=True)
-class Bound:
+class Bound(Frozen):
     """A clause under a quantifier."""
 
     scope: Scope
@@ -73,7 +74,7 @@ class Bound:
 
 
 @dataclass(frozen=True, slots=True)
-class Guarded:
+class Guarded(Frozen):
     """A clause of an effect that depends on a condition."""
 
     guard: Clause
@@ -164,7 +165,7 @@ def canonical(clause: Clause, names: Mapping[str, str], depth: int = 0) -> Claus
         case Literal(predicate, arguments, positive):
             return Literal(predicate, tuple(_called(term, names) for term in arguments), positive=positive)
         case Joined(connective, parts):
-            found = (canonical(part, names, depth) for part in parts)
+            found = [canonical(part, names, depth) for part in parts]
             return Joined(connective, tuple(sorted(found, key=write_clause)))
         case Denied(part):
             return Denied(canonical(part, names, depth))

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 from eai.errors import InputError
@@ -139,7 +139,7 @@ def _without_costs(group: Group) -> Group:
             kept.append(item)
         elif not _is_cost(item):
             kept.append(_without_costs(item))
-    return replace(group, items=tuple(kept))
+    return group._replace(items=tuple(kept))
 
 
 def _is_cost(group: Group) -> bool:

@@ -12,7 +12,7 @@ inside a nested list costs one literal and not the list.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import permutations
 from typing import NamedTuple, TypeVar
@@ -110,16 +110,16 @@ def match_operators(predicted: PddlAction, gold: PddlAction) -> OperatorMatch:
         _Side(ours, theirs, tuple([canonical(part, names) for part in parts_of(theirs)]))
         for ours, theirs in trees
     ]
-    renamings = tuple(_renamings(predicted, gold))
+    renamings = _renamings(predicted, gold)
     wanted = sum(len(side.wanted) for side in sides)
     found = _best(sides, renamings, _match_clauses, lambda clauses: len(clauses.matched), wanted)
-    precondition, effect = (SideMatch(*(tuple(map(write_clause, part)) for part in side)) for side in found)
+    precondition, effect = [SideMatch(*[tuple(map(write_clause, part)) for part in side]) for side in found]
     wanted = sum(_size(side.theirs) for side in sides)
     matched = _best(sides, renamings, _match_side_literals, int, wanted)
-    in_literals = (
+    in_literals = [
         LiteralMatch(number, _size(side.ours) - number, _size(side.theirs) - number)
         for number, side in zip(matched, sides, strict=True)
-    )
+    ]
     return OperatorMatch(precondition, effect, *in_literals)
 
 
@@ -153,7 +153,7 @@ def _match_clauses(side: _Side, renaming: Renaming) -> _Found:
     left = [(canonical(part, renaming), part) for part in _clauses(side.ours, side.theirs)]
     found = _Found([], [], [])
     for part, same in zip(parts_of(side.theirs), side.wanted, strict=True):
-        partner = next((own for own in left if own[0] == same), None)
+        partner = next(filter(lambda own: own[0] == same, left), None)
         if partner is None:
             found.missing.append(part)
         else:
@@ -165,14 +165,12 @@ def _match_clauses(side: _Side, renaming: Renaming) -> _Found:
 
 def _clauses(ours: Clause, theirs: Clause) -> tuple[Clause, ...]:
     """The clauses of an answer; beside a gold list with the other connective its list is a single one."""
-    match ours, theirs:
-        case Joined(connective, [_, *_]), Joined(other, [_, *_]) if connective is not other:
-            return (ours,)
-        case _:
-            return parts_of(ours)
+    if isinstance(ours, Joined) and isinstance(theirs, Joined) and ours.parts and theirs.parts:
+        return ours.parts if ours.connective is theirs.connective else (ours,)
+    return parts_of(ours)
 
 
-def _renamings(predicted: PddlAction, gold: PddlAction) -> Iterator[Renaming]:
+def _renamings(predicted: PddlAction, gold: PddlAction) -> list[Renaming]:
     """The pairings of parameters that agree with most types, that by position first."""
     ours, theirs = predicted.parameters, gold.parameters
     size = max(len(ours), len(theirs))
@@ -183,7 +181,7 @@ def _renamings(predicted: PddlAction, gold: PddlAction) -> Iterator[Renaming]:
         agreeing = sum(type_of(a) == type_of(b) for a, b in pairs)
         candidates.append((agreeing, {a.name: b.name for a, b in pairs}))
     most = max(agreeing for agreeing, _ in candidates)
-    return (renaming for agreeing, renaming in candidates if agreeing == most)
+    return [renaming for agreeing, renaming in candidates if agreeing == most]
 
 
 def _match_side_literals(side: _Side, renaming: Renaming) -> int:

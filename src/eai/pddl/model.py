@@ -12,34 +12,35 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 import eai.logic.formula as f
+from eai.logic.frozen import Frozen
 
 OBJECT = "object"
 """The root of every type hierarchy."""
 
 
 @dataclass(frozen=True, slots=True)
-class AddEffect:
+class AddEffect(Frozen):
     """The atom becomes true."""
 
     atom: f.Atom
 
 
 @dataclass(frozen=True, slots=True)
-class DeleteEffect:
+class DeleteEffect(Frozen):
     """The atom becomes false, unless another part of the same effect makes it true."""
 
     atom: f.Atom
 
 
 @dataclass(frozen=True, slots=True)
-class Both:
+class Both(Frozen):
     """All parts take place together; none is "no effect"."""
 
     parts: tuple[PddlEffect, ...]
 
 
 @dataclass(frozen=True, slots=True)
-class Each:
+class Each(Frozen):
     """The part takes place for every object of the variable's type."""
 
     variable: f.Variable
@@ -47,7 +48,7 @@ class Each:
 
 
 @dataclass(frozen=True, slots=True)
-class WhenEffect:
+class WhenEffect(Frozen):
     """The part takes place if the condition held before."""
 
     condition: f.Formula
@@ -60,7 +61,7 @@ NO_EFFECT = Both(())
 
 
 @dataclass(frozen=True, slots=True)
-class TypedName:
+class TypedName(Frozen):
     """A type with its supertype, or an object with its type."""
 
     name: str
@@ -68,7 +69,7 @@ class TypedName:
 
 
 @dataclass(frozen=True, slots=True)
-class PddlPredicate:
+class PddlPredicate(Frozen):
     """A declared predicate with its typed parameters."""
 
     name: str
@@ -76,7 +77,7 @@ class PddlPredicate:
 
 
 @dataclass(frozen=True, slots=True)
-class PddlAction:
+class PddlAction(Frozen):
     """An operator."""
 
     name: str
@@ -86,7 +87,7 @@ class PddlAction:
 
 
 @dataclass(frozen=True, slots=True)
-class PddlAxiom:
+class PddlAxiom(Frozen):
     """A derived predicate: it holds of its parameters where the condition does."""
 
     name: str
@@ -95,7 +96,7 @@ class PddlAxiom:
 
 
 @dataclass(frozen=True, slots=True)
-class PddlDomain:
+class PddlDomain(Frozen):
     """A planning domain. Declarations keep the order of the text.
 
     The names of derived predicates are declared among the predicates too.
@@ -111,7 +112,7 @@ class PddlDomain:
 
 
 @dataclass(frozen=True, slots=True)
-class PddlProblem:
+class PddlProblem(Frozen):
     """A planning problem. What ``initial`` does not list is false; ``denied`` are the atoms that say so."""
 
     name: str
@@ -127,15 +128,14 @@ def type_of(variable: f.Variable) -> str:
     return variable.category or OBJECT
 
 
-def supertypes(types: tuple[TypedName, ...], name: str) -> Iterator[str]:
+def supertypes(types: tuple[TypedName, ...], name: str) -> list[str]:
     """The type itself and everything above it, nearest first; the root comes last and always."""
     parents = {declared.name: declared.type for declared in types}
-    seen = {OBJECT}
-    while name not in seen:
-        yield name
-        seen.add(name)
+    found: list[str] = []
+    while name != OBJECT and name not in found:
+        found.append(name)
         name = parents.get(name, OBJECT)
-    yield OBJECT
+    return [*found, OBJECT]
 
 
 def objects_by_type(domain: PddlDomain, problem: PddlProblem) -> dict[str, tuple[str, ...]]:

@@ -115,12 +115,12 @@ def _marked(expression: SExpr, bare: frozenset[str] = frozenset()) -> SExpr:
     """The expression with question marks put before names that a quantifier binds without one."""
     if isinstance(expression, Symbol):
         return (
-            replace(expression, text=f"?{expression.text}--bare") if expression.text in bare else expression
+            expression._replace(text=f"?{expression.text}--bare") if expression.text in bare else expression
         )
     match expression.items:
         case (Symbol("forall" | "exists"), Group(names), _):
             bare |= {name for name in _bound_words(names) if not name.startswith("?")}
-    return replace(expression, items=tuple(_marked(item, bare) for item in expression.items))
+    return expression._replace(items=tuple(_marked(item, bare) for item in expression.items))
 
 
 def _bound_words(names: tuple[SExpr, ...]) -> list[str]:

@@ -196,9 +196,9 @@ class PddlReader:
         return tuple(found)
 
     def _definition(self, group: Group, kind: str) -> tuple[str, Sequence[Group]]:
-        match group.items:
-            case (Symbol("define"), Group((Symbol(word), Symbol(name))), *sections) if word == kind:
-                return name, [section for section in sections if isinstance(section, Group)]
+        match group.items[:2]:
+            case (Symbol("define"), Group((Symbol(word), Symbol(name)))) if word == kind:
+                return name, [section for section in group.items[2:] if isinstance(section, Group)]
             case _:
                 raise error_at(self._text, group.offset, Offence.MALFORMED, f"(define ({kind} NAME) ...)")
 

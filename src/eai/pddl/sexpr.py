@@ -9,8 +9,7 @@ the business of `reader`.
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
 from eai.pddl.offence import Offence, PddlError
 
@@ -20,16 +19,14 @@ MAX_DEPTH = 100
 """How deep parentheses may nest; the data set needs 9."""
 
 
-@dataclass(frozen=True, slots=True)
-class Symbol:
+class Symbol(NamedTuple):
     """A word, in lower case since PDDL does not distinguish case; ``offset`` counts characters from 0."""
 
     text: str
     offset: int
 
 
-@dataclass(frozen=True, slots=True)
-class Group:
+class Group(NamedTuple):
     """A parenthesised list from ``offset``, its opening parenthesis, to ``end``, behind the closing one."""
 
     items: tuple[SExpr, ...]

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 import eai.logic.formula as f
+from eai.logic.frozen import Frozen
 from eai.logic.traversal import walk
 from eai.world.state import State
 from eai.world.vocabulary import DerivedPredicate, Vocabulary, atom
@@ -23,7 +24,7 @@ Test: TypeAlias = Callable[[State, tuple[int, ...]], bool]
 
 
 @dataclass(frozen=True, slots=True)
-class Defined:
+class Defined(Frozen):
     """A derived predicate given by a formula over its parameters.
 
     ``values``, where there is one, is a faster way to the same: a pure function from all arguments but the
@@ -51,7 +52,7 @@ class Defined:
 
 
 @dataclass(frozen=True, slots=True)
-class Computed:
+class Computed(Frozen):
     """A derived predicate given by a pure test of a state and object indices.
 
     ``meaning``, where there is one, says the same as a formula, for syntaxes that have no functions.
@@ -69,7 +70,7 @@ class Computed:
 
 
 @dataclass(frozen=True, slots=True)
-class Lookup:
+class Lookup(Frozen):
     """A derived predicate whose last argument is looked up: a pure function from the others to a mask.
 
     ``values(state, arguments)`` is the mask of all objects that make the predicate true as last argument.

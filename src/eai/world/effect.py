@@ -14,6 +14,7 @@ from typing_extensions import assert_never
 
 from eai.errors import DomainError
 from eai.logic.formula import Atom, Formula, Variable
+from eai.logic.frozen import Frozen
 from eai.world.condition import Conditions
 from eai.world.frame import UNBOUND, Binding, Frame
 from eai.world.relation import bits
@@ -25,21 +26,21 @@ ANYTHING: Final = Variable("*")
 
 
 @dataclass(frozen=True, slots=True)
-class Add:
+class Add(Frozen):
     """The atom becomes true."""
 
     atom: Atom
 
 
 @dataclass(frozen=True, slots=True)
-class Delete:
+class Delete(Frozen):
     """The atom becomes false; `ANYTHING` in it makes it a pattern for many atoms."""
 
     atom: Atom
 
 
 @dataclass(frozen=True, slots=True)
-class When:
+class When(Frozen):
     """The effects take place if the condition held before the action, ``otherwise`` if it did not."""
 
     condition: Formula
@@ -48,7 +49,7 @@ class When:
 
 
 @dataclass(frozen=True, slots=True)
-class ForEach:
+class ForEach(Frozen):
     """Each effect in turn takes place for all objects that met the condition before the action."""
 
     variable: Variable
@@ -57,7 +58,7 @@ class ForEach:
 
 
 @dataclass(frozen=True, slots=True)
-class Let:
+class Let(Frozen):
     """The effects take place for the first object (by index) that met the condition before the action."""
 
     variable: Variable

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from eai.logic.formula import And, Formula
+from eai.logic.frozen import Frozen
 from eai.world.condition import Conditions
 from eai.world.effect import Apply, Effects
 from eai.world.frame import Binding, Frame, Truth
@@ -16,7 +17,7 @@ from eai.world.vocabulary import Vocabulary
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class CompiledCheck:
+class CompiledCheck(Frozen):
     """A check with its condition, and each formula of what it seeks in the past, as functions.
 
     It is equal to itself alone, and belongs to one list of checks.

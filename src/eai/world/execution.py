@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import NamedTuple
 
+from eai.logic.frozen import Frozen
 from eai.world.domain import Domain
 from eai.world.executable import CompiledOperator
 from eai.world.fault import FaultKind
@@ -23,7 +24,7 @@ class Action(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True)
-class Fault:
+class Fault(Frozen):
     """Why a step was not executed.
 
     Attributes:
@@ -54,7 +55,7 @@ class Step(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True)
-class Trajectory:
+class Trajectory(Frozen):
     """What became of a plan, or of all that was tried in an episode.
 
     Attributes:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from enum import Enum
 
 from eai.logic.formula import Formula, Variable
+from eai.logic.frozen import Frozen
 from eai.world.effect import Effect
 from eai.world.fault import FaultKind
 
@@ -15,7 +16,7 @@ _WORD = re.compile(r"\w+")
 
 
 @dataclass(frozen=True, slots=True)
-class Check:
+class Check(Frozen):
     """A condition for an action, and what its failure means.
 
     Attributes:
@@ -61,7 +62,7 @@ def missing(condition: Formula, reason: str, sought: tuple[Formula, ...] | None 
 
 
 @dataclass(frozen=True, slots=True)
-class Try:
+class Try(Frozen):
     """One of several things that an action tries.
 
     Attributes:
@@ -89,7 +90,7 @@ class Role(str, Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class Operator:
+class Operator(Frozen):
     """An action of a domain.
 
     Attributes:

@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from eai.logic.frozen import Frozen
 from eai.world.state import Scene
 
 
 @dataclass(frozen=True, slots=True)
-class SceneObjects:
+class SceneObjects(Frozen):
     """The objects of a scene by category, for quantifiers (`eai.logic.choice.Universe`)."""
 
     scene: Scene

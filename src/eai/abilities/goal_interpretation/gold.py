@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 from eai.abilities.goal_interpretation.lexicon import GoalLexicon
@@ -10,6 +9,7 @@ from eai.abilities.goal_interpretation.notation import Alternatives, GoalNotatio
 from eai.abilities.goal_interpretation.written import WrittenGoal
 from eai.abilities.task import GoalKind, Task
 from eai.logic.choice import Literal
+from eai.logic.frozen import Frozen
 from eai.logic.options import choice_options
 from eai.logic.overlap import BestOverlap, best_overlap
 from eai.world.domain import Domain
@@ -17,7 +17,7 @@ from eai.world.relation import bits
 
 
 @dataclass(frozen=True, slots=True)
-class GoldGoal:
+class GoldGoal(Frozen):
     """A goal of a task; its options are sets of conditions, as masks.
 
     Attributes:
@@ -61,9 +61,9 @@ class GoldGoals:
         """Of each goal the option that shares most with what is said; 0 where there is none."""
         return [0 if (best := goal.best(said)) is None else best.conditions for goal in self.goals]
 
-    def conditions(self, mask: int) -> Iterator[WrittenGoal]:
+    def conditions(self, mask: int) -> tuple[WrittenGoal, ...]:
         """The conditions of a set, as they are stated."""
-        return (self.stated[number] for number in bits(mask))
+        return tuple([self.stated[number] for number in bits(mask)])
 
     def as_texts(self, mask: int) -> tuple[str, ...]:
         """The conditions of a set as texts."""

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from eai.abilities.task import GoalKind
+from eai.logic.frozen import Frozen
 
 SECTIONS = {
     GoalKind.STATE: "node goals",
@@ -44,7 +45,7 @@ class IllFormed(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True)
-class WrittenGoals:
+class WrittenGoals(Frozen):
     """The goals of an answer, in order.
 
     Attributes:

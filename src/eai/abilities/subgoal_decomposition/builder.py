@@ -118,10 +118,8 @@ class Programs:
     def _plans(self, literals: tuple[GroundAtom, ...], formula: f.Formula, why: _Why, is_all: bool) -> Plans:
         """What brings literals about, so that a formula holds."""
         required = self.required(formula, why)
-
-        @cache
-        def made() -> Plans:
-            return self._refinement.plans(
+        made = cache(
+            lambda: self._refinement.plans(
                 literals,
                 required.holds,
                 self.task.scene,
@@ -130,7 +128,7 @@ class Programs:
                 may_be_needless=is_all,
                 test_effort=required.effort,
             )
-
+        )
         return lru_cache(_STATES)(lambda state: made()(state))
 
 

@@ -13,13 +13,14 @@ from eai.abilities.unreadable import Unreadable
 from eai.abilities.verdict import ErrorReport
 from eai.errors import InputError, ParseError
 from eai.logic.formula import Formula
+from eai.logic.frozen import Frozen
 from eai.logic.ltl import parse
 from eai.logic.signature import Misuse, MisuseKind, Signature
 from eai.world.fault import FaultKind
 
 
 @dataclass(frozen=True, slots=True)
-class Compiled:
+class Compiled(Frozen):
     """An answer that can be carried out: its subgoals, their program, what reading repaired and left out."""
 
     subgoals: tuple[Formula, ...]
@@ -39,7 +40,7 @@ class Offence(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True)
-class Rejected:
+class Rejected(Frozen):
     """An answer that cannot be carried out: why, what is wrong with its names, what reading left out."""
 
     category: SubgoalCategory

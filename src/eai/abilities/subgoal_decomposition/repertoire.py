@@ -279,11 +279,11 @@ def _written(operator: Operator) -> Iterator[str]:
 def _asked(operator: Operator) -> Iterator[Formula]:
     """All that an operator's checks ask for."""
     for checks in (operator.checks, *(each.checks for each in operator.tries)):
-        yield from (check.condition for check in checks)
+        yield from [check.condition for check in checks]
 
 
 def _tried(operator: Operator) -> Iterator[Formula]:
     """What decides whether something that an operator tries is made, and succeeds."""
     for each in operator.tries:
         yield each.condition
-        yield from (check.condition for check in each.checks)
+        yield from [check.condition for check in each.checks]

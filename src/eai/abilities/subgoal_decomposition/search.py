@@ -28,6 +28,7 @@ from eai.abilities.subgoal_decomposition.program import (
     Require,
     Split,
 )
+from eai.logic.frozen import Frozen
 from eai.world.domain import Domain
 from eai.world.execution import Action, Fault, Step, attempt
 from eai.world.fault import FaultKind
@@ -51,7 +52,7 @@ class BranchGoal(Protocol):
 
 
 @dataclass(frozen=True, slots=True)
-class SearchLimits:
+class SearchLimits(Frozen):
     """How much a search may do.
 
     Attributes:
@@ -76,7 +77,7 @@ class SearchEnd(str, Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class Outcome:
+class Outcome(Frozen):
     """What a search found.
 
     Attributes:
@@ -164,7 +165,7 @@ class _Search:
             self._end = SearchEnd.BRANCHES
         best = (self._successful.branch, self._executable.branch, self._failed.branch, fallback)
         return Outcome(
-            reported=next(branch for branch in best if branch is not None),
+            reported=next(filter(None, best)),
             success=self._successful.branch is not None,
             executable=self._successful.branch is not None or self._executable.branch is not None,
             end=self._end,

@@ -19,6 +19,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 from eai.abilities.json_text import Pairs, find_json
+from eai.logic.frozen import Frozen
 from eai.pddl.model import PddlAction
 from eai.pddl.offence import Offence, PddlError, PddlFinding
 from eai.pddl.reader import PddlReader
@@ -32,7 +33,7 @@ _MEANING = {"n": "\n", "r": "\n", "t": "\t", '"': '"', "\\": "\\"}
 
 
 @dataclass(frozen=True, slots=True)
-class WrittenOperator:
+class WrittenOperator(Frozen):
     """An operator of an answer: its value, or the offence for which it cannot be read."""
 
     name: str
@@ -40,7 +41,7 @@ class WrittenOperator:
 
 
 @dataclass(frozen=True, slots=True)
-class WrittenOperators:
+class WrittenOperators(Frozen):
     """The operators of an answer in order, each name once, and the repairs it took to read them."""
 
     operators: tuple[WrittenOperator, ...]

@@ -1,0 +1,49 @@
+"""Frozen values are copied and pickled, whichever build made them."""
+
+import copy
+import pickle
+from collections.abc import Callable
+from dataclasses import FrozenInstanceError, fields
+
+import pytest
+
+from eai.logic.formula import And, Atom, Constant, Exactly, Formula, ForPairs, Not, Variable
+from eai.logic.frozen import Frozen
+from eai.world.effect import Add, When
+from eai.world.execution import Fault
+from eai.world.fault import FaultKind
+from eai.world.operator import Check, Operator
+from eai.world.state import WorldObject
+from eai.world.vocabulary import Predicate
+
+X = Variable("x", "cup")
+ON: Formula = And((Atom("on", (X, Constant("table_1"))), Not(Exactly(2, X, Atom("full", (X,))))))
+CHECK = Check(ON, FaultKind.MISSING_STEP, "{x} is not on it")
+VALUES: tuple[Frozen, ...] = (
+    X,
+    ON,
+    ForPairs(X, Variable("y", "lid"), ON, 3),
+    Predicate("on", 2),
+    WorldObject("cup_1", "cup"),
+    CHECK,
+    Operator("take", (X,), (CHECK,), (When(ON, (Add(Atom("held", (X,))),)),)),
+    Fault(FaultKind.WRONG_ORDER, CHECK, 3, (FaultKind.AFFORDANCE,)),
+)
+
+TWINS: tuple[Callable[[Frozen], Frozen], ...] = (
+    copy.copy,
+    copy.deepcopy,
+    lambda value: pickle.loads(pickle.dumps(value)),  # noqa: S301 - its own bytes
+    lambda value: pickle.loads(pickle.dumps(value, protocol=0)),  # noqa: S301 - its own bytes
+)
+
+
+@pytest.mark.parametrize("value", VALUES, ids=lambda value: type(value).__name__)
+@pytest.mark.parametrize("twin", TWINS, ids=["copy", "deepcopy", "pickle", "oldest pickle"])
+def test_a_twin_is_equal_and_frozen(value: Frozen, twin: Callable[[Frozen], Frozen]) -> None:
+    made = twin(value)
+    assert made == value
+    assert type(made) is type(value)
+    assert hash(made) == hash(value)
+    with pytest.raises(FrozenInstanceError):
+        setattr(made, fields(made)[0].name, None)  # type: ignore[arg-type]
