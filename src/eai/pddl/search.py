@@ -55,8 +55,8 @@ class Effort:
         central: how many states may be evaluated with actions on the goal's objects only.
         full: how many with all actions.
         size: how many objects may be looked at to ground operators and goal.
-        looks: how many literals, options and effects may be looked at, in all states together; of the
-            operators of nine models one problem needs a half of them.
+        looks: how many literals, options and effects may be looked at, in all states together;
+            no problem of nine models' operators that is decided needs half of them.
     """
 
     central: int = 60
