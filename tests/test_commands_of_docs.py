@@ -68,7 +68,10 @@ def understand(arguments: list[str]) -> None:
     command: Any = typer.main.get_command(app)
     context = None
     while True:
-        context = command.make_context(command.name or "eai", list(arguments), parent=context)
+        try:
+            context = command.make_context(command.name or "eai", list(arguments), parent=context)
+        except typer.Exit:  # --version has answered
+            return
         if not hasattr(command, "commands"):
             return
         rest = [*context._protected_args, *context.args]  # the name of the command, and what follows
