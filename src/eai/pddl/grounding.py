@@ -27,12 +27,6 @@ class GroundCondition(NamedTuple):
     false: int
     choices: tuple[tuple[GroundCondition, ...], ...]
 
-    def holds(self, state: int) -> bool:
-        """Whether the condition holds in a state."""
-        if self.true & ~state or self.false & state:
-            return False
-        return not self.choices or all(any(part.holds(state) for part in choice) for choice in self.choices)
-
 
 class GroundChange(NamedTuple):
     """A ground conditional effect; ``add`` and ``delete`` are bit masks."""
@@ -49,15 +43,6 @@ class GroundAction:
     step: PlanStep
     precondition: GroundCondition
     changes: tuple[GroundChange, ...]
-
-    def successor(self, state: int) -> int:
-        """The state after the action; what is both deleted and added is true."""
-        add = delete = 0
-        for change in self.changes:
-            if change.condition.holds(state):
-                add |= change.add
-                delete |= change.delete
-        return (state & ~delete) | add
 
 
 ALWAYS = GroundCondition(0, 0, ())
