@@ -12,6 +12,7 @@ from ray.exceptions import RayActorError
 
 from eai.errors import InputError, WorkerError
 from eai.scoring.batch import Scoring
+from eai.scoring.worker import loaded
 from eai.scoring.workers import AHEAD, DEATHS, LARGEST, SMALLEST, batches
 
 LOCAL = "local"
@@ -101,13 +102,8 @@ def _results(promised: Any) -> Sequence[Any]:
 
 
 class _Actor:
-    """What works on a node: it loads each work once, for opening the tasks that it is about takes long."""
-
-    def __init__(self) -> None:
-        self._known: tuple[bytes, Callable[[Sequence[Any]], Sequence[Any]]] | None = None
+    """What works on a node."""
 
     def done(self, work: bytes, items: bytes) -> bytes:
         """What some work makes of a batch."""
-        if self._known is None or self._known[0] != work:
-            self._known = work, pickle.loads(work)  # noqa: S301 - of the program that started it
-        return pickle.dumps(self._known[1](pickle.loads(items)))  # noqa: S301
+        return pickle.dumps(loaded(work)(pickle.loads(items)))  # noqa: S301 - of the program that started it

@@ -74,7 +74,7 @@ def _done(content: bytes) -> bytes:
     """What some work makes of a batch, pickled plainly: as a connection does it takes twice as long."""
     try:
         given: Given = pickle.loads(content)  # noqa: S301 - of a process of this program
-        return pickle.dumps(_loaded(given.work)(given.items))
+        return pickle.dumps(loaded(given.work)(given.items))
     except Exception as error:
         return _told(error)
 
@@ -90,7 +90,7 @@ def _told(error: Exception) -> bytes:
 
 
 @lru_cache(maxsize=8)
-def _loaded(work: bytes) -> Callable[[Sequence[Any]], Sequence[Any]]:
+def loaded(work: bytes) -> Callable[[Sequence[Any]], Sequence[Any]]:
     """Work as it was pickled; opening the tasks that it is about takes long."""
-    loaded: Callable[[Sequence[Any]], Sequence[Any]] = pickle.loads(work)  # noqa: S301
-    return loaded
+    known: Callable[[Sequence[Any]], Sequence[Any]] = pickle.loads(work)  # noqa: S301 - of this program
+    return known
