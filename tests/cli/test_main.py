@@ -1,15 +1,19 @@
 from __future__ import annotations
 
 import os
+import re
 import signal
 import subprocess
 import sys
+from collections.abc import Iterator
+from typing import Any
 
 import pytest
+from typer.main import get_command
 
 from cli.conftest import Command
 from eai import __version__, cli
-from eai.cli import analyze
+from eai.cli import analyze, app
 from eai.logic import formula
 
 NAP = """
@@ -124,6 +128,32 @@ def test_help_cuts_no_name_of_an_option(command: str, columns: str) -> None:
     )
     assert "…" not in done.stdout
     assert max(map(len, done.stdout.splitlines())) <= int(columns)
+
+
+def commands(group: Any, *path: str) -> Iterator[str]:
+    """The names of all commands below a group."""
+    for name in list(group.commands):
+        command = group.commands[name]
+        if hasattr(command, "commands"):
+            yield from commands(command, *path, name)
+        else:
+            yield " ".join((*path, name))
+
+
+def test_help_has_an_example_and_names_values_as_the_field_does(
+    eai: Command, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", "80")
+    found = list(commands(get_command(app)))
+    assert {"score", "analyze items", "data fetch"} <= {*found}
+    for command in found:
+        shown = eai(*command.split(), "--help").out
+        assert max(map(len, shown.splitlines())) <= 80, command
+        assert "…" not in shown, command
+        _, *examples = " ".join(shown.split()).split("Example: ")
+        assert any(f"eai {command.removesuffix(' write')}" in example for example in examples), command
+        of_python = r"<(?:list|bool|str|int|float|path|\w+ range)\b.*>|\b(?:TEXT|INTEGER|FLOAT)\b"
+        assert not re.findall(of_python, shown), command
 
 
 def test_a_run_without_inspect_is_refused_at_once_in_one_line() -> None:

@@ -9,6 +9,7 @@ from typing import Annotated, Any, ClassVar
 import typer
 
 from eai import __version__
+from eai.cli.helped import HELP_OPTIONS
 from eai.cli.lazily import LazyGroup, Place
 from eai.errors import EaiError, InterruptError
 
@@ -53,7 +54,7 @@ app = typer.Typer(
     cls=_Commands,
     no_args_is_help=True,
     pretty_exceptions_enable=False,
-    context_settings={"help_option_names": ["-h", "--help"]},
+    context_settings={"help_option_names": [*HELP_OPTIONS]},
 )
 
 

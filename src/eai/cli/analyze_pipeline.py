@@ -47,11 +47,10 @@ def pipeline(
     piped: Annotated[
         Path, typer.Argument(help="Records of the pipeline, or a folder of them.", metavar="PIPELINE")
     ],
-    out: Annotated[Path, typer.Option(metavar="DIR", help="The folder for the tables.")] = Path(_NAME),
+    out: Annotated[Path, typer.Option(help="The folder for the tables.")] = Path(_NAME),
     goals: Annotated[
         Path | None,
         typer.Option(
-            metavar="PATH",
             help="The answers to goal interpretation: says which conditions are missing, and finds what a "
             "perfect second stage would reach.",
         ),

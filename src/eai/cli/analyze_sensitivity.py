@@ -32,7 +32,10 @@ def sensitivity(
     out: Annotated[Path, typer.Option(help="The folder for the results.")],
     replace: Annotated[
         list[Replaced] | None,
-        typer.Option(help="What of a gold operator is the model's: all of it, or one side. [operator]"),
+        typer.Option(
+            metavar="PART",
+            help="What of a gold operator is the model's: operator (if not given), precondition, effect.",
+        ),
     ] = None,
     planner: Planner = PlannerChoice.AUTO,
     plots: Plots = True,

@@ -29,7 +29,11 @@ def table(
     out: Annotated[Path, typer.Option(help="The folder for the tables.")],
     formats: Annotated[
         list[Format] | None,
-        typer.Option("--format", help="How they are written; parquet needs the extra 'analysis'. [csv]"),
+        typer.Option(
+            "--format",
+            metavar="FORMAT",
+            help="csv, if not given, or parquet, which needs the extra 'analysis'.",
+        ),
     ] = None,
     as_json: AsJson = False,
     data: DataFolder = None,

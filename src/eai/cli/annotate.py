@@ -43,7 +43,6 @@ Demonstrations = Annotated[
     Path | None,
     typer.Option(
         "--demonstrations",
-        metavar="PATH",
         help="An archive with more demonstrations than the benchmark has tasks, where it can read one.",
     ),
 ]

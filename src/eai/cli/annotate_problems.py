@@ -26,10 +26,10 @@ DOMAIN_FILE = "domain.pddl"
 
 def problems(
     domain: Annotated[str, typer.Option(help=DOMAIN_HELP)],
-    out: Annotated[Path, typer.Option(metavar="DIR", help="Where domain and problems go.")],
-    conditions: Annotated[int, typer.Option(min=1, metavar="N", help="The most conditions of a goal.")] = 4,
-    seed: Annotated[int, typer.Option(metavar="N", help="Of what is drawn.")] = 0,
-    limit: Annotated[int | None, typer.Option(min=1, metavar="N", help="Tasks, at most.")] = None,
+    out: Annotated[Path, typer.Option(help="Where domain and problems go.")],
+    conditions: Annotated[int, typer.Option(min=1, help="The most conditions of a goal.")] = 4,
+    seed: Annotated[int, typer.Option(help="Of what is drawn.")] = 0,
+    limit: Annotated[int | None, typer.Option(min=1, help="Tasks, at most.")] = None,
     planner: Planner = PlannerChoice.AUTO,
     as_json: AsJson = False,
     data: DataFolder = None,

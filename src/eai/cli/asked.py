@@ -17,14 +17,13 @@ _ASKED, _PACE = "What is asked", "Requests"
 
 Domains = Annotated[
     list[str] | None,
-    typer.Option("--domain", metavar="NAME", help=f"{DOMAIN_HELP} All if not given.", rich_help_panel=_ASKED),
+    typer.Option("--domain", help=f"{DOMAIN_HELP} All if not given.", rich_help_panel=_ASKED),
 ]
 Abilities = Annotated[
     list[Ability] | None,
     typer.Option(
         "--ability",
         parser=ability_of,
-        metavar="NAME",
         help=f"{ABILITIES}. All if not given.",
         rich_help_panel=_ASKED,
     ),
@@ -33,14 +32,13 @@ Tasks = Annotated[
     str,
     typer.Option(
         "--tasks",
-        metavar="ID,ID",
         help="Only these, in suites that have them; short: forty that stand for a suite.",
         rich_help_panel=_ASKED,
     ),
 ]
 Limit = Annotated[
     int | None,
-    typer.Option("--limit", min=1, metavar="N", help="Tasks a suite, at most.", rich_help_panel=_ASKED),
+    typer.Option("--limit", min=1, help="Tasks a suite, at most.", rich_help_panel=_ASKED),
 ]
 Adaptive = Annotated[
     float | None,
@@ -58,35 +56,29 @@ OfSet = Annotated[
 ]
 Prompts = Annotated[
     Path | None,
-    typer.Option("--prompts", metavar="DIR", help="Prompts of your own.", rich_help_panel=_ASKED),
+    typer.Option("--prompts", help="Prompts of your own.", rich_help_panel=_ASKED),
 ]
 PromptName = Annotated[
     str | None,
-    typer.Option(
-        "--prompt-name", metavar="NAME", help="What these prompts are called.", rich_help_panel=_ASKED
-    ),
+    typer.Option("--prompt-name", help="What these prompts are called.", rich_help_panel=_ASKED),
 ]
 
 MaxConnections = Annotated[
     int | None,
-    typer.Option("--max-connections", min=1, metavar="N", help="Requests at a time.", rich_help_panel=_PACE),
+    typer.Option("--max-connections", min=1, help="Requests at a time.", rich_help_panel=_PACE),
 ]
 MaxRetries = Annotated[
     int,
-    typer.Option(
-        "--max-retries", min=0, metavar="N", help="Repeat a failed one so often.", rich_help_panel=_PACE
-    ),
+    typer.Option("--max-retries", min=0, help="Repeat a failed one so often.", rich_help_panel=_PACE),
 ]
 Timeout = Annotated[
     int | None,
-    typer.Option("--timeout", min=1, metavar="S", help="Seconds until one failed.", rich_help_panel=_PACE),
+    typer.Option("--timeout", min=1, help="Seconds until one failed.", rich_help_panel=_PACE),
 ]
 Batch = Annotated[
     bool, typer.Option("--batch", help="Use the provider's batch service.", rich_help_panel=_PACE)
 ]
 Prices = Annotated[
     Path | None,
-    typer.Option(
-        "--prices", metavar="FILE", help="Prices of models, as Inspect reads them.", rich_help_panel=_PACE
-    ),
+    typer.Option("--prices", help="Prices of models, as Inspect reads them.", rich_help_panel=_PACE),
 ]

@@ -28,7 +28,7 @@ Goals = Annotated[
 
 Replans = Annotated[
     int,
-    typer.Option(min=0, metavar="N", help="Further attempts at a task that fails.", rich_help_panel=PANEL),
+    typer.Option(min=0, help="Further attempts at a task that fails.", rich_help_panel=PANEL),
 ]
 InWorld = Annotated[
     World, typer.Option("--world", help="Where further attempts begin.", rich_help_panel=PANEL)
@@ -47,11 +47,9 @@ InForm = Annotated[
 ]
 Slip = Annotated[
     float,
-    typer.Option(
-        min=0, max=1, metavar="P", help="How likely an action does not work.", rich_help_panel=PANEL
-    ),
+    typer.Option(min=0, max=1, help="How likely an action does not work.", rich_help_panel=PANEL),
 ]
-SlipSeed = Annotated[int, typer.Option(metavar="N", help="The seed of the slips.", rich_help_panel=PANEL)]
+SlipSeed = Annotated[int, typer.Option(help="The seed of the slips.", rich_help_panel=PANEL)]
 OfNotice = Annotated[
     Notice, typer.Option("--slip-notice", help="Whether a slip is noticed.", rich_help_panel=PANEL)
 ]

@@ -44,7 +44,7 @@ def explain(
         Path, typer.Argument(help="A records.jsonl, or a folder with some below.", metavar="RECORDS")
     ],
     task: Annotated[
-        str, typer.Argument(help="A task: its id, how it begins, or words of its title.", metavar="[TASK]")
+        str, typer.Argument(help="A task: its id, how it begins, or words of its title.", metavar="TASK")
     ] = "",
     failed: Annotated[
         bool, typer.Option("--failed", help="Only failures; without TASK they are listed.")
@@ -55,8 +55,8 @@ def explain(
             parser=_outcome, metavar="KIND", help="Only answers that came to this: missing_step, say."
         ),
     ] = None,
-    model: Annotated[str | None, typer.Option(metavar="NAME", help="Only answers of this model.")] = None,
-    limit: Annotated[int, typer.Option(min=0, metavar="N", help="List so many; 0 for all.")] = 20,
+    model: Annotated[str | None, typer.Option(help="Only answers of this model.")] = None,
+    limit: Annotated[int, typer.Option(min=0, help="List so many; 0 for all.")] = 20,
     as_json: AsJson = False,
     data: DataFolder = None,
 ) -> None:

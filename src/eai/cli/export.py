@@ -13,7 +13,7 @@ from typing import Annotated, TextIO
 
 import typer
 
-from eai.abilities.protocol import Ability
+from eai.abilities.protocol import Ability, ability_of
 from eai.abilities.record import Record
 from eai.abilities.verdict import Json
 from eai.benchmarks.prompt_library import Library
@@ -22,7 +22,7 @@ from eai.benchmarks.source import Source
 from eai.benchmarks.suite import open_suite
 from eai.benchmarks.task_files import task_files_in
 from eai.cli.console import DOMAIN_HELP, counted, data_progress, tell
-from eai.cli.options import AsJson
+from eai.cli.options import ABILITIES, AsJson
 from eai.cli.store import DataFolder, store
 from eai.errors import InputError
 from eai.pddl.planning import PlannerChoice
@@ -53,19 +53,21 @@ class Format(str, Enum):
     HF = "hf"
 
 
-_Out = Annotated[Path, typer.Option(help="The file to write; of --format hf, the folder.")]
+_Out = Annotated[Path, typer.Option(metavar="FILE", help="The file to write; of --format hf, the folder.")]
 _Format = Annotated[
     Format, typer.Option("--format", help="One file of JSON Lines, or a folder for datasets.load_dataset.")
 ]
 _Set = Annotated[PromptSet, typer.Option("--set", help="The data set's prompts, or ours.")]
 _Records = Annotated[
-    list[Path], typer.Argument(help="Files of records, or folders of them.", metavar="RECORDS...")
+    list[Path], typer.Argument(help="Files of records, or folders of them.", metavar="RECORDS")
 ]
 _Domains = Annotated[
     list[str] | None,
     typer.Option("--domain", help="Where the benchmark of records is that is not known by its name alone."),
 ]
-_Shaping = Annotated[Shaping, typer.Option(help="By which definition answers are worth something.")]
+_Shaping = Annotated[
+    Shaping, typer.Option(metavar="HOW", help=f"What answers are worth: by {', '.join(Shaping)}.")
+]
 
 TRAIN = "train"
 """The split of what is not split."""
@@ -84,7 +86,9 @@ Made by `eai export`. The prompts hold text of the benchmarks they are of, which
 def prompts(
     domain: Annotated[list[str], typer.Option(help=DOMAIN_HELP)],
     out: _Out,
-    ability: Annotated[list[Ability] | None, typer.Option(help="Abilities; all if not given.")] = None,
+    ability: Annotated[
+        list[Ability] | None, typer.Option(parser=ability_of, help=f"{ABILITIES}. All if not given.")
+    ] = None,
     prompt_set: _Set = PromptSet.OFFICIAL,
     form: _Format = Format.JSONL,
     as_json: AsJson = False,

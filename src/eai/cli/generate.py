@@ -46,7 +46,8 @@ def generate_tasks(
     tier: Annotated[
         Tier,
         typer.Option(
-            help="Steps of a plan: S 3-6, M 7-12, L 13-24, XL 25-48, XXL 49-96; data: as in the data set."
+            metavar="SIZE",
+            help="Steps of a plan: S 3-6, M 7-12, L 13-24, XL 25-48, XXL 49-96; data: as in the data set.",
         ),
     ] = Tier.DATA,
     forms: Annotated[

@@ -8,13 +8,12 @@ from typing import Annotated
 
 import typer
 
-from eai.abilities.protocol import Ability
 from eai.abilities.verdict import Json
 from eai.benchmarks.prompt_library import Library
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.source import Source
 from eai.cli.console import DOMAIN_HELP, counted, data_progress, tell
-from eai.cli.options import AsJson, listed
+from eai.cli.options import AsJson, OfAbility, listed
 from eai.cli.store import DataFolder, store
 from eai.errors import InputError
 from eai.human.form import form_html
@@ -31,8 +30,8 @@ def human() -> None:
 @app.command(no_args_is_help=True)
 def form(
     domain: Annotated[str, typer.Option(help=DOMAIN_HELP)],
-    ability: Annotated[Ability, typer.Option(help="What is asked for.")],
-    out: Annotated[Path, typer.Option(help="The page to write.")],
+    ability: OfAbility,
+    out: Annotated[Path, typer.Option(metavar="FILE", help="The page to write.")],
     tasks: Annotated[
         str, typer.Option(help="Only these tasks, in this order: ids separated by commas.")
     ] = "",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import UserDict
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from importlib import import_module
 from shutil import get_terminal_size
 from typing import Any, ClassVar, NamedTuple
@@ -12,6 +12,7 @@ from typer import Typer
 from typer.core import MarkupMode, TyperGroup
 from typer.main import get_group
 
+from eai.cli.helped import label
 from eai.scoring.undisturbed import undisturbed
 
 
@@ -64,6 +65,11 @@ class LazyGroup(TyperGroup):
         """The names of the commands, for which none needs to be imported."""
         return list(self.commands)
 
+    def format_help(self, ctx: Any, formatter: Any) -> None:
+        """Write the help of the group."""
+        label(self)
+        super().format_help(ctx, formatter)
+
 
 def _imported(name: str, place: Place) -> Any:
     with undisturbed():
@@ -73,4 +79,14 @@ def _imported(name: str, place: Place) -> Any:
         app.add_typer(found, name=name, rich_help_panel=place.panel)
     else:
         app.command(name, no_args_is_help=True, rich_help_panel=place.panel)(found)
-    return get_group(app).commands[name]
+    command: Any = get_group(app).commands[name]
+    for each in _with_those_below(command):
+        label(each)
+    return command
+
+
+def _with_those_below(command: Any) -> Iterator[Any]:
+    """A command and, of a group that is not lazy itself, its commands."""
+    yield command
+    if isinstance(command, TyperGroup) and not isinstance(command, LazyGroup):
+        yield from command.commands.values()

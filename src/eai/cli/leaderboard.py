@@ -27,7 +27,7 @@ _OVERVIEW = "overview"
 
 def leaderboard(
     runs: Annotated[
-        list[Path], typer.Argument(help="Records, or folders with records.jsonl below.", metavar="RUNS...")
+        list[Path], typer.Argument(help="Records, or folders with records.jsonl below.", metavar="RUNS")
     ],
     paper: Annotated[bool, typer.Option("--paper", help="Show the paper's models among the runs.")] = False,
     as_json: AsJson = False,

@@ -39,16 +39,14 @@ ModelUrl = Annotated[
 Temperature = Annotated[
     float, typer.Option(min=0.0, metavar="T", help="For sampling.", rich_help_panel=_PANEL)
 ]
-MaxTokens = Annotated[
-    int | None, typer.Option(min=1, metavar="N", help="The most of an answer.", rich_help_panel=_PANEL)
-]
+MaxTokens = Annotated[int | None, typer.Option(min=1, help="The most of an answer.", rich_help_panel=_PANEL)]
 TopP = Annotated[
     float | None,
-    typer.Option(min=0.0, max=1.0, metavar="P", help="For sampling.", rich_help_panel=_PANEL),
+    typer.Option(min=0.0, max=1.0, help="For sampling.", rich_help_panel=_PANEL),
 ]
 Seed = Annotated[
     int | None,
-    typer.Option(metavar="N", help="For sampling, where a provider takes one.", rich_help_panel=_PANEL),
+    typer.Option(help="For sampling, where a provider takes one.", rich_help_panel=_PANEL),
 ]
 ReasoningEffort = Annotated[
     Effort | None,
@@ -56,7 +54,7 @@ ReasoningEffort = Annotated[
 ]
 ReasoningTokens = Annotated[
     int | None,
-    typer.Option(min=1, metavar="N", help="The most of its reasoning.", rich_help_panel=_PANEL),
+    typer.Option(min=1, help="The most of its reasoning.", rich_help_panel=_PANEL),
 ]
 Stop = Annotated[bool, typer.Option(help="Stop sequences as in the paper's runs.", rich_help_panel=_PANEL)]
 Structured = Annotated[
@@ -69,7 +67,7 @@ Structured = Annotated[
 ]
 Epochs = Annotated[
     int,
-    typer.Option(min=1, metavar="N", help="Answers a task; the majority counts.", rich_help_panel=_PANEL),
+    typer.Option(min=1, help="Answers a task; the majority counts.", rich_help_panel=_PANEL),
 ]
 
 

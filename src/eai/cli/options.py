@@ -18,24 +18,23 @@ ANSWERS, SCORING, OUTPUT = "What is scored", "Scoring", "Output"
 ABILITIES = ", ".join(each.value for each in Ability)
 """What ``--ability`` takes."""
 
-DOMAIN = typer.Option("--domain", metavar="NAME", help=DOMAIN_HELP, rich_help_panel=ANSWERS)
+DOMAIN = typer.Option("--domain", help=DOMAIN_HELP, rich_help_panel=ANSWERS)
 ABILITY = typer.Option(
     "--ability",
     parser=ability_of,
-    metavar="NAME",
     help=f"{ABILITIES}.",
     rich_help_panel=ANSWERS,
 )
 
 Domain = Annotated[str, DOMAIN]
 OneAbility = Annotated[Ability, ABILITY]
+OfAbility = Annotated[Ability, typer.Option("--ability", parser=ability_of, help=f"{ABILITIES}.")]
 
 Rules = Annotated[
     Protocol,
     typer.Option(
         "--protocol",
         parser=protocol_of,
-        metavar="NAME",
         help="The rules: strict, the default (what the paper says), or eai-1.0.5 (the reference's verdicts).",
         show_default=False,
         rich_help_panel=SCORING,
@@ -47,7 +46,6 @@ Planner = Annotated[
     typer.Option(
         "--planner",
         parser=planner_of,
-        metavar="NAME",
         help="What judges operators: full (built-in search, then Fast Downward), built_in, fast_downward, "
         "none, or auto, the default: full where Fast Downward is installed, else built_in.",
         show_default=False,
@@ -60,7 +58,6 @@ Errata = Annotated[
     typer.Option(
         "--errata",
         parser=errata_choice,
-        metavar="NAME",
         help="What is known to be wrong in the data: current, the default (corrected, or left out of all "
         "rates, under strict), or none (as published).",
         show_default=False,
@@ -73,7 +70,6 @@ PlannerSeconds = Annotated[
     typer.Option(
         "--planner-seconds",
         min=1,
-        metavar="S",
         help="CPU seconds that Fast Downward may take for one problem (records say so); the benchmark's if "
         "not given.",
         rich_help_panel=SCORING,
@@ -91,9 +87,7 @@ PlannerMemory = Annotated[
     ),
 ]
 
-Workers = Annotated[
-    int, typer.Option("--workers", min=1, metavar="N", help="Processes.", rich_help_panel=SCORING)
-]
+Workers = Annotated[int, typer.Option("--workers", min=1, help="Processes.", rich_help_panel=SCORING)]
 
 Ray = Annotated[
     str | None,

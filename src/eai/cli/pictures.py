@@ -29,7 +29,7 @@ class Format(str, Enum):
 
 def pictures(
     domain: Annotated[str, typer.Option(help=DOMAIN_HELP)],
-    tasks: Annotated[str, typer.Option(metavar="ID,ID", help="Only these; short: forty.")] = "",
+    tasks: Annotated[str, typer.Option(help="Only these; short: forty.")] = "",
     limit: Annotated[int | None, typer.Option(min=1, help="So many, at most.")] = None,
     clutter: Annotated[Clutter, typer.Option(help="How much else is shown.")] = Clutter.NONE,
     form: Annotated[Format, typer.Option("--format", help="PNG needs the extra 'plots'.")] = Format.PNG,

@@ -7,12 +7,11 @@ from typing import Annotated
 
 import typer
 
-from eai.abilities.protocol import Ability
 from eai.benchmarks.prompt_library import Library
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.source import ErrataChoice, Source
 from eai.cli.console import DOMAIN_HELP, data_progress, tell
-from eai.cli.options import AsJson, Errata
+from eai.cli.options import AsJson, Errata, OfAbility
 from eai.cli.store import DataFolder, store
 from eai.errors import InputError
 from eai.prompts.prompt import PromptSet, prompt_file, system_file
@@ -21,8 +20,8 @@ from eai.scoring.stage_one import read_believed
 
 def prompts(
     domain: Annotated[str, typer.Option(help=DOMAIN_HELP)],
-    ability: Annotated[Ability, typer.Option(help="What is asked for.")],
-    out: Annotated[Path, typer.Option(help="The file to write.")],
+    ability: OfAbility,
+    out: Annotated[Path, typer.Option(metavar="FILE", help="The file to write.")],
     prompt_set: Annotated[
         PromptSet, typer.Option("--set", help="The data set's prompts, or ours.")
     ] = PromptSet.OFFICIAL,

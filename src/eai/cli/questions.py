@@ -65,13 +65,13 @@ app = typer.Typer(
     help="World-model questions with computed answers. Options without a command are those of write.",
 )
 QuestionPath = Annotated[Path, typer.Argument(help="The questions.", metavar="FILE")]
-Out = Annotated[Path | None, typer.Option(metavar="DIR", help="Where records and the summary go.")]
+Out = Annotated[Path | None, typer.Option(help="Where records and the summary go.")]
 
 
 @app.command(WRITE)
 def write(
     domain: Annotated[str, typer.Option(help=DOMAIN_HELP)],
-    out: Annotated[Path, typer.Option(help="The file to write, JSON lines.")],
+    out: Annotated[Path, typer.Option(metavar="FILE", help="The file to write, JSON lines.")],
     kind: Annotated[
         list[Kind] | None, typer.Option(metavar="KIND", help=f"{', '.join(Kind)}. All if not given.")
     ] = None,
@@ -81,7 +81,7 @@ def write(
     n: Annotated[int, typer.Option("--n", min=1, help="How many, evenly of all kinds and forms.")] = 500,
     seed: Annotated[int, typer.Option(help="Of all that is random.")] = 0,
     prompts: Annotated[
-        Path | None, typer.Option(metavar="DIR", help="Texts of your own in place of single ones of ours.")
+        Path | None, typer.Option(help="Texts of your own in place of single ones of ours.")
     ] = None,
     as_json: AsJson = False,
     data: DataFolder = None,
@@ -112,20 +112,14 @@ def write(
 @resumable
 def run(
     path: QuestionPath,
-    model: Annotated[
-        str, typer.Option(metavar="NAME", help="As for eai run; eai/oracle, eai/noisy built in.")
-    ],
-    out: Annotated[Path, typer.Option(metavar="DIR", help="Where answers, the log and results go.")],
+    model: Annotated[str, typer.Option(help="As for eai run; eai/oracle, eai/noisy built in.")],
+    out: Annotated[Path, typer.Option(help="Where answers, the log and results go.")],
     model_arg: Annotated[
         list[str] | None, typer.Option("-M", metavar="KEY=VALUE", help="An argument of the model.")
     ] = None,
-    model_base_url: Annotated[
-        str | None, typer.Option(metavar="URL", help="Where a local server listens.")
-    ] = None,
-    limit: Annotated[int | None, typer.Option(min=1, metavar="N", help="The first N alone.")] = None,
-    max_connections: Annotated[
-        int | None, typer.Option(min=1, metavar="N", help="Requests at a time.")
-    ] = None,
+    model_base_url: Annotated[str | None, typer.Option(help="Where a local server listens.")] = None,
+    limit: Annotated[int | None, typer.Option(min=1, help="The first N alone.")] = None,
+    max_connections: Annotated[int | None, typer.Option(min=1, help="Requests at a time.")] = None,
     as_json: AsJson = False,
 ) -> None:
     """Put questions to a model and score the answers. The same command goes on where it was interrupted.

@@ -66,7 +66,6 @@ def report(
     prices: Annotated[
         Path | None,
         typer.Option(
-            metavar="FILE",
             help="Prices of tokens for answers that have none: TOML with date, source and models.",
         ),
     ] = None,

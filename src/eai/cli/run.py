@@ -168,9 +168,7 @@ def run(
     allow_missing: AllowMissing = False,
     out: Annotated[
         Path,
-        typer.Option(
-            metavar="DIR", help="Where answers, logs, records, summaries go.", rich_help_panel=OUTPUT
-        ),
+        typer.Option(help="Where answers, logs, records, summaries go.", rich_help_panel=OUTPUT),
     ] = Path("runs"),
     quiet: Annotated[
         bool,

@@ -25,7 +25,6 @@ SceneImages = Annotated[
     Path | None,
     typer.Option(
         "--images",
-        metavar="DIR",
         help="Pictures of your own: files that begin with the id of their task. Schematic ones if not given.",
         rich_help_panel=PANEL,
     ),
@@ -51,7 +50,7 @@ SceneModelArgument = Annotated[
 ]
 SceneModelUrl = Annotated[
     str | None,
-    typer.Option("--scene-base-url", metavar="URL", help="Where its server listens.", rich_help_panel=PANEL),
+    typer.Option("--scene-base-url", help="Where its server listens.", rich_help_panel=PANEL),
 ]
 SceneNoise = Annotated[
     list[str] | None,

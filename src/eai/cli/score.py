@@ -68,7 +68,6 @@ Goals = Annotated[
     Path | None,
     typer.Option(
         "--goals",
-        metavar="PATH",
         help="Of a pipeline: the answers to goal interpretation whose goals the questions stated.",
         rich_help_panel=ANSWERS,
     ),
@@ -105,7 +104,7 @@ def score(
         list[Path],
         typer.Argument(
             help="Response files (JSON, JSONL, Parquet), folders or zips of them, or logs of Inspect's.",
-            metavar="PATH...",
+            metavar="PATH",
         ),
     ],
     domain: Annotated[str | None, DOMAIN] = None,
@@ -122,12 +121,12 @@ def score(
     goals: Goals = None,
     prompt_name: Annotated[
         str | None,
-        typer.Option(metavar="NAME", help="What their prompts were called.", rich_help_panel=ANSWERS),
+        typer.Option(help="What their prompts were called.", rich_help_panel=ANSWERS),
     ] = None,
     shard: OneShard = None,
     out: Annotated[
         Path | None,
-        typer.Option(metavar="DIR", help="Where records and summaries go.", rich_help_panel=OUTPUT),
+        typer.Option(help="Where records and summaries go.", rich_help_panel=OUTPUT),
     ] = None,
     as_json: AsJson = False,
     wide: Wide = False,

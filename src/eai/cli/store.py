@@ -13,7 +13,6 @@ DataFolder = Annotated[
     Path | None,
     typer.Option(
         "--data",
-        metavar="DIR",
         help="Where the data set is; EAI_DATA_DIR or the user's cache if not given.",
     ),
 ]

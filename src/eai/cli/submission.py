@@ -16,7 +16,6 @@ Phase = Annotated[
     Path | None,
     typer.Option(
         "--prompts",
-        metavar="DIR",
         help="The prompts of a phase (llm_prompts/ of its starter kit), instead of the data set's.",
     ),
 ]
@@ -30,11 +29,13 @@ app = typer.Typer(help="The challenge's files: build them from a run, check them
 @app.command()
 def build(
     run: Annotated[Path, typer.Argument(help="The folder of a run, as eai run writes it.")],
-    out: Annotated[Path, typer.Option(help="The zip to write.")],
+    out: Annotated[Path, typer.Option(metavar="FILE", help="The zip to write.")],
     model: Annotated[
         str | None, typer.Option(help="The model's folder in the run, where there are several.")
     ] = None,
-    folder: Annotated[str | None, typer.Option(help="A folder for the files in the zip.")] = None,
+    folder: Annotated[
+        str | None, typer.Option(metavar="NAME", help="A folder for the files in the zip.")
+    ] = None,
     prompts: Phase = None,
     as_json: AsJson = False,
     data: DataFolder = None,

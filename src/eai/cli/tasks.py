@@ -43,10 +43,12 @@ def check(
 @app.command("import")
 def import_problems(
     files: Annotated[
-        list[Path], typer.Argument(help="Problems, *.bddl or *.pddl, or folders of them.", metavar="FILE...")
+        list[Path], typer.Argument(help="Problems, *.bddl or *.pddl, or folders of them.", metavar="FILE")
     ],
     domain: Annotated[str, typer.Option(help=DOMAIN_HELP)],
-    out: Annotated[Path, typer.Option(help="The file to write: FILE.jsonl or FILE.jsonl.gz.")],
+    out: Annotated[
+        Path, typer.Option(metavar="FILE", help="The file to write: FILE.jsonl or FILE.jsonl.gz.")
+    ],
     as_json: AsJson = False,
     data: DataFolder = None,
 ) -> None:
@@ -67,7 +69,9 @@ def import_problems(
 @app.command()
 def write(
     domain: Annotated[str, typer.Option(help=DOMAIN_HELP)],
-    out: Annotated[Path, typer.Option(help="The file to write: FILE.jsonl or FILE.jsonl.gz.")],
+    out: Annotated[
+        Path, typer.Option(metavar="FILE", help="The file to write: FILE.jsonl or FILE.jsonl.gz.")
+    ],
     as_json: AsJson = False,
     data: DataFolder = None,
 ) -> None:
