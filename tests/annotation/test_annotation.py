@@ -16,7 +16,7 @@ from eai.annotation.choosing import Listing, decide
 from eai.annotation.decisions import Chosen, Decisions, decisions_text, read_decisions, write_decisions
 from eai.annotation.difference import difference
 from eai.annotation.frequency import frequencies
-from eai.annotation.pattern import Kind, Pattern, read_pattern
+from eai.annotation.pattern import Kind, read_pattern
 from eai.annotation.quality import check_annotations
 from eai.benchmarks.source import Source, given
 from eai.errors import InputError
@@ -239,8 +239,3 @@ def test_the_quality_of_annotations_is_told() -> None:
         "cup: the plan fails: a goal is missed",
         "cup: the gold operators do not solve their problem: unsolvable",
     ]
-
-
-def test_an_exact_pattern_is_about_classes_alone() -> None:
-    assert Pattern("on", (Kind("cup"), Kind("shelf"))).is_exact
-    assert not read_pattern("on({small}, shelf)").is_exact

@@ -57,11 +57,11 @@ def test_prices_have_a_day_and_a_source(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("old", "new", "told"),
     [
-        ("date = 2026-11-01\n", "", "date: Field required"),
-        ('source = "a page"\n', "", "source: Field required"),
-        ("input = 2\n", "input = -2\n", "models.of/one.input: Input should be greater"),
-        ("input = 2\n", 'input = "2"\n', "models.of/one.input: Input should be a valid number"),
-        ("output", "outptu", "models.of/one.output: Field required"),
+        ("date = 2026-11-01\n", "", "date: is missing"),
+        ('source = "a page"\n', "", "source: is missing"),
+        ("input = 2\n", "input = -2\n", "models.of/one.input: expected greater than or equal to 0, found -2"),
+        ("input = 2\n", 'input = "2"\n', "models.of/one.input: expected a valid number"),
+        ("output", "outptu", "models.of/one.output: is missing"),
         ("[models", "models", "expected TOML"),
     ],
 )

@@ -23,9 +23,9 @@ def test_prices_are_read_by_model(tmp_path: Path, text: str) -> None:
     [
         (b"a/b: [", "expected YAML or JSON"),
         (b"\xff\xfe\xff", "expected YAML or JSON"),
-        (b"", "the file: expected prices of models"),
-        (b"a/b: {input: 1}", r"a/b\.output: expected prices of models"),
-        (b"a/b: {input: much}", r"a/b\.input: expected prices of models"),
+        (b"", r"expected prices of models \(the file: expected an object"),
+        (b"a/b: {input: 1}", r"expected prices of models \(a/b\.output: is missing"),
+        (b"a/b: {input: much}", r"expected prices of models \(a/b\.input: expected a valid number"),
     ],
 )
 def test_a_file_without_prices_is_named_with_the_place(tmp_path: Path, content: bytes, message: str) -> None:

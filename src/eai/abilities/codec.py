@@ -19,6 +19,7 @@ from pydantic import TypeAdapter, ValidationError
 from eai.abilities.declarations import DECLARATIONS
 from eai.abilities.experiment import Experiment
 from eai.abilities.explanation import Explanation
+from eai.abilities.misfit import misfit
 from eai.abilities.perceived import Perceived
 from eai.abilities.protocol import Ability
 from eai.abilities.record import Attempt, Origin, Record, Stated
@@ -229,7 +230,7 @@ def _optional(kind: type[T], values: Mapping[str, Any], name: str) -> T | None:
 
 def _present(values: Mapping[str, Any], name: str) -> Any:
     if name not in values:
-        raise InputError(f"field {name}: Field required")
+        raise InputError(f"field {name}: is missing")
     return values[name]
 
 
@@ -243,9 +244,7 @@ def _read(kind: type[T], value: object, *place: str) -> T:
     try:
         read: T = _adapter(hashable).validate_python(value)
     except ValidationError as error:
-        first = error.errors()[0]
-        field = ".".join([*place, *map(str, first["loc"])])
-        raise InputError(f"field {field}: {first['msg']}") from error
+        raise InputError(f"field {misfit(error, within=place, whole='the record')}") from error
     return read
 
 

@@ -26,15 +26,19 @@ _BRANCHES = ("str", "list[str]")
 """What pydantic puts after the place where a value may be of several types."""
 
 
-def misfit(error: ValidationError, known: Iterable[str] = ()) -> str:
+def misfit(
+    error: ValidationError, known: Iterable[str] = (), within: Iterable[str] = (), whole: str = "the line"
+) -> str:
     """The first thing that is wrong: its place in the value, what was expected and what was found.
 
     Args:
         error: pydantic's.
         known: the names that members may have, of which the nearest to an unknown one is named.
+        within: where in something larger the value stands, outermost first.
+        whole: what the value is called if it is wrong as a whole.
     """
     first = error.errors()[0]
-    place = [str(part) for part in first["loc"]] or ["the line"]
+    place = [*within, *map(str, first["loc"])] or [whole]
     if place[-1] in _BRANCHES:
         place.pop()
     kind = first["type"]

@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Iterable, Iterator
 
 from eai.annotation.difference import Difference
-from eai.annotation.pattern import Entry, Pattern
+from eai.annotation.pattern import Pattern
 
 
 def frequencies(differences: Iterable[Difference], without: Iterable[str] = ()) -> Counter[Pattern]:
@@ -29,11 +29,6 @@ def frequencies(differences: Iterable[Difference], without: Iterable[str] = ()) 
                 exact[Pattern(fact.predicate, classes)] += 1
                 wild.update(_generalised(each, fact.predicate, fact.arguments))
     return exact + wild
-
-
-def count_of(entry: Entry, differences: Iterable[Difference]) -> int:
-    """How many facts of all differences together an entry about the world asks for."""
-    return sum(sum(1 for _ in each.meeting(entry)) for each in differences)
 
 
 def _generalised(each: Difference, name: str, things: tuple[int, ...]) -> Iterator[Pattern]:

@@ -61,11 +61,6 @@ class Pattern:
         """Whether something is to be done."""
         return not self.kinds
 
-    @property
-    def is_exact(self) -> bool:
-        """Whether it is about classes alone."""
-        return all(kind.name for kind in self.kinds)
-
     def __str__(self) -> str:
         return _DO + self.name if self.is_action else f"{self.name}({', '.join(map(str, self.kinds))})"
 

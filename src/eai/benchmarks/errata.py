@@ -13,6 +13,7 @@ from typing import ClassVar, TypeVar
 
 from pydantic import ConfigDict, TypeAdapter, ValidationError
 
+from eai.abilities.misfit import misfit
 from eai.abilities.protocol import Ability
 from eai.abilities.record import ErrataUse
 from eai.abilities.task import Task
@@ -226,8 +227,7 @@ def read_errata(text: str) -> Errata:
     try:
         entries = TypeAdapter(tuple[Erratum, ...]).validate_python(values.get("erratum", []))
     except ValidationError as error:
-        first = error.errors()[0]
-        raise DataError(f"errata: {'.'.join(map(str, first['loc']))}: {first['msg']}") from error
+        raise DataError(f"errata: {misfit(error)}") from error
     for entry in entries:
         if entry.since > number:
             raise DataError(f"errata: {entry.id} is of version {entry.since}, the table of {number}")

@@ -27,7 +27,6 @@ ABILITY = typer.Option(
 )
 
 Domain = Annotated[str, DOMAIN]
-OneAbility = Annotated[Ability, ABILITY]
 OfAbility = Annotated[Ability, typer.Option("--ability", parser=ability_of, help=f"{ABILITIES}.")]
 
 Rules = Annotated[

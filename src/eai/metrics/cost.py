@@ -12,6 +12,7 @@ from pathlib import Path
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
+from eai.abilities.misfit import misfit
 from eai.abilities.record import Record, Usage
 from eai.errors import InputError
 
@@ -115,9 +116,7 @@ def read_price_list(path: Path) -> PriceList:
     except (UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
         raise InputError(f"{path}: expected TOML ({error})") from error
     except ValidationError as error:
-        first = error.errors()[0]
-        place = ".".join(map(str, first["loc"])) or "the file"
-        raise InputError(f"{path}, {place}: {first['msg']}") from error
+        raise InputError(f"{path}, {misfit(error, whole='the file')}") from error
 
 
 @cache

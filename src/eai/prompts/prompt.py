@@ -13,6 +13,7 @@ from typing import NamedTuple, TypeVar
 from pydantic import TypeAdapter, ValidationError
 from typing_extensions import TypedDict
 
+from eai.abilities.misfit import misfit
 from eai.errors import InputError
 
 Shape = TypeVar("Shape")
@@ -113,6 +114,4 @@ def _read(path: Path, adapter: TypeAdapter[Shape], shape: str) -> Shape:
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror})") from error
     except ValidationError as error:
-        first = error.errors()[0]
-        why = ": ".join([*map(str, first["loc"]), first["msg"]])
-        raise InputError(f"{path}: expected {shape} ({why})") from error
+        raise InputError(f"{path}: expected {shape} ({misfit(error, whole='the file')})") from error

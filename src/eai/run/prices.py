@@ -9,6 +9,7 @@ import yaml  # type: ignore[import-untyped]
 from inspect_ai.model import Model, ModelCost, ModelInfo, get_model_info, set_model_info
 from pydantic import TypeAdapter, ValidationError
 
+from eai.abilities.misfit import misfit
 from eai.errors import InputError
 
 
@@ -29,9 +30,7 @@ def read_prices(path: Path) -> Mapping[str, ModelCost]:
     except (UnicodeDecodeError, yaml.YAMLError) as error:
         raise InputError(f"{path}: expected YAML or JSON") from error
     except ValidationError as error:
-        first = error.errors()[0]
-        place = ".".join(map(str, first["loc"])) or "the file"
-        raise InputError(f"{path}, {place}: expected prices of models ({first['msg']})") from error
+        raise InputError(f"{path}: expected prices of models ({misfit(error, whole='the file')})") from error
 
 
 def set_price(model: Model, prices: Mapping[str, ModelCost]) -> None:

@@ -14,6 +14,7 @@ from typing import Any
 from pydantic import TypeAdapter, ValidationError
 
 from eai.abilities import codec
+from eai.abilities.misfit import misfit
 from eai.abilities.protocol import Protocol
 from eai.abilities.record import Record
 from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory, SubgoalVerdict
@@ -103,6 +104,4 @@ def _counting(values: Mapping[str, Any]) -> _Counting:
     try:
         return TypeAdapter(_Counting).validate_python(known)
     except ValidationError as error:
-        first = error.errors()[0]
-        field = ".".join(map(str, first["loc"]))
-        raise InputError(f"field {field}: {first['msg']}") from error
+        raise InputError(f"field {misfit(error)}") from error
