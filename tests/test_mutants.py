@@ -23,14 +23,15 @@ def tool() -> ModuleType:
     return module
 
 
-def test_annotations_and_decorators_are_left_alone(
+def test_what_says_nothing_of_what_is_done_is_left_alone(
     tool: ModuleType, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     module = tmp_path / "src" / "eai" / "sample.py"
     module.parent.mkdir(parents=True)
     module.write_text(
         "@dataclass(frozen=True)\nclass A:\n    b: int | None = 3\n\n"
-        "def f(a: int | None) -> int | None:\n    return [i for i in a if i < 2 or i]\n"
+        "def f(a: int | None) -> int | None:\n    return [i for i in a if i < 2 or i]\n\n"
+        "pairs = list(zip(a, b, strict=True))\n"
     )
     monkeypatch.setattr(tool, "ROOT", tmp_path)
     made = {(mutant.line, mutant.change): mutant.text() for mutant in tool.mutants(Path("sample.py"))}
@@ -43,6 +44,18 @@ def test_annotations_and_decorators_are_left_alone(
     ]
     assert "b: int | None = 4" in made[3, "3 is 4"]
     assert "i <= 2" in made[6, "Lt is LtE"]
+
+
+def test_the_tests_of_a_module_are_those_that_may_meet_it_nearest_first(tool: ModuleType) -> None:
+    def names(path: str) -> list[list[str]]:
+        tests = tool._tests_of(Path(path))
+        return [[each.relative_to(ROOT / "tests").as_posix() for each in some] for some in tests]
+
+    own, package, elsewhere, last = names("metrics/attempts.py")
+    assert (own, package, last) == (["metrics/test_attempts.py"], ["metrics"], ["benchmarks"])
+    assert "analysis/test_replanning.py" in elsewhere
+    own, package, *_ = names("abilities/subgoal_decomposition/nearest.py")
+    assert (own, package) == ([], ["abilities/subgoal_decomposition"])
 
 
 def test_what_is_listed_as_meaning_the_same_can_still_be_made(tool: ModuleType) -> None:

@@ -4,11 +4,12 @@
     python tools/mutants.py --only world/past
 
 A mutant is a module with one small change: a comparison, an operator or a connective is another one, a number
-is one more, a condition is negated. Annotations are left alone, and decorators, which say whether instances
-have slots. It lies in a copy of the sources, in which first the module's own test file runs, then, if that
-notices nothing, all tests of its package. Prints what becomes of each, and how many are noticed; exits with
-status 1 if those are fewer than nine in ten. Survivors that no test can notice, since they mean the same, are
-listed in `EQUIVALENT`, with the reason.
+is one more, a condition is negated. Annotations are left alone, decorators, which say whether instances have
+slots, and ``strict`` of `zip`, which says what holds already. It lies in a copy of the sources, in which run,
+until one notices something, the module's own test file, all tests of its package, the tests elsewhere that
+import the module, and those of the benchmarks, where its callers meet real data. Prints what becomes of each,
+and how many are noticed; exits with status 1 if those are fewer than nine in ten. Survivors that no test can
+notice, since they mean the same, are listed in `EQUIVALENT`, with the reason.
 """
 
 from __future__ import annotations
@@ -17,6 +18,8 @@ import argparse
 import ast
 import os
 import random
+import re
+import resource
 import shutil
 import subprocess
 import sys
@@ -28,8 +31,8 @@ from typing import NamedTuple
 ROOT = Path(__file__).resolve().parent.parent
 PACKAGES = ("world", "logic", "abilities", "metrics")
 WANTED = 0.9
-SECONDS = 300
-"""How long the tests of one mutant may take; one that takes longer is noticed."""
+SECONDS = 900
+"""CPU seconds that one run of tests may take; a mutant that takes longer is noticed."""
 
 _SWAPPED = (
     (ast.Eq, ast.NotEq),
@@ -104,6 +107,8 @@ def _idle(node: ast.AST) -> Iterator[ast.AST]:
             yield annotation
         case ast.ClassDef(decorator_list=decorators):
             yield from decorators
+        case ast.Call(func=ast.Name("zip"), keywords=[ast.keyword("strict") as strict]):
+            yield strict
 
 
 def _parsed(path: Path) -> ast.Module:
@@ -144,36 +149,37 @@ def is_noticed(mutant: Mutant, sources: Path) -> bool:
     original = place.read_text(encoding="utf-8")
     place.write_text(mutant.text(), encoding="utf-8")
     try:
-        return any(not _pass(tests, sources) for tests in _tests_of(mutant.path))
+        return any(tests and not _pass(tests, sources) for tests in _tests_of(mutant.path))
     finally:
         place.write_text(original, encoding="utf-8")
 
 
-def _tests_of(path: Path) -> list[Path]:
-    """The file that tests a module, where there is one, and the tests of its package."""
-    folder = ROOT / "tests" / path.parent
-    own = folder / f"test_{path.name}"
-    return [*([own] if own.exists() else []), folder if folder.is_dir() else ROOT / "tests" / path.parts[0]]
+def _tests_of(path: Path) -> Iterator[list[Path]]:
+    """The tests that may meet a module, nearest first: of some, none are there."""
+    tests = ROOT / "tests"
+    folder = tests / path.parent
+    near = folder if folder.is_dir() else tests / path.parts[0]
+    yield [own for own in [folder / f"test_{path.name}"] if own.exists()]
+    yield [near]
+    name = ".".join(["eai", *path.with_suffix("").parts])
+    yield [
+        file
+        for file in sorted(tests.rglob("test_*.py"))
+        if near not in file.parents and re.search(rf"\b{name}\b", file.read_text(encoding="utf-8"))
+    ]
+    yield [tests / "benchmarks"]
 
 
-def _pass(tests: Path, sources: Path) -> bool:
-    command = [sys.executable, "-m", "pytest", "-q", "-x", "-p", "no:cacheprovider", str(tests)]
-    environment = {
-        **os.environ,
-        "PYTHONPATH": f"{sources}{os.pathsep}{ROOT / 'tests'}",
-        "HYPOTHESIS_SEED": "0",
-    }
-    try:
-        done = subprocess.run(
-            command,
-            cwd=ROOT,
-            env=environment,
-            capture_output=True,
-            check=False,
-            timeout=SECONDS,
-        )
-    except subprocess.TimeoutExpired:
-        return False
+def _pass(tests: list[Path], sources: Path) -> bool:
+    options = ("-q", "-x", "-p", "no:cacheprovider", "--hypothesis-seed=0")
+    done = subprocess.run(
+        [sys.executable, "-m", "pytest", *options, *map(str, tests)],
+        cwd=ROOT,
+        env={**os.environ, "PYTHONPATH": f"{sources}{os.pathsep}{ROOT / 'tests'}"},
+        capture_output=True,
+        check=False,
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_CPU, (SECONDS, SECONDS)),
+    )
     return done.returncode in (0, 5)  # 5: there are no tests
 
 

@@ -9,10 +9,13 @@ from hypothesis import strategies as st
 
 from eai.abilities.responses import (
     Response,
+    ResponseFile,
+    attempt_name,
     file_name,
     find_response_files,
     model_name,
     read_responses,
+    write_responses,
 )
 from eai.errors import InputError
 
@@ -149,3 +152,33 @@ def test_nothing_to_score_is_an_error(tmp_path: Path) -> None:
         find_response_files(tmp_path)
     with pytest.raises(InputError, match="no such file or folder"):
         find_response_files(tmp_path / "none.json")
+
+
+def test_answers_of_single_attempts_are_found_by_name_alone(tmp_path: Path) -> None:
+    file = written(tmp_path, [], "m_outputs.json")
+    names = [attempt_name("m", 1), attempt_name("m", 12)]
+    assert names == ["m_attempt_1", "m_attempt_12"]
+    attempts = [written(tmp_path, [], f"{name}_outputs.json") for name in names]
+    assert find_response_files(tmp_path) == [file]
+    assert find_response_files(attempts[0]) == [attempts[0]]
+
+
+def test_what_is_written_is_read_again(tmp_path: Path) -> None:
+    made = ResponseFile("m", (Response("27_2", "{\u201c\n}"), Response("11_1", "")))
+    write_responses(tmp_path / "new" / "folder", made)
+    assert read_responses(tmp_path / "new" / "folder" / "m_outputs.json", TASKS) == made
+
+
+def test_a_folder_that_cannot_be_written_is_named(tmp_path: Path) -> None:
+    (tmp_path / "file").touch()
+    with pytest.raises(InputError, match="file: cannot be written"):
+        write_responses(tmp_path / "file", ResponseFile("m", ()))
+
+
+def test_a_line_an_answer(tmp_path: Path) -> None:
+    first = json.dumps({"identifier": "11_1", "llm_output": "a\nb"})
+    file = written(tmp_path, f"\n{first}\r\n  \n{json.dumps(GOOD)}".encode(), "m_outputs.jsonl")
+    assert read_responses(file, TASKS).responses == (Response("11_1", "a\nb"), Response("27_2", "a"))
+    bad = written(tmp_path, f"{first}\n\n[1, }}\n".encode(), "bad_outputs.jsonl")
+    with pytest.raises(InputError, match=r"bad_outputs\.jsonl, line 3, column 5: expected JSON"):
+        read_responses(bad, TASKS)

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import pickle
+from dataclasses import replace
 
 import pytest
 
@@ -46,3 +47,22 @@ def test_all_goals_are_satisfied_if_those_of_every_kind_are(
     tallies: list[tuple[int, int]], *, satisfied: bool
 ) -> None:
     assert GoalTallies(*(Tally(*tally) for tally in tallies)).all_satisfied is satisfied
+
+
+def test_where_there_is_no_answer_nothing_is_reached_and_no_error_is_the_models() -> None:
+    empty = PlanVerdict(
+        None, ERROR, ("prose",), False, True, 2, TALLIES, (True, False), Counted(True, TALLIES, ())
+    )
+    nothing = empty.without_answer()
+    assert nothing == PlanVerdict(
+        repairs=("prose",),
+        executable=False,
+        success=False,
+        additional_steps=2,
+        goals=GoalTallies(Tally(0, 2), Tally(0, 1.5), Tally(0, 0)),
+        goals_satisfied=(False, False),
+    )
+    assert PlanVerdict(success=True).without_answer() == PlanVerdict(executable=False, success=False)
+    assert Verdict(None, ERROR).without_answer() == Verdict()
+    left_out = PlanVerdict("left out", ERROR, (), None, None, None, TALLIES, (True, False))
+    assert left_out.without_answer() == replace(left_out, error=None)

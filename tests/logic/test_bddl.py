@@ -66,6 +66,10 @@ def open_(term: Variable | Constant) -> Atom:
         ("(exists (?cup - cup.n.01) (open cup))", Exists(CUP, open_(Variable("cup")))),
         ("(forn (2) (?cup - cup.n.01) (open ?cup))", Exactly(2, CUP, open_(Variable("cup")))),
         (
+            "(forn (999999999) (?cup - cup.n.01) (open ?cup))",
+            Exactly(999_999_999, CUP, open_(Variable("cup"))),
+        ),
+        (
             "(forpairs (?cup - cup.n.01) (?y - b) (in ?cup ?y))",
             ForPairs(CUP, Variable("y", "b"), Atom("in", (Variable("cup"), Variable("y")))),
         ),

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import combinations
+
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -74,6 +76,16 @@ def test_precedence(dialect: Dialect) -> None:
     assert read("(p(a) then q(a)) or r(a)", dialect) == Or((Then((P, Q)), R))
 
 
+INFIXES = ("then", "implies", "or", "and", "until")
+"""From what binds least to what binds most."""
+
+
+@pytest.mark.parametrize(("loose", "tight"), list(combinations(INFIXES, 2)))
+def test_what_binds_tighter_takes_the_operand_between(loose: str, tight: str) -> None:
+    assert read(f"p(a) {loose} q(a) {tight} r(a)") == read(f"p(a) {loose} (q(a) {tight} r(a))")
+    assert read(f"p(a) {tight} q(a) {loose} r(a)") == read(f"(p(a) {tight} q(a)) {loose} r(a)")
+
+
 def test_precedence_beyond_the_paper() -> None:
     assert read("p(a) then q(a) implies r(a) or s(a)") == Then((P, Implies(Q, Or((R, S)))))
     assert read("p(a) and q(a) until next r(a)") == And((P, Until(Q, Next(R))))
@@ -84,6 +96,12 @@ def test_precedence_beyond_the_paper() -> None:
 @pytest.mark.parametrize("text", ["forn 2. v. (open(v))", "forn 2 v. (open(v))"])
 def test_both_spellings_of_forn(text: str) -> None:
     assert read(text) == Exactly(2, Variable("v"), Atom("open", (Variable("v"),)))
+
+
+@pytest.mark.parametrize("dialect", Dialect)
+def test_a_count_has_up_to_nine_digits(dialect: Dialect) -> None:
+    most = Exactly(999_999_999, Variable("v"), Atom("open", (Variable("v"),)))
+    assert read("forn 999999999. v. (open(v))", dialect) == most
 
 
 def test_the_release_knows_one_spelling_of_forn() -> None:

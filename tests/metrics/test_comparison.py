@@ -31,6 +31,12 @@ def test_tasks_that_differ_and_tasks_of_one_run_only() -> None:
     assert (found.tasks, found.names) == (3, 3)
 
 
+def test_runs_of_one_task_are_compared() -> None:
+    success = compare([record("a", BAD)], [record("a", SUCCEEDED)]).differences[0]
+    assert (success.first, success.second, success.only_second) == (Rate(0, 1), Rate(1, 1), ("a",))
+    assert success.p_value == 1
+
+
 def test_f1_is_compared_by_exchanges() -> None:
     def run(hits: int) -> list[Verdict]:
         return [GoalVerdict(counts={"state": Confusion(hits, 3 - hits, i % 2)}) for i in range(20)]

@@ -7,14 +7,17 @@ import pytest
 from eai.abilities.declarations import DECLARATIONS
 from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.protocol import Ability
+from eai.abilities.record import TaskFeatures
+from eai.abilities.share import Share
 from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory, SubgoalVerdict
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.abilities.verdict import Confusion, Counted, ErrorReport, GoalTallies, Tally
+from eai.metrics.certainty import Case
 from eai.metrics.rate import Rate
-from eai.metrics.summary import summarise
+from eai.metrics.summary import cases_of, summarise
 from eai.pddl.planning import PlannerOutcome
 from eai.world.fault import FaultKind
-from metrics.verdicts import SUCCEEDED, failed, goals
+from metrics.verdicts import SUCCEEDED, failed, goals, record
 
 ARITY = ErrorReport(FaultKind.ARGUMENT_NUMBER, None, "OPEN takes 1 argument")
 
@@ -165,3 +168,11 @@ def test_a_run_without_scored_answers_has_all_metrics_without_a_value(ability: A
     rates = summarise([declared.verdict(excluded="for a reason")], ability)
     assert rates.keys() == declared.contributions(declared.verdict()).keys()
     assert all(rate.denominator == 0 for rate in rates.values())
+
+
+def test_cases_are_of_what_is_scored_and_named_by_the_task_where_that_is_known() -> None:
+    named = replace(record("a_1", SUCCEEDED), task=TaskFeatures("a", 4, 1))
+    records = [named, record("b", replace(SUCCEEDED, excluded="why")), record("c", failed(FaultKind.PARSING))]
+    cases = cases_of(records, Ability.ACTION_SEQUENCING)
+    assert cases.keys() == summarise([], Ability.ACTION_SEQUENCING).keys()
+    assert cases["task_success"] == [Case("a_1", "a", Share(1, 1)), Case("c", "c", Share(0, 1))]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import resource
 import shutil
 import signal
@@ -12,6 +13,7 @@ from pathlib import Path
 
 import pytest
 
+import eai
 from eai.abilities.record import Usage
 from eai.errors import InputError
 from eai.run.journal import Answer, Journal, sole_run
@@ -89,6 +91,16 @@ def test_a_folder_that_cannot_be_written_is_told_before_anything_is_asked(tmp_pa
         pass
     with pytest.raises(InputError, match=r"answers\.jsonl: cannot be written"):
         Journal(tmp_path / "run" / "answers.jsonl").add(ANSWER)
+
+
+def test_a_clock_that_jumps_changes_nothing_as_nobody_looks_at_it() -> None:
+    """What lasts is measured by the monotonic clock, which is set by nobody."""
+    time_of_day = re.compile(
+        r"\btime\.(time|ctime|localtime|gmtime)\b|\bdatetime\.(now|utcnow|today)\b|\bdate\.today\b"
+    )
+    modules = sorted(Path(eai.__file__).parent.rglob("*.py"))
+    assert len(modules) > 100
+    assert [path for path in modules if time_of_day.search(path.read_text(encoding="utf-8"))] == []
 
 
 def test_a_hundred_thousand_answers_are_read_again(tmp_path: Path) -> None:

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import pytest
 from hypothesis import given, settings
@@ -8,7 +9,7 @@ from hypothesis import strategies as st
 
 from eai.errors import InputError
 from eai.world.episode import Episode, Luck, Notice, Slip, Slips
-from eai.world.execution import Action, Fault, execute
+from eai.world.execution import Action, Fault, Trajectory, execute
 from eai.world.fault import FaultKind
 from eai.world.state import State
 from world import toy
@@ -77,6 +78,28 @@ def test_a_wrong_order_looks_back_over_the_whole_episode() -> None:
     fault = acted.run(plan("PRESS lamp"))
     assert isinstance(fault, Fault)
     assert (fault.kind, fault.earlier) == (FaultKind.WRONG_ORDER, 2)
+
+
+@pytest.mark.parametrize(
+    ("start", "states", "earlier"),
+    [
+        (0, 4, 2),  # all of it
+        (1, 3, 1),  # a step before was executed
+        (3, 2, 0),  # of three steps before two were
+        (4, 1, -1),  # it was in order before this part began
+    ],
+)
+def test_a_part_of_an_episode_is_a_trajectory_of_its_own(start: int, states: int, earlier: int) -> None:
+    acted = episode()
+    acted.run(plan("GO shed", "LIFT blue", "LIFT blue"))
+    acted.run(plan("GO hall"))
+    fault = acted.run(plan("PRESS lamp"))
+    assert isinstance(fault, Fault)
+    whole, part = acted.trajectory, acted.since(start)
+    assert part.states == whole.states[-states:]
+    assert [step.action for step in part.steps] == [step.action for step in whole.steps[start:]]
+    assert part.steps[-1].fault == replace(fault, earlier=earlier)
+    assert acted.since(5) == Trajectory((acted.state,), ())
 
 
 def test_an_additional_step_ends_no_plan() -> None:

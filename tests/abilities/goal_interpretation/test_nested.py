@@ -39,6 +39,7 @@ def literal(entry: object, variables: frozenset[str]) -> Formula | None:
         (["forn", ["2"], JAR, OPEN], "(forn (2) (?jar - jar) (open ?jar))"),
         (["forn", 2, JAR, OPEN], "(forn (2) (?jar - jar) (open ?jar))"),
         (["forn", 0, JAR, OPEN], "(forn (0) (?jar - jar) (open ?jar))"),
+        (["forn", "9" * 9, JAR, OPEN], "(forn (999999999) (?jar - jar) (open ?jar))"),
         (
             ["forpairs", JAR, ["lid", "-", "lid"], ["ontop", "lid", "jar"]],
             "(forpairs (?jar - jar) (?lid - lid) (ontop ?lid ?jar))",
