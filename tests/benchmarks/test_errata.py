@@ -257,7 +257,7 @@ def test_a_left_out_task_keeps_its_record_and_leaves_the_denominator() -> None:
     effect = errata_effect(records)
     assert effect is not None
     assert (effect.tasks, effect.scored, effect.left_out, effect.corrected) == (2, 1, ("light",), ())
-    assert "1 of 2 tasks left out (1 scored), 0 corrected; --errata none" in effect.remark
+    assert "of 2 tasks 1 left out, 0 corrected; 1 scored. --errata none" in effect.remark
     off = open_suite(suite.benchmark, suite.ability, source=Source(errata=NONE))
     assert errata_effect(score_run(off, answers, {}, Settings())) is None
     assert off.score("light", answer).excluded is None

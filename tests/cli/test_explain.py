@@ -60,6 +60,19 @@ def test_a_failing_step_is_shown_with_the_check_and_the_objects(eai: Command) ->
     assert out.endswith("failure, not executable\n")
 
 
+def test_lines_go_on_below_their_beginning_where_the_screen_is_narrow(
+    eai: Command, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", "40")
+    _, *lines = eai("explain", "out", "27_2").out.splitlines()
+    assert max(map(len, lines)) <= 40
+    assert [line for line in lines if not line.startswith(" ")] == [
+        "model m, protocol strict",
+        "goals",
+        "failure, not executable",
+    ]
+
+
 def test_an_unreadable_answer_is_explained(eai: Command) -> None:
     assert "parsing: no step was found" in eai("explain", "out", "12_2").out
 

@@ -58,6 +58,7 @@ SPARED = {
     "report runs --out out": NO_PLOTS,
     "analyze errors runs --out out": NO_PLOTS,
     "analyze goals runs --out out": NO_PLOTS,
+    "analyze annotations ratings.csv --out out": NO_PLOTS,
     "analyze table runs --out out": "",
     "explain runs --failed": "",
     "leaderboard runs": "",
@@ -72,6 +73,7 @@ def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with what the commands speak of."""
     folder = tmp_path_factory.mktemp("bare")
     write_runs(folder / "runs", [action_run("first"), action_run("second"), goal_run()])
+    (folder / "ratings.csv").write_text("task,rater,attribute,score\n27_2,one,clear,5\n")
     (folder / "m_outputs.parquet").write_bytes(b"PAR1")
     (folder / "m_outputs.json").write_text("[]")
     (folder / "log.eval").write_bytes(b"PK")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
 
@@ -10,6 +11,7 @@ import typer
 from eai.abilities.verdict import Json
 from eai.analysis.annotations import PAPER, Quality, histogram_table, quality, quality_table, read_ratings
 from eai.analysis.table import write_tables
+from eai.cli.analyzed import Figures, draw_figures
 from eai.cli.console import counted, tell
 from eai.cli.options import AsJson
 from eai.report import plot_ratings
@@ -32,7 +34,7 @@ def rate_annotations(
     tables = (quality_table(found), histogram_table(found))
     write_tables(out, "annotations", tables, [PAPER])
     if plots:
-        plot_ratings.save(found, out / "annotations")
+        draw_figures(_figures(found), out)
     made: list[Json] = []
     for each in found:
         measured = {"mean": each.mean, "weighted_mse": each.weighted_mse, "alpha": each.alpha}
@@ -40,6 +42,10 @@ def rate_annotations(
         made.append({"attribute": each.attribute, **counts, **measured})
     value: Json = {"folder": str(out), "attributes": made}
     tell(*map(_told, found), f"written to {out}", value=value, as_json=as_json)
+
+
+def _figures(found: Sequence[Quality]) -> Figures:
+    yield "annotations", plot_ratings.draw(found)
 
 
 def _told(each: Quality) -> str:

@@ -10,9 +10,9 @@ import typer
 
 from eai.abilities.responses import file_name
 from eai.abilities.verdict import Json
-from eai.analysis.prompts import PLAIN, matrix_of, prompt_tables
+from eai.analysis.prompts import PLAIN, Matrix, matrix_of, prompt_tables
 from eai.analysis.table import write_tables
-from eai.cli.analyzed import Records
+from eai.cli.analyzed import Figures, Records, draw_figures
 from eai.cli.console import counted, tell
 from eai.cli.options import AsJson
 from eai.errors import InputError
@@ -44,7 +44,7 @@ def prompts(
         tables = prompt_tables(matrix, reference or matrix.prompts[0])
         write_tables(folder, "prompts", tables)
         if plots:
-            plot_prompts.save(matrix, suite.replace("-", ", "), folder / "prompts")
+            draw_figures(_figures(matrix, suite), folder)
         sizes = f"{counted(len(matrix.prompts), 'prompt')}, {counted(len(matrix.models), 'model')}"
         lines.append(f"{suite}: {sizes}; in {folder}")
         written.append(
@@ -56,6 +56,10 @@ def prompts(
             }
         )
     tell(*lines, value=written, as_json=as_json)
+
+
+def _figures(matrix: Matrix, suite: str) -> Figures:
+    yield "prompts", plot_prompts.draw(matrix, suite.replace("-", ", "))
 
 
 def _name(run: Run) -> str:

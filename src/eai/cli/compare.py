@@ -210,7 +210,7 @@ def _with_name(record: Record) -> str:
 def _print_tasks(heading: str, tasks: Sequence[str], listed: int) -> None:
     more = f" … and {len(tasks) - listed} more" if len(tasks) > listed else ""
     text = Text(f"{heading}: ", style="bold").append(", ".join(tasks[:listed]) + more, style="not bold")
-    output().print(text, soft_wrap=True)
+    output().print(text)
 
 
 def _rows(difference: Difference) -> Iterator[list[str | Text]]:

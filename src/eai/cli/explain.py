@@ -8,7 +8,6 @@ from typing import Annotated
 
 import typer
 from rich.console import Console
-from rich.padding import Padding
 from rich.table import Table
 from rich.text import Text
 
@@ -99,7 +98,7 @@ def print_record(console: Console, record: Record, background: TaskBackground | 
     heading = Text(f"{record.domain} {record.ability.value} {record.task_id}{title}", style="bold")
     console.print(heading, soft_wrap=True)
     if background is not None and background.instruction:
-        console.print(Padding(Text(" ".join(background.instruction.split()), style="italic"), (0, 2)))
+        _print_hanging(console, "  ", Text(" ".join(background.instruction.split()), style="italic"))
     console.print(f"model {record.model}, protocol {record.protocol.value}", highlight=False)
     if record.experiment is not None:
         console.print(f"experiment {record.experiment.label}", highlight=False, soft_wrap=True)
@@ -115,7 +114,7 @@ def print_record(console: Console, record: Record, background: TaskBackground | 
     if background is not None and background.gold:
         console.print(Text(f"{background.source} ({counted(len(background.gold), 'step')})", style="bold"))
         for number, step in enumerate(background.gold, 1):
-            console.print(Text(f"{number:3} {step}", style="dim"), soft_wrap=True)
+            _print_hanging(console, f"{number:3} ", Text(step, style="dim"))
     console.print(_verdict_text(record))
 
 
@@ -123,21 +122,22 @@ def _print_explanation(console: Console, explanation: Explanation, background: T
     for note in explanation.notes:
         console.print(Text(note, style="yellow"))
     rest = () if background is None else background.rest
-    width = max((len(step) for step in (*(step.action for step in explanation.steps), *rest)), default=0)
+    longest = max((len(step) for step in (*(step.action for step in explanation.steps), *rest)), default=0)
+    width = min(longest, console.width - 15)
     for number, step in enumerate(explanation.steps, 1):
         _print_step(console, number, step, width)
     for number, action in enumerate(rest, len(explanation.steps) + 1):
-        console.print(Text(f"{number:3} {action:{width}}  not tried", style="dim"))
+        _print_hanging(console, f"{number:3} ", Text(f"{action:{width}}  not tried", style="dim"))
     if explanation.goals:
         console.print(Text("goals", style="bold"))
     near = near_misses(explanation)
     for goal in explanation.goals:
         mark, style = ("✓", "green") if goal.satisfied else ("✗", "red")
-        console.print(Text(f"  {mark} {goal.kind:8} {goal.goal}", style=style))
+        _print_hanging(console, f"  {mark} {goal.kind:8} ", Text(goal.goal, style=style))
         if goal.why:
-            console.print(Text(f"             {goal.why}", style="yellow"))
+            _print_hanging(console, " " * 13, Text(goal.why, style="yellow"))
         if goal.goal in near:
-            console.print(Text(f"             got {', '.join(near[goal.goal])}", style="yellow"))
+            _print_hanging(console, " " * 13, Text(f"got {', '.join(near[goal.goal])}", style="yellow"))
     if explanation.parts:
         console.print(Text("temporal goal", style="bold"))
     for part in explanation.parts:
@@ -145,7 +145,8 @@ def _print_explanation(console: Console, explanation: Explanation, background: T
 
 
 def _print_step(console: Console, number: int, step: StepReport, width: int) -> None:
-    line = Text(f"{number:3} {step.action:{width}}  ")
+    indent = " " * 6
+    line, below = Text(f"{step.action:{width}}  "), Text()
     if step.outcome == EXECUTED:
         line.append("ok", style="green")
         if step.reason:
@@ -153,17 +154,26 @@ def _print_step(console: Console, number: int, step: StepReport, width: int) -> 
     else:
         style = "yellow" if step.outcome == FaultKind.ADDITIONAL_STEP.value else "bold red"
         told = f"{step.outcome}: {step.reason}"
-        fits = len(line) + len(told) <= console.width
-        line.append(told if fits else f"\n      {told}", style=style)
-    console.print(line)
-    indent = " " * 6
+        fits = 4 + len(line) + len(told) <= console.width
+        (line if fits else below).append(told, style=style)
+    _print_hanging(console, f"{number:3} ", line)
+    if below:
+        _print_hanging(console, indent, below)
     if step.earlier:
-        console.print(Text(f"{indent}{step.earlier}", style="yellow"))
+        _print_hanging(console, indent, Text(step.earlier, style="yellow"))
     for sign, facts, style in (("+", step.added, "green"), ("-", step.removed, "red")):
         for fact in _together(facts):
-            console.print(Text(f"{indent}{sign} {fact}", style=f"dim {style}"))
+            _print_hanging(console, f"{indent}{sign} ", Text(fact, style=f"dim {style}"))
     if step.hidden_changes:
         console.print(Text(f"{indent}{step.hidden_changes} more changes to other objects", style="dim"))
+
+
+def _print_hanging(console: Console, before: str, text: Text) -> None:
+    """Print a text after something, below which none of its further lines begins."""
+    for line in text.wrap(console, max(console.width - len(before), 20)):
+        line.rstrip()
+        console.print(Text(before, style=text.style).append_text(line))
+        before = " " * len(before)
 
 
 def _together(facts: Sequence[str]) -> list[str]:

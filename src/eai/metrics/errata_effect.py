@@ -30,9 +30,11 @@ class ErrataEffect:
     @property
     def remark(self) -> str:
         """One sentence for the reader of the numbers: what was done, and how to have it otherwise."""
+        others = self.tasks - self.scored - len(self.left_out)
+        more = f", {others} not scored for other reasons" if others else ""
         return (
-            f"Errata {self.version}: {len(self.left_out)} of {self.tasks} tasks left out "
-            f"({self.scored} scored), {len(self.corrected)} corrected; "
+            f"Errata {self.version}: of {self.tasks} tasks {len(self.left_out)} left out, "
+            f"{len(self.corrected)} corrected{more}; {self.scored} scored. "
             "--errata none takes the data as published."
         )
 

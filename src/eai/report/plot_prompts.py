@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from eai.analysis.prompts import Matrix
 from eai.report.palette import INK
-from eai.report.plot_files import styled, write
 from eai.report.plot_text import clipped
 
 if TYPE_CHECKING:
@@ -20,17 +18,8 @@ _PALE = 0.55
 """Above this share of the range a field is dark enough for white letters."""
 
 
-def save(matrix: Matrix, title: str, path: Path) -> tuple[Path, ...]:
-    """Write the heat maps as ``path``.svg and ``path``.png.
-
-    Raises:
-        EaiError: matplotlib is not installed.
-    """
-    with styled():
-        return write(_draw(matrix, title), path)
-
-
-def _draw(matrix: Matrix, title: str) -> Figure:
+def draw(matrix: Matrix, title: str) -> Figure:
+    """Draw the heat maps of a suite."""
     from matplotlib.figure import Figure
 
     columns = min(_PANELS, len(matrix.models))

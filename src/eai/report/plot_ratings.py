@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from eai.analysis.annotations import Quality
 from eai.report.palette import ACCENT, INK
-from eai.report.plot_files import styled, write
 from eai.report.plot_text import clipped
 
 if TYPE_CHECKING:
@@ -18,17 +16,8 @@ _PANEL = (2.3, 2.0)
 _COLUMNS = 3
 
 
-def save(found: Sequence[Quality], path: Path) -> tuple[Path, ...]:
-    """Write the histograms as ``path``.svg and ``path``.png.
-
-    Raises:
-        EaiError: matplotlib is not installed.
-    """
-    with styled():
-        return write(_draw(found), path)
-
-
-def _draw(found: Sequence[Quality]) -> Figure:
+def draw(found: Sequence[Quality]) -> Figure:
+    """Draw the histograms."""
     from matplotlib.figure import Figure
 
     columns = min(_COLUMNS, len(found))
