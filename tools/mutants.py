@@ -24,6 +24,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
@@ -53,8 +54,15 @@ EQUIVALENT: dict[str, str] = {
     "abilities/subgoal_decomposition/progress.py: 0 is 1 in `before: int = 0`": "what was before the first "
     "past is never looked up, as no step led to it",
     "abilities/subgoal_decomposition/refining.py: 1 is 2 in `numbers = count(1)`": "only their order counts",
+    "abilities/subgoal_decomposition/refining.py: 0 is 1 in `queue = [(0, 0, Node(start, self.aim.at_start, "
+    "0, ()))]`": "the first is alone in the queue",
+    "abilities/subgoal_decomposition/refining.py: 0 is 1 in `queue = [(0, 0, Node(start, self.aim.at_start, "
+    "0, ()))]`, place 2": "the first is alone in the queue",
     "logic/ltl.py: 0 is 1 in `self._stack.append(_Pending(_PREFIX, make, [], 0, self._scope))`": "a "
     "quantifier has one part, and that has one level at least",
+    "logic/matching.py: without if weights[cell.row][cell.column] in `return [cell for cell in "
+    "matching.cells() if weights[cell.row][cell.column]]`": "without a cell of weight 0 the rest is as "
+    "heavy, so that none is ever gained",
     "metrics/certainty.py: 0 is 1 in `if len(known[0]) < len(parts):`": "what is of no task is of no name",
     "metrics/randomisation.py: GtE is Gt in `extreme += _distance(one, other) >= observed - _ROUNDING`": "no "
     "distance is less than the observed one by just this rounding",
@@ -63,21 +71,26 @@ EQUIVALENT: dict[str, str] = {
 
 
 class Mutant(NamedTuple):
-    """A module in which one node is changed."""
+    """A module in which one node is changed: of those in a line that change so, the one at this place."""
 
     path: Path
     node: int
     line: int
     change: str
     source: str
+    place: int = 1
 
     def __str__(self) -> str:
-        return f"{self.path.as_posix()}:{self.line}: {self.change} in `{self.source}`"
+        return f"{self.path.as_posix()}:{self.line}: {self._what}"
 
     @property
     def name(self) -> str:
         """What it is called, wherever in its module its line has come to stand."""
-        return f"{self.path.as_posix()}: {self.change} in `{self.source}`"
+        return f"{self.path.as_posix()}: {self._what}"
+
+    @property
+    def _what(self) -> str:
+        return f"{self.change} in `{self.source}`" + (f", place {self.place}" if self.place > 1 else "")
 
     def text(self) -> str:
         """The module."""
@@ -89,13 +102,15 @@ class Mutant(NamedTuple):
 def mutants(path: Path) -> Iterator[Mutant]:
     """All mutants of a module."""
     tree, lines = _parsed(path), _text(path).splitlines()
+    before: Counter[tuple[int, str]] = Counter()
     idle = {id(part) for node in ast.walk(tree) for each in _idle(node) for part in ast.walk(each)}
     for number, node in enumerate(ast.walk(tree)):
         # A change comes when the node's parts are in line to be visited.
         if id(node) not in idle and (change := _change(node)) is not None:
             place = node.target if isinstance(node, ast.comprehension) else node
             line = getattr(place, "lineno", 0)
-            yield Mutant(path, number, line, change, lines[line - 1].strip())
+            before[line, change] += 1
+            yield Mutant(path, number, line, change, lines[line - 1].strip(), before[line, change])
 
 
 def _idle(node: ast.AST) -> Iterator[ast.AST]:

@@ -9,10 +9,10 @@ from eai.abilities.subgoal_decomposition.refinement import Refinement
 from eai.logic.formula import And, Atom, Constant, Formula, Not
 from eai.planning.subgoal import GroundAtom
 from eai.world.domain import Domain
-from eai.world.effect import Add
+from eai.world.effect import Add, Delete
 from eai.world.execution import Action
 from eai.world.frame import AGENT
-from eai.world.operator import Operator, Role, missing
+from eai.world.operator import Operator, Role, additional, missing
 from eai.world.vocabulary import Predicate, Vocabulary
 from world import toy
 
@@ -102,6 +102,38 @@ def test_what_no_action_changes_is_not_brought_about() -> None:
     refinement = Refinement(Domain("toy", vocabulary, (toy.GO, toy.PRESS)))
     for name, expected in (("fixed", False), ("holding", False), ("lit", True), ("beside", True)):
         assert refinement.brings_about(GroundAtom(name, (0,), True)) is expected
+
+
+LAY = Operator(
+    "LAY",
+    (toy.X,),
+    (additional(toy.holding(toy.X), "{x} is not held"),),
+    (Delete(toy.holding(toy.X)),),
+    role=Role.LETS_GO,
+)
+STEP = Operator("STEP", toy.GO.parameters, toy.GO.checks, toy.GO.effects)
+DIM = Operator("DIM", (toy.X,), (additional(toy.lit(toy.X), "it is dark"),), (Delete(toy.lit(toy.X)),))
+
+
+@pytest.mark.parametrize(
+    ("literals", "needless"),
+    [
+        (["at robot hall"], ["GO hall"]),  # one is told, though STEP is not needed either
+        (["not lit lamp"], ["DIM lamp"]),
+        (["at robot hall", "not lit lamp"], ["GO hall, DIM lamp"]),
+        (["not lit lamp", "at robot hall"], ["DIM lamp, GO hall"]),
+        (["not holding red"], []),  # to lay down what is not held was never meant
+        (["not holding red", "at robot hall"], ["GO hall"]),
+    ],
+)
+def test_of_what_holds_already_the_actions_are_told_that_say_they_are_not_needed(
+    literals: list[str], needless: list[str]
+) -> None:
+    refinement = Refinement(toy.DOMAIN.with_operators(LAY, STEP, DIM))
+    assert plans(*literals, refinement=refinement) == needless
+    wanted = [literal(text) for text in literals]
+    untold = refinement.plans(wanted, lambda _: True, SCENE, TASK.relevant, may_be_needless=False)
+    assert untold(TASK.initial) == Found(())
 
 
 def test_the_effort_of_a_search_is_told() -> None:

@@ -15,6 +15,8 @@ from eai.abilities.subgoal_decomposition.verdict import SubgoalVerdict
 from eai.abilities.task import NO_GOALS, Goal, GoalKind, Task
 from eai.abilities.verdict import Tally
 from eai.logic.formula import Atom, Constant, Formula, Not, Occurs, Or
+from eai.world.effect import Delete
+from eai.world.operator import Operator, additional
 from world import toy
 
 START = toy.initial()
@@ -102,6 +104,34 @@ def test_verdicts(subgoals: list[object], expected: str) -> None:
     assert told(SCORER.score(answer(*subgoals))) == expected
 
 
+DIM = Operator("DIM", (toy.X,), (additional(toy.lit(toy.X), "it is dark"),), (Delete(toy.lit(toy.X)),))
+
+
+@pytest.mark.parametrize(
+    ("subgoals", "steps", "additional_steps"),
+    [
+        # A step that is not needed counts where it is all that is asked for, as an action or as a state.
+        (["GO(hall)"], "GO(hall)", 1),
+        (["at(robot, hall)"], "GO(hall)", 1),
+        (["at(robot, hall)", "at(robot, hall)"], "GO(hall), GO(hall)", 2),
+        (["at(robot, hall) and not lit(lamp)"], "GO(hall), DIM(lamp)", 2),
+        # Beside something to do, what holds already only has to hold.
+        (["holding(red) and at(robot, hall)"], "LIFT(red)", 0),
+        (["LIFT(red) and at(robot, hall)"], "LIFT(red)", 0),
+        (["LIFT(blue) and not lit(lamp)"], "GO(shed), LIFT(blue)", 0),
+        # It has to hold when all is done, and is brought about before or after it.
+        (["PRESS(lamp) and not lit(lamp)"], "GO(shed), PRESS(lamp), PRESS(lamp)", 0),
+        (["PRESS(lamp) and lit(lamp)"], "GO(shed), PRESS(lamp)", 0),
+        (["lit(lamp)", "not lit(lamp)"], "GO(shed), PRESS(lamp), PRESS(lamp)", 0),
+        (["LIFT(red) then at(robot, shed)"], "LIFT(red), GO(shed)", 0),
+    ],
+)
+def test_what_is_carried_out(subgoals: list[str], steps: str, additional_steps: int) -> None:
+    scorer = SubgoalDecomposition(TASK, toy.DOMAIN.with_operators(DIM))
+    assert scorer.score(answer(*subgoals)).additional_steps == additional_steps
+    assert ", ".join([step.action for step in scorer.explain(answer(*subgoals)).steps]) == steps
+
+
 def test_a_verdict_tells_goals_errors_and_effort() -> None:
     verdict = SCORER.score(answer("lit(lamp)", "DROP(blue)"))
     assert (verdict.executable, verdict.success, verdict.goals_satisfied) == (False, False, (True, False))
@@ -115,6 +145,7 @@ def test_an_answer_that_is_not_carried_out_meets_no_goal() -> None:
     assert scorer.score(answer()).goals_satisfied == (True,)
     rejected = scorer.score(answer("lit(torch)"))
     assert (rejected.goals_satisfied, rejected.offences) == ((False,), ("unknown_object",))
+    assert (rejected.executable, rejected.success, rejected.additional_steps) == (False, False, 0)
 
 
 def test_a_name_that_is_not_allowed_is_told_with_its_subgoal() -> None:

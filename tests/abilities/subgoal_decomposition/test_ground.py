@@ -1,0 +1,72 @@
+"""What a search asks of an action in a state: which checks fail, which of them movement can mend."""
+
+from __future__ import annotations
+
+import pytest
+
+from eai.abilities.subgoal_decomposition.ground import Ground, is_needless, told_apart
+from eai.abilities.subgoal_decomposition.repertoire import Repertoire
+from eai.world.execution import execute
+from eai.world.state import State
+from world import toy
+from world.test_execution import plan
+
+REPERTOIRE = Repertoire(toy.DOMAIN)
+
+
+def state_after(*steps: str) -> State:
+    return execute(toy.DOMAIN, toy.initial(), plan(*steps)).final
+
+
+def ground(text: str, state: State) -> Ground:
+    (action,) = plan(text)
+    return Ground.of(action, REPERTOIRE.known[action.operator], state)
+
+
+@pytest.mark.parametrize(
+    ("before", "action", "failing", "lacking", "hopeless"),
+    [
+        ([], "LIFT red", [], 0, False),
+        ([], "PRESS lamp", [1], 0, False),  # to go there is a matter of movement
+        ([], "PRESS red", [0], 1, True),  # what is no lamp never will be one
+        ([], "PRESS blue", [0, 1], 1, True),
+        ([], "GO hall", [1], 0, False),
+        ([], "DROP red", [0], 1, False),
+        (["LIFT red"], "DROP red", [], 0, False),
+        (["LIFT red"], "LIFT blue", [1, 2], 1, False),
+        (["LIFT red"], "LIFT lamp", [0, 1, 2], 2, True),
+        (["GO shed"], "PRESS lamp", [], 0, False),
+    ],
+)
+def test_checks_that_fail(
+    before: list[str], action: str, failing: list[int], lacking: int, *, hopeless: bool
+) -> None:
+    state = state_after(*before)
+    tried = ground(action, state)
+    assert tried.failing(state) == failing
+    assert tried.is_possible(state) is (failing == [])
+    assert [tried.lacking(state, enough) for enough in (1, 2, 9)] == [min(lacking, n) for n in (1, 2, 9)]
+    assert tried.is_hopeless(failing) is hopeless
+
+
+def test_what_is_tried_in_vain_is_no_check_of_the_kind_of_an_object() -> None:
+    assert not ground("PRESS lamp", toy.initial()).is_hopeless([2])
+
+
+@pytest.mark.parametrize(
+    ("before", "action", "needless"),
+    [([], "GO hall", True), ([], "GO shed", False), (["GO shed"], "GO shed", True), ([], "PRESS red", False)],
+)
+def test_an_action_says_of_itself_that_it_is_needless(
+    before: list[str], action: str, *, needless: bool
+) -> None:
+    state = state_after(*before)
+    tried = ground(action, state)
+    assert is_needless(tried.known.operator, tried.action, state) is needless
+
+
+def test_actions_that_matter_keep_their_order() -> None:
+    lift, go, drop, press = steps = plan("LIFT red", "GO shed", "DROP red", "PRESS lamp")
+    assert told_apart(steps, {"PRESS", "LIFT"}) == (lift, press)
+    assert told_apart(steps, {"GO", "DROP"}) == (go, drop)
+    assert told_apart(steps, ()) == ()

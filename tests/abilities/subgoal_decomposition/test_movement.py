@@ -1,0 +1,76 @@
+"""Where movement leads: the shortest ways first, no state twice, and no farther than the budget goes."""
+
+from __future__ import annotations
+
+import pytest
+
+import eai.world as w
+from eai.abilities.subgoal_decomposition.ground import Ground
+from eai.abilities.subgoal_decomposition.movement import Budget, Movement, Way
+from eai.abilities.subgoal_decomposition.repertoire import Repertoire
+from eai.world.execution import Action, execute
+from world import toy
+
+UP = w.Predicate("up", 1)
+STAND = w.Operator(
+    "STAND", (), (w.additional(~UP(w.AGENT), "it stands"),), (w.Add(UP(w.AGENT)),), role=w.Role.MOVEMENT
+)
+STRIDE = w.Operator(
+    "STRIDE",
+    (toy.X,),
+    (w.missing(UP(w.AGENT), "it sits"), *toy.GO.checks),
+    toy.GO.effects,
+    role=w.Role.MOVEMENT,
+)
+VOCABULARY = w.Vocabulary((*toy.VOCABULARY.predicates, UP), toy.VOCABULARY.derived)
+DOMAIN = w.Domain("toy", VOCABULARY, (STRIDE, STAND))
+NAMES = {"robot": "robot", "hall": "place", "shed": "place", "attic": "place"}
+SCENE = w.Scene(VOCABULARY, [w.WorldObject(*each) for each in NAMES.items()], agent=0)
+SITTING = SCENE.state([("at", (0, SCENE.index["hall"]))])
+ACTIONS = [
+    Action("STAND", ()),
+    *(Action("STRIDE", (SCENE.index[name],)) for name in ("hall", "shed", "attic")),
+]
+
+
+def movement(allowed: int) -> tuple[Movement, Budget]:
+    known, budget = Repertoire(DOMAIN).known, Budget(allowed)
+    moves = [Ground.of(action, known[action.operator], SITTING) for action in ACTIONS]
+    return Movement(moves, budget), budget
+
+
+def written(way: Way) -> str:
+    return ", ".join(" ".join([a.operator, *(SCENE.objects[i].name for i in a.arguments)]) for a in way.plan)
+
+
+@pytest.mark.parametrize(
+    ("before", "ways"),
+    [
+        # Each operator once: it does not come back, nor go by way of another place.
+        ([], ["STAND", "STAND, STRIDE shed", "STAND, STRIDE attic"]),
+        (["STAND"], ["STRIDE shed", "STRIDE attic"]),
+    ],
+)
+@pytest.mark.parametrize("allowed", [0, 1, 2, 3, 9])
+def test_ways(before: list[str], ways: list[str], allowed: int) -> None:
+    start = execute(DOMAIN, SITTING, [Action(name, ()) for name in before]).final
+    moving, budget = movement(allowed)
+    found = list(moving.ways(start))
+    assert [written(way) for way in found] == ways[:allowed]
+    assert budget.spent == len(found), "an action for each, and none in vain"
+    assert all(execute(DOMAIN, start, way.plan).final == way.state for way in found)
+
+
+def test_ways_are_found_once_and_as_far_as_they_are_looked_at() -> None:
+    moving, budget = movement(9)
+    first = next(iter(moving.ways(SITTING)))
+    assert budget.spent == 1
+    assert next(iter(moving.ways(SITTING))) is first
+    assert budget.spent == 1
+    assert list(moving.ways(SITTING)) == list(moving.ways(SITTING))
+    assert budget.spent == 3
+
+
+def test_without_anything_that_moves_there_is_no_movement() -> None:
+    assert not Movement([], Budget(9))
+    assert movement(0)[0]
