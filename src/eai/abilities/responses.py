@@ -21,7 +21,8 @@ LINES = "_outputs.jsonl"
 """How the names of files end that hold an object a line."""
 PARQUET = "_outputs.parquet"
 """How the names of Parquet files end."""
-_COLUMNS = ("identifier", "llm_output")
+COLUMNS = ("identifier", "llm_output")
+"""What a row has: the id of the task, as the file spells it, and the answer."""
 _ENDINGS = (SUFFIX, LINES, PARQUET)
 _ATTEMPT = re.compile(rf"_attempt_\d+{SUFFIX}$")
 
@@ -155,7 +156,7 @@ def file_name(name: str) -> str:
 
 def _read_list(path: Path) -> Sequence[object]:
     if path.suffix == Path(PARQUET).suffix:
-        return read_columns(path, _COLUMNS)
+        return read_columns(path, COLUMNS)
     try:
         content = path.read_bytes()
         rows = _lines(content) if path.suffix == Path(LINES).suffix else json.loads(content)
@@ -189,7 +190,7 @@ def _fields(place: str, row: object) -> tuple[str, str]:
     """The identifier and the text of a row."""
     if not isinstance(row, dict):
         raise InputError(f'{place}: expected {{"identifier", "llm_output"}}, not {_kind(row)}')
-    for key in _COLUMNS:
+    for key in COLUMNS:
         if key not in row:
             raise InputError(f'{place}: the key "{key}" is missing')
     identifier, text = row["identifier"], row["llm_output"]

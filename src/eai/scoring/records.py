@@ -16,7 +16,12 @@ def write_records(path: Path, records: Iterable[Record]) -> None:
     """Write one record a line."""
     with path.open("w", encoding="utf-8") as file:
         for record in records:
-            file.write(json.dumps(record_to_json(record), ensure_ascii=True) + "\n")
+            file.write(line_of(record) + "\n")
+
+
+def line_of(record: Record) -> str:
+    """A record as a file has it, without the end of the line."""
+    return json.dumps(record_to_json(record), ensure_ascii=True)
 
 
 def read_records(path: Path) -> Iterator[Record]:
