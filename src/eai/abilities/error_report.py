@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from eai.abilities.verdict import ErrorReport
 from eai.world.domain import Domain
-from eai.world.execution import Action, Fault, concerned, describe
+from eai.world.execution import Action, Fault, names_of
 from eai.world.state import Scene
 
 UNKNOWN_ACTION = "unknown_action"
@@ -13,5 +13,6 @@ UNKNOWN_ACTION = "unknown_action"
 
 def error_report(fault: Fault, number: int, domain: Domain, action: Action, scene: Scene) -> ErrorReport:
     """The report on the fault that an action has; ``number`` is that of the step or subgoal."""
-    detail, objects = describe(fault, domain, action, scene), concerned(fault, domain, action, scene)
-    return ErrorReport(fault.kind, number, detail, fault.check.id, objects)
+    check, names = fault.check, names_of(action, domain, scene)
+    objects = tuple([names[parameter] for parameter in check.concerned])
+    return ErrorReport(fault.kind, number, check.reason.format_map(names), check.id, objects)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 from eai.abilities.action_sequencing.notation import JsonPlans, PlanNotation
 from eai.abilities.goal_interpretation.notation import GoalNotation, JsonGoals
@@ -13,12 +13,10 @@ from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.scorer import Scorer
 from eai.abilities.subgoal_decomposition.notation import SubgoalNotation
 from eai.abilities.task import Task
-from eai.abilities.transition_modeling.declared import declared_tasks
 from eai.abilities.transition_modeling.task import TransitionTask
 from eai.benchmarks.english import PLAIN, English
 from eai.benchmarks.errata import NO_ERRATA, Errata
 from eai.benchmarks.figure import Figure
-from eai.benchmarks.problem_world import ProblemWorld
 from eai.benchmarks.source import ErrataChoice, OpenTasks, Source, TaskSet
 from eai.data.progress import Report
 from eai.logic.formula import Formula
@@ -27,6 +25,9 @@ from eai.prompts.prompt import Prompt
 from eai.prompts.published import PromptFiles, PublishedPrompts
 from eai.prompts.wording import Wording
 from eai.world.domain import Domain
+
+if TYPE_CHECKING:
+    from eai.benchmarks.problem_world import ProblemWorld
 
 Form: TypeAlias = bool | None
 """How all answers that are scored together are written, where that decides how each is read; else None."""
@@ -55,7 +56,7 @@ OpenDemonstrations: TypeAlias = Callable[[Path, Report], TaskSet[Task]]
 ProblemOf: TypeAlias = Callable[[Task, Sequence[Formula]], str]
 """From a task and some ground conditions to the PDDL problem of reaching them."""
 
-OpenWorld: TypeAlias = Callable[[Source], ProblemWorld]
+OpenWorld: TypeAlias = Callable[[Source], "ProblemWorld"]
 """Opens what problems in a language of the data set's own may speak of."""
 
 Wing: TypeAlias = Callable[["Benchmark", Ability, Form, Source], Opened]
@@ -152,6 +153,8 @@ class Benchmark:
         """The tasks of transition modeling in the order of the data set."""
         if self.open_operators is not None:
             return self.errata_for(source).operators(self.open_operators(source))
+        from eai.abilities.transition_modeling.declared import declared_tasks
+
         tasks = self.open_tasks(source)
         declared = declared_tasks(self.domain, tasks)
         return TaskSet(declared, declared.__getitem__, tasks.sha256)

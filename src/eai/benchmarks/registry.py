@@ -1,7 +1,7 @@
 """The benchmarks there are: by name, as an object of a Python module, as PDDL files or as task files.
 
 A distribution registers one by an entry point of the group ``eai.benchmarks``: a `Benchmark`, or a function
-without arguments that returns one.
+without arguments that returns one. What opens the other kinds is imported where one is asked for.
 """
 
 from __future__ import annotations
@@ -17,10 +17,7 @@ from pathlib import Path
 from eai.abilities.task import Task
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.errata import NO_ERRATA
-from eai.benchmarks.obfuscated import obfuscated
-from eai.benchmarks.pddl_files import open_pddl
 from eai.benchmarks.source import OpenTasks
-from eai.benchmarks.task_files import ENDINGS, open_task_files
 from eai.errors import InputError, did_you_mean
 
 GROUP = "eai.benchmarks"
@@ -76,11 +73,13 @@ def title_of(name: str) -> str:
 def _find(reference: str) -> Benchmark:
     if reference in _entry_points():
         return _as_benchmark(_entry_points()[reference].load(), reference)
+    from eai.benchmarks.task_files import ENDINGS
+
     module, separator, name = reference.partition(":")
     if module not in (OBFUSCATED, PDDL) and (reference.endswith((*ENDINGS, "/")) or Path(reference).is_dir()):
         return _open_tasks(Path(reference)).referred_to_as(reference)
     if module == OBFUSCATED:
-        return obfuscated(find_benchmark(name)).referred_to_as(reference)
+        return _open_obfuscated(name).referred_to_as(reference)
     if module == PDDL:
         return _open_pddl(name).referred_to_as(reference)
     if separator:
@@ -90,11 +89,20 @@ def _find(reference: str) -> Benchmark:
     raise InputError(f"{reference!r} is no benchmark: expected {expected}{did_you_mean(reference, known)}")
 
 
+def _open_obfuscated(name: str) -> Benchmark:
+    """The twin of a benchmark whose words mean other things."""
+    from eai.benchmarks.obfuscated import obfuscated
+
+    return obfuscated(find_benchmark(name))
+
+
 def _open_pddl(files: str) -> Benchmark:
     """The benchmark of ``DOMAIN,PROBLEMS``: a file, and a file or a folder."""
     domain, separator, problems = files.partition(",")
     if not separator:
         raise InputError(f"{PDDL}:{files}: expected {PDDL}:DOMAIN,PROBLEMS, a file and a file or folder")
+    from eai.benchmarks.pddl_files import open_pddl
+
     opened = open_pddl(Path(domain), Path(problems))
     return Benchmark(opened.domain.name, opened.domain, lambda source: opened.tasks)
 
@@ -104,6 +112,8 @@ def _open_tasks(path: Path) -> Benchmark:
 
     Subgoals are asked for in all of them; prompts and gold operators follow from the declaration.
     """
+    from eai.benchmarks.task_files import open_task_files
+
     files = open_task_files(path)
     base = find_benchmark(files.base)
     return with_tasks(base, files.name, lambda source: files.tasks(base.domain))

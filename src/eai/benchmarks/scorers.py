@@ -1,16 +1,15 @@
-"""How the suites of a benchmark are opened: one scorer an ability, over tasks, declaration and notation."""
+"""How the suites of a benchmark are opened: one scorer an ability, over tasks, declaration and notation.
+
+Each scorer is imported where it is made: scoring plans loads no planner of operators.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from functools import partial
 
-from eai.abilities.action_sequencing.scorer import ActionSequencing
-from eai.abilities.goal_interpretation.scorer import GoalInterpretation
 from eai.abilities.protocol import Ability
 from eai.abilities.scorer import Scorer
-from eai.abilities.subgoal_decomposition.refinement import Refinement
-from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
 from eai.abilities.task import Task
 from eai.benchmarks.benchmark import Benchmark, Form, Opened
 from eai.benchmarks.source import Source
@@ -26,14 +25,21 @@ def open_scorers(benchmark: Benchmark, ability: Ability, form: Form, source: Sou
 
 
 def _action_sequencing(benchmark: Benchmark) -> Callable[[Task], Scorer]:
+    from eai.abilities.action_sequencing.scorer import ActionSequencing
+
     return partial(ActionSequencing, domain=benchmark.domain, notation=benchmark.plans)
 
 
 def _goal_interpretation(benchmark: Benchmark) -> Callable[[Task], Scorer]:
+    from eai.abilities.goal_interpretation.scorer import GoalInterpretation
+
     return partial(GoalInterpretation, domain=benchmark.domain, notation=benchmark.goals)
 
 
 def _subgoal_decomposition(benchmark: Benchmark) -> Callable[[Task], Scorer]:
+    from eai.abilities.subgoal_decomposition.refinement import Refinement
+    from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
+
     domain = benchmark.subgoal_domain or benchmark.domain
     return partial(
         SubgoalDecomposition, domain=domain, notation=benchmark.subgoals, refinement=Refinement(domain)
@@ -41,7 +47,6 @@ def _subgoal_decomposition(benchmark: Benchmark) -> Callable[[Task], Scorer]:
 
 
 def _transition_modeling(benchmark: Benchmark, source: Source) -> Opened:
-    """What judges operators is imported here: scoring plans loads no planner of operators."""
     from eai.abilities.transition_modeling.planners import make_planner
     from eai.abilities.transition_modeling.rules import PaperRules
     from eai.abilities.transition_modeling.scorer import TransitionModeling

@@ -36,6 +36,15 @@ def errata_choice(name: ErrataChoice | str) -> ErrataChoice:
     return member(ErrataChoice, name, "choice of errata")
 
 
+def planner_choice(name: PlannerChoice | str) -> PlannerChoice:
+    """The choice of this name.
+
+    Raises:
+        InputError: there is none.
+    """
+    return member(PlannerChoice, name, "planner")
+
+
 @dataclass(frozen=True, slots=True)
 class Source:
     """What tasks are opened with: a store (the user's if None), who hears of a download, planner, errata."""

@@ -12,7 +12,6 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeRemainingColumn
 
 from eai.abilities.protocol import Ability
-from eai.abilities.transition_modeling.planners import available
 from eai.abilities.verdict import Json
 from eai.benchmarks.finding import Finding
 from eai.benchmarks.suite import Suite
@@ -138,10 +137,14 @@ def print_errata(effects: Iterable[ErrataEffect | None]) -> None:
 
 def note_planner(suites: Sequence[Suite]) -> None:
     """Say on standard error, once, if operators are judged without Fast Downward because it is not there."""
-    judging = [suite for suite in suites if suite.ability is Ability.TRANSITION_MODELING]
-    asked = {suite.source.planner for suite in judging}
-    if PlannerChoice.AUTO in asked and available(PlannerChoice.AUTO) is PlannerChoice.BUILT_IN:
-        note(BUILT_IN_ALONE)
+    from eai.abilities.transition_modeling.planners import available
+
+    asked = {suite.source.planner for suite in suites if suite.ability is Ability.TRANSITION_MODELING}
+    if PlannerChoice.AUTO in asked:
+        from eai.abilities.transition_modeling.planners import available
+
+        if available(PlannerChoice.AUTO) is PlannerChoice.BUILT_IN:
+            note(BUILT_IN_ALONE)
 
 
 def need_inspect() -> None:

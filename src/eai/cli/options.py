@@ -7,8 +7,7 @@ from typing import Annotated
 import typer
 
 from eai.abilities.protocol import Ability, Protocol, ability_of, protocol_of
-from eai.abilities.transition_modeling.planners import planner_of
-from eai.benchmarks.source import ErrataChoice, errata_choice
+from eai.benchmarks.source import ErrataChoice, errata_choice, planner_choice
 from eai.cli.console import DOMAIN_HELP, MISSING_HELP
 from eai.pddl.planning import PlannerChoice
 
@@ -44,7 +43,7 @@ Planner = Annotated[
     PlannerChoice,
     typer.Option(
         "--planner",
-        parser=planner_of,
+        parser=planner_choice,
         help="What judges operators: full (built-in search, then Fast Downward), built_in, fast_downward, "
         "none, or auto, the default: full where Fast Downward is installed, else built_in.",
         show_default=False,

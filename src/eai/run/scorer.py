@@ -33,9 +33,8 @@ from eai.abilities.declaration import AnswerOutcome
 from eai.abilities.protocol import Ability, ability_of, protocol_of
 from eai.abilities.record import Record
 from eai.abilities.responses import Response, ResponseFile, file_name
-from eai.abilities.transition_modeling.planners import planner_of
 from eai.abilities.verdict import Verdict
-from eai.benchmarks.source import ErrataChoice, Source, errata_choice
+from eai.benchmarks.source import ErrataChoice, Source, errata_choice, planner_choice
 from eai.benchmarks.suite import Suite, open_suite
 from eai.metrics.breakdown import outcome
 from eai.metrics.summary import summarise
@@ -138,7 +137,7 @@ def score_of(record: Record, epoch: int, *, answered: bool) -> Score:
 
 @cache
 def _suite(benchmark: str, ability: Ability, protocol: str, planner: str, errata: str) -> Suite:
-    source = Source(planner=planner_of(planner), errata=errata_choice(errata))
+    source = Source(planner=planner_choice(planner), errata=errata_choice(errata))
     return open_suite(benchmark, ability, protocol_of(protocol), source=source)
 
 

@@ -17,14 +17,13 @@ from eai.abilities.codec import experiment_to_json
 from eai.abilities.declarations import DECLARATIONS
 from eai.abilities.experiment import Experiment, FeedbackForm, World, chosen_experiment
 from eai.abilities.protocol import Ability, Protocol, member, protocol_of
-from eai.abilities.transition_modeling.planners import planner_of
 from eai.abilities.verdict import Json
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.gold_answers import open_answer_book
 from eai.benchmarks.prompt_library import Library
 from eai.benchmarks.reference.replanning import preset_experiment
 from eai.benchmarks.registry import find_benchmark
-from eai.benchmarks.source import ErrataChoice, Source, errata_choice
+from eai.benchmarks.source import ErrataChoice, Source, errata_choice, planner_choice
 from eai.benchmarks.suite import DEFAULT_PROTOCOL, Suite, open_suite
 from eai.errors import InputError, did_you_mean
 from eai.pddl.planning import PlannerChoice
@@ -159,7 +158,7 @@ def published_task(reference: str, ability: Ability) -> Callable[..., inspect_ai
     ) -> inspect_ai.Task:
         with refusing():
             folder = None if prompt_folder is None else Path(prompt_folder)
-            source = Source(planner=planner_of(planner), errata=errata_choice(errata))
+            source = Source(planner=planner_choice(planner), errata=errata_choice(errata))
             suite = open_suite(find_benchmark(reference), ability, protocol_of(protocol), source=source)
             library = Library(member(PromptSet, prompts, "set of prompts"), folder, source)
             how = (replans, world, feedback, feedback_form, slip, slip_seed, slip_notice, until)

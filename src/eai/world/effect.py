@@ -152,11 +152,13 @@ class Effects:
         steps = tuple([self._effect(effect, inner) for effect in effects])
 
         def apply(before: State, draft: Draft, binding: Binding) -> None:
-            matched = list(bits(matching(before, binding, before.scene.everything)))
-            for step in steps:
-                for binding[slot] in matched:
-                    step(before, draft, binding)
-            binding[slot] = UNBOUND
+            mask = matching(before, binding, before.scene.everything)
+            if mask:
+                matched = list(bits(mask))
+                for step in steps:
+                    for binding[slot] in matched:
+                        step(before, draft, binding)
+                binding[slot] = UNBOUND
 
         return apply
 

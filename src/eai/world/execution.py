@@ -91,8 +91,7 @@ class Trajectory(Frozen):
     @property
     def additional_steps(self) -> int:
         """How many steps were skipped because they were not needed."""
-        faults = [step.fault for step in self.steps if step.fault is not None]
-        return sum([fault.kind is FaultKind.ADDITIONAL_STEP for fault in faults])
+        return sum([s.fault is not None and s.fault.kind is FaultKind.ADDITIONAL_STEP for s in self.steps])
 
 
 def execute(domain: Domain, initial: State, plan: Iterable[Action]) -> Trajectory:
@@ -143,12 +142,6 @@ def _diagnose(domain: Domain, past: Past, operator: CompiledOperator, binding: B
 def describe(fault: Fault, domain: Domain, action: Action, scene: Scene) -> str:
     """The reason of a fault in words, with the names of the objects."""
     return fault.check.reason.format_map(names_of(action, domain, scene))
-
-
-def concerned(fault: Fault, domain: Domain, action: Action, scene: Scene) -> tuple[str, ...]:
-    """The names of the objects that the reason of a fault speaks of, in the order of its words."""
-    names = names_of(action, domain, scene)
-    return tuple([names[parameter] for parameter in fault.check.concerned])
 
 
 def names_of(action: Action, domain: Domain, scene: Scene) -> dict[str, str]:

@@ -149,21 +149,17 @@ class Relation:
 
     def add(self, source: int, target: int) -> None:
         """Change a copy so that it has a pair."""
-        if self._has_own_column(source, target):
+        if target in self._columns and source not in self._rows:  # a line that is overridden already
             self.set_column(target, self._columns[target] | 1 << source)
         else:
             self.set_row(source, self.row(source) | 1 << target)
 
     def discard(self, source: int, target: int) -> None:
         """Change a copy so that it has not a pair."""
-        if self._has_own_column(source, target):
+        if target in self._columns and source not in self._rows:
             self.set_column(target, self._columns[target] & ~(1 << source))
         else:
             self.set_row(source, self.row(source) & ~(1 << target))
-
-    def _has_own_column(self, source: int, target: int) -> bool:
-        """Whether a pair is better written in its column: that is overridden already, and its row is not."""
-        return bool(self._column_keys >> target & 1) and not self._row_keys >> source & 1
 
     def pairs(self) -> Iterator[Pair]:
         """All members, by source and then target."""

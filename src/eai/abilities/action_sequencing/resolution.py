@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TypeAlias, cast
+from typing import TypeAlias
 
 from eai.abilities.action_sequencing.notation import PlanNotation
-from eai.abilities.action_sequencing.plan import WrittenPlan, WrittenStep
+from eai.abilities.action_sequencing.plan import WrittenPlan
 from eai.abilities.error_report import UNKNOWN_ACTION
 from eai.abilities.verdict import ErrorReport
 from eai.logic.signature import MisuseKind
@@ -39,24 +39,23 @@ def resolve(
     misapplied = None
     for number, step in enumerate(plan.steps):
         operator = operator_of(step.action)
-        objects = tuple(map(object_of, step.objects))
-        if operator not in arities or None in objects:
-            return _unknown(number, step, operator in arities, objects, stranger)
+        if operator not in arities:
+            detail = f"{step.action} is not an action"
+            return ErrorReport(FaultKind.HALLUCINATION, number, detail, UNKNOWN_ACTION)
+        objects = []
+        for name in step.objects:
+            index = object_of(name)
+            if index is None:
+                return _unknown(number, f"{step.action}: {stranger} {name}", str(name))
+            objects.append(index)
         if misapplied is None and len(objects) != arities[operator]:
             detail = f"{operator} takes {arities[operator]} objects, not {len(objects)}"
             check = MisuseKind.WRONG_ARITY.value
             misapplied = ErrorReport(FaultKind.ARGUMENT_NUMBER, number, detail, check)
-        actions.append(Action(operator, cast("tuple[int, ...]", objects)))
+        actions.append(Action(operator, tuple(objects)))
     return misapplied or tuple(actions)
 
 
-def _unknown(
-    number: int, step: WrittenStep, is_operator: bool, objects: tuple[int | None, ...], stranger: str
-) -> ErrorReport:
-    """What a step names that there is not: its action, or else its first such object."""
-    if not is_operator:
-        detail = f"{step.action} is not an action"
-        return ErrorReport(FaultKind.HALLUCINATION, number, detail, UNKNOWN_ACTION)
-    name = step.objects[objects.index(None)]
-    detail, check = f"{step.action}: {stranger} {name}", MisuseKind.UNKNOWN_OBJECT.value
-    return ErrorReport(FaultKind.HALLUCINATION, number, detail, check, (str(name),))
+def _unknown(number: int, detail: str, name: str) -> ErrorReport:
+    """A step names an object that there is not."""
+    return ErrorReport(FaultKind.HALLUCINATION, number, detail, MisuseKind.UNKNOWN_OBJECT.value, (name,))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from eai.abilities.protocol import member
 from eai.pddl.fast_downward import FastDownward, PlannerLimits
 from eai.pddl.planner import BuiltInPlanner, TieredPlanner
 from eai.pddl.planning import PddlPlanner, PlannerChoice, PlannerTerms
@@ -13,15 +12,6 @@ from eai.pddl.sharing import Seats, SharedPlanner, machine_memory_mib
 
 FIRST_EFFORT = Effort(full=300)
 """What the built-in search may do before Fast Downward is asked, which is then the quicker of the two."""
-
-
-def planner_of(name: PlannerChoice | str) -> PlannerChoice:
-    """The choice of this name.
-
-    Raises:
-        InputError: there is none.
-    """
-    return member(PlannerChoice, name, "planner")
 
 
 def available(choice: PlannerChoice) -> PlannerChoice:

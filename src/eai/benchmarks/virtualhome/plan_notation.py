@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from itertools import starmap, zip_longest
 from typing import NamedTuple
 
 from eai.abilities.action_sequencing.notation import PlanNotation
@@ -102,9 +103,7 @@ def identified(plan: WrittenPlan) -> WrittenPlan:
 
 
 def _in_pairs(words: tuple[object, ...]) -> tuple[Identified, ...]:
-    names, ids = words[::2], words[1::2]
-    odd = (None,) * (len(names) - len(ids))
-    return tuple([Identified(*pair) for pair in zip(names, (*ids, *odd), strict=True)])
+    return tuple(starmap(Identified, zip_longest(words[::2], words[1::2])))
 
 
 def _is_id(word: object) -> bool:
@@ -131,13 +130,12 @@ def _steps(value: object) -> tuple[WrittenStep, ...] | None:
     wrapped = _steps(value.members[0][1]) if len(value.members) == 1 else None
     if wrapped is not None:
         return wrapped
-    if not all(isinstance(arguments, list) for _, arguments in value.members):
-        return None
-    return tuple(
-        WrittenStep(action, tuple(arguments))
-        for action, arguments in value.members
-        if isinstance(arguments, list)
-    )
+    steps = []
+    for action, arguments in value.members:
+        if not isinstance(arguments, list):
+            return None
+        steps.append(WrittenStep(action, tuple(arguments)))
+    return tuple(steps)
 
 
 def _scan(text: str) -> WrittenPlan | Unreadable:
