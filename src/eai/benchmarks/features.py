@@ -79,7 +79,7 @@ class FeatureBook:
 
     def __init__(self, benchmark: Benchmark) -> None:
         self._benchmark = benchmark
-        self._tools = _with_tools(benchmark.domain)
+        self._tools = operators_with_tools(benchmark.domain)
         self._known: dict[str, Features] = {}
 
     def of(self, task: Task) -> Features:
@@ -144,7 +144,7 @@ def _initial_facts(task: Task) -> int:
     return alone + sum((each.row(i) & about).bit_count() for each in relations for i in bits(about))
 
 
-def _with_tools(domain: Domain) -> frozenset[str]:
+def operators_with_tools(domain: Domain) -> frozenset[str]:
     """The operators of which a check asks for a thing of some kind that the action does not name."""
     kinds = {p.name for p in domain.vocabulary.predicates if p.static and p.arity == 1}
     return frozenset(operator.name for operator in domain.operators if _needs_a_tool(operator, kinds))

@@ -11,7 +11,9 @@ from rich.progress import Progress
 from rich.table import Table
 
 from eai.abilities.responses import file_name
+from eai.abilities.task import Task
 from eai.benchmarks.generated.generator import Generator, generate
+from eai.benchmarks.generated.measures import AtLeast, Measure
 from eai.benchmarks.generated.outcome import Generated, Outcome, Rejected
 from eai.benchmarks.generated.sets import (
     Seeds,
@@ -21,6 +23,7 @@ from eai.benchmarks.generated.sets import (
     write_manifest,
 )
 from eai.benchmarks.generated.spec import Forms, Spec, Tier
+from eai.benchmarks.plan_validation import verdict_of_val
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.source import Source
 from eai.benchmarks.task_files import task_file_content, write_task_file
@@ -28,7 +31,9 @@ from eai.benchmarks.task_lines import written
 from eai.cli.console import DOMAIN_HELP, counted, data_progress, errors, output, tell
 from eai.cli.options import AsJson
 from eai.cli.store import DataFolder, store
-from eai.errors import InputError, InterruptError
+from eai.errors import EaiError, InputError, InterruptError, did_you_mean
+from eai.pddl.val import Val, ValVerdict
+from eai.world.domain import Domain
 
 
 def generate_tasks(
@@ -70,6 +75,16 @@ def generate_tasks(
         str | None,
         typer.Option(metavar="LOW:HIGH", help="Expected difficulty in logits, as in 0:2; a rough guide."),
     ] = None,
+    at_least: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="NAME=N",
+            help=f"Only tasks with so many of {', '.join(measure.value for measure in Measure)}. Repeatable.",
+        ),
+    ] = None,
+    val: Annotated[
+        bool, typer.Option("--val", help="Also have VAL check every certificate; it must be installed.")
+    ] = False,
     compress: Annotated[bool, typer.Option("--gzip", help="Write FILE.jsonl.gz.")] = False,
     as_json: AsJson = False,
     data: DataFolder = None,
@@ -80,6 +95,9 @@ def generate_tasks(
 
     Example: eai generate --like virtualhome --n 500 --seed 7 --out tasks/
     """
+    validator = Val.installed() if val else None
+    if val and over_time:
+        raise InputError("--val: VAL knows no goals over time; leave out --over-time")
     with data_progress() as report:
         benchmark, source = find_benchmark(like), Source(store(data), report)
         tasks = benchmark.tasks(source)
@@ -94,6 +112,7 @@ def generate_tasks(
         most_objects=objects,
         depth=depth,
         difficulty=None if difficulty is None else _between(difficulty),
+        at_least=tuple(sorted(map(_at_least, at_least or ()))),
     )
     seeds = Seeds(file_name(split), seed, secret)
     file = out / f"{seeds.split}.jsonl{'.gz' if compress else ''}"
@@ -104,6 +123,8 @@ def generate_tasks(
     rejected = [each for each in outcomes if isinstance(each, Rejected)]
     if stopped is not None and (not made or file.exists()):
         raise stopped
+    if validator is not None:
+        _validate(validator, benchmark.domain, [each.task for each in made])
     lines = [written(each.task, like, benchmark.domain, each.about) for each in made]
     write_task_file(file, lines)
     write_manifest(out, seeds.split, manifest_entry(spec, seeds, task_file_content(lines), made, rejected))
@@ -113,6 +134,7 @@ def generate_tasks(
     if not as_json:
         _print_shapes(Shape.of(list(tasks.values())), Shape.of([each.task for each in made]))
     told = f"{counted(len(made), 'task')} written to {file}; {counted(len(rejected), 'seed')} gave none"
+    told += "; VAL accepts every certificate" if val else ""
     tell(told, value={"file": str(file), "tasks": len(made), "rejected": len(rejected)}, as_json=as_json)
 
 
@@ -142,6 +164,19 @@ def _asked_for(
     return outcomes, None
 
 
+def _validate(val: Val, domain: Domain, tasks: Sequence[Task]) -> None:
+    """Have VAL check all certificates.
+
+    Raises:
+        EaiError: it does not accept one: the engine and it do not agree, and no task is to be trusted.
+    """
+    with Progress(console=errors(), transient=True, disable=not errors().is_terminal) as bar:
+        for task in bar.track(tasks, description="validating"):
+            verdict = verdict_of_val(val, domain, task, task.script)
+            if verdict is not ValVerdict.VALID:
+                raise EaiError(f"{task.id}: VAL says of the certificate: {verdict.value}; nothing is written")
+
+
 def _between(text: str) -> tuple[float, float]:
     """Two numbers, of which the first is not the greater."""
     low, _, high = text.partition(":")
@@ -152,6 +187,16 @@ def _between(text: str) -> tuple[float, float]:
     if not numbers[0] <= numbers[1]:
         raise InputError(f"--difficulty: expected two numbers LOW:HIGH, as in 0:2, found {text!r}")
     return numbers
+
+
+def _at_least(text: str) -> AtLeast:
+    """What is to be measured, and its least number."""
+    name, _, number = text.partition("=")
+    names = [measure.value for measure in Measure]
+    if name not in names or not number.isdecimal():
+        hint = did_you_mean(name, names) if name not in names else ""
+        raise InputError(f"--at-least: expected NAME=N, as in containers=1, found {text!r}{hint}")
+    return AtLeast(Measure(name), int(number))
 
 
 def _print_shapes(public: Shape, made: Shape) -> None:

@@ -44,9 +44,12 @@ class PlanningLimits:
 
     Attributes:
         states: states that may be reached and estimated.
+        thorough: whether goals are tried in another order, and actions that do not look promising are taken,
+            when nothing else is left. Where they are not, nothing is said of what looks out of reach.
     """
 
     states: int = 2_000
+    thorough: bool = True
 
 
 class PlanningEnd(str, Enum):
@@ -56,7 +59,7 @@ class PlanningEnd(str, Enum):
     UNREACHABLE = "unreachable"
     """No state that can be reached by actions on the given objects is a goal."""
     STATES = "states"
-    """The limit was reached."""
+    """A limit was reached."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -159,6 +162,8 @@ class _PlanSearch:
                 return self._failed(PlanningEnd.STATES, start)
             if further is not None:
                 node, budget = further, _FIRST_BUDGET
+            elif not self._limits.thorough:
+                return Planned(PlanningEnd.STATES, (), self._spent)
             elif agenda.learn():
                 node, budget = start, _FIRST_BUDGET
             else:

@@ -6,7 +6,7 @@ Nothing here is declared: it is counted in the data set's own goals, states and 
 from __future__ import annotations
 
 from collections import Counter, defaultdict
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from itertools import chain, product
 
 import eai.logic.formula as f
@@ -14,8 +14,17 @@ from eai.abilities.goal_test import alternatives
 from eai.abilities.protocol import Ability
 from eai.abilities.task import GoalKind, Task
 from eai.benchmarks.benchmark import Benchmark
-from eai.benchmarks.generated.prior import Kind, Pattern, Prior, Theme, kinds_of
-from eai.logic.traversal import children
+from eai.benchmarks.generated.measures import needed_by
+from eai.benchmarks.generated.prior import (
+    Combination,
+    Kind,
+    Nesting,
+    Pattern,
+    Prior,
+    Theme,
+    kinds_of,
+    patterns_of,
+)
 from eai.planning.effect_schema import effect_schemas
 from eai.planning.role import role_of
 from eai.prompts.wording import subjects
@@ -50,9 +59,15 @@ class _Census:
         self._weights: defaultdict[Pattern, float] = defaultdict(float)
         self._wanted: Counter[tuple[str, bool]] = Counter()
         self._endings: defaultdict[str, Counter[tuple[Pattern, ...]]] = defaultdict(Counter)
-        self._concern: defaultdict[str, dict[str, None]] = defaultdict(dict)
+        self._titles: Counter[str] = Counter()
+        self._shown: defaultdict[str, Counter[str]] = defaultdict(Counter)
+        self._needed: defaultdict[str, set[str]] = defaultdict(set)
         self._forms: Counter[str] = Counter()
         self._paired: dict[Pattern, None] = {}
+        self._nestings: dict[Nesting, None] = {}
+        self._combinations: dict[Combination, None] = {}
+        self._alone: Counter[tuple[str, str]] = Counter()
+        self._accompanied: Counter[tuple[str, str]] = Counter()
         self._actions: Counter[tuple[str, ...]] = Counter()
         self._found: dict[Pattern, None] = {}
         self._crowds: Counter[str] = Counter()
@@ -64,22 +79,38 @@ class _Census:
         """Take a task into account."""
         self._states.append(task.initial)
         self._endings[task.title][_ending(task)] += 1
-        about = [task.scene.objects[i].category for i in _concerned(task)]
-        self._concern[task.title] |= dict.fromkeys(about)
+        self._titles[task.title] += 1
+        self._shown[task.title].update({task.scene.objects[i].category for i in _concerned(task)})
+        self._needed[task.title] |= {task.scene.objects[i].category for i in needed_by(task)}
         self._count_plan(task)
+        self._count_pairs({p for goal in task.goals for p in patterns_of(goal.formula, task.scene)})
         for goal in task.goals:
             if goal.kind is GoalKind.ACTION:
                 self._actions[alternatives(goal)] += 1
                 self._forms["Occurs"] += 1
                 continue
             self._forms[type(goal.formula).__name__] += 1
-            wanted = list(_wanted(goal.formula, task.scene))
+            wanted = list(patterns_of(goal.formula, task.scene))
             if isinstance(goal.formula, f.ForPairs):
                 self._paired |= dict.fromkeys(wanted)
             for pattern in wanted:
                 self._weights[pattern] += _AS_GOAL
                 if not _is_of_agent(pattern, task.scene):
                     self._wanted[pattern.predicate, pattern.truth] += 1
+
+    def _count_pairs(self, wanted: Collection[Pattern]) -> None:
+        """Take into account what the goals of a task want together."""
+        states = [p for p in wanted if len(p.categories) == 1]
+        relations = [p for p in wanted if len(p.categories) == 2]
+        for (relation, (_, thing), _), (place, (moved, _), _) in product(relations, repeat=2):
+            if thing == moved:
+                self._nestings[Nesting(relation, thing, place)] = None
+        for (state, (thing,), _), (relation, (moved, place), _) in product(states, relations):
+            if thing == moved:
+                self._combinations[Combination(state, relation, place)] = None
+        for state, (thing,), _ in (p for p in states if p.truth):
+            served = any(thing == place for _, (_, place), _ in relations)
+            (self._accompanied if served else self._alone)[state, thing] += 1
 
     def _count_plan(self, task: Task) -> None:
         trajectory = execute(self._domain, task.initial, _sound(task.script, self._domain))
@@ -98,6 +129,11 @@ class _Census:
     def _is_odd(self, pattern: Pattern) -> bool:
         """Whether nobody would ask for it; that something odd be not so is sound."""
         return pattern.truth and self._english.is_odd(pattern.predicate, pattern.categories)
+
+    def _about(self, title: str) -> frozenset[str]:
+        """What tasks of a title are about: what some of them need, and what most of them show."""
+        shown = self._shown[title].items()
+        return frozenset([*self._needed[title], *(c for c, n in shown if 2 * n > self._titles[title])])
 
     def prior(self) -> Prior:
         """What all tasks so far tell."""
@@ -118,11 +154,12 @@ class _Census:
             patterns=patterns,
             odd=frozenset([p for known in patterns.values() for p in known if self._is_odd(p)]),
             wanted=self._wanted,
-            themes={
-                title: Theme(frozenset(about), self._endings[title]) for title, about in self._concern.items()
-            },
+            themes={title: Theme(self._about(title), self._endings[title]) for title in self._titles},
             forms=self._forms,
             paired=frozenset(self._paired),
+            nestings=frozenset(self._nestings),
+            combinations=frozenset(self._combinations),
+            needy=frozenset(key for key, n in self._accompanied.items() if n > 1 and not self._alone[key]),
             actions=self._actions,
             operators=frozenset(self._operators),
             kinds=frozenset(self._kinds),
@@ -172,7 +209,7 @@ def _crowds(state: State, objects: Sequence[int], listings: Iterable[Listing]) -
 
 def _ending(task: Task) -> tuple[Pattern, ...]:
     """What the goals of a task say of the agent."""
-    said = [p for goal in task.goals for p in _wanted(goal.formula, task.scene)]
+    said = [p for goal in task.goals for p in patterns_of(goal.formula, task.scene)]
     return tuple(dict.fromkeys([pattern for pattern in said if _is_of_agent(pattern, task.scene)]))
 
 
@@ -185,34 +222,6 @@ def _changes(before: Mapping[Pattern, None], after: Mapping[Pattern, None]) -> I
     """What came about, and what came to an end."""
     yield from (pattern for pattern in after if pattern not in before)
     yield from (pattern._replace(truth=False) for pattern in before if pattern not in after)
-
-
-def _wanted(
-    formula: f.Formula, scene: Scene, bound: Mapping[str, str | None] | None = None, *, truth: bool = True
-) -> Iterator[Pattern]:
-    """The patterns of the literals of a goal; what ranges over all objects has none."""
-    bound = bound or {}
-    match formula:
-        case f.Atom(predicate, terms):
-            categories = [
-                bound.get(t.name)
-                if isinstance(t, f.Variable)
-                else scene.objects[scene.index[t.name]].category
-                for t in terms
-            ]
-            known = [category for category in categories if category is not None]
-            if len(known) == len(categories):
-                yield Pattern(predicate, tuple(known), truth)
-        case f.Not(operand):
-            yield from _wanted(operand, scene, bound, truth=not truth)
-        case f.ForAll(variable, body) | f.Exists(variable, body) | f.Exactly(_, variable, body):
-            yield from _wanted(body, scene, {**bound, variable.name: variable.category}, truth=truth)
-        case f.ForPairs(first, second, body):
-            inner = {**bound, first.name: first.category, second.name: second.category}
-            yield from _wanted(body, scene, inner, truth=truth)
-        case _:
-            for part in children(formula):
-                yield from _wanted(part, scene, bound, truth=truth)
 
 
 def _conceivable(wanted: Iterable[tuple[str, bool]], states: Sequence[State]) -> Iterator[Pattern]:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import NamedTuple
 
 import eai.logic.formula as f
 from eai.abilities.task import Task
@@ -12,6 +13,13 @@ from eai.logic.renaming import rename_objects, rename_variables
 from eai.logic.traversal import objects, walk
 from eai.world.relation import bits
 from eai.world.state import Scene, State
+
+
+class Prints(NamedTuple):
+    """What tells a task from others: its goals, and what its scene is like."""
+
+    goals: str
+    scene: str
 
 
 def of_goals(goals: Iterable[f.Formula], scene: Scene) -> str:
@@ -34,10 +42,14 @@ def of_scene(initial: State, goals: Iterable[f.Formula]) -> str:
     return _digest(sorted(facts))
 
 
-def of_task(task: Task) -> tuple[str, str]:
+def of(goals: Sequence[f.Formula], initial: State) -> Prints:
+    """The fingerprints of goals, and of the scene in which they are to be reached."""
+    return Prints(of_goals(goals, initial.scene), of_scene(initial, goals))
+
+
+def of_task(task: Task) -> Prints:
     """Both fingerprints of a task."""
-    goals = [goal.formula for goal in task.goals]
-    return of_goals(goals, task.scene), of_scene(task.initial, goals)
+    return of([goal.formula for goal in task.goals], task.initial)
 
 
 def spoken_of(goal: f.Formula, scene: Scene) -> Iterator[int]:

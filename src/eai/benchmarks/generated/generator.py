@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import random
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import eai.logic.formula as f
@@ -15,7 +15,9 @@ from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.difficulty import difficulty_model
 from eai.benchmarks.generated import fingerprint
 from eai.benchmarks.generated.census import prior_of
-from eai.benchmarks.generated.goals import Proposals, clash, subjects_of
+from eai.benchmarks.generated.compatibility import clash, is_idle, subjects_of
+from eai.benchmarks.generated.goals import Proposals
+from eai.benchmarks.generated.measures import Measure, Measures
 from eai.benchmarks.generated.objections import Objections
 from eai.benchmarks.generated.outcome import Generated, Outcome, Reason, Rejected
 from eai.benchmarks.generated.over_time import Seeker
@@ -23,7 +25,13 @@ from eai.benchmarks.generated.prior import Prior, Theme
 from eai.benchmarks.generated.scene import closed_scene, with_guests
 from eai.benchmarks.generated.spec import CANARY, LENGTHS, Spec, Tier, tier_of
 from eai.benchmarks.generated.usage import Usage
-from eai.benchmarks.generated.walk import Walk, certificate, lower_bound, posed
+from eai.benchmarks.generated.walk import (
+    Walk,
+    certificate,
+    lower_bound,
+    posed,
+    steps_of_planner,
+)
 from eai.benchmarks.generated.words import Words
 from eai.benchmarks.source import Source
 from eai.benchmarks.task_lines import plan_of
@@ -85,13 +93,14 @@ class Generator:
         self._tasks = list(self.benchmark.tasks(self.source).values())
         self.prior: Prior = prior_of(self.benchmark, self._tasks)
         self._objections = Objections(self.benchmark.domain, self._tasks, by_place=self.spec.by_place)
+        self._measures = Measures(self.benchmark.domain)
         self._usage = Usage(self.benchmark.domain, self.prior)
         self._planner = Planner(self._usage.domain)
         listings = self.benchmark.wording(Ability.ACTION_SEQUENCING).listings
         self._seeker = Seeker(self.benchmark.domain, self._usage.domain, self.prior, listings)
 
-    def task(self, seed: str) -> Outcome:
-        """The task of a seed: the same on every machine."""
+    def task(self, seed: str, known: Collection[fingerprint.Prints] = ()) -> Outcome:
+        """The task of a seed: the same on every machine; none if its fingerprints are known."""
         self._made += 1
         if self._made % _RENEWED == 0:
             self._planner = Planner(self._usage.domain)
@@ -102,14 +111,16 @@ class Generator:
         walk = self._walk(base, initial, rng, least, most)
         if not walk.goals:
             return Rejected(seed, Reason.NO_GOALS)
-        goals = list(walk.goals)
-        words = self._words(self._usage.original(initial))
+        goals, start = list(walk.goals), self._usage.original(initial)
+        if not self.spec.over_time and fingerprint.of(goals, start) in known:
+            return Rejected(seed, Reason.COPY)
+        words = Words.of(self.benchmark, start, by_place=self.spec.by_place)
         task = posed(
             f"{self.benchmark.name}-{self.spec.sha256[:6]}-{seed}",
             words.instruction(goals, rng),
-            self._usage.original(initial),
+            start,
             goals,
-            certificate(walk, initial),
+            certificate(walk),
         )
         about: dict[str, Json] = {}
         reason = self._objections.to(task, words, least, most)
@@ -123,8 +134,15 @@ class Generator:
             task = replace(task, goals=asked, script=tuple(found.plan), instruction=told)
             about["temptation"] = plan_of(replace(task, script=tuple(found.temptation)))
             reason = self._objections.to(task, words, least, most + _LONGER)
-        if reason is not None:
-            return Rejected(seed, reason)
+            if reason is None and fingerprint.of_task(task) in known:
+                reason = Reason.COPY
+        return self._judged(task, seed, walk, about) if reason is None else Rejected(seed, reason)
+
+    def _judged(self, task: Task, seed: str, walk: Walk, about: dict[str, Json]) -> Outcome:
+        """A task that is sound, if it asks for as much as is wanted, with all that is known of it."""
+        measured = self._measures.of(task)
+        if any(measured[each.measure] < each.number for each in self.spec.at_least):
+            return Rejected(seed, Reason.TOO_LITTLE)
         expected = None if self._difficulty is None else self._difficulty.expected(task)
         if expected is not None:
             about["difficulty"] = {"expected": expected.value, "error": expected.error}
@@ -134,15 +152,16 @@ class Generator:
         about["lower_bound"] = least = lower_bound(task, self.benchmark.domain, self.spec.depth)
         if least == 1:
             return Rejected(seed, Reason.ONE_ACTION)
-        return Generated(task, {**self._about(task, seed), **about})
+        if not self.spec.over_time:
+            about["planner_steps"] = steps_of_planner(walk)
+        return Generated(task, {**self._about(task, seed, measured), **about})
 
-    def _about(self, task: Task, seed: str) -> dict[str, Json]:
+    def _about(self, task: Task, seed: str, measured: Mapping[Measure, int]) -> dict[str, Json]:
         """What is known of a task."""
         of_goals, of_scene = fingerprint.of_task(task)
         return {
             "tier": tier_of(len(task.script)).value,
-            "distractors": len(task.scene.objects) - len(_needed(task)),
-            "operators": len({action.operator for action in task.script}),
+            **{measure.value: number for measure, number in measured.items()},
             "goals_fingerprint": of_goals,
             "scene_fingerprint": of_scene,
             "spec": self.spec.sha256[:16],
@@ -198,7 +217,7 @@ class Generator:
         enough = wanted if is_rich else (least + most) // 2  # for the sake of which nothing else is begun
         others = [title for title in self.prior.themes if title != base.title]
         ending: list[f.Formula] = []
-        begun = 0
+        begun = occasions = 0
         for title in (base.title, *rng.sample(others, len(others))):
             theme = self.prior.themes[title]
             proposals = self._proposals(initial, theme)
@@ -207,7 +226,9 @@ class Generator:
             if proposals.patterns:
                 begun, reached, last = begun + 1, len(walk.goals), proposals.ending(theme, rng)
                 self._go_on(walk, proposals, last, rng, wanted)
-                ending = last if len(walk.goals) > reached or not reached else ending
+                if len(walk.goals) > reached or not reached:
+                    occasions += len(walk.goals) > reached
+                    ending = last if is_rich or occasions < 2 else []
         for wish in ending:  # the agent would go on from there otherwise
             if not walk.holds(wish, initial):
                 walk.reach(wish)
@@ -225,11 +246,11 @@ class Generator:
             if len(walk.trail) >= wanted or failures == max(_GIVEN_UP, wanted // 3):
                 break
             wish = proposals.goal(rng)
-            if wish is None or wish in tried:
+            if wish is None or wish in tried or is_idle(wish, walk.goals, scene, self.prior):
                 continue
             tried.add(wish)
             if not walk.holds(wish, initial) and not any(
-                clash(wish, other, scene) for other in (*walk.goals, *ending)
+                clash(wish, other, scene, self.prior) for other in (*walk.goals, *ending)
             ):
                 reached = self._reach_and_leave(walk, wish)
                 failures = 0 if reached else failures + 1
@@ -237,26 +258,16 @@ class Generator:
     def _reach_and_leave(self, walk: Walk, goal: f.Formula) -> bool:
         """Reach a goal more, but not by keeping in hand what it is about."""
         subjects, before = subjects_of(goal, walk.state.scene), walk.mark()
-        if not walk.reach(goal, len(subjects)):
+        if not walk.reach(goal):
             return False
         if subjects.isdisjoint(self._held(walk.state)):
             return True
         walk.back_to(before)
         return False
 
-    def _words(self, initial: State) -> Words:
-        return Words.of(self.benchmark, initial, by_place=self.spec.by_place)
-
-
-def _needed(task: Task) -> set[int]:
-    """The objects that the goals name or range over, that the certificate uses, and the agent."""
-    used = {index for action in task.script for index in action.arguments}
-    asked = {index for each in task.goals for index in fingerprint.spoken_of(each.formula, task.scene)}
-    return used | asked | {i for i in (task.scene.agent,) if i is not None}
-
 
 def generate(
-    generator: Generator, seeds: Iterator[str], number: int, known: set[tuple[str, str]]
+    generator: Generator, seeds: Iterator[str], number: int, known: set[fingerprint.Prints]
 ) -> Iterator[Outcome]:
     """So many tasks by seeds in order, and what was rejected on the way.
 
@@ -273,13 +284,9 @@ def generate(
     while found < number:
         if in_vain == _IN_VAIN:
             raise InputError(f"only {found} of {number} tasks found: the last {in_vain} seeds gave none")
-        outcome = generator.task(next(seeds))
+        outcome = generator.task(next(seeds), known)
         if isinstance(outcome, Generated):
-            prints = fingerprint.of_task(outcome.task)
-            if prints in known:
-                outcome = Rejected(str(outcome.about["seed"]), Reason.COPY)
-            else:
-                known.add(prints)
-                found += 1
+            known.add(fingerprint.of_task(outcome.task))
+            found += 1
         in_vain = 0 if isinstance(outcome, Generated) else in_vain + 1
         yield outcome

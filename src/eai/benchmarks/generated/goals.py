@@ -11,7 +11,6 @@ from typing import TypeAlias, TypeVar
 import eai.logic.formula as f
 from eai.benchmarks.generated.prior import Pattern, Prior, Theme
 from eai.benchmarks.generated.spec import Forms
-from eai.logic.traversal import walk
 from eai.world.relation import bits
 from eai.world.state import Scene
 
@@ -217,41 +216,6 @@ _MAKERS: Mapping[str, _Maker] = {
     "Exactly": Proposals._exactly,
     "ForPairs": Proposals._for_pairs,
 }
-
-
-def clash(goal: f.Formula, other: f.Formula, scene: Scene) -> bool:
-    """Whether two goals are too near each other to be wanted together.
-
-    They are if both may say where the same thing is to be, or the same of it, or if one action meets both.
-    """
-    return not _subjects(goal, scene).isdisjoint(_subjects(other, scene))
-
-
-def _subjects(goal: f.Formula, scene: Scene) -> set[tuple[str, int]]:
-    """Each state that a goal speaks of with each object that it may be said of; relations of a thing are one.
-
-    Actions have no object.
-    """
-    ranges: dict[str, int] = {}
-    found: set[tuple[str, int]] = set()
-    for part in walk(goal):
-        match part:
-            case f.ForAll(variable) | f.Exists(variable) | f.Exactly(variable=variable):
-                ranges[variable.name] = scene.category(variable.category)
-            case f.ForPairs(first, second):
-                ranges |= {v.name: scene.category(v.category) for v in (first, second)}
-            case f.Occurs(action):
-                found.add((action, -1))
-            case f.Atom(predicate, (f.Variable(name), *others)):
-                found.update(("" if others else predicate, i) for i in bits(ranges[name]))
-            case f.Atom(predicate, (term, *others)):
-                found.add(("" if others else predicate, scene.index[term.name]))
-    return found
-
-
-def subjects_of(goal: f.Formula, scene: Scene) -> frozenset[int]:
-    """The objects of which a goal may say something."""
-    return frozenset({index for _, index in _subjects(goal, scene)})
 
 
 def _fits(pattern: Pattern, sizes: Mapping[str, int]) -> bool:

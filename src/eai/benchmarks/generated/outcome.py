@@ -23,6 +23,7 @@ class Reason(str, Enum):
     AMBIGUOUS = "the instruction does not say exactly the goals"
     NAMELESS = "a thing cannot be told from others without its name"
     DIFFICULTY = "it is expected to be easier or harder than was asked for"
+    TOO_LITTLE = "there is less in it of something than was asked for"
     NO_ORDER = "no goal over time was found that matters"
     PUBLIC = "a public task has the same goals"
     PUBLIC_PLAN = "the plan of a public task with similar goals solves it"

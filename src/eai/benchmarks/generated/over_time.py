@@ -126,7 +126,7 @@ class Seeker:
         goal = f.Then((seen, last))
         detour, direct = self._course(task, walk.trail), self._course(task, task.script)
         kept = _if_it_matters(goal, detour, direct)
-        return None if kept is None else replace(kept, plan=certificate(walk, walk.start, goal))
+        return None if kept is None else replace(kept, plan=certificate(walk, goal))
 
     def _tidily(
         self, task: Task, goals: _Goals, begin: _Begin, proposals: Proposals, rng: random.Random
@@ -156,7 +156,7 @@ class Seeker:
                     kept = _if_it_matters(goal, tidy, untidy) if other != never else None
                     if kept is not None:
                         walk.conditions = list(goals)
-                        return replace(kept, plan=certificate(walk, walk.start, goal))
+                        return replace(kept, plan=certificate(walk, goal))
         return None
 
     def _course(self, task: Task, plan: Sequence[Action]) -> _Course:
@@ -176,7 +176,7 @@ class Seeker:
                 return found
         walk = begin()
         if len(goals) > 1 and _reach_all(walk, rng.sample(goals, len(goals))):
-            return self._between(task, goals, ours, certificate(walk, walk.start), rng)
+            return self._between(task, goals, ours, certificate(walk), rng)
         return None
 
     def _cuts(self, goals: _Goals, course: _Course) -> list[int]:

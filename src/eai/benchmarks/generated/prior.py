@@ -6,6 +6,8 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
 
+import eai.logic.formula as f
+from eai.logic.traversal import children
 from eai.world.execution import Action
 from eai.world.state import Scene
 
@@ -26,12 +28,28 @@ class Kind(NamedTuple):
     category: str
 
 
+class Nesting(NamedTuple):
+    """That something is to be in a relation to a thing of a category that is to be in another to a third."""
+
+    relation: str
+    category: str
+    place: str
+
+
+class Combination(NamedTuple):
+    """That a thing is to be in a state and in a relation to a thing of a category."""
+
+    state: str
+    relation: str
+    category: str
+
+
 @dataclass(frozen=True)
 class Theme:
     """What belongs together, as the tasks of one title are about it.
 
     Attributes:
-        categories: of all objects that their goals name or their plans use.
+        categories: of what the goals or the plan of one of them need, and of what most of them show.
         endings: what their goals say of the agent, all at once, as often as they do; the empty one too.
     """
 
@@ -51,6 +69,10 @@ class Prior:
         themes: what the tasks of a title are about, by title.
         forms: how often goals have each shape, by the name of the formula's class.
         paired: the literals that goals say of pairs, "each into one of its own".
+        nestings: what is wanted of things that are moved and others moved to, as a box that is filled.
+        combinations: which states and places are wanted of one thing.
+        needy: the states, with the category of the thing, that are wanted only together with a relation of
+            something else to it.
         actions: how often each choice of actions is a goal.
         operators: those that plans use.
         kinds: what plans do to what; empty if the data set has no plans.
@@ -68,6 +90,9 @@ class Prior:
     themes: Mapping[str, Theme]
     forms: Mapping[str, int]
     paired: frozenset[Pattern]
+    nestings: frozenset[Nesting]
+    combinations: frozenset[Combination]
+    needy: frozenset[tuple[str, str]]
     actions: Mapping[tuple[str, ...], int]
     operators: frozenset[str]
     kinds: frozenset[Kind]
@@ -83,3 +108,31 @@ def kinds_of(action: Action, scene: Scene) -> Iterator[Kind]:
     """What an action does to what."""
     for place, index in enumerate(action.arguments):
         yield Kind(action.operator, place, scene.objects[index].category)
+
+
+def patterns_of(
+    formula: f.Formula, scene: Scene, bound: Mapping[str, str | None] | None = None, *, truth: bool = True
+) -> Iterator[Pattern]:
+    """The patterns of the literals of a goal; what ranges over all objects has none."""
+    bound = bound or {}
+    match formula:
+        case f.Atom(predicate, terms):
+            categories = [
+                bound.get(t.name)
+                if isinstance(t, f.Variable)
+                else scene.objects[scene.index[t.name]].category
+                for t in terms
+            ]
+            known = [category for category in categories if category is not None]
+            if len(known) == len(categories):
+                yield Pattern(predicate, tuple(known), truth)
+        case f.Not(operand):
+            yield from patterns_of(operand, scene, bound, truth=not truth)
+        case f.ForAll(variable, body) | f.Exists(variable, body) | f.Exactly(_, variable, body):
+            yield from patterns_of(body, scene, {**bound, variable.name: variable.category}, truth=truth)
+        case f.ForPairs(first, second, body):
+            inner = {**bound, first.name: first.category, second.name: second.category}
+            yield from patterns_of(body, scene, inner, truth=truth)
+        case _:
+            for part in children(formula):
+                yield from patterns_of(part, scene, bound, truth=truth)

@@ -13,6 +13,7 @@ from pathlib import Path
 
 from eai.abilities.task import Task
 from eai.abilities.verdict import Json
+from eai.benchmarks.generated.fingerprint import Prints
 from eai.benchmarks.generated.outcome import Generated, Reason, Rejected
 from eai.benchmarks.generated.spec import CANARY, Spec
 from eai.benchmarks.task_files import ENDINGS, lines_in
@@ -81,18 +82,18 @@ def _spread(numbers: Sequence[int]) -> tuple[int, ...]:
     return (min(numbers), *map(round, statistics.quantiles(numbers, n=4, method="inclusive")), max(numbers))
 
 
-def fingerprints_in(folder: Path, *, without: Path) -> set[tuple[str, str]]:
+def fingerprints_in(folder: Path, *, without: Path) -> set[Prints]:
     """The fingerprints of the generated tasks that a folder holds in other files than one.
 
     Raises:
         InputError: a line of them is no task.
     """
-    known: set[tuple[str, str]] = set()
+    known: set[Prints] = set()
     files = sorted(folder.iterdir()) if folder.is_dir() else []
     others = [file for file in files if file.name.endswith(ENDINGS) and file != without]
     for place in (place for file in others for place in lines_in(file)):
         about = read_line(place.content).about
-        known.add((str(about.get("goals_fingerprint")), str(about.get("scene_fingerprint"))))
+        known.add(Prints(str(about.get("goals_fingerprint")), str(about.get("scene_fingerprint"))))
     return known
 
 

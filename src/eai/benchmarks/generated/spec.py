@@ -8,7 +8,9 @@ import random
 from dataclasses import asdict, dataclass
 from enum import Enum
 
-VERSION = 3
+from eai.benchmarks.generated.measures import AtLeast
+
+VERSION = 4
 """Of the generator: what an equal specification and seed make may differ from one version to the next."""
 
 CANARY = "generated tasks of eai; no training data: 6b0f3f6e-8c1d-4f0a-9d35-2f7c51e0a9b4"
@@ -58,6 +60,7 @@ class Spec:
         most_objects: how many objects a scene has at most.
         depth: all plans of so many actions are tried, to bound the length of a plan from below.
         difficulty: between which expected difficulties tasks are (`eai.benchmarks.difficulty`); None for any.
+        at_least: how much of what a task has at least.
         disturbances: how many things are brought about at most in a scene before the task begins.
         version: of the generator.
     """
@@ -72,6 +75,7 @@ class Spec:
     most_objects: int = 30
     depth: int = 1
     difficulty: tuple[float, float] | None = None
+    at_least: tuple[AtLeast, ...] = ()
     disturbances: int = 4
     version: int = VERSION
 

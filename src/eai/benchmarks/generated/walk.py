@@ -17,11 +17,8 @@ from eai.world.execution import Action, Step, Trajectory, execute
 from eai.world.state import State
 from eai.world.timeline import timeline
 
-_FOR_ONE = 8
-"""How many states may be looked at to reach a goal, for each object that it is about."""
-
-_FOR_A_GOAL = 40
-"""How many, at most."""
+_FOR_A_GOAL = PlanningLimits(40, thorough=False)
+"""What may be spent on reaching one goal more."""
 
 _FOR_ALL = PlanningLimits(300)
 """What may be spent on finding a shorter plan for all goals than the walk was."""
@@ -74,19 +71,16 @@ class Walk:
         """Whether a goal about states is met; one about actions never is."""
         return not _actions_of(wanted) and self.domain.holds(wanted, state)
 
-    def reach(self, wanted: f.Formula, subjects: int = 1) -> bool:
-        """Go on until one goal more, which is about so many objects, is met, if a way is found."""
+    def reach(self, wanted: f.Formula) -> bool:
+        """Go on until one goal more is met, if a way is found."""
         names = _actions_of(wanted)
         if names:
             asked = PlanningGoal(tuple(self.conditions), (names,))
-        elif self.holds(wanted, self.state) or not self.planner.looks_reachable(
-            self.state, wanted, self.objects
-        ):
+        elif self.holds(wanted, self.state):
             return False
         else:
             asked = PlanningGoal((*self.conditions, wanted))
-        limits = PlanningLimits(min(_FOR_A_GOAL, _FOR_ONE * subjects))
-        found = self.planner.plan(self.state, asked, self.objects, limits)
+        found = self.planner.plan(self.state, asked, self.objects, _FOR_A_GOAL)
         if found.end is not PlanningEnd.SOLVED:
             return False
         for action in found.plan:
@@ -118,25 +112,29 @@ def _actions_of(wanted: f.Formula) -> tuple[str, ...]:
     return tuple([part.action for part in parts if isinstance(part, f.Occurs)])
 
 
-def certificate(walk: Walk, initial: State, over_time: f.Formula | None = None) -> Sequence[Action]:
+def certificate(walk: Walk, over_time: f.Formula | None = None) -> Sequence[Action]:
     """What is left of a walk without needless steps, or a shorter plan that the planner finds for all goals.
 
     The planner is asked where the walk was long; a short one it follows step by step. It knows nothing of
     goals over time.
     """
     asked = PlanningGoal(tuple(walk.conditions), tuple(walk.actions))
-    walked = _without_needless(walk, initial, asked, over_time)
+    walked = _without_needless(walk, asked, over_time)
     if len(walked) < _LONG or over_time is not None:
         return walked
-    found = walk.planner.plan(initial, asked, walk.objects, _FOR_ALL).plan
+    found = walk.planner.plan(walk.start, asked, walk.objects, _FOR_ALL).plan
     return found if 0 < len(found) < len(walked) else walked
 
 
-def _without_needless(
-    walk: Walk, initial: State, asked: PlanningGoal, over_time: f.Formula | None
-) -> Sequence[Action]:
+def steps_of_planner(walk: Walk) -> int | None:
+    """How many steps the plan has that the planner finds for all goals at once; None if it finds none."""
+    asked = PlanningGoal(tuple(walk.conditions), tuple(walk.actions))
+    return len(walk.planner.plan(walk.start, asked, walk.objects, _FOR_ALL).plan) or None
+
+
+def _without_needless(walk: Walk, asked: PlanningGoal, over_time: f.Formula | None) -> Sequence[Action]:
     successors = SuccessorGenerator(walk.domain, lambda action, state: (action,), walk.objects, asked.actions)
-    start = end = Node(initial)
+    start = end = Node(walk.start)
     for action in walk.trail:
         end = successors.successor(end, action) or end
 
