@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+import gc
+
 import pytest
 
 from eai.abilities.unreadable import Unreadable
@@ -62,3 +64,15 @@ def test_steps_that_are_found(text: str, steps: list[tuple[str, tuple[str, ...]]
 )
 def test_texts_without_steps(text: str) -> None:
     assert isinstance(read_plan(text), Unreadable)
+
+
+def test_reading_a_list_of_constants_leaves_nothing_to_the_garbage_collector() -> None:
+    text = "[" + "{'action': f'OPEN', 'object': 'jar_0', 7: 8}, " * 20 + "]"
+    read_plan(text)
+    gc.collect()
+    gc.disable()
+    try:
+        assert not isinstance(read_plan(text), Unreadable)
+        assert gc.collect() == 0
+    finally:
+        gc.enable()

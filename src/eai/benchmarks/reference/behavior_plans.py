@@ -149,9 +149,9 @@ def _value(node: ast.expr) -> object:
             keys = [None if keyword.arg is None else ast.Constant(keyword.arg) for keyword in keywords]
             return _dictionary(keys, [keyword.value for keyword in keywords])
         case ast.JoinedStr(parts):
-            return "".join([str(ast.literal_eval(part)) for part in parts])
+            return "".join([str(_literal(part)) for part in parts])
         case _:
-            return ast.literal_eval(node)
+            return _literal(node)
 
 
 def _dictionary(keys: Sequence[ast.expr | None], values: Sequence[ast.expr]) -> dict[object, object]:
@@ -160,9 +160,14 @@ def _dictionary(keys: Sequence[ast.expr | None], values: Sequence[ast.expr]) -> 
     for key, node in zip(keys, values, strict=True):
         value = _value(node)
         if key is not None:
-            found[ast.literal_eval(key)] = value
+            found[_literal(key)] = value
         elif isinstance(value, dict):
             found.update(value)
         else:
             raise TypeError("no dictionary")
     return found
+
+
+def _literal(node: ast.expr) -> object:
+    """The value of a literal; of a constant directly, since `ast.literal_eval` leaves garbage at each call."""
+    return node.value if isinstance(node, ast.Constant) else ast.literal_eval(node)
