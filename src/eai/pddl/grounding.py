@@ -73,6 +73,7 @@ class Grounder:
         self._changing |= {axiom.name for axiom in domain.axioms}
         self._axioms = DerivedPredicates(domain.axioms).axioms
         self._numbers: dict[_Key, int] = {}
+        self._ground: dict[tuple[object, ...], GroundAction | None] = {}
 
     @property
     def initial(self) -> int:
@@ -84,6 +85,11 @@ class Grounder:
         """How many atoms have been met so far."""
         return len(self._numbers)
 
+    @property
+    def objects(self) -> frozenset[str]:
+        """All objects."""
+        return frozenset(self._objects["object"])
+
     def goal(self) -> GroundCondition | None:
         """The goal, or None if it is false in every state."""
         return self._condition(self._problem.goal, {}, negated=False)
@@ -94,9 +100,12 @@ class Grounder:
         Args:
             allowed: the objects that parameters may take; None for all. Quantifiers always range over all.
         """
-        for action in self._domain.actions:
+        for number, action in enumerate(self._domain.actions):
             for binding in self._bindings(action, allowed):
-                ground = self._action(action, binding)
+                key = (number, *binding.values())
+                if key not in self._ground:
+                    self._ground[key] = self._action(action, binding)
+                ground = self._ground[key]
                 if ground is not None:
                     yield ground
 
@@ -104,9 +113,8 @@ class Grounder:
         """The objects that the goal names, and those of the types that operators ask for by name."""
         named = {term.name for atom in _atoms(self._problem.goal) for term in atom.arguments}
         asked = {m.type_of(parameter) for action in self._domain.actions for parameter in action.parameters}
-        everything = set(self._objects["object"])
         for members in (self._objects.get(name, ()) for name in asked):
-            if set(members) != everything:
+            if self.objects != set(members):
                 named.update(members)
         return frozenset(named)
 
@@ -138,10 +146,12 @@ class Grounder:
         precondition = self._condition(action.precondition, binding, negated=False)
         if precondition is None:
             return None
+        found: list[GroundChange] = []
+        self._add_changes(action.effect, binding, ALWAYS, found)
         add = delete = 0
         conditional = []
-        for change in self._changes(action.effect, binding, ALWAYS):
-            if change.condition == ALWAYS:
+        for change in found:
+            if change.condition is ALWAYS:
                 add |= change.add
                 delete |= change.delete
             else:
@@ -153,24 +163,25 @@ class Grounder:
             GroundAction(PlanStep(action.name, arguments), precondition, tuple(changes)) if changes else None
         )
 
-    def _changes(
-        self, effect: m.PddlEffect, binding: _Binding, condition: GroundCondition
-    ) -> Iterator[GroundChange]:
+    def _add_changes(
+        self, effect: m.PddlEffect, binding: _Binding, condition: GroundCondition, found: list[GroundChange]
+    ) -> None:
+        """Add the changes that an effect makes under a condition to those that were found."""
         match effect:
             case m.AddEffect(atom):
-                yield GroundChange(condition, self._bit(atom, binding), 0)
+                found.append(GroundChange(condition, self._bit(atom, binding), 0))
             case m.DeleteEffect(atom):
-                yield GroundChange(condition, 0, self._bit(atom, binding))
+                found.append(GroundChange(condition, 0, self._bit(atom, binding)))
             case m.Both(parts):
                 for part in parts:
-                    yield from self._changes(part, binding, condition)
+                    self._add_changes(part, binding, condition, found)
             case m.Each(variable, part):
                 for inner in self._extensions(variable, binding):
-                    yield from self._changes(part, inner, condition)
+                    self._add_changes(part, inner, condition, found)
             case m.WhenEffect(premise, part):
                 combined = _all_of((condition, self._condition(premise, binding, negated=False)))
                 if combined is not None:
-                    yield from self._changes(part, binding, combined)
+                    self._add_changes(part, binding, combined, found)
 
     def _condition(self, formula: f.Formula, binding: _Binding, *, negated: bool) -> GroundCondition | None:
         """The ground condition, or None if it is false in every state."""
@@ -219,8 +230,10 @@ class Grounder:
         return 1 << self._numbers.setdefault(key, len(self._numbers))
 
     def _extensions(self, variable: f.Variable, binding: _Binding) -> Iterator[_Binding]:
-        members = self._objects.get(m.type_of(variable), ())
-        return ({**binding, variable.name: name} for name in self._looks.at(members))
+        """A binding for each object of a variable: the same one, so that each is used before the next."""
+        inner, slot = {**binding}, variable.name
+        for inner[slot] in self._looks.at(self._objects.get(m.type_of(variable), ())):
+            yield inner
 
 
 def _all_of(parts: Iterable[GroundCondition | None]) -> GroundCondition | None:
@@ -232,13 +245,15 @@ def _all_of(parts: Iterable[GroundCondition | None]) -> GroundCondition | None:
         true |= part.true
         false |= part.false
         choices += part.choices
-    return None if true & false else GroundCondition(true, false, tuple(choices))
+    if true & false:
+        return None
+    return GroundCondition(true, false, tuple(choices)) if true or false or choices else ALWAYS
 
 
 def _one_of(parts: Iterable[GroundCondition | None]) -> GroundCondition | None:
     options: list[GroundCondition] = []
     for part in parts:
-        if part == ALWAYS:
+        if part is ALWAYS:
             return ALWAYS
         if part is not None:
             options.append(part)
@@ -272,7 +287,8 @@ def _atoms(formula: f.Formula) -> Iterator[f.Atom]:
 
 
 def _key(atom: f.Atom, binding: _Binding) -> _Key:
-    return (atom.predicate, *(_name(term, binding) for term in atom.arguments))
+    names = [binding[t.name] if isinstance(t, f.Variable) else t.name for t in atom.arguments]
+    return (atom.predicate, *names)
 
 
 def _name(term: f.Term, binding: _Binding) -> str:

@@ -7,7 +7,7 @@ made true once more, which is the reason why a machine is not switched on before
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from functools import reduce
 from operator import or_
 from typing import NamedTuple
@@ -17,8 +17,11 @@ from eai.pddl.literals import Literals, bits, grouped
 from eai.pddl.looks import Looks
 from eai.pddl.successors import looks_for
 
+_EVERYTHING = -1
+"""More literals than there are."""
 
-class _Rule(NamedTuple):
+
+class Rule(NamedTuple):
     """One conditional effect of the action of this number: the literals that it needs and that it makes."""
 
     action: int
@@ -34,18 +37,18 @@ class _Lacking(NamedTuple):
     making: int
 
 
+class Layers(NamedTuple):
+    """Relaxed states one step apart, and the sets of the rules that lead from each to the next."""
+
+    reached: list[int]
+    fired: list[int]
+
+
 class Estimate(NamedTuple):
     """A relaxed plan: how many actions it has, and the set of its actions that can be taken at once."""
 
     length: int
     helpful: int
-
-
-class _Layers(NamedTuple):
-    """Relaxed states one step apart, and the sets of the rules that lead from each to the next."""
-
-    reached: list[int]
-    fired: list[int]
 
 
 class Relaxation:
@@ -68,7 +71,7 @@ class Relaxation:
         self._goal = literals.needs(goal)
         self._prices = _prices(actions, goal)
         self._rules = [
-            _Rule(
+            Rule(
                 number,
                 literals.needs(action.precondition) | literals.needs(change.condition),
                 change.add | change.delete << literals.atoms,
@@ -104,7 +107,7 @@ class Relaxation:
                 lost |= price
         return lost & state
 
-    def _explore(self, start: int, goal: int, again: int) -> _Layers:
+    def _explore(self, start: int, goal: int, again: int) -> Layers:
         """Relaxed states until the goal is there, or until nothing more grows, or may be looked at.
 
         The atoms that are to be made true ``again`` are literals of their own.
@@ -112,7 +115,7 @@ class Relaxation:
         literals = start
         lacking = [each for each in self._asked if not literals & each.literal]
         lacking += [_Lacking(bit << self._again, 0, self._making.get(bit, 0)) for bit in bits(again)]
-        layers, waiting = _Layers([literals], []), (1 << len(self._rules)) - 1
+        layers, waiting = Layers([literals], []), (1 << len(self._rules)) - 1
         looks = self._looks
         while goal & ~literals and not looks.are_used_up:
             looks.used += self._price * len(lacking)
@@ -125,15 +128,16 @@ class Relaxation:
             for literal, _, making in lacking:
                 if making & fired:
                     literals |= literal
-            if literals == before:
-                break
-            literals = self._literals.with_choices(literals)
-            lacking = [each for each in lacking if not literals & each.literal]
+            if literals != before:
+                literals = self._literals.with_choices(literals)
+                lacking = [each for each in lacking if not literals & each.literal]
             layers.fired.append(fired)
             layers.reached.append(literals)
+            if literals == before:
+                break
         return layers
 
-    def _plan(self, goal: int, layers: _Layers) -> Estimate:
+    def _plan(self, goal: int, layers: Layers) -> Estimate:
         """Walk back from the goal, crediting every literal to the first rule that reaches it."""
         chosen, helpful = set[int](), 0
         needed = self._literals.chosen(goal, layers.reached[-1])
@@ -150,7 +154,16 @@ class Relaxation:
                 needed |= self._literals.chosen(needs, before)
         return Estimate(len(chosen), helpful)
 
-    def _first(self, missing: int, fired: int) -> _Rule:
+    def layers(self, literals: int) -> Layers:
+        """All relaxed states from one in which these literals are, until nothing more grows."""
+        return self._explore(literals, _EVERYTHING, 0)
+
+    def makers(self, literal: int, rules: int) -> Iterator[Rule]:
+        """Those of some rules, a set of their numbers, that make a literal, in order."""
+        for bit in bits(self._making.get(literal, 0) & rules):
+            yield self._rules[bit.bit_length() - 1]
+
+    def _first(self, missing: int, fired: int) -> Rule:
         """The first of some rules that makes any of the missing literals."""
         making = 0
         for literal in bits(missing):

@@ -2,9 +2,10 @@
 
 Greedy best-first search with deferred evaluation, guided by the length of a relaxed plan (Hoffmann and
 Nebel 2001); the first actions of the relaxed plan are preferred, and all the more after progress (Helmert
-2006, Richter and Helmert 2009). First only actions on the objects that the goal is about are tried, then
-all. Effort is bounded by a number of evaluated states and not by a clock, so that equal input gives an
-equal answer on every machine.
+2006, Richter and Helmert 2009); then relaxed planning is also carried out, and the state that it leads to
+comes next (`lookahead`). First only actions on the objects that the goal is about are tried, then all. Effort
+is bounded by a number of evaluated states and not by a clock, so that equal input gives an equal answer on
+every machine.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from enum import Enum
 from eai.pddl.execute import PlanStep
 from eai.pddl.grounding import GroundAction, GroundCondition, Grounder
 from eai.pddl.literals import Literals
+from eai.pddl.lookahead import Lookahead
 from eai.pddl.looks import Looks
 from eai.pddl.model import PddlDomain, PddlProblem
 from eai.pddl.relaxation import Relaxation
@@ -62,7 +64,7 @@ class Effort:
     central: int = 60
     full: int = 2_000
     size: int = 50_000
-    looks: int = 5_000_000
+    looks: int = 700_000
 
 
 def search(domain: PddlDomain, problem: PddlProblem, effort: Effort) -> SearchResult:
@@ -76,12 +78,13 @@ def search(domain: PddlDomain, problem: PddlProblem, effort: Effort) -> SearchRe
     goal = grounder.goal()
     if goal is None and not looks.are_used_up:
         return SearchResult(SearchVerdict.UNSOLVABLE)
-    central = list(grounder.actions(grounder.central_objects()))
+    objects = grounder.central_objects()
+    central, all_are_central = list(grounder.actions(objects)), objects >= grounder.objects
     if goal is None or looks.are_used_up:
         return SearchResult(SearchVerdict.UNDECIDED)
-    work = Looks(effort.looks)
-    result = _Search(central, goal, grounder.atoms, work).run(grounder.initial, effort.central)
-    if result.verdict is SearchVerdict.SOLVED:
+    work, limit = Looks(effort.looks), effort.full if all_are_central else effort.central
+    result = _Search(central, goal, grounder.atoms, work).run(grounder.initial, limit)
+    if result.verdict is SearchVerdict.SOLVED or all_are_central:
         return result
     everything = list(grounder.actions())
     if looks.are_used_up:
@@ -166,19 +169,29 @@ class _Search:
             if len(done) == limit or self._looks.are_used_up:
                 return SearchResult(SearchVerdict.UNDECIDED, evaluated=len(done))
             done.add(node.state)
+            ahead = node
             estimate = self._relaxation.estimate(node.state, literals)
             if estimate is not None:
                 if best is None or estimate.length < best:
                     best = estimate.length
                     frontier.boost()
+                    ahead = self._ahead(node, literals)
                 for action, state in self._successors.of(node.state, literals):
                     if state not in seen:
                         seen.add(state)
                         child = _Node(state, self._actions[action.bit_length() - 1], node)
                         frontier.push(estimate.length, child, preferred=bool(action & estimate.helpful))
-            node = _next(frontier, done)
+            seen.add(ahead.state)
+            node = ahead if ahead.state not in done else _next(frontier, done)
         verdict = SearchVerdict.UNDECIDED if self._looks.are_used_up else SearchVerdict.UNSOLVABLE
         return SearchResult(verdict, evaluated=len(done))
+
+    def _ahead(self, node: _Node, literals: int) -> _Node:
+        """Where carrying out the relaxed plan leads."""
+        lookahead = Lookahead(self._relaxation, self._successors, self._literals, self._goal)
+        for action, state in lookahead.towards(node.state, literals):
+            node = _Node(state, self._actions[action], node)
+        return node
 
 
 def _next(frontier: _Frontier, done: set[int]) -> _Node | None:

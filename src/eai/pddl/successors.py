@@ -60,12 +60,16 @@ class Successors:
                 possible &= ~needing
         self._looks.used += self._price + _SUCCESSOR * possible.bit_count()
         for action in bits(possible):
-            add, delete, conditional = self._effects[action.bit_length() - 1]
-            for needs, also_add, also_delete in conditional:
-                if not needs & ~literals:
-                    add |= also_add
-                    delete |= also_delete
-            yield Successor(action, state & ~delete | add)  # what is both deleted and added is true
+            yield Successor(action, self.after(action.bit_length() - 1, state, literals))
+
+    def after(self, number: int, state: int, literals: int) -> int:
+        """The state after the action of this number, whether or not it is possible."""
+        add, delete, conditional = self._effects[number]
+        for needs, also_add, also_delete in conditional:
+            if not needs & ~literals:
+                add |= also_add
+                delete |= also_delete
+        return state & ~delete | add  # what is both deleted and added is true
 
 
 def looks_for(conditions: int) -> int:
