@@ -169,5 +169,5 @@ def _dictionary(keys: Sequence[ast.expr | None], values: Sequence[ast.expr]) -> 
 
 
 def _literal(node: ast.expr) -> object:
-    """The value of a literal; of a constant directly, since `ast.literal_eval` leaves garbage at each call."""
+    """The value of a literal; of a constant directly, for each `ast.literal_eval` leaves garbage."""
     return node.value if isinstance(node, ast.Constant) else ast.literal_eval(node)
