@@ -109,12 +109,20 @@ def test_lone_surrogates_are_text() -> None:
     assert find_json('{"WALK": ["\ud800"]}', an_object) == ([("WALK", ["\ud800"])], ())
 
 
+def test_texts_of_up_to_a_million_characters_are_searched() -> None:
+    assert find_json("[]" + " " * 999_998, anything) == ([], ())
+    assert find_json("[]" + " " * 999_999, anything) is None
+
+
 def test_values_are_found_down_to_the_greatest_depth() -> None:
     def nested(depth: int) -> str:
         return "[" * depth + "]" * depth
 
     assert find_json(nested(MAX_DEPTH), anything) is not None
     assert find_json(nested(MAX_DEPTH + 1), anything) is None
+    for depth, found in ((MAX_DEPTH, True), (MAX_DEPTH + 1, False)):  # in the quotes of Python
+        text = "{'a': " * (depth - 1) + "{}" + "}" * (depth - 1)
+        assert (find_json(text, anything) is not None) is found
     around = nested(MAX_DEPTH)
     assert find_json(around.replace("[]", "[0]"), anything) is None  # as deep as what it holds
 

@@ -32,6 +32,13 @@ def test_every_column_that_is_shown_is_a_metric(ability: Ability) -> None:
     assert {*declared.terminal, *declared.main} <= shown
 
 
+@pytest.mark.parametrize("ability", Ability)
+def test_less_is_better_of_errors_alone(ability: Ability) -> None:
+    errors = {kind.value for kind in FaultKind} | {"ill_formed"}
+    for column in DECLARATIONS[ability].columns:
+        assert column.more_is_better is (column.metric not in errors), column.metric
+
+
 def test_every_ability_is_declared() -> None:
     assert list(DECLARATIONS) == list(Ability)
     assert all(declared.ability is ability for ability, declared in DECLARATIONS.items())

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import cycle
 
 import pytest
 
@@ -9,7 +10,7 @@ from eai.benchmarks.virtualhome import domain as virtualhome
 from eai.benchmarks.virtualhome.tasks import VirtualHomeTasks
 from eai.logic.formula import TRUE, Atom, Formula, Variable
 from eai.world.conformance import check
-from eai.world.derived import Defined
+from eai.world.derived import Computed, Defined
 from eai.world.domain import Domain
 from eai.world.effect import ANYTHING, Add, Delete, Effect, ForEach, When
 from eai.world.fault import FaultKind
@@ -119,6 +120,40 @@ def with_operator(operator: Operator) -> Domain:
 )
 def test_what_does_not_conform_is_found(domain: Domain, problem: str) -> None:
     assert any(problem in str(defect) for defect in check(domain, [toy.initial()]))
+
+
+FIXED = Predicate("fixed", 1, static=True)
+TURNS = cycle((False, False, True))
+
+
+def one_operator(operator: Operator, *derived: Computed) -> Domain:
+    return Domain("bad", Vocabulary((*toy.VOCABULARY.predicates, FIXED), derived), (operator,))
+
+
+@pytest.mark.parametrize(
+    ("domain", "problem"),
+    [
+        (one_operator(Operator("MEND", (X,), (), (Add(FIXED(X)),))), "bad: operator MEND: an effect changes"),
+        (
+            one_operator(
+                Operator("TRY", (X,), (missing(Atom("moody", (X,)), "it is not in the mood"),), ()),
+                Computed("moody", 1, lambda *_: next(TURNS), ()),
+            ),
+            "TRY: the same action in the same state has two outcomes",
+        ),
+    ],
+)
+def test_what_breaks_a_law_of_execution_is_found(domain: Domain, problem: str) -> None:
+    state = Scene(domain.vocabulary, toy.initial().scene.objects, agent=0).state([])
+    found = check(domain, [state])
+    assert [str(defect)[: len(problem)] for defect in found] == [problem]
+
+
+def test_a_state_of_another_vocabulary_is_found() -> None:
+    other = one_operator(Operator("WAIT", (), (), ()))
+    assert [str(defect) for defect in check(other, [toy.initial()])] == [
+        "bad: a state belongs to another vocabulary"
+    ]
 
 
 @pytest.mark.parametrize(("earlier", "outside"), [(-1, True), (0, False), (10_000, True)])

@@ -11,7 +11,7 @@ from eai.abilities.goal_interpretation.gold import write_goals
 from eai.abilities.goal_interpretation.notation import JsonGoals
 from eai.abilities.goal_interpretation.stated import StatedGoals, read_stated
 from eai.abilities.goal_test import alternatives
-from eai.abilities.task import GoalKind, make_task
+from eai.abilities.task import GoalKind, Task, make_task
 from eai.benchmarks.behavior.tasks import BehaviorTasks
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.virtualhome.tasks import VirtualHomeTasks
@@ -58,6 +58,28 @@ def test_what_is_ill_formed_is_left_out() -> None:
     )
     assert [text for _, text in texts(read)] == ["lit(lamp)"]
     assert len(read.left_out) == 4
+
+
+class ByClass(JsonGoals):
+    """Names are those of classes, which objects share."""
+
+    def names(self, task: Task) -> tuple[str, ...]:
+        return tuple(thing.category for thing in task.scene.objects)
+
+
+@pytest.mark.parametrize(
+    ("relations", "meant"),
+    [
+        ([["at", "box", "box"]], ["at(blue, red)"]),  # nothing is related to itself
+        ([["at", "lamp", "lamp"]], ["at(lamp, lamp)"]),  # where there is another one
+        ([["at", "box", "hall"]] * 3, ["at(blue, hall)", "at(red, hall)"]),
+        ([["at", "box", "place"]] * 3, ["at(blue, shed)", "at(blue, hall)", "at(red, shed)"]),
+    ],
+)
+def test_a_class_stands_for_other_objects_each_time(relations: list[list[str]], meant: list[str]) -> None:
+    answer = json.dumps({"edge goals": relations})
+    read = read_stated(answer, TASK, toy.DOMAIN, ByClass())
+    assert [text for _, text in texts(read)] == meant
 
 
 def test_nested_goals_are_understood() -> None:

@@ -104,6 +104,47 @@ def test_what_no_action_changes_is_not_brought_about() -> None:
         assert refinement.brings_about(GroundAtom(name, (0,), True)) is expected
 
 
+LATCH = Operator("LATCH", (toy.X,), (missing(toy.holding(toy.X), "{x} is not held"),), (Add(toy.lit(toy.X)),))
+BLESS = Operator(
+    "BLESS",
+    (toy.X,),
+    (missing(toy.at(toy.X, toy.X), "never"), missing(toy.holding(toy.X), "{x} is not held")),
+    (Add(toy.lit(toy.X)),),
+)
+
+
+@pytest.mark.parametrize(
+    ("operators", "literals", "attempt"),
+    [
+        # Movement is part of the attempt where fewer checks fail after it.
+        ((), ["lit red"], "PRESS red"),
+        ((), ["lit blue"], "GO shed, PRESS blue"),
+        ((), ["holding lamp"], "GO shed, LIFT lamp"),
+        ((), ["lit hall"], "PRESS hall"),
+        ((), ["at robot red"], "GO red"),
+        # First comes what can be done of it.
+        ((), ["lit lamp", "lit red"], "GO shed, PRESS lamp, GO hall, PRESS red"),
+        ((), ["holding red", "holding blue", "lit lamp"], "LIFT red, GO shed, PRESS lamp, LIFT blue"),
+        # Of two actions that would do, the one that lacks less: a lamp beside it, or to be held.
+        ((BLESS,), ["lit red"], "PRESS red"),
+        # What fails is what would mend it, where that fails as well.
+        ((LATCH,), ["lit hall"], "LIFT hall"),
+        # Nothing fails here: one after the other.
+        ((LATCH,), ["lit red"], "LIFT red, LATCH red"),
+        (
+            (LATCH,),
+            ["lit blue", "lit red"],
+            "LIFT red, LATCH red, DROP red, GO shed, LIFT blue, LATCH blue",
+        ),
+    ],
+)
+def test_in_vain_the_attempt_that_lacks_least_is_told(
+    operators: tuple[Operator, ...], literals: list[str], attempt: str
+) -> None:
+    refinement = Refinement(toy.DOMAIN.with_operators(*operators))
+    assert plans(*literals, refinement=refinement) == [attempt]
+
+
 LAY = Operator(
     "LAY",
     (toy.X,),
@@ -141,6 +182,13 @@ def test_the_effort_of_a_search_is_told() -> None:
     assert 0 < in_vain(TASK.initial).effort <= 3 * 300, "three searches at most, each within its budget"
     held = REFINEMENT.plans([literal("not lit lamp")], lambda _: True, SCENE, TASK.relevant)
     assert held(TASK.initial).effort == 0
+    efforts = [
+        REFINEMENT.plans([literal("lit lamp")] * deeds, lambda _: False, SCENE, TASK.relevant)(
+            TASK.initial
+        ).effort
+        for deeds in (1, 99, 100, 199, 200)
+    ]
+    assert efforts == sorted(efforts), "more literals are not tested in less time"
 
 
 def test_nothing_longer_than_what_is_found_is_looked_for() -> None:
