@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import signal
+import subprocess
+import sys
 from collections.abc import Iterator
 from itertools import islice
 from multiprocessing import active_children
@@ -122,6 +125,21 @@ def test_an_interrupt_ends_workers_whatever_they_do() -> None:
     with Workers(2) as pool, pytest.raises(KeyboardInterrupt):
         next(pool.each(asleep, items(), at_a_time=(1, 1)))
     assert not active_children()
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="looks into /proc")
+def test_what_starts_workers_never_hears_of_an_interrupt() -> None:
+    script = (
+        "from multiprocessing.forkserver import _forkserver\n"
+        "from pathlib import Path\n"
+        "from eai.scoring.workers import Workers\n"
+        "with Workers(2) as pool:\n"
+        "    list(pool.each(list, range(3)))\n"
+        "    print(Path(f'/proc/{_forkserver._forkserver_pid}/status').read_text())\n"
+    )
+    status = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True).stdout
+    (held,) = (line.split()[1] for line in status.splitlines() if line.startswith("SigBlk:"))
+    assert int(held, 16) >> (signal.SIGINT - 1) & 1  # from its first moment on, not only once it ignores them
 
 
 def test_rewards_from_workers_are_the_same(data_store: Store) -> None:

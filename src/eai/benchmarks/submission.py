@@ -129,7 +129,8 @@ def check_submission(path: Path, store: Store | None = None, prompts: Path | Non
                     problems = _problems(archive.read(found[0]), identifiers)
                     findings += [Finding(file, problem) for problem in problems]
     except (OSError, zipfile.BadZipFile, RuntimeError, NotImplementedError) as error:
-        raise InputError(f"{path}: expected a zip that can be read ({error})") from error
+        why = error.strerror if isinstance(error, OSError) else error
+        raise InputError(f"{path}: expected a zip that can be read ({why})") from error
     return findings
 
 

@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from itertools import islice
+from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection, wait
 from multiprocessing.forkserver import ensure_running
 from multiprocessing.process import BaseProcess
@@ -207,8 +208,9 @@ class Workers:
         methods = multiprocessing.get_all_start_methods()
         context: Any = multiprocessing.get_context("forkserver" if "forkserver" in methods else "spawn")
         context.set_forkserver_preload(["eai.scoring.batch"])  # imported once, not in every process
-        with _interrupts_held():  # until what starts all workers is there, who inherit that
-            if "forkserver" in methods:
+        if "forkserver" in methods:
+            resource_tracker.ensure_running()  # which lets interrupts in when it starts
+            with _interrupts_held():  # until what starts all workers is there, who inherit that
                 ensure_running()
         if self._folder is None:
             self._folder = TemporaryDirectory(prefix="eai-workers-", ignore_cleanup_errors=True)
