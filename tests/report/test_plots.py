@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
@@ -12,6 +13,7 @@ import pytest
 from eai.abilities.record import Record, TaskFeatures
 from eai.report import plot_difficulty, plot_flow, plot_radar, plot_shares
 from eai.report.plot_analyses import PAGE
+from eai.report.plots import draw_plots
 from eai.report.run_summary import RunSummary, summary_of
 from eai.report.runs import Run, RunKey
 from eai.world.fault import FaultKind
@@ -47,6 +49,15 @@ def test_a_radar_leaves_out_what_is_not_known() -> None:
     assert 0.0 not in heights
     assert known.patches
     assert not partly.patches  # no area without all its corners
+
+
+def test_a_figure_says_what_it_is_of(tmp_path: Path) -> None:
+    draw_plots([summary(action_run("m")), summary(goal_run())], tmp_path)
+    shown = {path.stem: path.read_text() for path in tmp_path.glob("*.svg")}
+    assert {"outcomes-virtualhome-strict", "flow-action_sequencing-virtualhome-strict"} <= {*shown}
+    for name, text in shown.items():
+        assert "VirtualHome" in text, name
+        assert "strict" in text, name
 
 
 def of_length(steps: int | None, verdicts: Sequence[bool], goals: int = 1) -> list[Record]:

@@ -10,7 +10,7 @@ import typer
 from eai.analysis.cofactors import cofactor_tables
 from eai.analysis.suites import Measure
 from eai.analysis.table import Table
-from eai.cli.analyzed import Figures, Plots, Records, say, tables_of, with_extra, write_analysis
+from eai.cli.analyzed import Figures, Plots, Records, of_suite, say, tables_of, with_extra, write_analysis
 from eai.cli.options import AsJson
 from eai.cli.store import DataFolder
 from eai.report import plot_analyses, plot_cofactors
@@ -43,14 +43,14 @@ def figures(found: list[Table], measure: Measure) -> Figures:
     adjusted, _, curves, by_action, by_predicate = found
     label = f"{measure.value}, percent"
     for suite, rows in plot_analyses.rows_of(curves).items():
-        yield f"curves-{suite.file_name}", plot_cofactors.draw_curves(rows, label)
+        yield of_suite(suite, "curves", plot_cofactors.draw_curves(rows, label))
     for suite, rows in plot_analyses.rows_of(adjusted).items():
-        yield f"adjusted-{suite.file_name}", plot_cofactors.draw_effects(rows)
+        yield of_suite(suite, "adjusted", plot_cofactors.draw_effects(rows))
     for suite, rows in plot_analyses.rows_of(by_action).items():
         figure = plot_analyses.draw_names(rows, "action", "executed", "executed of the steps tried")
-        yield f"by_action-{suite.file_name}", figure
+        yield of_suite(suite, "by_action", figure)
     for suite, rows in plot_analyses.rows_of(by_predicate).items():
         figure = plot_analyses.draw_names(
             rows, "predicate", "reached", "reached of the goals that mention it"
         )
-        yield f"by_predicate-{suite.file_name}", figure
+        yield of_suite(suite, "by_predicate", figure)

@@ -9,7 +9,17 @@ import typer
 
 from eai.analysis.error_leaves import error_tables
 from eai.analysis.table import Table
-from eai.cli.analyzed import Explorer, Figures, Plots, Records, address, say, tables_of, write_analysis
+from eai.cli.analyzed import (
+    Explorer,
+    Figures,
+    Plots,
+    Records,
+    address,
+    of_suite,
+    say,
+    tables_of,
+    write_analysis,
+)
 from eai.cli.options import AsJson
 from eai.cli.store import DataFolder
 from eai.report import plot_analyses, plot_leaves
@@ -38,14 +48,10 @@ def figures(found: list[Table]) -> Figures:
     """The plots of the analysis."""
     leaves, why = found[:2]
     for suite, rows in plot_analyses.rows_of(leaves).items():
-        yield f"flow-{suite.file_name}", plot_leaves.draw(rows)
+        yield of_suite(suite, "flow", plot_leaves.draw(rows))
         levels = ("stage", "kind", "detail")
-        yield (
-            f"leaves-{suite.file_name}",
-            plot_analyses.draw_matrix(rows, levels, "answers", "percent of answers"),
-        )
+        figure = plot_analyses.draw_matrix(rows, levels, "answers", "percent of answers")
+        yield of_suite(suite, "leaves", figure)
     for suite, rows in plot_analyses.rows_of(why).items():
-        yield (
-            f"why-{suite.file_name}",
-            plot_analyses.draw_names(rows, "check", "share", "share of runtime errors"),
-        )
+        figure = plot_analyses.draw_names(rows, "check", "share", "share of runtime errors")
+        yield of_suite(suite, "why", figure)

@@ -9,7 +9,7 @@ import typer
 
 from eai.analysis.goal_atoms import goal_tables
 from eai.analysis.table import Table
-from eai.cli.analyzed import Figures, Plots, Records, say, tables_of, write_analysis
+from eai.cli.analyzed import Figures, Plots, Records, of_suite, say, tables_of, write_analysis
 from eai.cli.options import AsJson
 from eai.cli.store import DataFolder
 from eai.report import plot_analyses
@@ -36,7 +36,7 @@ def figures(found: list[Table]) -> Figures:
     by_predicate, reasons = found[:2]
     for suite, rows in plot_analyses.rows_of(by_predicate).items():
         for score in ("precision", "recall"):
-            yield f"{score}-{suite.file_name}", plot_analyses.draw_names(rows, "predicate", score, score)
+            yield of_suite(suite, score, plot_analyses.draw_names(rows, "predicate", score, score))
     for suite, rows in plot_analyses.rows_of(reasons).items():
         figure = plot_analyses.draw_matrix(rows, ("reason",), "share", "percent of wrong goals")
-        yield f"reasons-{suite.file_name}", figure
+        yield of_suite(suite, "reasons", figure)

@@ -11,7 +11,7 @@ from eai.analysis.item_flags import ItemFlags
 from eai.analysis.items import FEWEST_MODELS, item_tables
 from eai.analysis.table import Table
 from eai.benchmarks.source import Source
-from eai.cli.analyzed import Figures, Plots, Records, say, tables_of, with_extra, write_analysis
+from eai.cli.analyzed import Figures, Plots, Records, of_suite, say, tables_of, with_extra, write_analysis
 from eai.cli.options import AsJson
 from eai.cli.store import DataFolder, store
 from eai.errors import InputError
@@ -42,4 +42,4 @@ def figures(found: list[Table]) -> Figures:
     """The plots of the analysis."""
     abilities = plot_analyses.rows_of(found[1])
     for suite, rows in plot_analyses.rows_of(found[3]).items():
-        yield f"items-{suite.file_name}", plot_items.draw(rows, abilities[suite])
+        yield of_suite(suite, "items", plot_items.draw(rows, abilities[suite]))

@@ -16,7 +16,7 @@ from eai.analysis.sensitivity import OVERALL, Trial, sensitivity_tables, try_ope
 from eai.analysis.table import Table
 from eai.benchmarks.source import Source
 from eai.benchmarks.suite import Suite, open_suite
-from eai.cli.analyzed import Figures, Plots, Records, say, write_analysis
+from eai.cli.analyzed import Figures, Plots, Records, of_suite, say, write_analysis
 from eai.cli.console import data_progress, note_planner
 from eai.cli.options import AsJson, Planner
 from eai.cli.progress import scoring_progress
@@ -92,9 +92,9 @@ def _figures(tables: Sequence[Table], ways: Sequence[Replaced]) -> Figures:
             label = f"percent solved with the model's {way.value}"
             shown = [row for row in of_way if row["category"] == OVERALL]
             models = plot_analyses.draw_matrix(shown, ("operator",), "solved", label, zeros=True)
-            yield f"{way.value}-{suite.file_name}", models
+            yield of_suite(suite, way.value, models)
             shown = [row for row in of_way if row["model"] == of_way[0]["model"]]
             categories = plot_analyses.draw_matrix(
                 shown, ("operator",), "solved", label, across="category", zeros=True
             )
-            yield f"{way.value}-categories-{suite.file_name}", categories
+            yield of_suite(suite, f"{way.value}-categories", categories)

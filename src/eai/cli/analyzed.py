@@ -12,13 +12,14 @@ from urllib.parse import quote
 import typer
 
 from eai.abilities.verdict import Json
+from eai.analysis.suites import SuiteKey
 from eai.analysis.table import Table, write_tables
 from eai.analysis.tidy import TableMaker, Tables
 from eai.benchmarks.source import ErrataChoice, Source
 from eai.cli.console import counted, data_progress, errors, tell
 from eai.cli.store import store
 from eai.errors import EaiError, InputError, how_to_install
-from eai.report.plot_files import styled, write
+from eai.report.plot_files import entitle, styled, write
 from eai.report.runs import read_runs
 from eai.scoring.undisturbed import undisturbed
 
@@ -38,6 +39,13 @@ Explorer: TypeAlias = Annotated[
 
 Figures: TypeAlias = "Iterator[tuple[str, Figure | None]]"
 """Figures by the names of their files, drawn one after the other; None where there is nothing to draw."""
+
+
+def of_suite(suite: SuiteKey, name: str, figure: Figure | None) -> tuple[str, Figure | None]:
+    """A figure with the suite that it is of for a title, by the name of its files."""
+    if figure is not None:
+        entitle(figure, str(suite))
+    return f"{name}-{suite.file_name}", figure
 
 
 def tables_of(records: Iterable[Path], data: Path | None) -> Tables:

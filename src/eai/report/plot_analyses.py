@@ -159,6 +159,8 @@ def draw_matrix(
             if value > 0 or (zeros and value == 0):
                 color = "white" if value > _DARK else INK
                 panel.text(x, y, _told(cell), ha="center", va="center", color=color, fontsize=6)
+    if any(text.get_text().startswith("(") for text in panel.texts):
+        figure.supxlabel(f"in brackets: of fewer than {FEW}", x=0.01, ha="left", fontsize=6)
     return figure
 
 

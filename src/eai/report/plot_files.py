@@ -23,6 +23,8 @@ _UNDATED: dict[str, dict[str, None]] = {
 
 _DOTS_PER_INCH = 150
 _STYLE = "plots.mplstyle"
+_TITLE = 0.2
+"""The height of a title, in inches."""
 
 
 @contextmanager
@@ -39,6 +41,13 @@ def styled() -> Iterator[None]:
     style = resources.files("eai.report") / _STYLE
     with resources.as_file(style) as path, mpl.rc_context(fname=path):
         yield
+
+
+def entitle(figure: Figure, title: str) -> None:
+    """Say above a figure what it is of; it grows by as much."""
+    width, height = figure.get_size_inches()
+    figure.set_size_inches(width, height + _TITLE)
+    figure.suptitle(title, x=0.01, ha="left", fontsize=7.5)
 
 
 def write(figure: Figure, path: Path) -> tuple[Path, ...]:

@@ -13,7 +13,7 @@ from eai.abilities.responses import file_name
 from eai.report import plot_difficulty, plot_flow, plot_outcomes, plot_radar, plot_shares, plot_summary
 from eai.report.document import Plot
 from eai.report.markdown import escaped
-from eai.report.plot_files import styled, write
+from eai.report.plot_files import entitle, styled, write
 from eai.report.run_summary import RunSummary
 from eai.report.table import Table
 from eai.report.table_specs import ability_title, domain_title
@@ -65,28 +65,31 @@ def _figures(runs: Sequence[RunSummary]) -> Iterator[tuple[Plot, Figure]]:
             ("outcomes", "What answers came to", plot_outcomes.draw),
         )
         for kind, caption, draw in whole:
-            yield from _drawn(f"{kind}-{name}", f"{caption}: {place}", draw(group))
+            yield from _drawn(f"{kind}-{name}", f"{caption}: {place}", draw(group), place)
         for ability in Ability:
             of_ability = [item for item in group if item.key.ability is ability]
             if not of_ability:
                 continue
             what = f"{ability_title(ability).lower()}, {place}"
+            title = f"{domain_title(domain)} {ability_title(ability).lower()}, {protocol.value}"
             slug = f"{ability.value}-{name}"
             if DECLARATIONS[ability].has_plans:
                 caption = f"From answer to outcome: {what}"
-                yield from _drawn(f"flow-{slug}", caption, plot_flow.draw(of_ability))
+                yield from _drawn(f"flow-{slug}", caption, plot_flow.draw(of_ability), title)
             caption = f"{_DIFFICULTY}: {what}"
-            yield from _drawn(f"difficulty-{slug}", caption, plot_difficulty.draw(of_ability))
+            yield from _drawn(f"difficulty-{slug}", caption, plot_difficulty.draw(of_ability), title)
             for kind, draw_by in (
                 ("action", plot_shares.draw_actions),
                 ("predicate", plot_shares.draw_predicates),
             ):
                 caption = f"By {kind} (of fewer than five cases in brackets): {what}"
-                yield from _drawn(f"{kind}s-{slug}", caption, draw_by(of_ability))
+                yield from _drawn(f"{kind}s-{slug}", caption, draw_by(of_ability), title)
 
 
-def _drawn(name: str, caption: str, figure: Figure | None) -> Iterator[tuple[Plot, Figure]]:
+def _drawn(name: str, caption: str, figure: Figure | None, title: str = "") -> Iterator[tuple[Plot, Figure]]:
     if figure is not None:
+        if title:
+            entitle(figure, title)
         yield Plot(name, caption), figure
 
 
