@@ -1,7 +1,8 @@
 """Bulk scoring and rewards of VirtualHome's plans: from answers to records on disk, and one at a time.
 
 Of ``eai score`` the processor time counts, imports and making the tasks included, beside that of scoring
-alone in the same run, with garbage searched for as seldom as there. The answers are the data set's scripts
+alone in the same run, with garbage searched for as seldom as there. Modules are compiled to bytecode before,
+as those of an installed package are. The answers are the data set's scripts
 with seeded noise, or those of given response files, as often as is asked for, each time as another model's.
 """
 
@@ -9,6 +10,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
 import resource
 import subprocess
 import sys
@@ -48,8 +50,9 @@ def main() -> None:
                 (place / f"model-{copy}-{model}_outputs.json").write_text(json.dumps(written))
         number = arguments.copies * sum(map(len, answers))
         print(f"eai score, {number:,} answers, records written: answers per CPU s")
+        _cpu(place, ["score", str(next(place.iterdir())), *NAMED])  # leaves the bytecode
         for option in ("--no-explanations", "--explanations"):
-            seconds, memory = _cpu(["score", folder, *NAMED, option, "--out", str(place / "out")])
+            seconds, memory = _cpu(place, ["score", folder, *NAMED, option, "--out", str(place / "out")])
             print(f"  {option:18} {number / seconds:8,.0f}   {memory:5.0f} MB at most")
     together = [answer for rows in answers for answer in rows]
     with undisturbed():
@@ -74,10 +77,21 @@ def _given(suite: Suite, path: Path) -> list[list[tuple[str, str]]]:
     return [[(response.task_id, response.text) for response in file.responses] for file in files]
 
 
-def _cpu(arguments: Sequence[str]) -> tuple[float, float]:
-    """CPU seconds of a command with all its processes, and the most memory of one of them in MB."""
+def _cpu(folder: Path, arguments: Sequence[str]) -> tuple[float, float]:
+    """CPU seconds of a command with all its processes, and the most memory of one of them in MB.
+
+    Args:
+        folder: where it finds bytecode, or leaves it.
+        arguments: those of the command.
+    """
+    written = {"PYTHONPYCACHEPREFIX": str(folder / "bytecode"), "PYTHONDONTWRITEBYTECODE": ""}
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
-    subprocess.run([sys.executable, "-c", CLI, *arguments], check=True, stdout=subprocess.DEVNULL)
+    subprocess.run(
+        [sys.executable, "-c", CLI, *arguments],
+        check=True,
+        stdout=subprocess.DEVNULL,
+        env={**os.environ, **written},
+    )
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
     used = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
     return used, after.ru_maxrss / 1024

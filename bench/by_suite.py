@@ -3,8 +3,10 @@
 The answers are those of ``../shared/oracle``, as released. A fresh process scores those of the first model,
 which makes all tasks and scorers (cold), then those of the others (steady); the median of several processes
 counts. What is remembered of an answer helps only where another model gives the same. Garbage is searched for
-as seldom as in ``eai score``. No planner is asked. In the same run the reference package may score some of
-the first model's answers, evenly spread over the tasks, where it can do so here (`reference`).
+as seldom as in ``eai score``, and bytecode is to be there, as of an installed package: what starts cold takes
+half as long again without it (``PYTHONDONTWRITEBYTECODE``). No planner is asked. In the same run the
+reference package may score some of the first model's answers, evenly spread over the tasks, where it can do
+so here (`reference`).
 
     python bench/by_suite.py [--suite behavior/] [--repeats 3] [--protocol strict] [--reference 100]
     python bench/by_suite.py --beside build/compiled/bin/python

