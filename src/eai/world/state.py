@@ -140,7 +140,10 @@ class State:
             return NotImplemented
         if self.scene is not other.scene or self._identity() != other._identity():
             return False
-        return all(a.same_base(b) for a, b in zip(self.binary, other.binary, strict=True))
+        for one, another in zip(self.binary, other.binary, strict=True):
+            if one is not another and not one.same_base(another):
+                return False
+        return True
 
     def __hash__(self) -> int:
         if self._hash is None:

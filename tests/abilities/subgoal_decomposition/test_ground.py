@@ -49,6 +49,21 @@ def test_checks_that_fail(
     assert tried.is_hopeless(failing) is hopeless
 
 
+@pytest.mark.parametrize(
+    ("before", "action", "may_be"),
+    [
+        ([], "PRESS lamp", True),
+        ([], "PRESS blue", True),  # that it is no lamp is fixed, and asked once a search
+        (["LIFT red"], "LIFT blue", True),  # that a hand is free is asked once a state, for all objects
+        ([], "DROP red", False),
+        ([], "GO hall", False),  # there is no need to go where one is
+    ],
+)
+def test_what_movement_may_mend(before: list[str], action: str, *, may_be: bool) -> None:
+    state = state_after(*before)
+    assert ground(action, state).may_be_mended(state) is may_be
+
+
 def test_what_is_tried_in_vain_is_no_check_of_the_kind_of_an_object() -> None:
     assert not ground("PRESS lamp", toy.initial()).is_hopeless([2])
 

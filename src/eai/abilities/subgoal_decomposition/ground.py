@@ -64,6 +64,12 @@ class Ground(NamedTuple):
             found = self.possible[state] = self.known.rest(state, self.binding)
         return found
 
+    def may_be_mended(self, state: State) -> bool:
+        """Whether all that forbids it, beyond what is fixed and common, is what movement may mend."""
+        if not self.known.unmoved(state, self.binding):
+            return False
+        return not self.known.operator.tries or all(self.known.mended[i] for i in self.failing(state))
+
     def after(self, state: State) -> State:
         """The state after it, whatever its checks say."""
         found = self.results.get(state)

@@ -181,7 +181,7 @@ class Refining:
             return None
         if ground.is_possible_now(state):
             return Way((), state)
-        if not self.movement or not all(ground.known.mended[i] for i in ground.failing(state)):
+        if not self.movement or not ground.may_be_mended(state):
             return None
         for way in self.movement.ways(state):
             if self._is_too_long(before + len(way.plan)):

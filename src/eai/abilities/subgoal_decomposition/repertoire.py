@@ -68,6 +68,7 @@ class Known(NamedTuple):
         fixed: whether it is possible as far as nothing is concerned that any action changes.
         common: likewise, for what it asks of no object in particular and movement does not change.
         rest: whether nothing else makes it impossible.
+        unmoved: whether nothing of the rest does that movement does not mend; what is tried is left out.
     """
 
     operator: CompiledOperator
@@ -77,6 +78,7 @@ class Known(NamedTuple):
     fixed: Truth
     common: Truth
     rest: Truth
+    unmoved: Truth
 
 
 class _Way(NamedTuple):
@@ -213,7 +215,9 @@ class Repertoire:
         checks = list(zip(compiled.checks, kinds, strict=True))
         fixed, common, rest = [all_of([c.holds for c, k in checks if k is kind]) for kind in _Kind]
         rest = compiled.is_possible if operator.tries else rest
-        return Known(compiled, role_of(operator), tuple(moved), tuple(mended), fixed, common, rest)
+        kept = zip(compiled.checks, kinds, mended, strict=False)
+        unmoved = all_of([check.holds for check, kind, can in kept if kind is _Kind.REST and not can])
+        return Known(compiled, role_of(operator), tuple(moved), tuple(mended), fixed, common, rest, unmoved)
 
     def _kind(self, check: Check, moved: bool) -> _Kind:
         if self._changed.isdisjoint(self._sources([check.condition])):
