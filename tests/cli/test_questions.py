@@ -149,6 +149,20 @@ def test_a_question_without_an_answer_is_wrong(eai: Command, written: Path, tmp_
     assert summary["overall"]["unreadable"]["numerator"] == 0
 
 
+def test_an_answer_to_no_question_is_told_what_ids_are_like(
+    eai: Command, written: Path, tmp_path: Path
+) -> None:
+    first = json.loads(written.read_text().splitlines()[0])
+    answers = tmp_path / "me_outputs.json"
+    answers.write_text(json.dumps([{"identifier": "27_2", "llm_output": "yes"}]))
+    outcome = eai("questions", "score", written, answers)
+    assert outcome.status == 2
+    assert (
+        f"row 1: identifier '27_2' is not one of the questions, which have ids such as '{first['id']}'"
+        in (outcome.err)
+    )
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [

@@ -167,7 +167,8 @@ def score_answers(
     Example: eai questions score questions.jsonl answers/eai_noisy_outputs.json
     """
     file = read_questions(path)
-    given = read_responses(answers, {question.id: None for question in file.questions})
+    ids = {question.id: None for question in file.questions}
+    given = read_responses(answers, ids, asked=f"questions, which have ids such as {next(iter(ids))!r}")
     results = score(file.questions, {response.task_id: response.text for response in given.responses})
     if out is not None:
         write_results(out, QuestionRun(given.model, file.sha256, tuple(results)))

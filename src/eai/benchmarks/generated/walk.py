@@ -17,7 +17,7 @@ from eai.world.execution import Action, Step, Trajectory, execute
 from eai.world.state import State
 from eai.world.timeline import timeline
 
-_FOR_A_GOAL = PlanningLimits(40, thorough=False)
+_FOR_A_GOAL = PlanningLimits(20, thorough=False)
 """What may be spent on reaching one goal more."""
 
 _FOR_ALL = PlanningLimits(300)
