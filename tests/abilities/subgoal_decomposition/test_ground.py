@@ -47,6 +47,7 @@ def test_checks_that_fail(
     assert tried.is_possible(state) is (failing == [])
     assert [tried.lacking(state, enough) for enough in (1, 2, 9)] == [min(lacking, n) for n in (1, 2, 9)]
     assert tried.is_hopeless(failing) is hopeless
+    assert (tried.parts, tried.touched) == (0, 0), "it is for nothing yet"
 
 
 @pytest.mark.parametrize(
