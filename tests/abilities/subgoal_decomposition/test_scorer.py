@@ -15,7 +15,7 @@ from eai.abilities.subgoal_decomposition.verdict import SubgoalVerdict
 from eai.abilities.task import NO_GOALS, Goal, GoalKind, Task
 from eai.abilities.verdict import Tally
 from eai.logic.formula import Atom, Constant, Formula, Not, Occurs, Or
-from eai.world.effect import Delete
+from eai.world.effect import Add, Delete
 from eai.world.operator import Operator, additional
 from world import toy
 
@@ -104,6 +104,7 @@ def test_verdicts(subgoals: list[object], expected: str) -> None:
     assert told(SCORER.score(answer(*subgoals))) == expected
 
 
+LIGHT = Operator("LIGHT", (toy.X,), (additional(~toy.lit(toy.X), "it is lit"),), (Add(toy.lit(toy.X)),))
 DIM = Operator("DIM", (toy.X,), (additional(toy.lit(toy.X), "it is dark"),), (Delete(toy.lit(toy.X)),))
 
 
@@ -130,6 +131,14 @@ def test_what_is_carried_out(subgoals: list[str], steps: str, additional_steps: 
     scorer = SubgoalDecomposition(TASK, toy.DOMAIN.with_operators(DIM))
     assert scorer.score(answer(*subgoals)).additional_steps == additional_steps
     assert ", ".join([step.action for step in scorer.explain(answer(*subgoals)).steps]) == steps
+
+
+def test_what_holds_after_an_action_is_not_brought_about_again() -> None:
+    """Brought about before, PRESS would undo it: only the other order is carried out."""
+    scorer = SubgoalDecomposition(TASK, toy.DOMAIN.with_operators(LIGHT))
+    text = answer("PRESS(lamp) and lit(lamp)")
+    assert [step.action for step in scorer.explain(text).steps] == ["GO(shed)", "PRESS(lamp)"]
+    assert scorer.score(text).additional_steps == 0
 
 
 def test_a_verdict_tells_goals_errors_and_effort() -> None:
