@@ -53,7 +53,7 @@ def choice_options(choice: Choice) -> Iterator[Option]:
         case AnyOf(parts):
             yield from chain.from_iterable(map(choice_options, parts))
         case Choose(count, parts):
-            for chosen in combinations(parts, count):
+            for chosen in combinations(parts, count) if count <= len(parts) else ():
                 yield from _product(chosen)
         case Pairing(count, cells):
             for pairs in _pairings(count, cells):
@@ -92,6 +92,8 @@ def _product(parts: Sequence[Choice]) -> Iterator[Option]:
 def _pairings(count: int, cells: Sequence[Sequence[Choice | None]]) -> Iterator[list[Choice]]:
     """All sets of ``count`` cells without a common row or column; the smaller side keeps its order."""
     rows, columns = len(cells), len(cells[0]) if cells else 0
+    if count > min(rows, columns):
+        return
     if rows < columns:
         places: Iterable[list[tuple[int, int]]] = (
             list(zip(some, others, strict=True))
@@ -112,6 +114,8 @@ def _pairings(count: int, cells: Sequence[Sequence[Choice | None]]) -> Iterator[
 
 def _elementary(count: int, numbers: Sequence[int]) -> int:
     """The sum of the products of all ``count``-element subsets."""
+    if count > len(numbers):
+        return 0
     sums: list[int] = [1] + [0] * count
     for number in numbers:
         for size in range(count, 0, -1):
@@ -122,6 +126,8 @@ def _elementary(count: int, numbers: Sequence[int]) -> int:
 def _matchings(count: int, weights: Sequence[Sequence[int]]) -> int:
     """The sum over all matchings of ``count`` cells of the products of their weights."""
     rows, columns = len(weights), len(weights[0]) if weights else 0
+    if count > min(rows, columns):
+        return 0
     values = {weight for row in weights for weight in row}
     if len(values) == 1:
         placements = comb(rows, count) * comb(columns, count) * factorial(count)

@@ -54,7 +54,8 @@ class _Truncation:
                 return list(chain.from_iterable(self._instances(variable, body, binding)))
             case f.Exactly(count, variable, body):
                 vectors = _first_vectors(self._instances(variable, body, binding))
-                return _joined(chosen for vector in vectors for chosen in combinations(vector, count))
+                chosen = (combinations(vector, count) for vector in vectors if count <= len(vector))
+                return _joined(chain.from_iterable(chosen))
             case f.ForPairs():
                 return self._pairs(formula, binding)
             case _:
