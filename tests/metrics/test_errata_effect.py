@@ -36,7 +36,8 @@ def test_what_errata_left_out_and_corrected_is_told_apart_from_what_they_are_not
         "corrected": ["b"],
     }
     assert effect.remark == (
-        "Errata 3: 1 of 5 tasks left out (3 scored), 1 corrected; --errata none takes the data as published."
+        "Errata 3: of 5 tasks 1 left out, 1 corrected, 1 not scored for other reasons; 3 scored. "
+        "--errata none takes the data as published."
     )
 
 
