@@ -19,8 +19,10 @@ ROOT = Path(__file__).resolve().parents[1]
 WITHOUT_INSTANCES = {"Enum", "IntEnum", "NamedTuple", "Protocol"}
 """Bases whose classes compiling leaves as they are, so that anybody may derive from them."""
 AT_ONCE = {"all", "any", "dict", "frozenset", "list", "max", "min", "set", "sorted", "sum", "tuple"}
-AT_ONCE |= {"extend", "fromkeys", "join"}
+AT_ONCE |= {"extend", "fromkeys", "join", "next"}
 """What takes all that an iterator has, or is compiled as a loop that ends as early as the iterator would."""
+FOR_HEIRS = "mypyc_attr(allow_interpreted_subclasses=True)"
+"""What marks a compiled class from which plain Python may derive."""
 
 
 @cache
@@ -56,6 +58,7 @@ def test_nobody_derives_from_a_compiled_class_who_is_not_compiled() -> None:
         for path in compiled()
         for node in ast.parse(path.read_text()).body
         if isinstance(node, ast.ClassDef) and not WITHOUT_INSTANCES & {*map(ast.unparse, node.bases)}
+        if FOR_HEIRS not in map(ast.unparse, node.decorator_list)
     }
     sources = {*ROOT.glob("src/**/*.py"), *ROOT.glob("tests/**/*.py"), *ROOT.glob("examples/**/*.py")}
     heirs = [
@@ -65,6 +68,31 @@ def test_nobody_derives_from_a_compiled_class_who_is_not_compiled() -> None:
         if base in made
     ]
     assert heirs == []
+
+
+def test_what_heirs_may_set_is_looked_up_in_their_class() -> None:
+    """Compiled, any other attribute is read from its place in the object, where an heir's own is not."""
+    assert [
+        f"{path.relative_to(ROOT)}:{part.lineno}"
+        for path in sorted(compiled())
+        for node in ast.walk(ast.parse(path.read_text()))
+        if isinstance(node, ast.ClassDef) and FOR_HEIRS in map(ast.unparse, node.decorator_list)
+        for part in node.body
+        if isinstance(part, ast.Assign)
+        or (isinstance(part, ast.AnnAssign) and "ClassVar" not in ast.unparse(part.annotation))
+    ] == []
+
+
+def test_no_named_tuple_holds_just_any_object() -> None:
+    """Compiled, its class would look for the annotation `object` in its module: an alias says it as well."""
+    assert [
+        f"{path.relative_to(ROOT)}:{part.lineno}"
+        for path in sorted(compiled())
+        for node in ast.walk(ast.parse(path.read_text()))
+        if isinstance(node, ast.ClassDef) and "NamedTuple" in map(ast.unparse, node.bases)
+        for part in node.body
+        if isinstance(part, ast.AnnAssign) and ast.unparse(part.annotation) == "object"
+    ] == []
 
 
 def bases(path: Path) -> Iterator[tuple[str, str]]:
@@ -115,7 +143,7 @@ def test_nothing_is_yielded_while_an_exception_is_handled() -> None:
 
 
 def test_generator_expressions_are_used_up_where_they_stand() -> None:
-    """Compiled, one is a list: what else takes it would wait for all of it, and `next` would not take it."""
+    """Compiled, one is a list: what else takes it would wait for all of it."""
     assert [
         f"{path.relative_to(ROOT)}:{node.lineno}"
         for path in sorted(compiled())

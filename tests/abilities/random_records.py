@@ -14,7 +14,7 @@ from eai.abilities.protocol import Ability
 from eai.abilities.record import Attempt, Origin, Record, Stated, Usage
 from eai.abilities.transition_modeling.report import OperatorReport
 from eai.abilities.verdict import Counted, ErrorReport, Tally
-from eai.pddl.matching import SideMatch
+from eai.pddl.match import SideMatch
 from eai.world.fault import FaultKind
 
 T = TypeVar("T")

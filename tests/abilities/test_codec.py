@@ -20,7 +20,7 @@ from eai.abilities.transition_modeling.report import OperatorReport, OperatorSta
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.abilities.verdict import Confusion, Counted, ErrorReport, GoalTallies, PlanVerdict, Tally, Verdict
 from eai.errors import InputError
-from eai.pddl.matching import SideMatch
+from eai.pddl.match import SideMatch
 from eai.pddl.offence import Offence, PddlFinding
 from eai.pddl.planning import PlannerOutcome
 from eai.world.fault import FaultKind

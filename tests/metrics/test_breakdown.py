@@ -17,7 +17,7 @@ from eai.benchmarks.behavior.tasks import BehaviorTasks
 from eai.metrics.breakdown import Flow, break_down, names_in, outcome
 from eai.metrics.certainty import Case
 from eai.metrics.rate import Rate, rate_of
-from eai.pddl.matching import SideMatch
+from eai.pddl.match import SideMatch
 from eai.pddl.planning import PlannerOutcome
 from eai.world.fault import FaultKind
 from metrics.verdicts import SUCCEEDED, failed, record

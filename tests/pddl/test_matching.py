@@ -5,7 +5,8 @@ import pytest
 from eai.benchmarks.gold_operators import open_behavior, open_virtualhome
 from eai.data.store import Store
 from eai.pddl.clauses import condition_clause, effect_clause, predicates_in, write_clause
-from eai.pddl.matching import LiteralMatch, SideMatch, match_operators, missing_operator
+from eai.pddl.match import LiteralMatch, SideMatch
+from eai.pddl.matching import match_operators, missing_operator
 from eai.pddl.model import PddlAction
 from eai.pddl.reader import read_action
 

@@ -15,7 +15,7 @@ from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory, Subgoal
 from eai.abilities.transition_modeling.report import OperatorReport, OperatorStatus
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.abilities.verdict import Confusion, ErrorReport, PlanVerdict, Verdict
-from eai.pddl.matching import SideMatch
+from eai.pddl.match import SideMatch
 from eai.pddl.offence import Offence, PddlFinding
 from eai.pddl.planning import PlannerOutcome
 from eai.scoring.records import write_records

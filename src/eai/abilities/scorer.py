@@ -6,12 +6,15 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from mypy_extensions import mypyc_attr
+
 from eai.abilities.explanation import Explanation
 from eai.abilities.verdict import Verdict
+from eai.logic.frozen import Frozen
 
 
 @dataclass(frozen=True, slots=True)
-class Assessment:
+class Assessment(Frozen):
     """What scoring says of one answer.
 
     Attributes:
@@ -23,6 +26,7 @@ class Assessment:
     explain: Callable[[], Explanation]
 
 
+@mypyc_attr(allow_interpreted_subclasses=True)
 class Scorer(ABC):
     """What scores the answers to one task; all it says are pure functions of the answer."""
 

@@ -13,7 +13,6 @@ inside a nested list costs one literal and not the list.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from itertools import permutations
 from typing import NamedTuple, TypeVar
 
@@ -33,6 +32,7 @@ from eai.pddl.clauses import (
     parts_of,
     write_clause,
 )
+from eai.pddl.match import LiteralMatch, OperatorMatch, SideMatch
 from eai.pddl.model import NO_EFFECT, PddlAction, type_of
 
 _T = TypeVar("_T")
@@ -42,45 +42,6 @@ MAX_PERMUTED = 5
 
 Renaming = Mapping[str, str]
 """The gold name of each variable of the answer; a variable without one matches nothing."""
-
-
-@dataclass(frozen=True, slots=True)
-class SideMatch:
-    """How one side of an operator (its precondition or its effect) compares with the gold one.
-
-    Each tuple holds clauses as PDDL, as `predicates_in` reads them, in the order in which they stand.
-
-    Attributes:
-        matched: the gold clauses that the answer has.
-        additional: the clauses of the answer that are none of them.
-        missing: the other gold clauses.
-    """
-
-    matched: tuple[str, ...] = ()
-    additional: tuple[str, ...] = ()
-    missing: tuple[str, ...] = ()
-
-
-NO_MATCH = SideMatch()
-"""The comparison of nothing with nothing."""
-
-
-class LiteralMatch(NamedTuple):
-    """How many literals of one side are matched, additional and missing."""
-
-    matched: int
-    additional: int
-    missing: int
-
-
-@dataclass(frozen=True, slots=True)
-class OperatorMatch:
-    """How an operator compares with the gold one: clause by clause, and literal by literal."""
-
-    precondition: SideMatch
-    effect: SideMatch
-    precondition_literals: LiteralMatch
-    effect_literals: LiteralMatch
 
 
 class _Side(NamedTuple):

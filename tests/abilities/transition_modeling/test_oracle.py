@@ -25,7 +25,7 @@ from eai.benchmarks.source import Source, TaskSet
 from eai.benchmarks.suite import open_suite
 from eai.data.store import Store
 from eai.errors import DataError
-from eai.pddl.matching import SideMatch
+from eai.pddl.match import SideMatch
 from eai.pddl.planning import PddlPlanner, PlannerChoice, PlannerOutcome
 from operator_rules import rules_of
 from oracle import MODELS, Oracle

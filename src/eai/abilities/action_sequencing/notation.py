@@ -8,6 +8,8 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 
+from mypy_extensions import mypyc_attr
+
 from eai.abilities.action_sequencing.plan import WrittenPlan, WrittenStep
 from eai.abilities.answer_schema import Schema, closed, either, listed, text
 from eai.abilities.json_text import Pairs, find_json
@@ -21,6 +23,7 @@ _SPECIAL = re.compile(r"[\\^$.|?*+()\[\]{}/]")
 _COMMENT = re.compile(r"(?<=[\[\]{},\s])#[^\n]*")
 
 
+@mypyc_attr(allow_interpreted_subclasses=True)
 class PlanNotation(ABC):
     """Reads plans from answers and writes them, and knows what operators and objects are called there."""
 
@@ -62,6 +65,7 @@ class PlanNotation(ABC):
         return None
 
 
+@mypyc_attr(allow_interpreted_subclasses=True)
 class JsonPlans(PlanNotation):
     """The default notation: a list of steps, each an action with its object, by the names that a task has.
 

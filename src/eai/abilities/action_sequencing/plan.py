@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 from eai.abilities.json_text import MAX_LENGTH
 from eai.abilities.unreadable import Unreadable
+from eai.logic.frozen import Frozen
 
 
 class WrittenStep(NamedTuple):
@@ -22,7 +23,7 @@ class WrittenStep(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True)
-class WrittenPlan:
+class WrittenPlan(Frozen):
     """The steps of an answer in order, and the names of the repairs that were needed to read them."""
 
     steps: tuple[WrittenStep, ...]

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from functools import partial
 
+from mypy_extensions import mypyc_attr
+
 from eai.abilities.action_sequencing.course import CarryOut, Course
 from eai.abilities.action_sequencing.notation import PlanNotation
 from eai.abilities.action_sequencing.plan import WrittenPlan
@@ -20,6 +22,7 @@ from eai.world.execution import Action, execute
 from eai.world.fault import FaultKind
 
 
+@mypyc_attr(allow_interpreted_subclasses=True)
 class ActionSequencing(Scorer):
     """The scorer of the plans for one task.
 

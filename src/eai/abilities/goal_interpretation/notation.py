@@ -6,7 +6,9 @@ import json
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple, TypeAlias
+from typing import ClassVar, NamedTuple, TypeAlias
+
+from mypy_extensions import mypyc_attr
 
 from eai.abilities.answer_schema import Schema, closed, either, listed, text
 from eai.abilities.explanation import formula_text
@@ -22,6 +24,7 @@ from eai.abilities.task import GoalKind, Task
 from eai.abilities.unreadable import Unreadable
 from eai.logic.choice import Choice, ground
 from eai.logic.formula import Formula
+from eai.logic.frozen import Frozen
 from eai.world.domain import Domain
 from eai.world.scene_objects import SceneObjects
 
@@ -45,7 +48,7 @@ class Conditions(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True)
-class Alternatives:
+class Alternatives(Frozen):
     """One goal of a task with all ways to meet it.
 
     Attributes:
@@ -66,6 +69,7 @@ class Entry(NamedTuple):
     value: Value
 
 
+@mypyc_attr(allow_interpreted_subclasses=True)
 class GoalNotation(ABC):
     """How answers to goal interpretation state goals.
 
@@ -73,7 +77,7 @@ class GoalNotation(ABC):
         symmetric: the predicates, as spelt, that hold both ways.
     """
 
-    symmetric: frozenset[str] = frozenset()
+    symmetric: ClassVar[frozenset[str]] = frozenset()
 
     @abstractmethod
     def read(self, text: str) -> WrittenGoals | Unreadable:
@@ -104,7 +108,7 @@ class GoalNotation(ABC):
         Of two spellings of a predicate the first is that of its goals.
         """
         vocabulary = domain.vocabulary
-        stored = (each for each in vocabulary.predicates if each.visible and not each.static)
+        stored = [each for each in vocabulary.predicates if each.visible and not each.static]
         words = {Word(each.name, each.arity): each.name for each in stored}
         return words | {Word(each.name, each.arity): each.name for each in vocabulary.derived}
 
@@ -134,6 +138,7 @@ class GoalNotation(ABC):
         )
 
 
+@mypyc_attr(allow_interpreted_subclasses=True)
 class JsonGoals(GoalNotation):
     """An object of lists of ``["open", "jar"]``, ``["not", ["open", "jar"]]`` or names of actions.
 

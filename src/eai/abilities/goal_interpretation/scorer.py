@@ -19,6 +19,8 @@ from operator import or_
 from textwrap import shorten
 from typing import NamedTuple
 
+from mypy_extensions import mypyc_attr
+
 from eai.abilities.explanation import Explanation, GoalReport, repairs_told
 from eai.abilities.goal_interpretation.gold import GoldGoals
 from eai.abilities.goal_interpretation.lexicon import GoalLexicon
@@ -51,6 +53,7 @@ class Stated(NamedTuple):
     unknown: tuple[Hallucination, ...]
 
 
+@mypyc_attr(allow_interpreted_subclasses=True)
 class GoalInterpretation(Scorer):
     """The scorer of one task. Of its goals those over time are not asked for: answers cannot state them."""
 

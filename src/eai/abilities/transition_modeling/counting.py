@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping
 from eai.abilities.transition_modeling.task import Category
 from eai.abilities.verdict import ALL, Confusion
 from eai.pddl.clauses import predicates_in
-from eai.pddl.matching import SideMatch
+from eai.pddl.match import SideMatch
 
 OTHER = "other"
 """The category of predicates that the domain does not have."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import Enum
 
-from eai.pddl.matching import NO_MATCH, SideMatch
+from eai.pddl.match import NO_MATCH, SideMatch
 from eai.pddl.offence import PddlFinding
 
 

@@ -18,15 +18,17 @@ from eai.abilities.transition_modeling.memory import Memory
 from eai.abilities.transition_modeling.report import OperatorReport, OperatorStatus
 from eai.abilities.transition_modeling.task import TransitionTask
 from eai.abilities.verdict import Confusion
+from eai.logic.frozen import Frozen
 from eai.pddl.check import Declarations, check_action
-from eai.pddl.matching import OperatorMatch, match_operators, missing_operator
+from eai.pddl.match import OperatorMatch
+from eai.pddl.matching import match_operators, missing_operator
 from eai.pddl.model import PddlAction
 from eai.pddl.offence import PddlFinding
 from eai.pddl.planning import PddlPlanner, PlannerResult, PlanningTask, refusal
 
 
 @dataclass(frozen=True, slots=True)
-class PaperRules:
+class PaperRules(Frozen):
     """The rules with what they remember about one domain: equal operators are compared and checked once."""
 
     plans: PlanMemory
@@ -75,7 +77,7 @@ class PaperRules:
         }
 
     def _plan_with(self, task: TransitionTask, tried: WrittenOperator) -> PlannerResult:
-        actions = (tried.reading if name == tried.name else gold for name, gold in task.gold.items())
+        actions = [tried.reading if name == tried.name else gold for name, gold in task.gold.items()]
         readable = tuple(each for each in actions if isinstance(each, PddlAction))
         return self._solve(task, readable, self._findings(task, tried))
 
@@ -108,7 +110,7 @@ class PaperRules:
         written: Mapping[str, WrittenOperator],
         reports: tuple[OperatorReport, ...],
     ) -> PlannerResult:
-        readings = (written[name].reading for name in task.operators if name in written)
+        readings = [written[name].reading for name in task.operators if name in written]
         actions = tuple(reading for reading in readings if isinstance(reading, PddlAction))
         return self._solve(task, actions, tuple(finding for report in reports for finding in report.offences))
 
@@ -134,8 +136,8 @@ def _literals(matches: Iterable[OperatorMatch]) -> dict[str, Confusion]:
     """The literals of several operators together, by side."""
     found = tuple(matches)
     return {
-        "precondition": add(Confusion(*match.precondition_literals) for match in found),
-        "effect": add(Confusion(*match.effect_literals) for match in found),
+        "precondition": add([Confusion(*match.precondition_literals) for match in found]),
+        "effect": add([Confusion(*match.effect_literals) for match in found]),
     }
 
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from functools import partial
 
+from mypy_extensions import mypyc_attr
+
 from eai.abilities.explanation import Explanation, StepReport
 from eai.abilities.scorer import Assessment, Scorer
 from eai.abilities.transition_modeling.counting import count_by_category
@@ -16,6 +18,7 @@ from eai.abilities.verdict import Confusion
 from eai.pddl.planning import PlannerOutcome, PlannerResult
 
 
+@mypyc_attr(allow_interpreted_subclasses=True)
 class TransitionModeling(Scorer):
     """The scorer of one task; given a planner, all it says are pure functions of the answer.
 
@@ -70,8 +73,8 @@ class TransitionModeling(Scorer):
     def _counts(self, reports: tuple[OperatorReport, ...]) -> Mapping[str, Mapping[str, Confusion]]:
         categories, clauses = self.task.domain.categories, self._rules.counts_clauses
         return {
-            "precondition": count_by_category((r.precondition for r in reports), categories, clauses=clauses),
-            "effect": count_by_category((r.effect for r in reports), categories, clauses=clauses),
+            "precondition": count_by_category([r.precondition for r in reports], categories, clauses=clauses),
+            "effect": count_by_category([r.effect for r in reports], categories, clauses=clauses),
         }
 
 

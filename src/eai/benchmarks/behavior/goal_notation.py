@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import ClassVar
+
+from mypy_extensions import mypyc_attr
 
 from eai.abilities.goal_interpretation.notation import Alternatives, JsonGoals, Word
 from eai.abilities.task import GoalKind, Task
@@ -17,13 +20,14 @@ STATES = ("cooked", "dusty", "frozen", "open", "sliced", "soaked", "stained", "t
 RELATIONS = ("inside", "nextto", "onfloor", "ontop", "touching", "under")
 
 
+@mypyc_attr(allow_interpreted_subclasses=True)
 class BehaviorGoals(JsonGoals):
     """Capitals do not matter, ``toggledon`` is another spelling of ``toggled_on``; there are no actions.
 
     The goals are those of a published file, in which a few are not those of the problem files.
     """
 
-    symmetric = frozenset({"nextto", "touching"})
+    symmetric: ClassVar[frozenset[str]] = frozenset({"nextto", "touching"})
 
     def __init__(self) -> None:
         super().__init__((GoalKind.STATE, GoalKind.RELATION))

@@ -19,7 +19,7 @@ from eai.abilities.transition_modeling.report import OperatorReport, OperatorSta
 from eai.abilities.transition_modeling.task import TransitionTask
 from eai.benchmarks.reference.operator_extraction import extract_as_reference
 from eai.benchmarks.reference.operator_matching import compare_as_reference
-from eai.pddl.matching import SideMatch
+from eai.pddl.match import SideMatch
 from eai.pddl.model import PddlAction
 from eai.pddl.normalise import Dropped, normalise, read_operator
 from eai.pddl.offence import PddlFinding

@@ -5,6 +5,8 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable, Mapping, Sequence
 
+from mypy_extensions import mypyc_attr
+
 from eai.abilities.answer_schema import Schema, closed, listed, text
 from eai.abilities.goal_interpretation.notation import GoalNotation, Word
 from eai.abilities.goal_interpretation.written import (
@@ -29,6 +31,7 @@ FIELDS = {
 _NOTHING = Pairs(())
 
 
+@mypyc_attr(allow_interpreted_subclasses=True)
 class VirtualHomeGoals(GoalNotation):
     """An object with at least one of the three sections, anywhere in the text.
 
@@ -76,7 +79,7 @@ class VirtualHomeGoals(GoalNotation):
 
     def words(self, domain: Domain) -> Mapping[Word, str]:
         """The states that change, and the relations of scene graphs."""
-        states = (p for p in domain.vocabulary.predicates if p.arity == 1 and p.visible and not p.static)
+        states = [p for p in domain.vocabulary.predicates if p.arity == 1 and p.visible and not p.static]
         return {
             **{Word(state.name, 1): state.name for state in states},
             **{Word(spelling, 2): predicate for spelling, predicate in PREDICATE_OF_RELATION.items()},

@@ -12,10 +12,12 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from itertools import starmap, zip_longest
 from typing import NamedTuple
 
+from mypy_extensions import mypyc_attr
+
 from eai.abilities.action_sequencing.notation import PlanNotation
 from eai.abilities.action_sequencing.plan import TOO_LONG, WrittenPlan, WrittenStep
 from eai.abilities.answer_schema import Schema, closed, either, listed, text
-from eai.abilities.json_text import MAX_LENGTH, Pairs, find_json
+from eai.abilities.json_text import MAX_LENGTH, Pairs, Value, find_json
 from eai.abilities.task import Task
 from eai.abilities.unreadable import Unreadable
 from eai.world.domain import Domain
@@ -31,13 +33,14 @@ _STEP = re.compile(r"""["'](\w+)["']\s*:\s*(\[[^\[\]{}]*\])""")
 class Identified(NamedTuple):
     """An object by class and id, as written; the id is None where a list ends before it."""
 
-    name: object
-    id: object | None
+    name: Value
+    id: Value | None
 
     def __str__(self) -> str:
         return f"{self.name} without an id" if self.id is None else f"{self.name}_{self.id}"
 
 
+@mypyc_attr(allow_interpreted_subclasses=True)
 class VirtualHomePlans(PlanNotation):
     """The notation of VirtualHome.
 
