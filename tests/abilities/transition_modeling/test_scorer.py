@@ -238,7 +238,7 @@ def test_rules_remember_a_bounded_number_of_operators(protocol: Protocol) -> Non
     first = scorer.score(texts[0])
     for text in texts:
         scorer.score(text)
-    memories = [getattr(rules, name) for name in rules.__slots__]
+    memories = [getattr(rules, name) for name in rules.__dataclass_fields__]
     assert [len(each) for each in memories if isinstance(each, Memory) and len(each)]
     assert all(len(each) <= LIMIT for each in memories if isinstance(each, Memory))
     assert scorer.score(texts[0]) == first  # found out again
