@@ -15,6 +15,11 @@ class OperatorText:
     effect: str
 
     @property
+    def size(self) -> int:
+        """How many characters its parts take."""
+        return len(self.parameters) + len(self.precondition) + len(self.effect)
+
+    @property
     def pddl(self) -> str:
         """The operator as a PDDL action."""
         return (

@@ -5,6 +5,7 @@ import json
 import pytest
 
 from eai.abilities.transition_modeling.extraction import extract
+from eai.abilities.transition_modeling.memory import Memory
 from eai.benchmarks.reference.operator_extraction import extract_as_reference
 from eai.pddl.model import PddlAction
 from eai.pddl.offence import Offence, PddlFinding
@@ -39,7 +40,7 @@ def wrapped(text: str) -> str:
     ],
 )
 def test_operators_are_found_and_repairs_are_named(answer: str, repairs: tuple[str, ...]) -> None:
-    found = extract(answer)
+    found = extract(answer, Memory())
     assert found is not None
     assert [operator.name for operator in found.operators] == ["open", "close"]
     assert all(isinstance(operator.reading, PddlAction) for operator in found.operators)
@@ -48,18 +49,18 @@ def test_operators_are_found_and_repairs_are_named(answer: str, repairs: tuple[s
 
 @pytest.mark.parametrize("answer", ["", "No.", "{}", "[1]", '{"output": 3}', "(define (domain d))"])
 def test_an_answer_without_operators_or_output_is_unreadable(answer: str) -> None:
-    assert extract(answer) is None
+    assert extract(answer, Memory()) is None
 
 
 def test_an_output_without_operators_is_empty() -> None:
-    found = extract(wrapped("none"))
+    found = extract(wrapped("none"), Memory())
     assert found is not None
     assert found.operators == ()
 
 
 def test_a_broken_operator_does_not_take_the_others_with_it() -> None:
     broken = "(:action lift :parameters (?o) :precondition (and (shut ?o) :effect (shut"
-    found = extract(wrapped(f"{OPEN} {broken} {SHUT}"))
+    found = extract(wrapped(f"{OPEN} {broken} {SHUT}"), Memory())
     assert found is not None
     readings = {operator.name: operator.reading for operator in found.operators}
     assert list(readings) == ["open", "lift", "close"]
@@ -69,7 +70,7 @@ def test_a_broken_operator_does_not_take_the_others_with_it() -> None:
 
 
 def test_of_two_operators_of_one_name_the_last_counts() -> None:
-    found = extract(wrapped(f"{OPEN} (:action OPEN :effect (shut k))"))
+    found = extract(wrapped(f"{OPEN} (:action OPEN :effect (shut k))"), Memory())
     assert found is not None
     (operator,) = found.operators
     assert isinstance(operator.reading, PddlAction)

@@ -16,9 +16,12 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
+from functools import partial
 from itertools import pairwise
+from typing import TypeAlias
 
 from eai.abilities.json_text import Pairs, find_json
+from eai.abilities.transition_modeling.memory import Memory
 from eai.logic.frozen import Frozen
 from eai.pddl.model import PddlAction
 from eai.pddl.offence import Offence, PddlError, PddlFinding
@@ -34,10 +37,21 @@ _MEANING = {"n": "\n", "r": "\n", "t": "\t", '"': '"', "\\": "\\"}
 
 @dataclass(frozen=True, slots=True)
 class WrittenOperator(Frozen):
-    """An operator of an answer: its value, or the offence for which it cannot be read."""
+    """An operator of an answer: its value, or the offence for which it cannot be read.
+
+    Attributes:
+        size: how many characters it takes.
+    """
 
     name: str
     reading: PddlAction | PddlFinding
+    size: int
+
+
+Reading: TypeAlias = tuple[WrittenOperator, tuple[str, ...]]
+"""An operator, and the repairs that it took to read it."""
+
+Readings: TypeAlias = Memory[str, Reading]
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,8 +62,13 @@ class WrittenOperators(Frozen):
     repairs: tuple[str, ...]
 
 
-def extract(answer: str) -> WrittenOperators | None:
-    """The operators of an answer, or None if it holds neither JSON with ``output`` nor an operator."""
+def extract(answer: str, readings: Readings) -> WrittenOperators | None:
+    """The operators of an answer, or None if it holds neither JSON with ``output`` nor an operator.
+
+    Args:
+        answer: the text.
+        readings: what operators written the same way were read as.
+    """
     found = find_json(answer, _output)
     if found is not None:
         text, repairs = found
@@ -62,7 +81,7 @@ def extract(answer: str) -> WrittenOperators | None:
         repairs = (*repairs, "escapes")
     operators: dict[str, WrittenOperator] = {}
     for segment in _segments(text):
-        operator, more = _read(segment)
+        operator, more = readings.recall(segment, len(segment), partial(_read, segment))
         repairs = (*repairs, *more)
         if operators.pop(operator.name, None) is not None:
             repairs = (*repairs, "duplicate_operator")
@@ -86,7 +105,7 @@ def _segments(text: str) -> list[str]:
     return [text[start:end] for start, end in pairwise(bounds)]
 
 
-def _read(segment: str) -> tuple[WrittenOperator, tuple[str, ...]]:
+def _read(segment: str) -> Reading:
     head = _HEAD.match(segment)
     name = head.group(1).lower() if head else ""
     try:
@@ -95,10 +114,11 @@ def _read(segment: str) -> tuple[WrittenOperator, tuple[str, ...]]:
         closed = _closed(segment) if error.offence is Offence.UNBALANCED else None
         if closed is not None:
             return closed
-        return WrittenOperator(name, PddlFinding(error.offence, error.expected, f"operator {name}")), ()
+        finding = PddlFinding(error.offence, error.expected, f"operator {name}")
+        return WrittenOperator(name, finding, len(segment)), ()
 
 
-def _closed(segment: str) -> tuple[WrittenOperator, tuple[str, ...]] | None:
+def _closed(segment: str) -> Reading | None:
     """The operator with one parenthesis put behind it, if that is all it lacks."""
     end = segment.rfind(")") + 1
     if not _TAIL.fullmatch(segment, end):
@@ -110,8 +130,8 @@ def _closed(segment: str) -> tuple[WrittenOperator, tuple[str, ...]] | None:
     return operator, ("closing_parenthesis", *repairs)
 
 
-def _parse(segment: str) -> tuple[WrittenOperator, tuple[str, ...]]:
+def _parse(segment: str) -> Reading:
     group = read_group(segment)
     action = PddlReader(segment).action(group)
     repairs = ("stray_parenthesis",) if ")" in segment[group.end :] else ()
-    return WrittenOperator(action.name, action), repairs
+    return WrittenOperator(action.name, action, len(segment)), repairs

@@ -63,12 +63,20 @@ class PlanMemory:
         """What comes of an answer without operators."""
         return NOT_RUN if self.planner is None else NO_OPERATORS
 
-    def solve(self, key: Hashable, make: Callable[[], PlanningTask | PlannerResult]) -> PlannerResult:
-        """The remembered result for a key, or that of what ``make`` makes: a task, or a foregone result."""
+    def solve(
+        self, key: Hashable, size: int, make: Callable[[], PlanningTask | PlannerResult]
+    ) -> PlannerResult:
+        """The remembered result for a key, or that of what ``make`` makes: a task, or a foregone result.
+
+        Args:
+            key: the content of domain and problem.
+            size: how many characters its operators take.
+            make: makes what is to be solved.
+        """
         planner = self.planner
         if planner is None:
             return NOT_RUN
-        return self.results.recall(key, lambda: _solved(planner, make()))
+        return self.results.recall(key, size, lambda: _solved(planner, make()))
 
 
 def _solved(planner: PddlPlanner, task: PlanningTask | PlannerResult) -> PlannerResult:

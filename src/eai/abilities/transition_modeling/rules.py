@@ -12,7 +12,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
 from eai.abilities.share import add
-from eai.abilities.transition_modeling.extraction import WrittenOperator, extract
+from eai.abilities.transition_modeling.extraction import Readings, WrittenOperator, extract
 from eai.abilities.transition_modeling.judgement import UNREADABLE, Judgement, PlanMemory, Replaced
 from eai.abilities.transition_modeling.memory import Memory
 from eai.abilities.transition_modeling.report import OperatorReport, OperatorStatus
@@ -32,6 +32,7 @@ class PaperRules(Frozen):
     """The rules with what they remember about one domain: equal operators are compared and checked once."""
 
     plans: PlanMemory
+    readings: Readings = field(default_factory=Memory)
     matched: Memory[tuple[PddlAction | None, str], OperatorMatch] = field(default_factory=Memory)
     checked: Memory[PddlAction, tuple[PddlFinding, ...]] = field(default_factory=Memory)
     counts_clauses: bool = True
@@ -43,7 +44,7 @@ class PaperRules(Frozen):
 
     def judge(self, task: TransitionTask, text: str) -> Judgement:
         """The judgement on an answer; one without any operator misses all that are asked for."""
-        written = extract(text)
+        written = extract(text, self.readings)
         if written is None:
             return replace(self.unanswered(task), error=UNREADABLE)
         by_name = {operator.name: operator for operator in written.operators}
@@ -67,7 +68,7 @@ class PaperRules(Frozen):
         self, task: TransitionTask, text: str, replaced: Replaced
     ) -> dict[str, PlannerResult | None]:
         """What comes of each operator that is asked for, among the other gold ones that are asked for."""
-        written = extract(text)
+        written = extract(text, self.readings)
         by_name = {} if written is None else {each.name: each for each in written.operators}
         return {
             name: self._plan_with(task, _mixed(by_name[name], task.gold[name], replaced))
@@ -79,7 +80,7 @@ class PaperRules(Frozen):
     def _plan_with(self, task: TransitionTask, tried: WrittenOperator) -> PlannerResult:
         actions = [tried.reading if name == tried.name else gold for name, gold in task.gold.items()]
         readable = tuple(each for each in actions if isinstance(each, PddlAction))
-        return self._solve(task, readable, self._findings(task, tried))
+        return self._solve(task, readable, self._findings(task, tried), tried.size)
 
     def _report(
         self, task: TransitionTask, name: str, written: WrittenOperator | None, match: OperatorMatch
@@ -94,15 +95,17 @@ class PaperRules(Frozen):
     def _match(self, task: TransitionTask, name: str, written: WrittenOperator | None) -> OperatorMatch:
         action = written.reading if written and isinstance(written.reading, PddlAction) else None
         gold = task.gold[name]
-        if action is None:
-            return self.matched.recall((None, name), lambda: missing_operator(gold))
-        return self.matched.recall((action, name), lambda: match_operators(action, gold))
+        if written is None or action is None:
+            return self.matched.recall((None, name), 0, lambda: missing_operator(gold))
+        return self.matched.recall((action, name), written.size, lambda: match_operators(action, gold))
 
     def _findings(self, task: TransitionTask, written: WrittenOperator) -> tuple[PddlFinding, ...]:
         action = written.reading
         if isinstance(action, PddlFinding):
             return (action,)
-        return self.checked.recall(action, lambda: check_action(action, Declarations.of(task.domain.header)))
+        return self.checked.recall(
+            action, written.size, lambda: check_action(action, Declarations.of(task.domain.header))
+        )
 
     def _plan(
         self,
@@ -110,16 +113,21 @@ class PaperRules(Frozen):
         written: Mapping[str, WrittenOperator],
         reports: tuple[OperatorReport, ...],
     ) -> PlannerResult:
-        readings = [written[name].reading for name in task.operators if name in written]
-        actions = tuple(reading for reading in readings if isinstance(reading, PddlAction))
-        return self._solve(task, actions, tuple(finding for report in reports for finding in report.offences))
+        asked = [written[name] for name in task.operators if name in written]
+        actions = tuple(each.reading for each in asked if isinstance(each.reading, PddlAction))
+        findings = tuple(finding for report in reports for finding in report.offences)
+        return self._solve(task, actions, findings, sum(each.size for each in asked))
 
     def _solve(
-        self, task: TransitionTask, actions: tuple[PddlAction, ...], findings: tuple[PddlFinding, ...]
+        self,
+        task: TransitionTask,
+        actions: tuple[PddlAction, ...],
+        findings: tuple[PddlFinding, ...],
+        size: int,
     ) -> PlannerResult:
         refusals = tuple(finding for finding in findings if finding.offence.stops_planner)
         key = (task.problem_text, actions, refusals)
-        return self.plans.solve(key, lambda: _planning(task, actions, refusals))
+        return self.plans.solve(key, size, lambda: _planning(task, actions, refusals))
 
 
 def _mixed(written: WrittenOperator, gold: PddlAction, replaced: Replaced) -> WrittenOperator:

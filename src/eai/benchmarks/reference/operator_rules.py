@@ -83,7 +83,7 @@ class ReferenceRules:
         if operator.name not in task.operators:
             return OperatorReport(operator.name, OperatorStatus.HALLUCINATED)
         gold = task.domain.operators[operator.name]
-        return self.reports.recall(operator, lambda: _compared(operator, gold))
+        return self.reports.recall(operator, operator.size, lambda: _compared(operator, gold))
 
     def _plan(self, task: TransitionTask, written: tuple[OperatorText, ...]) -> PlannerResult:
         if self.plans.planner is None:
@@ -91,14 +91,17 @@ class ReferenceRules:
         names = {operator.name for operator in written}
         gold = (operator for name, operator in task.domain.operators.items() if name not in names)
         operators = tuple(sorted((*written, *gold), key=lambda operator: operator.name))
-        return self.plans.solve((task.problem_text, operators), lambda: self._planning(task, operators))
+        key, size = (task.problem_text, operators), sum(operator.size for operator in written)
+        return self.plans.solve(key, size, lambda: self._planning(task, operators))
 
     def _planning(
         self, task: TransitionTask, operators: tuple[OperatorText, ...]
     ) -> PlanningTask | PlannerResult:
         actions = []
         for operator in operators:
-            reading = self.read.recall(operator, partial(read_operator, operator, task.domain.header))
+            reading = self.read.recall(
+                operator, operator.size, partial(read_operator, operator, task.domain.header)
+            )
             if isinstance(reading, PddlFinding):
                 return refusal(reading)
             if isinstance(reading, PddlAction):
