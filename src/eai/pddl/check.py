@@ -24,12 +24,12 @@ class Declarations(Frozen):
     """The names that may be used.
 
     Attributes:
-        types: the declared types.
+        parents: declared type to the type right above it.
         predicates: name to declaration.
         constants: name to type.
     """
 
-    types: tuple[m.TypedName, ...]
+    parents: Mapping[str, str]
     predicates: Mapping[str, m.PddlPredicate]
     constants: Mapping[str, str]
 
@@ -37,14 +37,14 @@ class Declarations(Frozen):
     def of(cls, domain: m.PddlDomain, objects: Iterable[m.TypedName] = ()) -> Declarations:
         """The vocabulary of a domain; ``objects`` are those of a problem, if they may be named."""
         return cls(
-            types=domain.types,
+            parents=m.parents(domain.types),
             predicates={predicate.name: predicate for predicate in domain.predicates},
             constants={item.name: item.type for item in (*domain.constants, *objects)},
         )
 
     def has_type(self, name: str) -> bool:
         """Whether the type is declared (the root always is)."""
-        return name == m.OBJECT or any(declared.name == name for declared in self.types)
+        return name == m.OBJECT or name in self.parents
 
 
 def check_domain(domain: m.PddlDomain) -> tuple[PddlFinding, ...]:
@@ -170,7 +170,7 @@ class _Checker(Frozen):
         actual = known.get(argument.name)
         if actual is None or not self.vocabulary.has_type(actual):
             return
-        if m.type_of(parameter) not in m.supertypes(self.vocabulary.types, actual):
+        if m.type_of(parameter) not in m.supertypes(self.vocabulary.parents, actual):
             yield PddlFinding(Offence.WRONG_ARGUMENT_TYPE, argument.name, self.place)
 
 

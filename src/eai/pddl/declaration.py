@@ -83,10 +83,11 @@ class DeclaredDomain:
             Fact(atom.predicate, tuple([index[term.name] for term in atom.arguments]))
             for atom in problem.initial
         ]
+        above = m.parents(self._source.types)
         kinds = [
             Fact(self._types.predicates[name], (i,))
             for i, thing in enumerate(things)
-            for name in m.supertypes(self._source.types, thing.category)
+            for name in m.supertypes(above, thing.category)
             if name in self._types.predicates
         ]
         goals = tuple([self._types.convert(part) for part in conjuncts(problem.goal)])

@@ -7,7 +7,7 @@ and not a proposition. Names are in lower case.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import TypeAlias
 
@@ -128,21 +128,26 @@ def type_of(variable: f.Variable) -> str:
     return variable.category or OBJECT
 
 
-def supertypes(types: tuple[TypedName, ...], name: str) -> list[str]:
+def parents(types: tuple[TypedName, ...]) -> dict[str, str]:
+    """For each declared type the one right above it."""
+    return {declared.name: declared.type for declared in types}
+
+
+def supertypes(above: Mapping[str, str], name: str) -> list[str]:
     """The type itself and everything above it, nearest first; the root comes last and always."""
-    parents = {declared.name: declared.type for declared in types}
     found: list[str] = []
     while name != OBJECT and name not in found:
         found.append(name)
-        name = parents.get(name, OBJECT)
+        name = above.get(name, OBJECT)
     return [*found, OBJECT]
 
 
 def objects_by_type(domain: PddlDomain, problem: PddlProblem) -> dict[str, tuple[str, ...]]:
     """For every declared type its objects, constants first, in order of declaration."""
+    above = parents(domain.types)
     members: dict[str, list[str]] = {name: [] for name in (OBJECT, *(item.name for item in domain.types))}
     for item in (*domain.constants, *problem.objects):
-        for name in supertypes(domain.types, item.type):
+        for name in supertypes(above, item.type):
             members.setdefault(name, []).append(item.name)
     return {name: tuple(dict.fromkeys(items)) for name, items in members.items()}
 
