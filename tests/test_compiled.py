@@ -95,6 +95,16 @@ def test_no_named_tuple_holds_just_any_object() -> None:
     ] == []
 
 
+def test_no_function_returns_a_float_where_it_might_return_an_integer() -> None:
+    """Compiled, ``float`` makes a float of every integer, which records would write otherwise."""
+    assert [
+        f"{path.relative_to(ROOT)}:{node.lineno}"
+        for path in sorted(compiled())
+        for node in ast.walk(ast.parse(path.read_text()))
+        if isinstance(node, ast.FunctionDef) and node.returns and ast.unparse(node.returns) == "float"
+    ] == []
+
+
 def bases(path: Path) -> Iterator[tuple[str, str]]:
     """The classes of a file, each with one that it derives from, by the module that this is from."""
     tree = ast.parse(path.read_text())

@@ -168,5 +168,5 @@ def _halves(goal: Goal) -> tuple[int, int, int]:
     return (0, 2, 0) if binary == {True} else (2, 0, 0)
 
 
-def _of_halves(number: int) -> float:
+def _of_halves(number: int) -> int | float:
     return number / 2 if number % 2 else number // 2

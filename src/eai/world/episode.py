@@ -64,7 +64,7 @@ class Slips(Frozen):
 
     def __post_init__(self) -> None:
         if not 0 <= self.probability <= 1:
-            raise InputError(f"a slip probability of {self.probability} is not between 0 and 1")
+            raise InputError(f"a slip probability of {self.probability:g} is not between 0 and 1")
 
 
 class Luck:
