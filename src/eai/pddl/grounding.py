@@ -1,7 +1,7 @@
 """Grounding: operators with objects put in, conditions and effects as bit masks over numbered atoms.
 
-Predicates that no effect touches are decided while grounding, so that only what can change is left. A state
-is an integer whose bit i says whether atom i is true.
+What no effect can change is decided while grounding: what is true of predicates that are never deleted, and
+what is false of those that are never added. A state is an integer whose bit i says whether atom i is true.
 """
 
 from __future__ import annotations
@@ -12,9 +12,11 @@ from typing import NamedTuple
 
 import eai.logic.formula as f
 import eai.pddl.model as m
+from eai.logic.traversal import objects
 from eai.pddl.evaluation import DerivedPredicates
 from eai.pddl.execute import PlanStep
 from eai.pddl.looks import Looks
+from eai.world.reading import free_variables
 
 
 class GroundCondition(NamedTuple):
@@ -67,10 +69,9 @@ class Grounder:
         self._problem = problem
         self._objects = m.objects_by_type(domain, problem)
         self._facts = {_key(atom, {}) for atom in problem.initial}
-        self._changing = {
-            atom.predicate for action in domain.actions for atom in m.effect_atoms(action.effect)
-        }
-        self._changing |= {axiom.name for axiom in domain.axioms}
+        effects = [part for action in domain.actions for part in m.elementary_effects(action.effect)]
+        self._added = {part.atom.predicate for part in effects if isinstance(part, m.AddEffect)}
+        self._deleted = {part.atom.predicate for part in effects if isinstance(part, m.DeleteEffect)}
         self._axioms = DerivedPredicates(domain.axioms).axioms
         self._numbers: dict[_Key, int] = {}
         self._ground: dict[tuple[object, ...], GroundAction | None] = {}
@@ -111,7 +112,7 @@ class Grounder:
 
     def central_objects(self) -> frozenset[str]:
         """The objects that the goal names, and those of the types that operators ask for by name."""
-        named = {term.name for atom in _atoms(self._problem.goal) for term in atom.arguments}
+        named = {*objects(self._problem.goal)}
         asked = {m.type_of(parameter) for action in self._domain.actions for parameter in action.parameters}
         for members in (self._objects.get(name, ()) for name in asked):
             if self.objects != set(members):
@@ -119,8 +120,12 @@ class Grounder:
         return frozenset(named)
 
     def _bindings(self, action: m.PddlAction, allowed: frozenset[str] | None) -> Iterator[dict[str, str]]:
-        """The bindings that satisfy the unchanging atoms of the precondition's top level."""
-        tests = _tests_by_variable(action, self._unchanging(action.precondition))
+        """The bindings that satisfy the atoms of the precondition's top level that nothing adds.
+
+        A parameter that nothing is said of takes one object only: any is as good.
+        """
+        tests = _tests_by_variable(action, self._never_added(action.precondition))
+        mentioned = _mentioned(action)
         stack: list[dict[str, str]] = [{}]
         for parameter in action.parameters:
             members = self._objects.get(m.type_of(parameter), ())
@@ -128,15 +133,16 @@ class Grounder:
             stack = [
                 extended
                 for binding in stack
-                for name in self._looks.at(candidates)
+                for name in self._looks.at(candidates if parameter.name in mentioned else candidates[:1])
                 if self._passes(tests[parameter.name], extended := {**binding, parameter.name: name})
             ]
         return iter(stack)
 
-    def _unchanging(self, precondition: f.Formula) -> list[f.Atom]:
+    def _never_added(self, precondition: f.Formula) -> list[f.Atom]:
         conjuncts = precondition.operands if isinstance(precondition, f.And) else (precondition,)
+        may_become_true = self._added.union(self._axioms)
         return [
-            part for part in conjuncts if isinstance(part, f.Atom) and part.predicate not in self._changing
+            part for part in conjuncts if isinstance(part, f.Atom) and part.predicate not in may_become_true
         ]
 
     def _passes(self, tests: Sequence[f.Atom], binding: _Binding) -> bool:
@@ -154,7 +160,7 @@ class Grounder:
             if change.condition is ALWAYS:
                 add |= change.add
                 delete |= change.delete
-            else:
+            elif change.add or change.delete:
                 conditional.append(change)
         changes = [GroundChange(ALWAYS, add, delete)] if add or delete else []
         changes += conditional
@@ -169,9 +175,9 @@ class Grounder:
         """Add the changes that an effect makes under a condition to those that were found."""
         match effect:
             case m.AddEffect(atom):
-                found.append(GroundChange(condition, self._bit(atom, binding), 0))
+                found.append(GroundChange(condition, self._bit(_key(atom, binding)), 0))
             case m.DeleteEffect(atom):
-                found.append(GroundChange(condition, 0, self._bit(atom, binding)))
+                found.append(GroundChange(condition, 0, self._bit(_key(atom, binding))))
             case m.Both(parts):
                 for part in parts:
                     self._add_changes(part, binding, condition, found)
@@ -207,9 +213,10 @@ class Grounder:
     def _literal(self, atom: f.Atom, binding: _Binding, *, negated: bool) -> GroundCondition | None:
         if atom.predicate in self._axioms:
             return self._derived(atom, binding, negated=negated)
-        if atom.predicate not in self._changing:
-            return ALWAYS if (_key(atom, binding) in self._facts) != negated else None
-        bit = self._bit(atom, binding)
+        key = _key(atom, binding)
+        bit = self._bit(key)
+        if not bit:
+            return ALWAYS if (key in self._facts) != negated else None
         return GroundCondition(0, bit, ()) if negated else GroundCondition(bit, 0, ())
 
     def _derived(self, atom: f.Atom, binding: _Binding, *, negated: bool) -> GroundCondition | None:
@@ -225,8 +232,10 @@ class Grounder:
         )
         return _all_of(parts) if negated else _one_of(parts)
 
-    def _bit(self, atom: f.Atom, binding: _Binding) -> int:
-        key = _key(atom, binding)
+    def _bit(self, key: _Key) -> int:
+        """The bit of an atom; none if it stays what it is."""
+        if key[0] not in (self._deleted if key in self._facts else self._added):
+            return 0
         return 1 << self._numbers.setdefault(key, len(self._numbers))
 
     def _extensions(self, variable: f.Variable, binding: _Binding) -> Iterator[_Binding]:
@@ -273,17 +282,11 @@ def _tests_by_variable(action: m.PddlAction, atoms: Sequence[f.Atom]) -> dict[st
     return tests
 
 
-def _atoms(formula: f.Formula) -> Iterator[f.Atom]:
-    match formula:
-        case f.Atom():
-            yield formula
-        case f.Not(body) | f.ForAll(_, body) | f.Exists(_, body):
-            yield from _atoms(body)
-        case f.And(operands) | f.Or(operands):
-            for operand in operands:
-                yield from _atoms(operand)
-        case f.Implies(premise, conclusion):
-            yield from _atoms(f.And((premise, conclusion)))
+def _mentioned(action: m.PddlAction) -> set[str]:
+    """The names of all that an operator's conditions and effects are about."""
+    names = {term.name for atom in m.effect_atoms(action.effect) for term in atom.arguments}
+    conditions = (action.precondition, *m.effect_conditions(action.effect))
+    return names.union(*map(free_variables, conditions))
 
 
 def _key(atom: f.Atom, binding: _Binding) -> _Key:

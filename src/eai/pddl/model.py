@@ -152,16 +152,21 @@ def objects_by_type(domain: PddlDomain, problem: PddlProblem) -> dict[str, tuple
     return {name: tuple(dict.fromkeys(items)) for name, items in members.items()}
 
 
-def effect_atoms(effect: PddlEffect) -> Iterator[f.Atom]:
-    """The atoms that an effect adds or deletes, left to right."""
+def elementary_effects(effect: PddlEffect) -> Iterator[AddEffect | DeleteEffect]:
+    """What an effect adds and deletes, left to right."""
     match effect:
-        case AddEffect(atom) | DeleteEffect(atom):
-            yield atom
+        case AddEffect() | DeleteEffect():
+            yield effect
         case Both(parts):
             for part in parts:
-                yield from effect_atoms(part)
+                yield from elementary_effects(part)
         case Each(part=part) | WhenEffect(part=part):
-            yield from effect_atoms(part)
+            yield from elementary_effects(part)
+
+
+def effect_atoms(effect: PddlEffect) -> Iterator[f.Atom]:
+    """The atoms that an effect adds or deletes, left to right."""
+    return (part.atom for part in elementary_effects(effect))
 
 
 def effect_conditions(effect: PddlEffect) -> Iterator[f.Formula]:

@@ -3,9 +3,9 @@
 Greedy best-first search with deferred evaluation, guided by the length of a relaxed plan (Hoffmann and
 Nebel 2001); the first actions of the relaxed plan are preferred, and all the more after progress (Helmert
 2006, Richter and Helmert 2009); then relaxed planning is also carried out, and the state that it leads to
-comes next (`lookahead`). First only actions on the objects that the goal is about are tried, then all. Effort
-is bounded by a number of evaluated states and not by a clock, so that equal input gives an equal answer on
-every machine.
+comes next (`lookahead`). What of the operators cannot matter is left out (`relevance`). First only actions on
+the objects that the goal is about are tried, then all. Effort is bounded by a number of evaluated states and
+not by a clock, so that equal input gives an equal answer on every machine.
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ from eai.pddl.lookahead import Lookahead
 from eai.pddl.looks import Looks
 from eai.pddl.model import PddlDomain, PddlProblem
 from eai.pddl.relaxation import Relaxation
+from eai.pddl.relevance import relevant
 from eai.pddl.successors import Successors
 
 _BOOST = 1000
@@ -74,7 +75,7 @@ def search(domain: PddlDomain, problem: PddlProblem, effort: Effort) -> SearchRe
     the whole state space was searched. What is too large to be grounded is undecided.
     """
     looks = Looks(effort.size)
-    grounder = Grounder(domain, problem, looks)
+    grounder = Grounder(relevant(domain, problem), problem, looks)
     goal = grounder.goal()
     if goal is None and not looks.are_used_up:
         return SearchResult(SearchVerdict.UNSOLVABLE)

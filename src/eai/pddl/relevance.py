@@ -1,0 +1,116 @@
+"""Relevance: what of a domain a plan for one problem may need, judged by predicates alone.
+
+An operator that needs a predicate of which nothing is ever true is never possible; an effect on a predicate
+that neither the goal nor an operator with other effects asks about is of no use. Without both there are far
+fewer ground actions, and that nothing leads to a goal is often seen before any of them is made.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence, Set
+from dataclasses import replace
+from typing import NamedTuple
+
+import eai.logic.formula as f
+import eai.pddl.model as m
+from eai.logic.traversal import walk
+
+
+class _Part(NamedTuple):
+    """The predicate of an atom that an operator adds or deletes, and the conditions of that."""
+
+    predicate: str
+    is_added: bool
+    conditions: tuple[f.Formula, ...]
+
+
+_Operator = tuple[m.PddlAction, Sequence[_Part]]
+
+
+def relevant(domain: m.PddlDomain, problem: m.PddlProblem) -> m.PddlDomain:
+    """The domain with what of its operators may matter, and of several that do the same then the first."""
+    operators = [(each, list(_parts(each.effect, (each.precondition,)))) for each in domain.actions]
+    reached = _reached(operators, domain, problem)
+    possible = [each for each in operators if _may_hold(each[0].precondition, reached)]
+    kept = reached & _asked(possible, domain, problem)
+    distinct: dict[tuple[object, ...], m.PddlAction] = {}
+    for action, _ in possible:
+        effect = _kept(action.effect, kept)
+        if effect is not None:
+            key = (action.parameters, action.precondition, effect)
+            distinct.setdefault(key, replace(action, effect=effect))
+    return replace(domain, actions=tuple(distinct.values()))
+
+
+def _parts(effect: m.PddlEffect, conditions: tuple[f.Formula, ...]) -> Iterator[_Part]:
+    match effect:
+        case m.AddEffect(atom) | m.DeleteEffect(atom):
+            yield _Part(atom.predicate, isinstance(effect, m.AddEffect), conditions)
+        case m.Both(parts):
+            for part in parts:
+                yield from _parts(part, conditions)
+        case m.Each(part=part):
+            yield from _parts(part, conditions)
+        case m.WhenEffect(condition, part):
+            yield from _parts(part, (*conditions, condition))
+
+
+def _reached(operators: Sequence[_Operator], domain: m.PddlDomain, problem: m.PddlProblem) -> Set[str]:
+    """The predicates of which something is true at the start, or may become so, and the derived ones."""
+    reached = {axiom.name for axiom in domain.axioms} | {atom.predicate for atom in problem.initial}
+    waiting = [part for _, parts in operators for part in parts if part.is_added]
+    while True:
+        found = {
+            part.predicate
+            for part in waiting
+            if part.predicate not in reached and all(_may_hold(each, reached) for each in part.conditions)
+        }
+        if not found:
+            return reached
+        reached |= found
+
+
+def _may_hold(condition: f.Formula, reached: Set[str]) -> bool:
+    """Whether a condition may hold where only atoms of some predicates may; only conjuncts are looked at."""
+    match condition:
+        case f.Atom(predicate):
+            return predicate in reached
+        case f.And(operands):
+            return all(_may_hold(operand, reached) for operand in operands)
+        case f.Exists(_, body):
+            return _may_hold(body, reached)
+        case _:
+            return True
+
+
+def _asked(operators: Sequence[_Operator], domain: m.PddlDomain, problem: m.PddlProblem) -> Set[str]:
+    """The predicates that the goal is about, or what makes a difference to it."""
+    waiting = [part for _, parts in operators for part in parts]
+    waiting += [_Part(axiom.name, True, (axiom.condition,)) for axiom in domain.axioms]
+    asked, new = set[str](), _predicates(problem.goal)
+    while new - asked:
+        asked |= new
+        matter = [part for part in waiting if part.predicate in asked]
+        waiting = [part for part in waiting if part.predicate not in asked]
+        new = {name for part in matter for each in part.conditions for name in _predicates(each)}
+    return asked
+
+
+def _predicates(condition: f.Formula) -> set[str]:
+    return {part.predicate for part in walk(condition) if isinstance(part, f.Atom)}
+
+
+def _kept(effect: m.PddlEffect, predicates: Set[str]) -> m.PddlEffect | None:
+    """What an effect does to atoms of some predicates; None if nothing."""
+    match effect:
+        case m.AddEffect(atom) | m.DeleteEffect(atom):
+            return effect if atom.predicate in predicates else None
+        case m.Both(parts):
+            kept = tuple([part for part in (_kept(each, predicates) for each in parts) if part is not None])
+            return m.Both(kept) if kept else None
+        case m.Each(variable, part):
+            inner = _kept(part, predicates)
+            return None if inner is None else m.Each(variable, inner)
+        case m.WhenEffect(condition, part):
+            inner = _kept(part, predicates)
+            return None if inner is None else m.WhenEffect(condition, inner)
