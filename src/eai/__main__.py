@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import atexit
+import gc
 import os
+import signal
 import sys
 
 
 def main() -> None:
     """Run the command line."""
     try:
+        atexit.register(_end)
         from eai.cli import main as run
 
         run()
@@ -16,6 +20,13 @@ def main() -> None:
         sys.stderr.write("eai: interrupted\n")
         sys.stderr.flush()
         os._exit(130)  # a half imported library might end otherwise; there is nothing to clean up yet
+
+
+def _end() -> None:
+    """Leave at once, with the exit status that was decided: all is done, and nothing is left to interrupt."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    gc.freeze()  # or the collector goes through all that there is, a second after a run of models
+    eval("0")  # noqa: S307 - or Python ends by the signal, where an interrupt once hit what it evaluates so
 
 
 if __name__ == "__main__":

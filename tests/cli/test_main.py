@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -74,6 +75,50 @@ def test_an_interrupted_command_is_one_line() -> None:
         process.send_signal(signal.SIGINT)
         assert process.wait(120) == 130
         assert process.stderr.read() == "eai: interrupted\n"
+
+
+HIT_WHILE_IT_EVALUATED = """
+import signal, sys
+import eai.cli.console  # or what is imported for the message evaluates some more
+from eai import cli
+from eai.__main__ import main
+
+@cli.app.command()
+def nap() -> None:
+    exec("signal.raise_signal(signal.SIGINT)", {"signal": signal})
+
+sys.argv = ["eai", "nap"]
+main()
+"""
+
+HIT_AT_THE_END = """
+import os, signal, sys
+from eai.__main__ import main
+
+class Late:
+    def __del__(self, hit=os.kill, me=os.getpid(), number=signal.SIGINT):
+        hit(me, number)
+
+late = Late()
+sys.argv = ["eai", "--version"]
+main()
+"""
+
+
+@pytest.mark.parametrize(
+    ("program", "status", "told"),
+    [(HIT_WHILE_IT_EVALUATED, 130, "eai: interrupted\n"), (HIT_AT_THE_END, 0, "")],
+    ids=["while it evaluated a text", "at the end"],
+)
+def test_no_interrupt_ends_the_process_by_the_signal(
+    tmp_path: Path, program: str, status: int, told: str
+) -> None:
+    """Python does, where it evaluated a text at the time or takes itself down already; run as a module."""
+    (tmp_path / "program.py").write_text(program)
+    done = subprocess.run(
+        [sys.executable, "-m", "program"], cwd=tmp_path, capture_output=True, text=True, check=False
+    )
+    assert (done.returncode, done.stderr) == (status, told)
 
 
 LOADED = """

@@ -108,6 +108,38 @@ def test_a_run_that_is_interrupted_says_how_it_goes_on(
     assert errors.splitlines()[-1] == "eai: interrupted; the same command goes on from here"
 
 
+INTERRUPTED_AT = """
+import signal, sys
+from eai.cli import main
+from eai.run.state import Desk
+
+take, taken = Desk.take, []
+
+def interrupting(desk, answer):
+    take(desk, answer)
+    taken.append(answer)
+    if len(taken) == number:
+        signal.raise_signal(signal.SIGINT)
+
+Desk.take = interrupting
+number = int(sys.argv[-1])
+sys.argv = ["eai", *sys.argv[1:-1]]
+main()
+"""
+
+
+def test_a_built_in_model_works_out_one_more_answer_at_most_after_an_interrupt(tmp_path: Path) -> None:
+    """A plan may take seconds, and tens of them were found between an interrupt and the end."""
+    arguments = f"run --model eai/planner --domain virtualhome --limit {TASKS} --out {tmp_path}".split()
+    arguments += f"--ability action_sequencing --max-connections {TASKS} {KILLED_AFTER}".split()
+    command = [sys.executable, "-c", INTERRUPTED_AT, *arguments]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout) == (130, ""), done.stderr
+    results = tmp_path / RESULTS.with_name("eai_planner")
+    answered = (results / "answers.jsonl").read_text().splitlines()
+    assert KILLED_AFTER <= len(answered) <= KILLED_AFTER + 1
+
+
 def test_a_run_that_is_interrupted_before_it_began_says_the_same(
     data_store: Store, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -133,7 +133,7 @@ def _evaluate(job: Requests, task: inspect_ai.Task, log_dir: Path) -> EvalLog | 
         temperature=job.decoding.temperature,
         max_tokens=job.decoding.max_tokens,
         **sampling,
-        max_connections=pace.max_connections,
+        max_connections=1 if job.endpoint.is_built_in else pace.max_connections,  # interrupts come in between
         max_retries=pace.max_retries,
         attempt_timeout=pace.timeout,
         batch=pace.batch or None,

@@ -55,6 +55,11 @@ class Endpoint:
     base_url: str | None = None
     prices: Path | None = None
 
+    @property
+    def is_built_in(self) -> bool:
+        """Whether answers are worked out in this process."""
+        return self.model.startswith(f"{PROVIDER}/")
+
 
 class Effort(Enum):
     """How much a model is to reason, in Inspect's words."""
@@ -93,7 +98,7 @@ class Pace:
     """How requests are made; none of it changes an answer.
 
     Attributes:
-        max_connections: requests at a time; None to let Inspect find out.
+        max_connections: requests at a time; None to let Inspect find out. Of a built-in model there is one.
         max_retries: how often a failed request is repeated.
         timeout: seconds after which a request counts as failed; None for the provider's own.
         batch: use the provider's batch service, which is slower and cheaper.
