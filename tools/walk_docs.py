@@ -261,14 +261,15 @@ def walk_through(pages: Sequence[Path], walk: Walk, work: Path) -> dict[str, Cou
     passed.mkdir(exist_ok=True)
     counts = {}
     for page in pages:
-        mark, text = passed / page.name, page.read_text("utf-8")
+        name = page.relative_to(ROOT).as_posix()
+        mark, text = passed / name.replace("/", "-"), page.read_text("utf-8")
         if mark.exists() and mark.read_text("utf-8") == text:
             continue
         folder = work / page.stem
         shutil.rmtree(folder, ignore_errors=True)
         shutil.copytree(ground, folder)
-        counts[page.name] = walk_page(page, walk, folder)
-        if not counts[page.name][Fate.FAILED]:
+        counts[name] = walk_page(page, walk, folder)
+        if not counts[name][Fate.FAILED]:
             mark.write_text(text, encoding="utf-8")
             shutil.rmtree(folder)
     return counts
@@ -317,7 +318,7 @@ def main() -> int:
             walk.tell(f"# {python}, {installer}")
             counts = walk_through(pages, walk, work)
             for page, count in counts.items():
-                walk.tell(f"# {page:24} " + ", ".join(f"{count[fate]} {fate.value}" for fate in Fate))
+                walk.tell(f"# {page:29} " + ", ".join(f"{count[fate]} {fate.value}" for fate in Fate))
             failed += sum(count[Fate.FAILED] for count in counts.values())
         walk.tell(f"# {failed} failed")
     return min(failed, 1)
