@@ -134,3 +134,4 @@ def test_the_plot_has_a_point_a_run() -> None:
     (panel,) = figure.axes
     points = [(line.get_xdata()[0], line.get_ydata()[0]) for line in panel.lines]
     assert [round(float(value), 1) for point in points for value in point] == [0.0, 83.3, 20.8, 33.3]
+    assert panel.get_xlabel() == "facts missing or misplaced, percent (n = 6)"

@@ -7,7 +7,9 @@ from collections.abc import Mapping
 import pytest
 
 from eai.analysis.table import Cell, Estimate
+from eai.report import plot_leaves
 from eai.report.plot_analyses import PAGE, draw_matrix, draw_names
+from eai.report.plot_cofactors import draw_effects
 
 pytest.importorskip("matplotlib")
 
@@ -32,8 +34,33 @@ def test_a_matrix_of_many_models_fits_a_page(models: int, leaves: int, below: st
     assert figure.get_figwidth() <= PAGE
     (panel,) = figure.axes
     labels = [text.get_text() for text in panel.get_yticklabels()]
-    assert (labels[0], len(labels)) == (below, max(models, leaves))
-    assert len(panel.texts) == models * leaves
+    assert labels[0] == below
+    assert len(panel.get_xticklabels()) * len(labels) == len(panel.texts) == models * (leaves + 1)
+
+
+@pytest.mark.parametrize(("cases", "told"), [((10, 10), ["10", "2,745"]), ((10, 9), [])])
+def test_how_many_cases_a_model_has_stands_at_its_end_where_all_its_rates_are_of_them(
+    cases: tuple[int, int], told: list[str]
+) -> None:
+    of_first = [row("a", leaf, Estimate(50.0, None, None, 5, n)) for leaf, n in zip("xy", cases, strict=True)]
+    of_second = [row("b", leaf, Estimate(20.0, None, None, 549, 2745)) for leaf in "xy"]
+    figure = draw_matrix([*of_first, *of_second], ("leaf",), "rate", "percent of answers")
+    assert figure is not None
+    assert figure.get_suptitle() == "percent of answers"
+    (panel,) = figure.axes
+    assert [text.get_text() for text in panel.texts][4:] == told
+    assert [text.get_text() for text in panel.get_yticklabels()][2:] == (["n"] if told else [])
+
+
+def test_effects_and_leaves_say_of_how_many_answers_they_are() -> None:
+    effect = {"feature": "objects", "alone": Estimate(1.0), "together": Estimate(2.0)}
+    figure = draw_effects([{**effect, "answers": 2700, "names": 100}])
+    assert figure is not None
+    assert figure.axes[0].get_xlabel().splitlines()[-1] == "2,700 answers to tasks of 100 names"
+    leaf = {"stage": "success", "kind": "", "detail": "", "answers": Estimate(40.0, 30.0, 50.0, 360, 900)}
+    figure = plot_leaves.draw([{"model": "m", **leaf}])
+    assert figure is not None
+    assert figure.axes[0].get_title() == "m, percent of 900 answers"
 
 
 def test_a_number_stands_where_its_name_and_its_model_cross() -> None:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 from eai.abilities.record import Record, TaskFeatures
-from eai.report import plot_difficulty, plot_flow, plot_radar, plot_shares
+from eai.report import plot_difficulty, plot_flow, plot_outcomes, plot_radar, plot_shares
 from eai.report.plot_analyses import PAGE
 from eai.report.plots import draw_plots
 from eai.report.run_summary import RunSummary, summary_of
@@ -58,6 +58,14 @@ def test_a_figure_says_what_it_is_of(tmp_path: Path) -> None:
     for name, text in shown.items():
         assert "VirtualHome" in text, name
         assert "strict" in text, name
+
+
+def test_outcomes_say_of_how_many_answers_they_are() -> None:
+    figure = plot_outcomes.draw([summary([record("1_1", BAD), record("2_1", SUCCEEDED)])])
+    assert figure is not None
+    (panel,) = figure.axes
+    assert [text.get_text() for text in panel.get_yticklabels()] == ["m  2"]
+    assert [text.get_text() for text in panel.texts] == ["n"]
 
 
 def of_length(steps: int | None, verdicts: Sequence[bool], goals: int = 1) -> list[Record]:

@@ -10,11 +10,11 @@ import typer
 
 from eai.abilities.responses import file_name
 from eai.analysis.perception import PerceptionRuns, perception_runs, perception_tables
-from eai.cli.analyzed import Figures, Plots, Records, say, write_analysis
+from eai.cli.analyzed import Figures, Plots, Records, of_run, say, write_analysis
 from eai.cli.options import AsJson
 from eai.errors import InputError
 from eai.report import plot_perception
-from eai.report.runs import Run, read_runs
+from eai.report.runs import Run, RunKey, read_runs
 
 _NAME = "perception"
 
@@ -47,7 +47,7 @@ def perception(
         place = f"{key.domain}-{key.ability.value}-{key.protocol.value}-{file_name(key.model)}"
         folder = out / place if len(seen) > 1 else out
         tables = perception_tables(found)
-        written.append(write_analysis(_NAME, tables, _figures(found), folder, plots=plots))
+        written.append(write_analysis(_NAME, tables, _figures(found, key), folder, plots=plots))
     say(*written, as_json=as_json)
 
 
@@ -61,5 +61,5 @@ def _place(run: Run) -> tuple[str, ...]:
     return (key.protocol.value, key.domain, key.ability.value, key.model)
 
 
-def _figures(runs: PerceptionRuns) -> Figures:
-    yield "success_by_error_rate", plot_perception.draw(runs)
+def _figures(runs: PerceptionRuns, key: RunKey) -> Figures:
+    yield of_run(key, "success_by_error_rate", plot_perception.draw(runs))

@@ -14,7 +14,7 @@ from eai.abilities.responses import file_name
 from eai.analysis.replanning import Arm, arms_of, remarks, tables
 from eai.analysis.table import Cell, Estimate, Table, write_tables
 from eai.benchmarks.reference.replanning import counted_as_published
-from eai.cli.analyzed import Figures, Plots, Records, Written, draw_figures, say
+from eai.cli.analyzed import Figures, Plots, Records, Written, draw_figures, of_run, say
 from eai.cli.console import output
 from eai.cli.options import AsJson
 from eai.errors import InputError
@@ -61,7 +61,7 @@ def replanning(
         arms, folder = arms_of(of_runs), out / place if len(groups) > 1 else out
         made, notes = _tables(arms, key)
         write_tables(folder, _NAME, made, [*remarks(arms), *notes])
-        drawn = draw_figures(_figures(arms), folder) if plots else 0
+        drawn = draw_figures(_figures(arms, key), folder) if plots else 0
         written.append(Written(tuple(table.name for table in made), drawn, folder))
         if not as_json:
             _show(made, remarks(arms), key, folder)
@@ -97,8 +97,8 @@ def _show(made: Sequence[Table], told: Sequence[str], key: RunKey, folder: Path)
     output().print(f"written to {folder}", soft_wrap=True, highlight=False, markup=False)
 
 
-def _figures(arms: Sequence[Arm]) -> Figures:
-    yield "success_by_attempt", plot_attempts.draw(arms)
+def _figures(arms: Sequence[Arm], key: RunKey) -> Figures:
+    yield of_run(key, "success_by_attempt", plot_attempts.draw(arms))
 
 
 def _paper(domain: str) -> tuple[Table, list[str]]:

@@ -20,7 +20,8 @@ from eai.cli.console import counted, data_progress, errors, tell
 from eai.cli.store import store
 from eai.errors import EaiError, InputError, how_to_install
 from eai.report.plot_files import entitle, styled, write
-from eai.report.runs import read_runs
+from eai.report.plot_text import clipped
+from eai.report.runs import RunKey, read_runs
 from eai.scoring.undisturbed import undisturbed
 
 if TYPE_CHECKING:
@@ -46,6 +47,14 @@ def of_suite(suite: SuiteKey, name: str, figure: Figure | None) -> tuple[str, Fi
     if figure is not None:
         entitle(figure, str(suite))
     return f"{name}-{suite.file_name}", figure
+
+
+def of_run(key: RunKey, name: str, figure: Figure | None) -> tuple[str, Figure | None]:
+    """A figure with the suite and the model that it is of for a title, by the name of its files."""
+    if figure is not None:
+        suite = SuiteKey(key.protocol.value, key.domain, key.ability.value)
+        entitle(figure, f"{suite}, {clipped(key.model)}")
+    return name, figure
 
 
 def tables_of(records: Iterable[Path], data: Path | None) -> Tables:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from eai.analysis.suites import MODEL, SuiteKey
 from eai.analysis.table import Cell, Estimate, Table
 from eai.report.palette import ACCENT, INK, MUTED, RULE
+from eai.report.plot_files import say_above
 from eai.report.plot_text import clipped, wrapped
 
 if TYPE_CHECKING:
@@ -28,6 +29,9 @@ FEW = 5
 _MOST_NAMES = 30
 _FIELD = 0.42
 """The width of a field of a matrix, in inches, where the page is wide enough."""
+
+_WHOLE = "n"
+"""What the number of cases is called where all rates of a model are of the same ones."""
 
 _MORE_LINE = 0.65
 """How much higher than a line of a name the next one makes it."""
@@ -54,6 +58,11 @@ def value_of(cell: Cell | None) -> float:
     return cell.value if isinstance(cell, Estimate) and cell.value is not None else math.nan
 
 
+def cases_of(cell: Cell | None) -> int:
+    """Of how many cases an estimate is."""
+    return int(cell.denominator or 0) if isinstance(cell, Estimate) else 0
+
+
 def draw_estimate(panel: Axes, place: float, cell: Cell, color: str, fill: str) -> None:
     """A dot at a height, with its interval."""
     if not isinstance(cell, Estimate) or cell.value is None:
@@ -78,20 +87,20 @@ def draw_names(rows: Sequence[Mapping[str, Cell]], column: str, rate: str, label
 
     first = rows[0]["model"] if rows else None
     shown = [row for row in rows if row["model"] == first and not math.isnan(value_of(row[rate]))]
-    shown = sorted(shown, key=lambda row: -_cases(row[rate]))[:_MOST_NAMES]
+    shown = sorted(shown, key=lambda row: -cases_of(row[rate]))[:_MOST_NAMES]
     if not shown:
         return None
     shown.sort(key=lambda row: (-value_of(row[rate]), str(row[column])))
-    one_whole = len({_cases(row[rate]) for row in shown}) == 1
-    made_of = _counted if one_whole else _cases
-    labels = [f"{wrapped(str(row[column]).replace('_', ' '))}  {made_of(row[rate]):g}" for row in shown]
+    one_whole = len({cases_of(row[rate]) for row in shown}) == 1
+    made_of = _counted if one_whole else cases_of
+    labels = [f"{wrapped(str(row[column]).replace('_', ' '))}  {made_of(row[rate]):,}" for row in shown]
     heights = [1 + _MORE_LINE * label.count("\n") for label in labels]
     ends = list(accumulate(heights))
     places = [end - height / 2 for end, height in zip(ends, heights, strict=True)]
     figure = Figure(figsize=(COLUMN, 0.7 + 0.17 * ends[-1]), layout="constrained")
     panel = figure.subplots()
     for place, row in zip(places, shown, strict=True):
-        few = _cases(row[rate]) < FEW
+        few = cases_of(row[rate]) < FEW
         draw_estimate(panel, place, row[rate], MUTED if few else ACCENT, "white" if few else ACCENT)
     panel.set_yticks(places, labels=labels, fontsize=6.5, linespacing=1.0)
     panel.set_ylim(ends[-1], 0)
@@ -104,12 +113,8 @@ def draw_names(rows: Sequence[Mapping[str, Cell]], column: str, rate: str, label
     return figure
 
 
-def _cases(cell: Cell | None) -> float:
-    return (cell.denominator or 0) if isinstance(cell, Estimate) else 0
-
-
-def _counted(cell: Cell) -> float:
-    return (cell.numerator or 0) if isinstance(cell, Estimate) else 0
+def _counted(cell: Cell | None) -> int:
+    return int(cell.numerator or 0) if isinstance(cell, Estimate) else 0
 
 
 def draw_matrix(
@@ -124,7 +129,7 @@ def draw_matrix(
     """Rates as a matrix of names and models with the numbers in it; None if there are none.
 
     What there is more of stands below each other, so that many models fit a page. Numbers of few cases are in
-    brackets.
+    brackets; where all of a model are of the same cases, their number stands at its end.
 
     Args:
         rows: those of a suite.
@@ -140,7 +145,14 @@ def draw_matrix(
     down, along = (list(dict.fromkeys(pair[place] for pair in cells)) for place in (0, 1))
     if not cells:
         return None
-    if len(along) > len(down):
+    turned = len(along) > len(down)
+    wholes = {
+        other: {cases_of(cell) for (_, model), cell in cells.items() if model == other} for other in along
+    }
+    if all(len(whole) == 1 for whole in wholes.values()):
+        cells |= {(_WHOLE, other): whole.pop() for other, whole in wholes.items()}
+        down.append(_WHOLE)
+    if turned:
         cells, down, along = {(right, left): cell for (left, right), cell in cells.items()}, along, down
     width = min(_FIELD * len(along), PAGE - _LABELS)
     figure = Figure(figsize=(_LABELS + width, 1.3 + 0.19 * len(down)), layout="constrained")
@@ -150,13 +162,13 @@ def draw_matrix(
     panel.imshow(shades, vmin=0, vmax=100, cmap="Greys", aspect="auto")
     panel.set_xticks(range(len(along)), labels=map(clipped, along), rotation=55, ha="right", fontsize=6.5)
     panel.set_yticks(range(len(down)), labels=map(clipped, down), fontsize=6.5)
-    panel.set_title(label, fontsize=7.5)
+    say_above(figure, label)
     panel.tick_params(length=0)
     panel.spines[:].set_visible(False)
     for y, line in enumerate(grid):
         for x, cell in enumerate(line):
             value = value_of(cell)
-            if value > 0 or (zeros and value == 0):
+            if isinstance(cell, int) or value > 0 or (zeros and value == 0):
                 color = "white" if value > _DARK else INK
                 panel.text(x, y, _told(cell), ha="center", va="center", color=color, fontsize=6)
     if any(text.get_text().startswith("(") for text in panel.texts):
@@ -165,9 +177,11 @@ def draw_matrix(
 
 
 def _told(cell: Cell | None) -> str:
+    if isinstance(cell, int):
+        return f"{cell:,}"
     value = value_of(cell)
     text = f"{value:.0f}" if value >= 0.5 or not value else "<1"
-    return f"({text})" if _cases(cell) < FEW else text
+    return f"({text})" if cases_of(cell) < FEW else text
 
 
 def _name(row: Mapping[str, Cell], levels: Sequence[str]) -> str:

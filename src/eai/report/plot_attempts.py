@@ -50,7 +50,7 @@ def draw(arms: Sequence[Arm]) -> Figure | None:
             markersize=3,
             linewidth=1.2,
             elinewidth=0.7,
-            label=clipped(arm.name),
+            label=f"{clipped(arm.name)}, n = {estimates[0].denominator:,.0f}",
         )
     panel.set_xticks(range(1, max(arm.attempts for arm in shown) + 1))
     panel.set_xlabel("attempts")

@@ -110,7 +110,7 @@ def draw_effects(rows: Sequence[Mapping[str, Cell]]) -> Figure | None:
 
     if not rows:
         return None
-    figure = Figure(figsize=(COLUMN, 1.0 + _EFFECT_ROW * len(rows)), layout="constrained")
+    figure = Figure(figsize=(COLUMN, 1.12 + _EFFECT_ROW * len(rows)), layout="constrained")
     panel = figure.subplots()
     panel.axvline(0, color=MUTED, linewidth=0.8)
     for place, row in enumerate(rows):
@@ -122,5 +122,7 @@ def draw_effects(rows: Sequence[Mapping[str, Cell]]) -> Figure | None:
     panel.invert_yaxis()
     panel.tick_params(axis="y", length=0)
     panel.spines["left"].set_visible(False)
-    panel.set_xlabel("log odds of success per standard deviation\n○ alone   ● beside the others", fontsize=7)
+    told = "log odds of success per standard deviation\n○ alone   ● beside the others\n"
+    answers, names = (int(str(rows[0][column])) for column in ("answers", "names"))
+    panel.set_xlabel(f"{told}{answers:,} answers to tasks of {names:,} names", fontsize=7)
     return figure

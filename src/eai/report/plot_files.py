@@ -44,10 +44,15 @@ def styled() -> Iterator[None]:
 
 
 def entitle(figure: Figure, title: str) -> None:
-    """Say above a figure what it is of; it grows by as much."""
+    """Say above a figure, and above what it says there of itself, what it is of; it grows by as much."""
     width, height = figure.get_size_inches()
     figure.set_size_inches(width, height + _TITLE)
-    figure.suptitle(title, x=0.01, ha="left", fontsize=7.5)
+    say_above(figure, f"{title}\n{figure.get_suptitle()}".strip())
+
+
+def say_above(figure: Figure, text: str) -> None:
+    """Say something above a figure, from its left edge on, where there is the room of all of its width."""
+    figure.suptitle(text, x=0.01, ha="left", fontsize=7.5)
 
 
 def write(figure: Figure, path: Path) -> tuple[Path, ...]:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from eai.abilities.declaration import AnswerOutcome
 from eai.analysis.table import Cell
 from eai.report.palette import INK, MUTED, OUTCOME_COLORS
-from eai.report.plot_analyses import COLUMN, value_of
+from eai.report.plot_analyses import COLUMN, cases_of, value_of
 from eai.report.plot_flow import Band, draw_band
 from eai.report.plot_text import clipped
 
@@ -41,7 +41,8 @@ def draw(rows: Sequence[Mapping[str, Cell]]) -> Figure | None:
     from matplotlib.figure import Figure
 
     first = rows[0]["model"] if rows else None
-    shares = {_leaf(row): value_of(row["answers"]) for row in rows if row["model"] == first}
+    cells = {_leaf(row): row["answers"] for row in rows if row["model"] == first}
+    shares = {leaf: value_of(cell) for leaf, cell in cells.items()}
     shares = {leaf: share for leaf, share in shares.items() if share > 0}
     if not shares:
         return None
@@ -50,7 +51,8 @@ def draw(rows: Sequence[Mapping[str, Cell]]) -> Figure | None:
     figure = Figure(figsize=(COLUMN, 1.2 + 0.13 * len(named)), layout="constrained")
     panel = figure.subplots()
     panel.set_axis_off()
-    panel.set_title(f"{clipped(str(first))}, percent of answers", fontsize=7.5)
+    answers = max(map(cases_of, cells.values()))
+    panel.set_title(f"{clipped(str(first))}, percent of {answers:,} answers", fontsize=7.5)
     top, stage_top, text_top = 100.0, 100.0 + _GAP * (len(stages) - 1) / 2, 104.0
     for stage in stages:
         leaves = {leaf: share for leaf, share in shares.items() if leaf[0] == stage}

@@ -45,12 +45,14 @@ def _draw_ability(panel: Axes, items: Sequence[RunSummary]) -> None:
     panel.set_title(ability_title(items[0].key.ability))
     panel.set_xlim(0, 100)
     panel.set_xticks([0, 25, 50, 75, 100], labels=["0", "25", "50", "75", "100 %"])
-    panel.set_yticks(range(len(items)), labels=[clipped(item.key.model) for item in items])
+    answers = [sum(_count(item, kind) for kind in AnswerOutcome) for item in items]
+    labels = [f"{clipped(item.key.model)}  {number:,}" for item, number in zip(items, answers, strict=True)]
+    panel.set_yticks(range(len(items)), labels=labels)
+    panel.text(-0.01, 1, "n", transform=panel.transAxes, fontsize=7.5, ha="right", va="bottom")
     panel.invert_yaxis()
     panel.tick_params(axis="y", length=0)
     panel.spines["left"].set_visible(False)
-    for place, item in enumerate(items):
-        scored = sum(_count(item, kind) for kind in AnswerOutcome)
+    for place, (item, scored) in enumerate(zip(items, answers, strict=True)):
         start = 0.0
         for kind in AnswerOutcome:
             width = Rate(_count(item, kind), scored).percent or 0.0

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
+from eai.abilities.protocol import Ability
 from eai.analysis.suites import MODEL
 from eai.analysis.table import Cell, Estimate
 from eai.metrics.rate import Rate
@@ -17,25 +18,30 @@ if TYPE_CHECKING:
 _MOST_NAMES = 40
 """So many fit a page."""
 
+_F1 = "F1 of clauses, percent"
+
 
 def draw_actions(runs: Sequence[RunSummary]) -> Figure | None:
-    """The shares by action of each model; None if they are not known."""
-    return _draw({item.key.model: item.breakdown.by_action for item in runs})
+    """The shares by action of each model, of one ability; None if they are not known."""
+    label = {Ability.TRANSITION_MODELING: _F1}.get(runs[0].key.ability, "percent of steps executed")
+    return _draw({item.key.model: item.breakdown.by_action for item in runs}, label)
 
 
 def draw_predicates(runs: Sequence[RunSummary]) -> Figure | None:
-    """The shares by predicate of each model; None if they are not known."""
-    return _draw({item.key.model: item.breakdown.by_predicate for item in runs})
+    """The shares by predicate of each model, of one ability; None if they are not known."""
+    found = {Ability.TRANSITION_MODELING: _F1, Ability.GOAL_INTERPRETATION: "percent of goals found"}
+    label = found.get(runs[0].key.ability, "percent of goals reached")
+    return _draw({item.key.model: item.breakdown.by_predicate for item in runs}, label)
 
 
-def _draw(models: Mapping[str, Mapping[str, Rate]]) -> Figure | None:
+def _draw(models: Mapping[str, Mapping[str, Rate]], label: str) -> Figure | None:
     rows: list[Mapping[str, Cell]] = []
     for name in _most_frequent(list(models.values())):
         for model, rates in models.items():
             rate = rates.get(name, Rate(0, 0))
             share = Estimate(rate.percent, numerator=rate.numerator, denominator=rate.denominator)
             rows.append({"name": name, MODEL: model, "share": share})
-    return draw_matrix(rows, ("name",), "share", "percent", zeros=True)
+    return draw_matrix(rows, ("name",), "share", label, zeros=True)
 
 
 def _most_frequent(columns: Sequence[Mapping[str, Rate]]) -> list[str]:
