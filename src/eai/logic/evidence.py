@@ -62,30 +62,26 @@ def explain(formula: Formula, trace: Trace) -> Evidence:
     Raises:
         InputError: a variable is not bound by any quantifier.
     """
-    return _explain(formula, Evaluator(formula, trace), trace, 0)
-
-
-def _explain(formula: Formula, evaluator: Evaluator, trace: Trace, start: int) -> Evidence:
-    """The verdict on the rest of the trace from ``start`` on."""
-    end = trace.length - 1
-    holds = bool(evaluator.on(formula, {}, end) >> start & 1)
+    evaluator, end = Evaluator(formula, trace), trace.length - 1
+    failed = _blame(formula, evaluator, trace, 0)
     if isinstance(formula, Then) and formula.parts:
-        return _explain_sequence(formula, holds, evaluator, trace, start)
-    if not evaluator.is_temporal(formula):
-        mask = evaluator.state(formula, {})
-    else:
-        mask = evaluator.on(formula, {}, end)
-    positions = tuple(position for position in positions_in(mask) if position >= start)
-    failed = () if holds else _blame(formula, evaluator, trace, start)
-    return Evidence(holds, positions, failed)
+        return _explain_sequence(formula, not failed, evaluator, trace, 0)
+    mask = evaluator.on(formula, {}, end) if evaluator.is_temporal(formula) else evaluator.state(formula, {})
+    return Evidence(not failed, tuple(positions_in(mask)), failed)
 
 
 def _blame(formula: Formula, evaluator: Evaluator, trace: Trace, start: int) -> tuple[Formula, ...]:
-    """The parts of a formula that does not hold from ``start`` on which make it so."""
-    if not isinstance(formula, And):
-        return (formula,)
-    parts = [_explain(operand, evaluator, trace, start) for operand in formula.operands]
-    return tuple(culprit for part in parts for culprit in part.failed) or (formula,)
+    """The parts of a formula that make it not hold from ``start`` on; none if it does hold."""
+    if evaluator.on(formula, {}, trace.length - 1) >> start & 1:
+        return ()
+    match formula:
+        case Then(parts) if parts:
+            return _explain_sequence(formula, False, evaluator, trace, start).failed
+        case And(operands):
+            blamed = [_blame(operand, evaluator, trace, start) for operand in operands]
+            return tuple([culprit for each in blamed for culprit in each]) or (formula,)
+        case _:
+            return (formula,)
 
 
 def _explain_sequence(formula: Then, holds: bool, evaluator: Evaluator, trace: Trace, start: int) -> Evidence:
@@ -96,8 +92,8 @@ def _explain_sequence(formula: Then, holds: bool, evaluator: Evaluator, trace: T
         if last is None:
             if holds:  # a later completion of an earlier part makes the rest possible
                 return Evidence(True, tuple(positions))
-            left = _explain(part, evaluator, trace, start) if start < trace.length else None
-            return Evidence(False, tuple(positions), left.failed if left and left.failed else (part,))
+            left = _blame(part, evaluator, trace, start) if start < trace.length else ()
+            return Evidence(False, tuple(positions), left or (part,))
         positions.append(last)
         start = last + 1
     return Evidence(holds, tuple(positions), () if holds else (formula,))

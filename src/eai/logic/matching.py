@@ -110,14 +110,15 @@ def heaviest_pairs(weights: Sequence[Sequence[int]]) -> list[TableCell]:
     """The cells of a table, no two in one row or column, of the greatest total weight, in order of rows.
 
     Args:
-        weights: the table, row by row, without negative weights. Cells of weight 0 are never taken.
+        weights: the table, row by row, without negative weights. Cells of weight 0 are never taken: no path
+            that gains anything has one, for no other cells of the same number weigh more than those taken.
 
     Equal input gives equal output. Takes O(cells * rows * min(rows, columns)) time.
     """
     matching = _GrowingMatching(weights)
     while matching.grow(least_gain=1) is not None:
         pass
-    return [cell for cell in matching.cells() if weights[cell.row][cell.column]]
+    return matching.cells()
 
 
 class _GrowingMatching:
