@@ -6,6 +6,7 @@
 # make release build the package, check it as an index does, write what is new and what it needs; nothing is uploaded
 # make compiled the compiled wheel for this Python, in dist/
 # make test-compiled install that wheel by itself, then run the tests on it
+# make test-bare install the pure wheel without any extra, then see that commands work, or say which one they need
 # make audit   known vulnerabilities of what is needed to run
 
 PYTHON ?= python3 python3.13 python3.12 python3.11 python3.10
@@ -19,7 +20,7 @@ WITH_DEV := $(VENV)/.with-dev
 WITH_RELEASE := $(VENV)/.with-release
 WITH_SITE := $(VENV)/.with-site
 
-.PHONY: demo test lint type bench docs site packages release compiled test-compiled audit clean
+.PHONY: demo test lint type bench docs site packages release compiled test-compiled test-bare audit clean
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
 
@@ -80,6 +81,13 @@ test-compiled: compiled
 	  "$$(ls dist/*-cp*.whl)[run,plots,analysis,planner,envs,croissant,dev]"
 	build/compiled/bin/eai --version | grep compiled
 	build/compiled/bin/pytest $(ARGS)
+
+test-bare: $(WITH_DEV)
+	rm -rf build/bare
+	$(BIN)/python -m pip wheel --quiet --disable-pip-version-check --no-deps --wheel-dir build/bare .
+	$(BIN)/python -m venv build/bare/venv
+	build/bare/venv/bin/python -m pip install --quiet --disable-pip-version-check build/bare/*.whl
+	EAI_BARE=$(CURDIR)/build/bare/venv/bin/python $(BIN)/pytest tests/cli/test_extras.py $(ARGS)
 
 audit: $(WITH_RELEASE)
 	$(RUNTIME)

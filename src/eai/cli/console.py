@@ -137,8 +137,6 @@ def print_errata(effects: Iterable[ErrataEffect | None]) -> None:
 
 def note_planner(suites: Sequence[Suite]) -> None:
     """Say on standard error, once, if operators are judged without Fast Downward because it is not there."""
-    from eai.abilities.transition_modeling.planners import available
-
     asked = {suite.source.planner for suite in suites if suite.ability is Ability.TRANSITION_MODELING}
     if PlannerChoice.AUTO in asked:
         from eai.abilities.transition_modeling.planners import available
