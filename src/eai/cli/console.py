@@ -6,6 +6,7 @@ import json
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from importlib.util import find_spec
+from textwrap import fill
 
 import typer
 from rich.console import Console
@@ -51,13 +52,24 @@ def errors() -> Console:
 
 
 def say(line: str) -> None:
-    """Print a line of what a command found, as it stands, however long."""
-    output().print(line, markup=False, highlight=False, soft_wrap=True)
+    """Print a line of what a command found, as it stands; on a terminal it goes on below between words."""
+    _print(output(), line)
 
 
 def note(line: str) -> None:
     """Print a line about how a command found it, on standard error, likewise."""
-    errors().print(line, markup=False, highlight=False, soft_wrap=True)
+    _print(errors(), line)
+
+
+def _print(console: Console, line: str) -> None:
+    """A path that is longer than a line is left to the terminal, from which it can be copied whole."""
+    if console.is_terminal:
+        parts = (
+            fill(part, console.width, break_long_words=False, break_on_hyphens=False)
+            for part in line.split("\n")
+        )
+        line = "\n".join(parts)
+    console.print(line, markup=False, highlight=False, soft_wrap=True)
 
 
 @contextmanager

@@ -1,0 +1,31 @@
+"""What is said in lines: whole where it is piped, and between words on a terminal."""
+
+from __future__ import annotations
+
+from io import StringIO
+
+import pytest
+from rich.console import Console
+
+from eai.cli import console
+
+PATH = "runs/virtualhome/action_sequencing/eai_noisy"
+LINE = f"100 answers, 9 failed; [records] in {PATH}\n  and more"
+
+
+@pytest.mark.parametrize(
+    ("terminal", "lines"),
+    [
+        (False, LINE.splitlines()),
+        (True, ["100 answers, 9 failed;", "[records] in", PATH, "  and more"]),
+    ],
+    ids=["piped", "terminal"],
+)
+def test_a_line_is_broken_on_a_terminal_alone_and_never_within_a_path(
+    terminal: bool, lines: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    written = StringIO()
+    shown = Console(file=written, force_terminal=terminal, width=24, color_system=None)
+    monkeypatch.setattr(console, "output", lambda: shown)
+    console.say(LINE)
+    assert [line.rstrip() for line in written.getvalue().splitlines()] == lines
