@@ -16,7 +16,7 @@ from eai.world.frame import AGENT, UNBOUND, Binding, Extension, Frame, Truth
 from eai.world.operator import Operator
 from eai.world.reading import free_variables
 from eai.world.relation import bits
-from eai.world.state import State
+from eai.world.state import Scene, State
 from eai.world.vocabulary import Vocabulary
 
 
@@ -46,6 +46,13 @@ class _Join(NamedTuple):
     steps: tuple[_Step, ...]
 
 
+class Partial(NamedTuple):
+    """A match as a binding that is to be completed, and how."""
+
+    binding: Binding
+    join: _Join
+
+
 class Achiever:
     """An effect of an operator, compiled: a way to make atoms of its predicate true, or false.
 
@@ -53,15 +60,18 @@ class Achiever:
         schema: the effect.
         conditions: what must be brought about for it where it does not hold, in order.
         open_variables: how many of its variables the atom does not determine.
+        is_fixed: whether no action changes in which ways a match can be completed.
     """
 
     __slots__ = (
         "_compiler",
         "_filters",
+        "_fixed",
         "_frame",
         "_joins",
         "_vocabulary",
         "conditions",
+        "is_fixed",
         "open_variables",
         "schema",
     )
@@ -71,7 +81,7 @@ class Achiever:
         self._vocabulary = vocabulary
         self._frame = Frame([f.Variable(name) for name in schema.variables])
         self._compiler = Conditions(vocabulary, self._frame)
-        self._joins: dict[tuple[str, ...], _Join] = {}
+        self._joins: dict[tuple[str, ...], tuple[_Join, _Join]] = {}
         named = {term.name for term in schema.atom.arguments if isinstance(term, f.Variable)}
         self.open_variables = len(set(schema.variables) - named)
         own = [c for c in schema.given if free_variables(c) <= named]
@@ -79,6 +89,8 @@ class Achiever:
         needed = [c for c in (*own, *schema.checks) if c != f.TRUE]
         fixed = [c for c in needed if _is_fixed(c, vocabulary)]
         self._filters = (*fixed, *others)
+        self._fixed = [c for c in self._filters if _is_fixed(c, vocabulary)]
+        self.is_fixed = len(self._fixed) == len(self._filters)
         self.conditions = tuple(Precondition(c, self._compiler.truth(c)) for c in needed if c not in fixed)
 
     def match(self, arguments: tuple[int, ...], agent: int | None) -> dict[str, int] | None:
@@ -105,13 +117,17 @@ class Achiever:
         Yields:
             One binding of `schema.variables`, the same list each time.
         """
+        return completed(state, self.partial(state.scene, scope), usable)
+
+    def partial(self, scene: Scene, scope: Mapping[str, int], *, fixed: bool = False) -> Partial:
+        """A match, to be completed in a state; or (``fixed``) whatever actions change."""
         names = self.schema.variables
-        join = self._join(tuple([name for name in names if name not in scope]))
-        binding = self._frame.bind(state.scene, [scope.get(name, UNBOUND) for name in names])
-        for holds in join.first:
-            if not holds(state, binding):
-                return
-        yield from _complete(state, binding, join.steps, usable)
+        unbound = tuple([name for name in names if name not in scope])
+        joins = self._joins.get(unbound)
+        if joins is None:
+            joins = self._make_join(unbound, self._filters), self._make_join(unbound, self._fixed)
+            self._joins[unbound] = joins
+        return Partial(self._frame.bind(scene, [scope.get(name, UNBOUND) for name in names]), joins[fixed])
 
     def failing(self, state: State, binding: Binding, most: float) -> list[f.Formula] | None:
         """The conditions that do not hold, or None if there are ``most`` of them or more."""
@@ -131,15 +147,9 @@ class Achiever:
         """The operator's arguments in a binding."""
         return tuple(binding[1 : 1 + self.schema.operator.arity])
 
-    def _join(self, unbound: tuple[str, ...]) -> _Join:
-        join = self._joins.get(unbound)
-        if join is None:
-            join = self._joins[unbound] = self._make_join(unbound)
-        return join
-
-    def _make_join(self, unbound: tuple[str, ...]) -> _Join:
+    def _make_join(self, unbound: tuple[str, ...], filters: Sequence[f.Formula]) -> _Join:
         scope = self._frame.scope
-        pending = list(self._filters)
+        pending = list(filters)
         bound = set(self.schema.variables) - set(unbound)
         first = [c for c in pending if free_variables(c) <= bound]
         pending = [c for c in pending if c not in first]
@@ -157,6 +167,15 @@ class Achiever:
             )
             steps.append(step)
         return _Join(tuple(self._compiler.truth(c) for c in first), tuple(steps))
+
+
+def completed(state: State, partial: Partial, usable: int) -> Iterator[Binding]:
+    """The ways to complete a match, as `Achiever.bindings` yields them."""
+    binding = [*partial.binding]
+    for holds in partial.join.first:
+        if not holds(state, binding):
+            return
+    yield from _complete(state, binding, partial.join.steps, usable)
 
 
 def _complete(state: State, binding: Binding, steps: Sequence[_Step], usable: int) -> Iterator[Binding]:
@@ -178,6 +197,10 @@ class Achievers:
     """The achievers of a domain: all effects of its operators, by what they make true or false."""
 
     def __init__(self, domain: Domain) -> None:
+        vocabulary = domain.vocabulary
+        fixed = {predicate.name for predicate in vocabulary.predicates if predicate.static}
+        self._fixed_unary = [slot for name, slot in vocabulary.unary_slots.items() if name in fixed]
+        self._fixed_binary = [slot for name, slot in vocabulary.binary_slots.items() if name in fixed]
         self._by_effect: dict[tuple[str, bool], list[Achiever]] = {}
         self._writers: dict[str, dict[str, Operator]] = {}
         self._taking = {o.name: Achiever(taking(o), domain.vocabulary) for o in domain.operators}
@@ -195,6 +218,11 @@ class Achievers:
         Those are the ones that are about nothing but the objects of the atom, and need least.
         """
         return self._by_effect.get((predicate, adding), ())
+
+    def fixed_facts(self, state: State) -> Sequence[object]:
+        """What no action changes in a state: equal for states of one scene where that is the same."""
+        unary, binary = state.unary, state.binary
+        return [*[unary[slot] for slot in self._fixed_unary], *[binary[slot] for slot in self._fixed_binary]]
 
     def taking(self, names: Iterable[str]) -> list[Achiever]:
         """The operators of these names, if there are any, as they are taken for their own sake."""

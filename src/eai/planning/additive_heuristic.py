@@ -8,11 +8,12 @@ from the goal backwards, so that only what the goal is about is looked at.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import NamedTuple, TypeAlias
 
 from eai.logic.formula import Atom, Exists, ForAll
 from eai.planning.achievers import Achiever, Achievers
+from eai.planning.matches import Matches
 from eai.planning.selection import exactly, in_pairs
 from eai.planning.subgoal import (
     Conjunction,
@@ -27,7 +28,8 @@ from eai.planning.subgoal import (
 from eai.world.derived import Defined
 from eai.world.domain import Domain
 from eai.world.execution import Action
-from eai.world.reading import Readings, Scope
+from eai.world.frame import Binding
+from eai.world.reading import Readings
 from eai.world.state import State
 
 INFINITE = float("inf")
@@ -74,6 +76,13 @@ class AdditiveHeuristic:
         self.readings = Readings(domain.vocabulary)
         self.derived = domain.vocabulary.derived_by_name
         self.static = frozenset(p.name for p in domain.vocabulary.predicates if p.static)
+        self._matches: Matches | None = None
+
+    def matches(self, state: State, usable: int) -> Matches:
+        """The matches in a state; those of the last state if they are the same."""
+        if self._matches is None or not self._matches.are_of(state, usable):
+            self._matches = Matches(self.achievers, state, usable)
+        return self._matches
 
 
 class Estimates:
@@ -100,7 +109,8 @@ class Estimates:
         self.holds = self._unfolding.holds
         self.atom = self._unfolding.atom
         self._kept = [condition for condition in kept if self.holds(condition)]
-        self._usable = sum(1 << index for index in set(objects))
+        self._usable = sum([1 << index for index in set(objects)])
+        self._matches = heuristic.matches(state, self._usable)
         self._supporters: dict[GroundAtom, tuple[Supporter, float]] = {}
         self._costs: dict[_Key, tuple[float, float]] = {}
         self._undone: dict[Action, int] = {}
@@ -118,7 +128,7 @@ class Estimates:
         for most in _HORIZONS:
             best = Supporter(most, None, ())
             for achiever in self._heuristic.achievers.taking(names):
-                best = self._cheapest(achiever, {}, best)
+                best = self._cheapest(achiever, achiever.bindings(self.state, {}, self._usable), best)
             if best.action is not None:
                 return best
         return _NO_SUPPORTER
@@ -160,10 +170,8 @@ class Estimates:
             return _NO_SUPPORTER
         self._open.add(atom)
         best = Supporter(most, None, ())
-        for achiever in self._heuristic.achievers.of(atom.predicate, adding=atom.truth):
-            scope = achiever.match(atom.arguments, self.state.scene.agent)
-            if scope is not None:
-                best = self._cheapest(achiever, scope, best)
+        for match in self._matches.of(atom):
+            best = self._cheapest(match.achiever, match.bindings(self.state, self._usable), best)
             if best.cost <= _LEAST:
                 break
         self._open.discard(atom)
@@ -182,9 +190,10 @@ class Estimates:
             return INFINITE
         match subgoal.formula:
             case Atom(predicate) as atom:
-                key: _Key = self.atom(atom, subgoal)
+                ground = self.atom(atom, subgoal)
                 if predicate not in self._heuristic.derived:
-                    return self.supporter(self.atom(atom, subgoal), most).cost
+                    return self.supporter(ground, most).cost
+                key: _Key = ground
             case Exists() | ForAll() as formula:
                 names = self._heuristic.readings.names(formula)
                 values = tuple([subgoal.scope[name] for name in names])
@@ -277,13 +286,13 @@ class Estimates:
         scope = {p.name: index for p, index in zip(derived.parameters, atom.arguments, strict=True)}
         return Subgoal(derived.definition, scope, atom.truth)
 
-    def _cheapest(self, achiever: Achiever, scope: Scope, best: Supporter) -> Supporter:
+    def _cheapest(self, achiever: Achiever, bindings: Iterable[Binding], best: Supporter) -> Supporter:
         """The best supporter by one effect of an operator, or ``best`` if that is as good."""
-        for binding in achiever.bindings(self.state, scope, self._usable):
+        for binding in bindings:
             failing = achiever.failing(self.state, binding, best.cost - _LEAST)
             if failing is None:
                 continue
-            full = achiever.scope(binding) if failing else scope
+            full = achiever.scope(binding) if failing else {}
             before = tuple([Subgoal(condition, full, True) for condition in failing])
             action = Action(achiever.schema.operator.name, achiever.arguments(binding))
             cost = _LEAST + (self._sum(before, best.cost - _LEAST) if before else self._harm(action))

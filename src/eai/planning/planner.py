@@ -106,6 +106,10 @@ class Planner:
         self._carry_out = carry_out
         self._heuristic = AdditiveHeuristic(domain)
 
+    def holds(self, condition: Formula, state: State) -> bool:
+        """Whether a closed condition holds in a state. It is read once, and kept as long as the planner."""
+        return self._heuristic.readings.holds(condition, {}, state)
+
     def looks_reachable(self, state: State, condition: Formula, objects: Sequence[int]) -> bool:
         """Whether a closed condition may be brought about by actions on some objects, as is told at once.
 

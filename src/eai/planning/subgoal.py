@@ -83,7 +83,11 @@ class Unfolding:
 
     def atom(self, atom: f.Atom, subgoal: Subgoal) -> GroundAtom:
         """An atom about the objects that its terms stand for in a subgoal."""
-        arguments = [self._index(term, subgoal.scope) for term in atom.arguments]
+        scope = subgoal.scope
+        arguments = [
+            scope[term.name] if isinstance(term, f.Variable) else self._index_of(term)
+            for term in atom.arguments
+        ]
         return GroundAtom(atom.predicate, tuple(arguments), subgoal.truth)
 
     def parts(self, subgoal: Subgoal) -> Parts | None:
@@ -111,13 +115,11 @@ class Unfolding:
             case _:
                 return None
 
-    def _index(self, term: f.Term, scope: Scope) -> int:
+    def _index_of(self, constant: f.Constant) -> int:
         scene = self._state.scene
-        if isinstance(term, f.Variable):
-            return scope[term.name]
-        if term == AGENT and scene.agent is not None:
+        if constant.name == AGENT.name and scene.agent is not None:
             return scene.agent
-        return scene.index[term.name]
+        return scene.index[constant.name]
 
     def _instances(
         self, variable: f.Variable, body: f.Formula, scope: Scope, truth: bool, values: Sequence[int]

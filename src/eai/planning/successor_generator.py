@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from itertools import product
 from typing import NamedTuple, TypeAlias
 
 from eai.world.domain import Domain
@@ -77,6 +76,6 @@ def applicable_actions(
 ) -> Iterator[Action]:
     """The actions by an operator on some objects that no check forbids in a state."""
     compiled = domain.compiled[operator.name]
-    for arguments in product(objects, repeat=operator.arity):
-        if compiled.is_possible(state, compiled.bind(state, arguments)):
+    for arguments in domain.applicability[operator.name].arguments(state, objects):
+        if not compiled.tries or compiled.is_possible(state, compiled.bind(state, arguments)):
             yield Action(operator.name, arguments)

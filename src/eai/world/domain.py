@@ -8,6 +8,7 @@ from functools import cached_property
 
 from eai.errors import DomainError
 from eai.logic.formula import FALSE, TRUE, Formula, Variable
+from eai.world.applicability import Applicability
 from eai.world.condition import Conditions
 from eai.world.executable import CompiledOperator
 from eai.world.fault import FaultKind
@@ -75,6 +76,11 @@ class Domain:
             except DomainError as error:
                 raise DomainError(f"operator {operator.name}: {error}") from error
         return compiled
+
+    @cached_property
+    def applicability(self) -> Mapping[str, Applicability]:
+        """With which objects no check of an operator fails, by its name."""
+        return {operator.name: Applicability(operator, self.vocabulary) for operator in self.operators}
 
     def operator(self, name: str) -> Operator | None:
         """The operator of this name, or None."""

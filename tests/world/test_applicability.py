@@ -1,0 +1,29 @@
+from __future__ import annotations
+
+from itertools import product
+
+from hypothesis import given
+
+from eai.world.applicability import Applicability
+from world import toy
+from world.random_domains import Case, cases
+
+
+@given(cases())
+def test_no_check_fails_of_what_is_found_and_one_fails_of_all_else(case: Case) -> None:
+    objects = [2, 0, 1]
+    for operator in case.domain.operators:
+        compiled = case.domain.compiled[operator.name]
+        assert list(case.domain.applicability[operator.name].arguments(case.initial, objects)) == [
+            arguments
+            for arguments in product(objects, repeat=operator.arity)
+            if compiled.is_possible(case.initial, compiled.bind(case.initial, arguments))
+        ]
+
+
+def test_only_some_objects_are_asked_about() -> None:
+    start = toy.initial()
+    hall, shed = (start.scene.index[name] for name in ("hall", "shed"))
+    go = Applicability(toy.GO, toy.DOMAIN.vocabulary)
+    assert list(go.arguments(start, [hall, shed])) == [(shed,)]
+    assert list(go.arguments(start, [hall])) == []
