@@ -49,6 +49,7 @@ def main() -> None:
     parser.add_argument("--n", type=int, default=10_000)
     parser.add_argument("--seed", type=int, default=7)
     parser.add_argument("--tier", type=Tier, default=Tier.DATA)
+    parser.add_argument("--objects", type=int, default=30)
     parser.add_argument("--over-time", action="store_true")
     parser.add_argument("--val", type=int, default=150, help="how many certificates VAL is asked about")
     arguments = parser.parse_args()
@@ -58,7 +59,13 @@ def main() -> None:
         if not file.exists():
             benchmark, source = find_benchmark(like), Source()
             digest = benchmark.tasks(source).sha256
-            spec = Spec(like, digest, arguments.tier, over_time=arguments.over_time)
+            spec = Spec(
+                like,
+                digest,
+                arguments.tier,
+                over_time=arguments.over_time,
+                most_objects=arguments.objects,
+            )
             _say(like, **make(file, Generator(benchmark, spec, source), arguments.n, arguments.seed))
         _say(like, **opened(file, find_benchmark(like).domain))
         _say(like, **checked(file, like))

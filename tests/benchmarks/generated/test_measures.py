@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from itertools import islice
+
 import pytest
 
 import eai.logic.formula as f
-from benchmarks.generated.worlds import HOUSEHOLDS, tasks
+from benchmarks.generated.worlds import HOUSEHOLDS, generator, tasks
 from eai.benchmarks.generated.measures import Lid, Measure, Measures, lids
+from eai.benchmarks.generated.outcome import Generated
 from eai.benchmarks.generated.walk import posed
 from eai.benchmarks.registry import find_benchmark
 from eai.world.execution import Action
@@ -66,5 +70,17 @@ def test_all_that_is_measured_is_recorded(like: str) -> None:
         measured = measures.of(made.task)
         assert {each.value: made.about[each.value] for each in Measure} == measured
         assert measured[Measure.STEPS] == len(made.task.script)
-        planned = made.about["planner_steps"]
+        assert "planner_steps" not in made.about
+
+
+@pytest.mark.parametrize("like", HOUSEHOLDS)
+def test_what_the_planner_finds_for_all_goals_is_recorded_if_asked_for(like: str) -> None:
+    """The tasks are the same."""
+    asked = replace(generator(like), plans_again=True)
+    for made in islice(tasks(like), 4):
+        again = asked.task(str(made.about["seed"]))
+        assert isinstance(again, Generated)
+        planned = again.about["planner_steps"]
         assert planned is None or (isinstance(planned, int) and planned > 1)
+        assert again.task.script == made.task.script
+        assert {**made.about, "planner_steps": planned} == again.about

@@ -20,9 +20,11 @@ from eai.benchmarks.generated.prior import (
     Kind,
     Nesting,
     Pattern,
+    Patterns,
     Prior,
     Theme,
     kinds_of,
+    narrowed,
     patterns_of,
 )
 from eai.planning.effect_schema import effect_schemas
@@ -130,10 +132,11 @@ class _Census:
         """Whether nobody would ask for it; that something odd be not so is sound."""
         return pattern.truth and self._english.is_odd(pattern.predicate, pattern.categories)
 
-    def _about(self, title: str) -> frozenset[str]:
+    def _theme(self, title: str, told: Patterns) -> Theme:
         """What tasks of a title are about: what some of them need, and what most of them show."""
         shown = self._shown[title].items()
-        return frozenset([*self._needed[title], *(c for c, n in shown if 2 * n > self._titles[title])])
+        about = frozenset([*self._needed[title], *(c for c, n in shown if 2 * n > self._titles[title])])
+        return Theme(about, self._endings[title], narrowed(told, about))
 
     def prior(self) -> Prior:
         """What all tasks so far tell."""
@@ -147,14 +150,17 @@ class _Census:
         for pattern, weight in self._weights.items():
             if weight > 0 and (pattern.predicate, pattern.truth) in self._wanted:
                 patterns.setdefault((pattern.predicate, pattern.truth), {})[pattern] = weight
+        told = {
+            key: {p: weight for p, weight in known.items() if not self._is_odd(p)}
+            for key, known in patterns.items()
+        }
         places, parts = _relations(self._domain, self._states)
         roles = {operator.name: role_of(operator) for operator in self._domain.operators}
         going = (Role.TAKES, Role.MOVEMENT)
         return Prior(
             patterns=patterns,
-            odd=frozenset([p for known in patterns.values() for p in known if self._is_odd(p)]),
             wanted=self._wanted,
-            themes={title: Theme(self._about(title), self._endings[title]) for title in self._titles},
+            themes={title: self._theme(title, told) for title in self._titles},
             forms=self._forms,
             paired=frozenset(self._paired),
             nestings=frozenset(self._nestings),

@@ -76,6 +76,8 @@ class Generator:
         benchmark: whose world they are in.
         spec: what is wanted.
         source: where the data set comes from.
+        plans_again: whether it is also recorded how many steps the planner's own plan for all goals has; the
+            tasks are the same.
 
     Raises:
         InputError: tasks of a difficulty are wanted, and that of the benchmark's is not known.
@@ -84,6 +86,7 @@ class Generator:
     benchmark: Benchmark
     spec: Spec
     source: Source
+    plans_again: bool = False
     _made: int = field(default=0, init=False)
 
     def __post_init__(self) -> None:
@@ -152,7 +155,7 @@ class Generator:
         about["lower_bound"] = least = lower_bound(task, self.benchmark.domain, self.spec.depth)
         if least == 1:
             return Rejected(seed, Reason.ONE_ACTION)
-        if not self.spec.over_time:
+        if self.plans_again and not self.spec.over_time:
             about["planner_steps"] = steps_of_planner(walk)
         return Generated(task, {**self._about(task, seed, measured), **about})
 
@@ -249,9 +252,10 @@ class Generator:
             if wish is None or wish in tried or is_idle(wish, walk.goals, scene, self.prior):
                 continue
             tried.add(wish)
-            if not walk.holds(wish, initial) and not any(
-                clash(wish, other, scene, self.prior) for other in (*walk.goals, *ending)
-            ):
+            others = (*walk.goals, *ending)
+            if any(clash(wish, other, scene, self.prior) for other in others):
+                continue
+            if not walk.holds(wish, initial):
                 reached = self._reach_and_leave(walk, wish)
                 failures = 0 if reached else failures + 1
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import TypeAlias, TypeVar
 
 import eai.logic.formula as f
-from eai.benchmarks.generated.prior import Pattern, Prior, Theme
+from eai.benchmarks.generated.prior import Pattern, Patterns, Prior, Theme, narrowed
 from eai.benchmarks.generated.spec import Forms
 from eai.world.relation import bits
 from eai.world.state import Scene
@@ -37,7 +37,7 @@ class Proposals:
     prior: Prior
     scene: Scene
     forms: Mapping[str, int]
-    patterns: Mapping[tuple[str, bool], Mapping[Pattern, float]]
+    patterns: Patterns
     paired: frozenset[Pattern] = frozenset()
 
     @staticmethod
@@ -45,20 +45,11 @@ class Proposals:
         scene: Scene, prior: Prior, forms: Forms, *, actions: bool, theme: Theme | None = None
     ) -> Proposals:
         """The proposals for a scene: what may be asked for of a theme, or, without, all that comes about."""
-        sizes = {thing.category: scene.category(thing.category).bit_count() for thing in scene.objects}
-        odd = frozenset[Pattern]() if theme is None else prior.odd
-        if theme is not None:
-            sizes = {category: n for category, n in sizes.items() if category in theme.categories}
+        usual = narrowed((prior if theme is None else theme).patterns, _categories(scene))
         patterns = {
-            key: fitting
-            for key, known in prior.patterns.items()
-            if (
-                fitting := {
-                    p: w
-                    for p, w in known.items()
-                    if _fits(p, sizes) and p not in odd and _can_say(p, scene, prior)
-                }
-            )
+            key: sayable
+            for key, known in usual.items()
+            if (sayable := {p: w for p, w in known.items() if _can_say(p, scene, prior)})
         }
         shapes = dict.fromkeys(_SHAPES, 1) if forms is Forms.ALL else prior.forms
         shapes = {
@@ -79,11 +70,11 @@ class Proposals:
 
     def ending(self, theme: Theme, rng: random.Random) -> list[f.Formula]:
         """What is wanted of the agent in the end: all that some task of a theme wants, or nothing."""
-        sizes = {thing.category: self.scene.category(thing.category) for thing in self.scene.objects}
-        fitting = {e: n for e, n in theme.endings.items() if all(_fits(p, sizes) for p in e)}
+        here = _categories(self.scene)
+        fitting = {e: n for e, n in theme.endings.items() if all(here.keys() >= {*p.categories} for p in e)}
         if not fitting:
             return []
-        chosen = {category: rng.choice(self._members(category)) for category in sizes}
+        chosen = {category: rng.choice(self._members(category)) for category in here}
         return [
             self._said(p, [f.Constant(self.scene.objects[chosen[c]].name) for c in p.categories])
             for p in _chosen(fitting, rng)
@@ -218,9 +209,9 @@ _MAKERS: Mapping[str, _Maker] = {
 }
 
 
-def _fits(pattern: Pattern, sizes: Mapping[str, int]) -> bool:
-    """Whether a scene has objects of the categories of a pattern."""
-    return all(category in sizes for category in pattern.categories)
+def _categories(scene: Scene) -> Mapping[str, None]:
+    """The categories of a scene's objects, in the order of the first of each."""
+    return dict.fromkeys([thing.category for thing in scene.objects])
 
 
 def _can_say(pattern: Pattern, scene: Scene, prior: Prior) -> bool:

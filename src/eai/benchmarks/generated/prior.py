@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import eai.logic.formula as f
 from eai.logic.traversal import children
@@ -18,6 +18,20 @@ class Pattern(NamedTuple):
     predicate: str
     categories: tuple[str, ...]
     truth: bool
+
+
+Patterns: TypeAlias = Mapping[tuple[str, bool], Mapping[Pattern, float]]
+"""How usual patterns are, by predicate and truth."""
+
+
+def narrowed(patterns: Patterns, categories: Collection[str]) -> Patterns:
+    """Those that are about objects of some categories alone."""
+    about = frozenset(categories)
+    found = {
+        key: {pattern: weight for pattern, weight in known.items() if about.issuperset(pattern.categories)}
+        for key, known in patterns.items()
+    }
+    return {key: known for key, known in found.items() if known}
 
 
 class Kind(NamedTuple):
@@ -51,10 +65,13 @@ class Theme:
     Attributes:
         categories: of what the goals or the plan of one of them need, and of what most of them show.
         endings: what their goals say of the agent, all at once, as often as they do; the empty one too.
+        patterns: how usual the literals are, of all that are usual, that are about these categories alone and
+            not odd; as those of `Prior`.
     """
 
     categories: frozenset[str]
     endings: Mapping[tuple[Pattern, ...], int]
+    patterns: Patterns
 
 
 @dataclass(frozen=True)
@@ -64,7 +81,6 @@ class Prior:
     Attributes:
         patterns: how usual it is that a literal is wanted or comes about, by predicate and truth, then by
             pattern.
-        odd: those of these patterns for which nobody would ask.
         wanted: how often goals say a predicate of something else than the agent, negated or not.
         themes: what the tasks of a title are about, by title.
         forms: how often goals have each shape, by the name of the formula's class.
@@ -84,8 +100,7 @@ class Prior:
         holding: the predicates by which the agent holds things.
     """
 
-    patterns: Mapping[tuple[str, bool], Mapping[Pattern, float]]
-    odd: frozenset[Pattern]
+    patterns: Patterns
     wanted: Mapping[tuple[str, bool], int]
     themes: Mapping[str, Theme]
     forms: Mapping[str, int]

@@ -69,7 +69,7 @@ class Walk:
 
     def holds(self, wanted: f.Formula, state: State) -> bool:
         """Whether a goal about states is met; one about actions never is."""
-        return not _actions_of(wanted) and self.domain.holds(wanted, state)
+        return not _actions_of(wanted) and self.planner.holds(wanted, state)
 
     def reach(self, wanted: f.Formula) -> bool:
         """Go on until one goal more is met, if a way is found."""
@@ -139,7 +139,7 @@ def _without_needless(walk: Walk, asked: PlanningGoal, over_time: f.Formula | No
         end = successors.successor(end, action) or end
 
     def reached(node: Node) -> bool:
-        holds = walk.domain.holds
+        holds = walk.planner.holds
         if node.taken < len(asked.actions) or not all(holds(c, node.state) for c in asked.conditions):
             return False
         return over_time is None or semantics.holds(over_time, timeline(_course(node)))
