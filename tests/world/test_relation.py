@@ -54,7 +54,7 @@ def test_it_is_a_set_of_pairs(start: frozenset[tuple[int, int]], script: list[tu
 
 
 @given(pairs, changes, changes)
-def test_the_difference_from_the_base_tells_relations_apart(
+def test_relations_are_equal_if_they_have_the_same_pairs_and_tell_what_they_differ_in(
     start: frozenset[tuple[int, int]], one: list[tuple[str, int, int]], other: list[tuple[str, int, int]]
 ) -> None:
     base = Matrix.of_pairs(SIZE, start)
@@ -64,17 +64,32 @@ def test_the_difference_from_the_base_tells_relations_apart(
         left = changed(left, left_plain, change)
     for change in other:
         right = changed(right, right_plain, change)
-    same = left.difference_from_base() == right.difference_from_base()
-    assert same == (left_plain == right_plain)
+    assert (left == right) == (left_plain == right_plain)
+    assert left != right or hash(left) == hash(right)
+    assert left.changed_sources(right) == sorted({x for x, _ in left_plain ^ right_plain})
 
 
-def test_the_difference_from_the_base_is_that_of_the_last_change() -> None:
-    relation = Relation(Matrix.of_pairs(SIZE, [(0, 1)])).copy()
-    assert relation.difference_from_base() == frozenset()
+def test_a_relation_is_compared_as_it_is_after_its_last_change() -> None:
+    start = Relation(Matrix.of_pairs(SIZE, [(0, 1)]))
+    relation = start.copy()
+    assert (relation, hash(relation)) == (start, hash(start))
     relation.add(1, 2)
-    assert relation.difference_from_base() == {(1, 1 << 2)}
+    assert (relation == start, hash(relation) == hash(start)) == (False, False)
     relation.set_column(2, 0)
-    assert relation.difference_from_base() == frozenset()
+    assert (relation, hash(relation)) == (start, hash(start))
+
+
+def test_relations_on_different_matrices_are_never_equal() -> None:
+    assert Relation(Matrix.of_pairs(SIZE, [])) != Relation(Matrix.of_pairs(SIZE, []))
+
+
+def test_relations_with_the_same_hash_are_told_apart() -> None:
+    base = Matrix.of_pairs(SIZE, [])
+    one, other = Relation(base).copy(), Relation(base).copy()
+    one.add(0, 2)
+    other.add(2, 0)
+    assert hash(one) == hash(other)
+    assert one != other
 
 
 @given(pairs, changes)

@@ -14,6 +14,9 @@ from itertools import islice
 from operator import or_
 from typing import NamedTuple
 
+_PRIME = (1 << 60) - 93
+"""A prime number modulo which few powers of 2 are the same."""
+
 
 class Pair(NamedTuple):
     """A member of a relation, by object index."""
@@ -56,6 +59,8 @@ class Matrix:
 class Relation:
     """A set of pairs on top of a shared matrix; once it is part of a state, it never changes.
 
+    Two relations are equal if they stand on one matrix and have the same pairs.
+
     ``sources`` and ``targets`` are masks: an object that is not in them is source, or target, of no pair.
     """
 
@@ -63,7 +68,7 @@ class Relation:
         "_base",
         "_column_keys",
         "_columns",
-        "_difference",
+        "_hash",
         "_row_keys",
         "_rows",
         "sources",
@@ -71,12 +76,12 @@ class Relation:
     )
 
     # Invariant: `_rows[x]` and `_columns[y]` are the true lines; where both exist they agree on (x, y).
-    # `_row_keys` and `_column_keys` are the masks of the overridden lines. `_difference` is what
-    # `difference_from_base` has found, for the many states that share a relation; None after a change.
+    # `_row_keys` and `_column_keys` are the masks of the overridden lines. `_hash` is kept for the
+    # many states that share a relation; None after a change.
 
     def __init__(self, base: Matrix, changed: Relation | None = None) -> None:
         self._base = base
-        self._difference: frozenset[tuple[int, int]] | None = None
+        self._hash: int | None = None
         if changed is None:
             self._rows: dict[int, int] = {}
             self._columns: dict[int, int] = {}
@@ -128,7 +133,7 @@ class Relation:
     def set_row(self, source: int, targets: int) -> None:
         """Change a copy so that ``source`` has exactly these targets (a mask)."""
         bit = 1 << source
-        self._difference = None
+        self._hash = None
         self._rows[source] = targets
         self._row_keys |= bit
         self.sources = self.sources | bit if targets else self.sources & ~bit
@@ -139,7 +144,7 @@ class Relation:
     def set_column(self, target: int, sources: int) -> None:
         """Change a copy so that ``target`` has exactly these sources (a mask)."""
         bit = 1 << target
-        self._difference = None
+        self._hash = None
         self._columns[target] = sources
         self._column_keys |= bit
         self.targets = self.targets | bit if sources else self.targets & ~bit
@@ -170,31 +175,39 @@ class Relation:
     def __len__(self) -> int:
         return sum(self.row(source).bit_count() for source in range(len(self._base.rows)))
 
-    def difference_from_base(self) -> frozenset[tuple[int, int]]:
-        """What sets this relation apart from its base: (source, mask of differing targets), none empty.
-
-        Two relations on the same base are equal exactly if these are.
-        """
-        if self._difference is None:
-            self._difference = self._compared()
-        return self._difference
-
-    def _compared(self) -> frozenset[tuple[int, int]]:
-        base = self._base
-        changed = {x: line ^ base.rows[x] for x, line in self._rows.items()}
-        for y, line in self._columns.items():
-            for x in bits((line ^ base.columns[y]) & ~self._row_keys):
-                changed[x] = changed.get(x, 0) | 1 << y
-        return frozenset(item for item in changed.items() if item[1])
-
     def changed_sources(self, other: Relation) -> list[int]:
         """The sources that have other targets in the other relation, ascending; both must have one base."""
-        differing = self.difference_from_base() ^ other.difference_from_base()
-        return sorted({source for source, _ in differing})
+        changed = self._row_keys | other._row_keys
+        for target in self._columns.keys() | other._columns.keys():
+            changed |= self.column(target) ^ other.column(target)
+        return [source for source in bits(changed) if self.row(source) != other.row(source)]
 
-    def same_base(self, other: Relation) -> bool:
-        """Whether both stand on one base, so that their differences from it can be compared."""
-        return self._base is other._base
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Relation):
+            return NotImplemented
+        if self._base is not other._base or hash(self) != hash(other):
+            return False
+        if self._rows == other._rows and self._columns == other._columns:
+            return True
+        for source in self._rows.keys() | other._rows.keys():
+            if self.row(source) != other.row(source):
+                return False
+        for target in self._columns.keys() | other._columns.keys():
+            if self.column(target) != other.column(target):
+                return False
+        return True
+
+    def __hash__(self) -> int:
+        """The sum of 2 to the power of x + y over the pairs (x, y), less that of the base."""
+        if self._hash is None:
+            base, other_rows = self._base, ~self._row_keys
+            total = 0
+            for x, line in self._rows.items():
+                total += (line - base.rows[x]) << x
+            for y, line in self._columns.items():
+                total += ((line & other_rows) - (base.columns[y] & other_rows)) << y
+            self._hash = total % _PRIME
+        return self._hash
 
 
 def bits(mask: int) -> Iterator[int]:

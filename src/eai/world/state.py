@@ -94,13 +94,12 @@ class State:
     initial state) are equal if the same facts hold; states of different episodes never are.
     """
 
-    __slots__ = ("_hash", "_key", "binary", "scene", "unary")
+    __slots__ = ("_hash", "binary", "scene", "unary")
 
     def __init__(self, scene: Scene, unary: tuple[int, ...], binary: tuple[Relation, ...]) -> None:
         self.scene = scene
         self.unary = unary
         self.binary = binary
-        self._key: tuple[object, ...] | None = None
         self._hash: int | None = None
 
     def has(self, predicate: str, *arguments: int) -> bool:
@@ -130,24 +129,14 @@ class State:
             for pair in self.binary[slot].pairs():
                 yield Fact(name, tuple(pair))
 
-    def _identity(self) -> tuple[object, ...]:
-        if self._key is None:
-            self._key = (self.unary, tuple([r.difference_from_base() for r in self.binary]))
-        return self._key
-
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, State):
             return NotImplemented
-        if self.scene is not other.scene or self._identity() != other._identity():
-            return False
-        for one, another in zip(self.binary, other.binary, strict=True):
-            if one is not another and not one.same_base(another):
-                return False
-        return True
+        return self.scene is other.scene and self.unary == other.unary and self.binary == other.binary
 
     def __hash__(self) -> int:
         if self._hash is None:
-            self._hash = hash(self._identity())
+            self._hash = hash((self.unary, self.binary))
         return self._hash
 
 
