@@ -33,6 +33,7 @@ from eai.world.vocabulary import Vocabulary
 from world import plain_sets, toy
 
 X = Variable("x")
+Y = Variable("y")
 VARIABLES = [Variable(name) for name in "abc"]
 terms = st.sampled_from([*VARIABLES, AGENT, Constant("lamp")])
 atoms = st.one_of(
@@ -132,6 +133,7 @@ def test_a_scene_lists_its_categories() -> None:
         (Or((toy.holding(X), Atom("looked_at", (X,)))), ["robot", "hall", "shed", "blue", "lamp"]),
         (And((toy.holding(X), Not(Implies(toy.at(X, X), TRUE)), Atom("looked_at", (X,)))), []),
         (And((toy.holding(X), Exists(Variable("y", "box"), Atom("looked_at", (X,))))), ["red"]),
+        (Exists(Y, And((toy.holding(Y), Atom("looked_at", (Y,)), toy.at(X, Y)))), ["red"]),
     ],
 )
 def test_only_what_the_rest_of_a_formula_leaves_is_tried(formula: Formula, expected: list[str]) -> None:

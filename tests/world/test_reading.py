@@ -1,7 +1,8 @@
 from __future__ import annotations
 
 from eai.logic.formula import Exists, Variable
-from eai.world.reading import Readings, free_variables
+from eai.logic.traversal import free_variables
+from eai.world.reading import Readings
 from world import toy
 from world.toy import X, Y, at, beside, lit
 

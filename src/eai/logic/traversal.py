@@ -58,6 +58,26 @@ def objects(formula: f.Formula) -> tuple[str, ...]:
     return tuple(names)
 
 
+def free_variables(formula: f.Formula) -> frozenset[str]:
+    """The names of the variables that no quantifier of the formula binds."""
+    found: set[str] = set()
+    pending: list[tuple[f.Formula, frozenset[str]]] = [(formula, frozenset())]
+    while pending:
+        part, bound = pending.pop()
+        match part:
+            case f.Atom(_, terms) | f.Occurs(_, terms):
+                found |= {term.name for term in terms if isinstance(term, f.Variable)} - bound
+            case f.Equals(left, right):
+                found |= {term.name for term in (left, right) if isinstance(term, f.Variable)} - bound
+            case f.ForAll(variable, body) | f.Exists(variable, body) | f.Exactly(_, variable, body):
+                pending.append((body, bound | {variable.name}))
+            case f.ForPairs(first, second, body):
+                pending.append((body, bound | {first.name, second.name}))
+            case _:
+                pending += [(child, bound) for child in children(part)]
+    return frozenset(found)
+
+
 def depth(formula: f.Formula) -> int:
     """The number of levels; an atom has 1."""
     deepest = 0

@@ -12,11 +12,10 @@ from typing import NamedTuple
 
 import eai.logic.formula as f
 import eai.pddl.model as m
-from eai.logic.traversal import objects
+from eai.logic.traversal import free_variables, objects
 from eai.pddl.evaluation import DerivedPredicates
 from eai.pddl.execute import PlanStep
 from eai.pddl.looks import Looks
-from eai.world.reading import free_variables
 
 
 class GroundCondition(NamedTuple):

@@ -10,8 +10,8 @@ from dataclasses import replace
 
 import eai.logic.formula as f
 import eai.pddl.model as m
+from eai.logic.traversal import free_variables
 from eai.pddl.planning import PlanningTask
-from eai.world.reading import free_variables
 
 
 def without_idle_quantifiers(task: PlanningTask) -> PlanningTask:

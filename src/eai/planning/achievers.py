@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 import eai.logic.formula as f
-from eai.logic.traversal import walk
+from eai.logic.traversal import free_variables, walk
 from eai.planning.effect_schema import EffectSchema, effect_schemas, taking
 from eai.world.condition import Conditions
 from eai.world.derived import Defined
@@ -14,7 +14,6 @@ from eai.world.domain import Domain
 from eai.world.effect import ANYTHING
 from eai.world.frame import AGENT, UNBOUND, Binding, Extension, Frame, Truth
 from eai.world.operator import Operator
-from eai.world.reading import free_variables
 from eai.world.relation import bits
 from eai.world.state import Scene, State
 from eai.world.vocabulary import Vocabulary

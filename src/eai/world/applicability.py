@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from eai.logic.formula import And, Formula
+from eai.logic.traversal import free_variables
 from eai.world.condition import Conditions
 from eai.world.frame import UNBOUND, Binding, Extension, Frame, Truth
 from eai.world.operator import Operator
-from eai.world.reading import free_variables
 from eai.world.state import State
 from eai.world.vocabulary import Vocabulary
 

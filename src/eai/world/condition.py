@@ -15,6 +15,7 @@ from typing import TypeAlias
 import eai.logic.formula as f
 from eai.errors import DomainError
 from eai.logic.matching import maximum_matching
+from eai.logic.traversal import free_variables
 from eai.world.connective import all_of, any_of, complement, intersection, negation, union
 from eai.world.derived import Computed, Defined, Lookup, evaluated_as
 from eai.world.frame import UNBOUND, Binding, Extension, Frame, Truth
@@ -90,8 +91,34 @@ class Conditions:
                 return intersection(parts) if isinstance(formula, f.And) else union(parts)
             case f.Implies(premise, conclusion):
                 return self.extension(f.Or((f.Not(premise), conclusion)), slot, scope)
+            case f.Exists(variable, body):
+                return self._some_extension(variable, body, slot, scope)
             case _:
                 return self._by_trial(formula, slot, scope)
+
+    def _some_extension(
+        self, variable: f.Variable, body: f.Formula, slot: int, scope: Mapping[str, int]
+    ) -> Extension:
+        """The extension of "there is some": for each object that is left by what is said of it alone."""
+        names = {name for name, each in scope.items() if each == slot} - {variable.name}
+        parts = body.operands if isinstance(body, f.And) else (body,)
+        alone = tuple([part for part in parts if names.isdisjoint(free_variables(part))])
+        if not alone:
+            return self._by_trial(f.Exists(variable, body), slot, scope)
+        inner = self._frame.new_slot()
+        within = {**scope, variable.name: inner}
+        left = self.extension(f.And(alone), inner, within)
+        matching = self.extension(f.And(tuple([part for part in parts if part not in alone])), slot, within)
+
+        def extension(state: State, binding: Binding, among: int) -> int:
+            mask = 0
+            for i in bits(left(state, binding, state.scene.category(variable.category))):
+                binding[inner] = i
+                mask |= matching(state, binding, among & ~mask)
+            binding[inner] = UNBOUND
+            return mask
+
+        return extension
 
     def _values(self, variable: f.Variable, body: f.Formula, scope: Mapping[str, int]) -> _Values:
         """The mask of the values of a quantified variable for which the body holds."""

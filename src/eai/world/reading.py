@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from typing import TypeAlias
 
 import eai.logic.formula as f
-from eai.logic.traversal import children
+from eai.logic.traversal import free_variables
 from eai.world.condition import Conditions
 from eai.world.frame import UNBOUND, Extension, Frame, Truth
 from eai.world.relation import bits
@@ -56,22 +56,3 @@ class Readings:
         _, names, frame, extension = found
         binding = frame.bind(state.scene, [*[scope[name] for name in names], UNBOUND])
         return bits(extension(state, binding, state.scene.category(variable.category)))
-
-
-def free_variables(formula: f.Formula) -> frozenset[str]:
-    """The names of the variables that no quantifier of the formula binds."""
-    match formula:
-        case f.Atom(_, arguments) | f.Occurs(_, arguments):
-            return _names(arguments)
-        case f.Equals(left, right):
-            return _names((left, right))
-        case f.ForAll(variable, body) | f.Exists(variable, body) | f.Exactly(_, variable, body):
-            return free_variables(body) - {variable.name}
-        case f.ForPairs(first, second, body):
-            return free_variables(body) - {first.name, second.name}
-        case _:
-            return frozenset().union(*map(free_variables, children(formula)))
-
-
-def _names(terms: Sequence[f.Term]) -> frozenset[str]:
-    return frozenset([term.name for term in terms if isinstance(term, f.Variable)])

@@ -13,7 +13,7 @@ from itertools import product
 from typing import NamedTuple, TypeAlias
 
 from eai.logic.formula import Atom, Formula, Not, Variable
-from eai.logic.traversal import walk
+from eai.logic.traversal import free_variables, walk
 from eai.planning.change import Change, changes_for
 from eai.planning.effect_schema import EffectSchema, effect_schemas, written
 from eai.planning.role import role_of
@@ -28,7 +28,6 @@ from eai.world.execution import Action
 from eai.world.fault import FaultKind
 from eai.world.frame import AGENT, UNBOUND, Frame, Truth
 from eai.world.operator import Check, Operator, Role
-from eai.world.reading import free_variables
 from eai.world.state import Scene, State
 
 Holds: TypeAlias = Callable[[State], bool]
