@@ -166,7 +166,8 @@ def elementary_effects(effect: PddlEffect) -> Iterator[AddEffect | DeleteEffect]
 
 def effect_atoms(effect: PddlEffect) -> Iterator[f.Atom]:
     """The atoms that an effect adds or deletes, left to right."""
-    return (part.atom for part in elementary_effects(effect))
+    for part in elementary_effects(effect):
+        yield part.atom
 
 
 def effect_conditions(effect: PddlEffect) -> Iterator[f.Formula]:
