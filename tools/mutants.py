@@ -58,13 +58,8 @@ EQUIVALENT: dict[str, str] = {
     "0, ()))]`": "the first is alone in the queue",
     "abilities/subgoal_decomposition/refining.py: 0 is 1 in `queue = [(0, 0, Node(start, self.aim.at_start, "
     "0, ()))]`, place 2": "the first is alone in the queue",
-    "logic/evidence.py: without if position >= start in `positions = tuple(position for position in "
-    "positions_in(mask) if position >= start)`": "of what begins later only what failed is looked at",
     "logic/ltl.py: 0 is 1 in `self._stack.append(_Pending(_PREFIX, make, [], 0, self._scope))`": "a "
     "quantifier has one part, and that has one level at least",
-    "logic/matching.py: without if weights[cell.row][cell.column] in `return [cell for cell in "
-    "matching.cells() if weights[cell.row][cell.column]]`": "without a cell of weight 0 the rest is as "
-    "heavy, so that none is ever gained",
     "metrics/certainty.py: 0 is 1 in `if len(known[0]) < len(parts):`": "what is of no task is of no name",
     "metrics/randomisation.py: GtE is Gt in `extreme += _distance(one, other) >= observed - _ROUNDING`": "no "
     "distance is less than the observed one by just this rounding",
