@@ -12,7 +12,7 @@ V = TypeVar("V")
 
 LIMIT = 8_000_000
 """How many characters of operators are remembered at most, some 25 bytes each once they are read. Nine models
-write some 1,800 different operators for a benchmark in under a million, and 4.5 million for the planner."""
+write some 1,800 different operators for a benchmark in under a million, and 1.5 million for the planner."""
 
 
 class Memory(Generic[K, V]):
