@@ -63,9 +63,9 @@ def explain(formula: Formula, trace: Trace) -> Evidence:
         InputError: a variable is not bound by any quantifier.
     """
     evaluator, end = Evaluator(formula, trace), trace.length - 1
-    failed = _blame(formula, evaluator, trace, 0)
     if isinstance(formula, Then) and formula.parts:
-        return _explain_sequence(formula, not failed, evaluator, trace, 0)
+        return _explain_sequence(formula, bool(evaluator.on(formula, {}, end) & 1), evaluator, trace, 0)
+    failed = _blame(formula, evaluator, trace, 0)
     mask = evaluator.on(formula, {}, end) if evaluator.is_temporal(formula) else evaluator.state(formula, {})
     return Evidence(not failed, tuple(positions_in(mask)), failed)
 
