@@ -16,7 +16,7 @@ from eai.logic.options import choice_options, count_options
 from eai.logic.traversal import children, walk
 from eai.world.domain import Domain
 from eai.world.operator import Operator
-from eai.world.relation import bits
+from eai.world.relation import bits, mask_of
 from eai.world.scene_objects import SceneObjects
 
 
@@ -137,7 +137,7 @@ def _is_quantified(goal: Goal) -> bool:
 
 
 def _initial_facts(task: Task) -> int:
-    about, state = sum(1 << i for i in set(task.relevant)), task.initial
+    about, state = mask_of(task.relevant), task.initial
     told = [p for p in task.scene.vocabulary.predicates if p.visible and not p.static]
     alone = sum((state.those(p.name) & about).bit_count() for p in told if p.arity == 1)
     relations = [state.relation(p.name) for p in told if p.arity == 2]

@@ -30,6 +30,7 @@ from eai.world.domain import Domain
 from eai.world.execution import Action
 from eai.world.frame import Binding
 from eai.world.reading import Readings
+from eai.world.relation import mask_of
 from eai.world.state import State
 
 INFINITE = float("inf")
@@ -109,7 +110,7 @@ class Estimates:
         self.holds = self._unfolding.holds
         self.atom = self._unfolding.atom
         self._kept = [condition for condition in kept if self.holds(condition)]
-        self._usable = sum([1 << index for index in set(objects)])
+        self._usable = mask_of(objects)
         self._matches = heuristic.matches(state, self._usable)
         self._supporters: dict[GroundAtom, tuple[Supporter, float]] = {}
         self._costs: dict[_Key, tuple[float, float]] = {}

@@ -9,6 +9,7 @@ from eai.logic.traversal import free_variables
 from eai.world.condition import Conditions
 from eai.world.frame import UNBOUND, Binding, Extension, Frame, Truth
 from eai.world.operator import Operator
+from eai.world.relation import mask_of
 from eai.world.state import State
 from eai.world.vocabulary import Vocabulary
 
@@ -39,8 +40,7 @@ class Applicability:
         """The arguments among some objects, in the order of `itertools.product`."""
         binding = self._frame.bind(state.scene, [UNBOUND] * len(self._parameters))
         if self._first(state, binding):
-            among = sum([1 << index for index in set(objects)])
-            yield from self._complete(state, binding, 1, objects, among)
+            yield from self._complete(state, binding, 1, objects, mask_of(objects))
 
     def _complete(
         self, state: State, binding: Binding, slot: int, objects: Sequence[int], among: int

@@ -210,6 +210,11 @@ class Relation:
         return self._hash
 
 
+def mask_of(indices: Iterable[int]) -> int:
+    """The mask whose set bits have these indices, each once or more often."""
+    return sum([1 << index for index in set(indices)])
+
+
 def bits(mask: int) -> Iterator[int]:
     """The positions of the set bits, ascending."""
     while mask:
