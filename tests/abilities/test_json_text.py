@@ -66,6 +66,8 @@ def test_json_is_found_and_every_repair_named(text: str, repairs: tuple[str, ...
         ('{ {"A": [1]}', [("A", [1])]),
         ('{"A": [1]} }', [("A", [1])]),
         ("{'A': ['\\d']}", [("A", ["\\d"])]),
+        ("{'A': ['b' 'c', 00,], 'A': {}}", [("A", ["bc", 0]), ("A", [])]),
+        ("{'A': ['{', 'é ]', 12]}", [("A", ["{", "é ]", 12])]),
     ],
     ids=str,
 )
@@ -85,6 +87,10 @@ def test_duplicates_stay_and_the_last_value_wins(text: str, value: object) -> No
         "{'WALK': open('file')}",
         "{'WALK': [x for x in y]}",
         "{1: ['sofa']}",
+        "{'WALK': ['sofa', true]}",
+        "{'WALK': [-1]}",
+        "{'WALK': ['\ud800']}",
+        "{'WALK': {'sofa'}}",
         "{**{'WALK': ['sofa']}}",
         "{" * 100_000,
         "[" * 100_000 + "]" * 100_000,
@@ -179,3 +185,50 @@ def test_json_reads_as_what_was_written(value: object) -> None:
 def test_whatever_the_text_is_the_search_ends(text: str) -> None:
     found = find_json(text, an_object)
     assert found is None or isinstance(found[0], list)
+
+
+LITERALS = st.one_of(PLAIN_JSON.map(repr), st.text(alphabet="{}[]',:0 a\\n\"", max_size=30))
+
+
+@given(LITERALS)
+def test_a_literal_is_read_alike_with_and_without_a_comment_in_it(inside: str) -> None:
+    """What JSON would read but for the quotes takes another way than other literals, and means the same."""
+    assert as_a_whole(f"['', {inside}]") == as_a_whole(f"['', {inside}#\n]")
+
+
+def as_a_whole(text: str) -> object:
+    found = find_json(text, anything)
+    return found if found is not None and found[1] == ("single_quotes",) else None
+
+
+def outermost(text: str) -> list[str]:
+    """The outermost bracketed stretches of a text, found mark by mark."""
+    opened: list[int] = []
+    closed: list[tuple[int, int]] = []
+    quoted = escaped = False
+    for position, mark in enumerate(text):
+        if escaped or mark == "\\":
+            escaped = not escaped
+        elif mark == '"':
+            quoted = bool(opened) and not quoted
+        elif mark in "{[" and not quoted:
+            opened.append(position)
+        elif mark in "}]" and not quoted and opened:
+            start = opened.pop()
+            closed = [pair for pair in closed if pair[0] < start] + [(start, position + 1)]
+    return [text[start:end] for start, end in closed]
+
+
+@given(st.text(alphabet='{}[]"\\1, ', max_size=40))
+def test_what_stands_in_brackets_is_looked_at_from_the_last_to_the_first(text: str) -> None:
+    tried = [value for segment in reversed(outermost(text)) for value in decoded(segment)]
+    seen: list[object] = []
+    find_json(f"x {text}", seen.append)
+    assert list(map(plain, seen)) == tried
+
+
+def decoded(text: str) -> list[object]:
+    try:
+        return [json.loads(text, object_pairs_hook=list)]
+    except ValueError:
+        return []

@@ -15,8 +15,13 @@ from eai.logic.frozen import Frozen
 _FENCED = re.compile(r"```[\w-]*\s*\n?(.*?)(?:```|\Z)", re.DOTALL)
 _SPECIAL_TOKENS = re.compile(r"<\|[\w-]+\|>")
 _THINKING = re.compile(r"<think>.*?</think>", re.DOTALL)
-_STRUCTURE = re.compile(r'\\.|[{}\[\]"]', re.DOTALL)
 _END_OF_THINKING = "</think>"
+
+# Each can match in one way only, so that looking takes time in proportion to the text.
+_OPENING = re.compile(r"[^{\[\\]*(?:\\.[^{\[\\]*)*[{\[]", re.DOTALL)
+_BRACKET = re.compile(r'[^{}\[\]"\\]*(?:(?:\\.|"[^"\\]*(?:\\.[^"\\]*)*")[^{}\[\]"\\]*)*[{}\[\]]', re.DOTALL)
+_ALIKE = re.compile(r"""[\[\]{},:0-9\s]*(?:'[^'"\\\x00-\x1f\ud800-\udfff]*'[\[\]{},:0-9\s]*)*""")
+"""What means the same in Python and, with other quotes, in JSON, if it is JSON then."""
 
 MAX_LENGTH = 1_000_000
 """Longest answer, in characters, that is searched for JSON; no model writes as much."""
@@ -128,11 +133,16 @@ def _parts(value: object) -> Sequence[object]:
 def _decoded_literal(text: str, repairs: tuple[str, ...]) -> Found | None:
     if "'" not in text or not text.startswith(("{", "[")):
         return None
+    repairs = (*repairs, "single_quotes")
+    if _ALIKE.fullmatch(text):
+        found = _decoded(text.replace("'", '"'), repairs)
+        if found is not None:
+            return found
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # the compiler's remarks on escapes in the answer
             tree = ast.parse(text, mode="eval").body
-        return Found(_literal(tree, MAX_DEPTH), (*repairs, "single_quotes"))
+        return Found(_literal(tree, MAX_DEPTH), repairs)
     except (ValueError, SyntaxError, RecursionError, MemoryError):
         return None
 
@@ -160,21 +170,17 @@ def _literal(node: ast.expr, depth: int) -> object:
 
 
 def _segments(text: str) -> list[str]:
-    """The outermost bracketed stretches of a text, in order; brackets in quotes do not count."""
+    """The outermost bracketed stretches of a text, in order; within them brackets in quotes do not count."""
     opened: list[int] = []
     closed: list[tuple[int, int]] = []
-    quoted = False
-    for match in _STRUCTURE.finditer(text):
-        mark, position = match.group(), match.start()
-        if mark == '"':
-            quoted = bool(opened) and not quoted
-        elif quoted:
+    position = 0
+    while match := (_BRACKET if opened else _OPENING).match(text, position):
+        position = match.end()
+        if text[position - 1] in "{[":
+            opened.append(position - 1)
             continue
-        elif mark in "{[":
-            opened.append(position)
-        elif mark in "}]" and opened:
-            start = opened.pop()
-            while closed and closed[-1][0] > start:
-                closed.pop()
-            closed.append((start, position))
-    return [text[start : end + 1] for start, end in closed]
+        start = opened.pop()
+        while closed and closed[-1][0] > start:
+            closed.pop()
+        closed.append((start, position))
+    return [text[start:end] for start, end in closed]
