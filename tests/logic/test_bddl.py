@@ -118,6 +118,11 @@ def test_a_goal_without_and_is_one_goal() -> None:
         ("(forn 2 (?x - cup) (open ?x))", 1, 7, "'('"),
         ("(not (open x) (open x))", 1, 15, "')'"),
         ("(forn (1234567890) (?x - cup) (open ?x))", 1, 8, "a number of at most 9 digits"),
+        ("(forn (two) (?x - cup) (open ?x))", 1, 8, "a number"),
+        ("(forpairs (?x - cup)\n (?y- cup) (in ?x ?y))", 2, 7, "'-'"),
+        ("(forall (?x - cup)", 1, 19, "'('"),
+        ("(in ?x - cup)", 1, 8, "a name or ')'"),
+        ("(in ; a box)\n (cup))", 2, 2, "a name or ')'"),
     ],
 )
 def test_errors_in_conditions(text: str, line: int, column: int, expected: str) -> None:
@@ -133,6 +138,9 @@ def test_errors_in_conditions(text: str, line: int, column: int, expected: str) 
         ("- agent.n.01\n", "\n", 7, "a name or '-'"),
         ("(:domain igibson)", "", 20, "exactly one ':domain' section"),
         ("(:init", "(:init) (:init", 20, "exactly one ':init' section"),
+        ("(define", "(defined", 1, "'define'"),
+        ("(:domain igibson)", "(:domain igibson) (:requirements :adl", 3, "a name or ')'"),
+        ("- shelf.n.01\n", "-)\n", 5, "a name"),
     ],
 )
 def test_errors_in_problems(old: str, new: str, line: int, expected: str) -> None:

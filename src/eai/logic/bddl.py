@@ -1,42 +1,39 @@
 """BDDL, the language of household activity definitions: conditions and whole problem files.
 
-A name with a ``?`` is a variable if a quantifier around it binds it, otherwise the object of that name.
+Words are what stands between blanks and parentheses; a semicolon begins a comment, to the end of its line. A
+name with a ``?`` is a variable if a quantifier around it binds it, otherwise the object of that name.
 Everything is lower case, as in bddl's own reader (``bddl/parsing.py``).
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
-
-from lark import Token
+from functools import cached_property
+from typing import Final
 
 import eai.logic.formula as f
-from eai.logic.grammar import ParseTree, error_at, parse_tree
+from eai.errors import ParseError
+from eai.logic.place import error_at
 from eai.logic.signature import NameChecker, Reading, Signature, term
 from eai.logic.traversal import MAX_COUNT_DIGITS, MAX_DEPTH
 
-GRAMMAR = "bddl.lark"
+_TOKEN: Final = re.compile(r"[()]|[^\s();]+|;[^\n]*")
+_COUNT: Final = re.compile(r"[0-9]+")
 
-_NAME = re.compile(r"[^\s();]+")
+_END: Final = ""
+"""What stands behind the last token."""
 
-_WORDS = {
-    "WORD": "a name",
-    "COUNT": "a number",
-    "_HYPHEN": "'-'",
-    "LPAR": "'('",
-    "RPAR": "')'",
-    "_AND": "a connective",
-    "_DEFINE": "'define'",
-    "_PROBLEM": "'problem'",
-    "_DOMAIN": "':domain'",
-    "_OBJECTS": "':objects'",
-    "_INIT": "':init'",
-    "_GOAL": "':goal'",
-    "$END": "the end",
-}
+_NO_WORDS: Final = frozenset({"(", ")", _END})
+
+_NO_ARGUMENTS: Final = _NO_WORDS | {"-"}
+"""A hyphen stands before a category: where arguments are, a parenthesis is missing before it."""
+
+_SECTIONS: Final = frozenset({":domain", ":requirements", ":objects", ":init", ":goal"})
+
+_CONNECTIVES: Final = frozenset({"and", "or", "not", "imply"})
+
+_QUANTIFIERS: Final = frozenset({"forall", "exists", "forn", "forpairs", "fornpairs"})
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,7 +70,7 @@ def parse_condition(text: str, signature: Signature | None = None) -> Reading:
     Raises:
         ParseError: the text is no condition, or nested too deep (`traversal.MAX_DEPTH`).
     """
-    return _BddlReader(text, signature).reading(parse_tree(GRAMMAR, text, _WORDS, "condition"))
+    return _BddlReader(text, signature).reading()
 
 
 def parse_problem(text: str) -> Problem:
@@ -83,123 +80,199 @@ def parse_problem(text: str) -> Problem:
         ParseError: the text is no problem file, has not exactly one domain, objects, init and goal section,
             or is nested too deep (`traversal.MAX_DEPTH`).
     """
-    tree = parse_tree(GRAMMAR, text, _WORDS, "problem")
-    reader = _BddlReader(text)
-    name, *sections = _children(tree)
-    by_rule = {str(section.data): section.children for section in sections if not isinstance(section, Token)}
-    for rule in ("domain", "objects", "init", "goal"):
-        if sum(not isinstance(s, Token) and s.data == rule for s in sections) != 1:
-            raise error_at(text, len(text), f"exactly one ':{rule}' section")
-    return Problem(
-        _word(name),
-        _word(by_rule["domain"][0]),
-        tuple(each for declaration in by_rule["objects"] for each in _declared(declaration)),
-        tuple(reader.reading(fact).formula for fact in by_rule["init"]),
-        reader.reading(by_rule["goal"][0]).formula,
-    )
+    return _BddlReader(text).problem()
 
 
 class _BddlReader:
-    """Turns parse trees of one text into formulas, top down: only quantifiers know what is a variable."""
+    """Reads one text from left to right, token by token. A scope is the names that quantifiers bind there."""
 
     def __init__(self, text: str, signature: Signature | None = None) -> None:
         self._text = text
         self._signature = signature
         self._checker = NameChecker(text, signature)
+        self._tokens: list[str] = [token for token in _TOKEN.findall(text.lower()) if token[0] != ";"]
+        self._tokens.append(_END)
+        self._next = 0
 
-    def reading(self, tree: ParseTree | Token) -> Reading:
-        """The formula of a tree without variables from outside, and what is wrong with its names."""
-        formula = self._read(tree, frozenset(), MAX_DEPTH)
+    def reading(self) -> Reading:
+        """The formula of the whole text, and what is wrong with its names."""
+        formula = self._condition()
+        self._take(_END, "the end")
         return Reading(formula, tuple(self._checker.offences))
 
-    def _read(self, tree: ParseTree | Token, scope: frozenset[str], levels: int) -> f.Formula:
-        """The formula of a tree that may have ``levels`` levels, below quantifiers that bind ``scope``."""
-        if levels == 0:
-            raise error_at(self._text, _start(tree), f"at most {MAX_DEPTH} levels of nesting")
-        rule = "primitive" if isinstance(tree, Token) else str(tree.data)
-        if isinstance(tree, Token) or rule == "primitive":
-            return self._primitive(tree, scope)
-        if rule in _QUANTIFIERS:
-            return self._quantified(rule, tree, scope, levels)
-        return _CONNECTIVES[rule](tuple([self._read(part, scope, levels - 1) for part in tree.children]))
+    def problem(self) -> Problem:
+        """The problem that the whole text defines."""
+        domains: list[str] = []
+        objects: list[tuple[Declaration, ...]] = []
+        facts: list[tuple[f.Formula, ...]] = []
+        goals: list[f.Formula] = []
+        for token in ("(", "define", "(", "problem"):
+            self._take(token)
+        name = self._word()
+        self._take(")")
+        while self._opens():
+            match self._section():
+                case ":domain":
+                    domains.append(self._word())
+                    self._take(")")
+                case ":objects":
+                    objects.append(self._declarations())
+                case ":init":
+                    facts.append(self._conditions())
+                case ":goal":
+                    goals.append(self._condition())
+                    self._take(")")
+                case _:
+                    self._arguments()
+        self._take(_END, "the end")
+        for section, found in (("domain", domains), ("objects", objects), ("init", facts), ("goal", goals)):
+            if len(found) != 1:
+                raise error_at(self._text, len(self._text), f"exactly one ':{section}' section")
+        return Problem(name, domains[0], objects[0], facts[0], goals[0])
 
-    def _primitive(self, tree: ParseTree | Token, scope: frozenset[str]) -> f.Formula:
-        name, *arguments = _words(tree)
-        terms = tuple([term(argument, scope) for argument in arguments])
+    def _section(self) -> str:
+        """The keyword that a section begins with."""
+        self._take("(")
+        keyword = self._tokens[self._next]
+        if keyword not in _SECTIONS:
+            raise self._expected("':domain', ':objects', ':init' or ':goal'")
+        self._next += 1
+        return keyword
+
+    def _declarations(self) -> tuple[Declaration, ...]:
+        """Names, a hyphen and their category, any number of times; the parenthesis behind is taken."""
+        found: list[Declaration] = []
+        while self._tokens[self._next] != ")":
+            names = [self._word("a name or ')'")]
+            while self._tokens[self._next] != "-":
+                names.append(self._word("a name or '-'"))
+            self._take("-")
+            category = self._word()
+            found += [Declaration(name, category) for name in names]
+        self._take(")")
+        return tuple(found)
+
+    def _conditions(
+        self, scope: frozenset[str] = frozenset(), levels: int = MAX_DEPTH
+    ) -> tuple[f.Formula, ...]:
+        """Any number of conditions; the parenthesis behind is taken."""
+        found: list[f.Formula] = []
+        while self._opens():
+            found.append(self._condition(scope, levels))
+        return tuple(found)
+
+    def _condition(self, scope: frozenset[str] = frozenset(), levels: int = MAX_DEPTH) -> f.Formula:
+        """A condition of at most so many levels."""
+        if levels == 0 and self._tokens[self._next] == "(":
+            raise self._expected(f"at most {MAX_DEPTH} levels of nesting")
+        self._take("(")
+        keyword = self._tokens[self._next]
+        if keyword in _CONNECTIVES:
+            self._next += 1
+            return self._connected(keyword, scope, levels - 1)
+        if keyword in _QUANTIFIERS:
+            self._next += 1
+            return self._quantified(keyword, scope, levels - 1)
+        return self._primitive(scope)
+
+    def _connected(self, connective: str, scope: frozenset[str], levels: int) -> f.Formula:
+        """What stands behind a connective; the parenthesis behind is taken."""
+        formula: f.Formula
+        match connective:
+            case "and":
+                return f.And(self._conditions(scope, levels))
+            case "or":
+                return f.Or(self._conditions(scope, levels))
+            case "not":
+                formula = f.Not(self._condition(scope, levels))
+            case _:
+                formula = f.Implies(self._condition(scope, levels), self._condition(scope, levels))
+        self._take(")")
+        return formula
+
+    def _quantified(self, quantifier: str, scope: frozenset[str], levels: int) -> f.Formula:
+        """What stands behind a quantifier; the parenthesis behind is taken."""
+        count = self._count() if quantifier in ("forn", "fornpairs") else None
+        variable = self._variable()
+        second = self._variable() if quantifier.endswith("pairs") else None
+        bound = {variable.name} if second is None else {variable.name, second.name}
+        body = self._condition(scope | bound, levels)
+        self._take(")")
+        if second is not None:
+            return f.ForPairs(variable, second, body, count)
+        if count is not None:
+            return f.Exactly(count, variable, body)
+        return f.ForAll(variable, body) if quantifier == "forall" else f.Exists(variable, body)
+
+    def _count(self) -> int:
+        self._take("(")
+        digits = self._tokens[self._next]
+        if not _COUNT.fullmatch(digits):
+            raise self._expected("a number")
+        if len(digits) > MAX_COUNT_DIGITS:
+            raise self._expected(f"a number of at most {MAX_COUNT_DIGITS} digits")
+        self._next += 1
+        self._take(")")
+        return int(digits)
+
+    def _variable(self) -> f.Variable:
+        self._take("(")
+        name = self._word()
+        self._take("-")
+        category = self._word()
+        self._take(")")
+        return f.Variable(name, category)
+
+    def _primitive(self, scope: frozenset[str]) -> f.Formula:
+        """A predicate or action with its arguments; the parenthesis behind is taken."""
+        start = self._next
+        name = self._word("a name or a connective")
+        terms = tuple([term(argument, scope) for argument in self._arguments()])
         if self._signature is None:
             return f.Atom(name, terms)
-        self._checker.check(name, terms, partial(_place_of_name, tree))
+        self._checker.check(name, terms, lambda index: self._offsets[start + index])
         return f.Occurs(name, terms) if self._signature.is_action(name) else f.Atom(name, terms)
 
-    def _quantified(self, rule: str, tree: ParseTree, scope: frozenset[str], levels: int) -> f.Formula:
-        *head, body_tree = tree.children
-        variables = [f.Variable(*map(_word, part.children)) for part in head if not isinstance(part, Token)]
-        counts = [self._count(part) for part in head if isinstance(part, Token)]
-        body = self._read(body_tree, scope | {variable.name for variable in variables}, levels - 1)
-        return _QUANTIFIERS[rule](counts, variables, body)
+    def _arguments(self) -> list[str]:
+        """Any number of arguments; the parenthesis behind is taken."""
+        start = self._next
+        while self._tokens[self._next] not in _NO_ARGUMENTS:
+            self._next += 1
+        words = [_plain(token) for token in self._tokens[start : self._next]]
+        self._take(")", "a name or ')'")
+        return words
 
-    def _count(self, token: Token) -> int:
-        if len(token) > MAX_COUNT_DIGITS:
-            raise error_at(self._text, _start(token), f"a number of at most {MAX_COUNT_DIGITS} digits")
-        return int(token)
+    def _word(self, expected: str = "a name") -> str:
+        token = self._tokens[self._next]
+        if token in _NO_WORDS:
+            raise self._expected(expected)
+        self._next += 1
+        return _plain(token)
 
+    def _opens(self) -> bool:
+        """Whether a parenthesis opens here; one that closes is taken."""
+        if self._tokens[self._next] == "(":
+            return True
+        self._take(")", "'(' or ')'")
+        return False
 
-_CONNECTIVES: dict[str, Callable[[tuple[f.Formula, ...]], f.Formula]] = {
-    "conjunction": f.And,
-    "disjunction": f.Or,
-    "negation": lambda parts: f.Not(parts[0]),
-    "implication": lambda parts: f.Implies(parts[0], parts[1]),
-}
+    def _take(self, token: str, expected: str = "") -> None:
+        """Go behind a token, which must stand here."""
+        if self._tokens[self._next] != token:
+            raise self._expected(expected or f"'{token}'")
+        self._next += 1
 
-_QUANTIFIERS: dict[str, Callable[[list[int], list[f.Variable], f.Formula], f.Formula]] = {
-    "for_all": lambda _, variables, body: f.ForAll(variables[0], body),
-    "exists": lambda _, variables, body: f.Exists(variables[0], body),
-    "exactly": lambda counts, variables, body: f.Exactly(counts[0], variables[0], body),
-    "for_pairs": lambda _, variables, body: f.ForPairs(variables[0], variables[1], body),
-    "for_n_pairs": lambda counts, variables, body: f.ForPairs(variables[0], variables[1], body, counts[0]),
-}
+    def _expected(self, words: str) -> ParseError:
+        """The error that this does not stand here."""
+        return error_at(self._text, self._offsets[self._next], words)
 
-
-def _start(tree: ParseTree | Token) -> int:
-    """The offset of the first token of a tree that is not mere syntax; 0 if there is none."""
-    while not isinstance(tree, Token):
-        if not tree.children:
-            return 0
-        tree = tree.children[0]
-    return tree.start_pos or 0
-
-
-def _words(tree: ParseTree | Token) -> list[str]:
-    """The names of a primitive, which is one token unless there is a comment inside."""
-    if isinstance(tree, Token):
-        return [_plain(name) for name in _NAME.findall(tree)]
-    return [_word(token) for token in tree.children]
-
-
-def _place_of_name(primitive: ParseTree | Token, index: int) -> int:
-    """The offset of the predicate (0) or an argument (from 1 on)."""
-    if isinstance(primitive, Token):
-        return _start(primitive) + list(_NAME.finditer(primitive))[index].start()
-    return _start(primitive.children[index])
-
-
-def _declared(tree: ParseTree | Token) -> list[Declaration]:
-    """The objects of a declaration, which may be one token: a name, a hyphen and a category."""
-    *names, category = _children(tree)
-    if not names:
-        name, _, category_name = _NAME.findall(str(category))
-        return [Declaration(_plain(name), _plain(category_name))]
-    return [Declaration(_word(name), _word(category)) for name in names]
-
-
-def _children(tree: ParseTree | Token) -> list[ParseTree | Token]:
-    return [] if isinstance(tree, Token) else tree.children
-
-
-def _word(token: ParseTree | Token) -> str:
-    """A word without what marks variables, in lower case."""
-    return _plain(str(token))
+    @cached_property
+    def _offsets(self) -> list[int]:
+        """Where each token begins in the text."""
+        found = [match.start() for match in _TOKEN.finditer(self._text) if match[0][0] != ";"]
+        return [*found, len(self._text)]
 
 
 def _plain(word: str) -> str:
-    return word.lower().strip("?")
+    """A word without what marks variables."""
+    return word.strip("?")

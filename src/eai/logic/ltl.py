@@ -16,7 +16,7 @@ from typing import Final, TypeAlias
 
 import eai.logic.formula as f
 from eai.errors import ParseError
-from eai.logic.grammar import either, error_at
+from eai.logic.place import either, error_at
 from eai.logic.signature import NameChecker, Reading, Signature, term
 from eai.logic.traversal import MAX_COUNT_DIGITS, MAX_DEPTH
 

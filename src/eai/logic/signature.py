@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from enum import Enum
 
 from eai.logic.formula import Constant, Formula, Term, Variable
-from eai.logic.grammar import place
+from eai.logic.place import place
 
 
 class MisuseKind(Enum):

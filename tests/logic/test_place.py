@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from eai.logic.grammar import error_at, expectation, load, place
+from eai.logic.place import either, error_at, place
 
 
 @pytest.mark.parametrize(
@@ -24,18 +24,7 @@ def test_only_newlines_end_lines() -> None:
 
 
 @pytest.mark.parametrize(
-    ("terminals", "words"),
-    [
-        ({"A"}, "a"),
-        ({"A", "C"}, "a or c"),
-        ({"C", "B", "A"}, "a, b or c"),
-        ({"X"}, "the end"),
-        ({"A", "A2"}, "a"),
-    ],
+    ("words", "told"), [(["a"], "a"), (["a", "c"], "a or c"), (["a", "b", "c"], "a, b or c")]
 )
-def test_expectation(terminals: set[str], words: str) -> None:
-    assert expectation(terminals, {"A": "a", "A2": "a", "B": "b", "C": "c"}) == words
-
-
-def test_a_grammar_is_loaded_once() -> None:
-    assert load("bddl.lark", ("condition",)) is load("bddl.lark", ("condition",))
+def test_alternatives_in_words(words: list[str], told: str) -> None:
+    assert either(words) == told
