@@ -20,6 +20,9 @@ from eai.world.frame import Binding, Frame, Truth
 from eai.world.state import Scene, State
 from eai.world.timeline import timeline
 
+_REMEMBERED = 256
+"""For how many sets of reached goals their tallies are remembered: answers to one task reach few."""
+
 
 @mypyc_attr(allow_interpreted_subclasses=True)
 class GoalTest:
@@ -51,6 +54,7 @@ class GoalTest:
         shares = [_halves(goal) for goal in task.goals]
         self._shares = tuple([tuple([share[kind] for share in shares]) for kind in range(3)])
         self._totals = tuple([_of_halves(sum(of_kind)) for of_kind in self._shares])
+        self._tallies: dict[tuple[bool, ...], GoalTallies] = {}
         self.none_reached: tuple[bool, ...] = (False,) * len(task.goals)
 
     def reached(
@@ -89,10 +93,16 @@ class GoalTest:
         """Whether all goals about states hold in the final one."""
         return all(truth(final, binding.copy()) for truth, binding in self._lasting)
 
-    def tallies(self, reached: Sequence[bool]) -> GoalTallies:
+    def tallies(self, reached: tuple[bool, ...]) -> GoalTallies:
         """The reached goals by kind, where these are reached."""
-        satisfied = [_of_halves(sum(map(mul, reached, of_kind))) for of_kind in self._shares]
-        return GoalTallies(*map(Tally, satisfied, self._totals))
+        found = self._tallies.get(reached)
+        if found is None:
+            satisfied = [_of_halves(sum(map(mul, reached, of_kind))) for of_kind in self._shares]
+            found = GoalTallies(*map(Tally, satisfied, self._totals))
+            if len(self._tallies) == _REMEMBERED:
+                self._tallies.clear()
+            self._tallies[reached] = found
+        return found
 
     def _met(self, goals: Sequence[tuple[str, ...]], actions: Sequence[str]) -> Sequence[int]:
         """Which of the action goals, given by their alternatives, the actions meet."""

@@ -6,11 +6,8 @@ import ast
 import json
 import re
 import warnings
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
-from typing import NamedTuple, TypeAlias, TypeVar
-
-from eai.logic.frozen import Frozen
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from typing import TypeAlias, TypeVar
 
 _FENCED = re.compile(r"```[\w-]*\s*\n?(.*?)(?:```|\Z)", re.DOTALL)
 _SPECIAL_TOKENS = re.compile(r"<\|[\w-]+\|>")
@@ -32,10 +29,19 @@ MAX_DEPTH = 100
 T = TypeVar("T")
 
 
-class Pairs(NamedTuple):
+class Pairs:
     """A JSON object as its members in order, duplicates included."""
 
-    members: tuple[tuple[str, object], ...]
+    __slots__ = ("members",)
+
+    def __init__(self, members: Iterable[tuple[str, object]]) -> None:
+        self.members = tuple(members)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Pairs) and self.members == other.members
+
+    def __hash__(self) -> int:
+        return hash(self.members)
 
     def __repr__(self) -> str:
         return "{" + ", ".join(f"{key!r}: {value!r}" for key, value in self.members) + "}"
@@ -44,16 +50,10 @@ class Pairs(NamedTuple):
 Value: TypeAlias = object
 """What JSON holds: `Pairs`, a list, a text, a number, a truth value, or None."""
 
+_Found: TypeAlias = tuple[object, tuple[str, ...]]
+"""A JSON value and the names of the repairs that were needed to find it."""
 
-@dataclass(frozen=True, slots=True)
-class Found(Frozen):
-    """A JSON value and the names of the repairs that were needed to find it."""
-
-    value: Value
-    repairs: tuple[str, ...]
-
-
-_DECODER = json.JSONDecoder(object_pairs_hook=lambda pairs: Pairs(tuple(pairs)))
+_DECODER = json.JSONDecoder(object_pairs_hook=Pairs)
 
 
 def find_json(text: str, accept: Callable[[object], T | None]) -> tuple[T, tuple[str, ...]] | None:
@@ -65,18 +65,14 @@ def find_json(text: str, accept: Callable[[object], T | None]) -> tuple[T, tuple
     """
     if len(text) > MAX_LENGTH:
         return None
-    for candidate in _candidates(text):
-        accepted = accept(candidate.value)
-        if accepted is not None:
-            return accepted, candidate.repairs
-    return None
-
-
-def _candidates(text: str) -> Iterator[Found]:
     for stretch, repairs in _stretches(text):
         found = _decoded(stretch, repairs)
         if found is not None:
-            yield found
+            value, repairs = found
+            accepted = accept(value)
+            if accepted is not None:
+                return accepted, repairs
+    return None
 
 
 def _stretches(text: str) -> Iterator[tuple[str, tuple[str, ...]]]:
@@ -101,17 +97,19 @@ def _without_reasoning(text: str) -> str:
 
 
 def _without_special_tokens(text: str) -> str:
-    return _SPECIAL_TOKENS.sub("", text)
+    return _SPECIAL_TOKENS.sub("", text) if "<|" in text else text
 
 
-def _decoded(text: str, repairs: tuple[str, ...]) -> Found | None:
-    """The value of a text that is JSON, or a Python literal with single quotes."""
+def _decoded(text: str, repairs: tuple[str, ...]) -> _Found | None:
+    """The value of a text that is JSON, or a Python literal with single quotes; no blanks are around it."""
     try:
-        value = _DECODER.decode(text)
+        value, end = _DECODER.raw_decode(text)
     except (ValueError, RecursionError):
+        value, end = None, -1
+    if end != len(text):
         return _decoded_literal(text, repairs)
     is_shallow = text.count("[") + text.count("{") < MAX_DEPTH or _is_shallow(value)
-    return Found(value, repairs) if is_shallow else None
+    return (value, repairs) if is_shallow else None
 
 
 def _is_shallow(value: object) -> bool:
@@ -130,7 +128,7 @@ def _parts(value: object) -> Sequence[object]:
     return value if isinstance(value, list) else ()
 
 
-def _decoded_literal(text: str, repairs: tuple[str, ...]) -> Found | None:
+def _decoded_literal(text: str, repairs: tuple[str, ...]) -> _Found | None:
     if "'" not in text or not text.startswith(("{", "[")):
         return None
     repairs = (*repairs, "single_quotes")
@@ -142,7 +140,7 @@ def _decoded_literal(text: str, repairs: tuple[str, ...]) -> Found | None:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # the compiler's remarks on escapes in the answer
             tree = ast.parse(text, mode="eval").body
-        return Found(_literal(tree, MAX_DEPTH), repairs)
+        return _literal(tree, MAX_DEPTH), repairs
     except (ValueError, SyntaxError, RecursionError, MemoryError):
         return None
 
@@ -166,7 +164,7 @@ def _literal(node: ast.expr, depth: int) -> object:
         if not isinstance(key, ast.Constant) or not isinstance(key.value, str):
             raise ValueError("a key is not a string")
         members.append((key.value, _literal(value, depth - 1)))
-    return Pairs(tuple(members))
+    return Pairs(members)
 
 
 def _segments(text: str) -> list[str]:

@@ -88,7 +88,7 @@ def test_shares_are_those_of_the_reference(behavior_tasks: BehaviorTasks) -> Non
         goals = GoalTest(task)
         number = len(task.goals)
         for i, expected in enumerate(kinds[task_id]):
-            tallies = goals.tallies([i == j for j in range(number)])
+            tallies = goals.tallies(tuple(i == j for j in range(number)))
             assert [tallies.state.satisfied, tallies.relation.satisfied] == expected
 
 

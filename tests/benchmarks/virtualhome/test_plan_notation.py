@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from benchmarks.virtualhome import flat
 from benchmarks.virtualhome.household import make_task
 from eai.abilities.action_sequencing.plan import TOO_LONG, WrittenPlan
-from eai.abilities.json_text import MAX_LENGTH
+from eai.abilities.json_text import MAX_LENGTH, Pairs
 from eai.abilities.unreadable import Unreadable
 from eai.benchmarks.reference.virtualhome_plans import VirtualHomePlansInReference
 from eai.benchmarks.virtualhome.plan_notation import Identified, VirtualHomePlans, read_steps
@@ -56,7 +56,7 @@ def test_one_plan_in_many_guises(text: str) -> None:
         ('{"STANDUP": []}', [("STANDUP", ())]),
         ('{"STANDUP": [ ]}', [("STANDUP", ())]),
         ('{"WALK": ["sofa", 352]}', [("WALK", ("sofa", 352))]),
-        ('{"WALK": ["sofa", null, {"a": 1}]}', [("WALK", ("sofa", None, ((("a", 1),),)))]),
+        ('{"WALK": ["sofa", null, {"a": 1}]}', [("WALK", ("sofa", None, Pairs([("a", 1)])))]),
         ('{"walk": ["sofa"]}', [("walk", ("sofa",))]),
         ('{"": [""]}', [("", ("",))]),
         ("{'WALK': ('sofa',)}", [("WALK", ("sofa",))]),
