@@ -51,18 +51,24 @@ class BehaviorGoals(JsonGoals):
         if not isinstance(task, BehaviorTask):
             return super().alternatives(task)
         names = {instance: name for name, instance in _instances(task).items()}
+        known: dict[Condition, Leaf] = {}
+
+        def leaf(condition: Condition) -> Leaf:
+            """The condition; most stand in many options of a goal."""
+            found = known.get(condition)
+            if found is None:
+                found = known[condition] = Leaf(_literal(condition, names))
+            return found
+
         return tuple(
-            Alternatives(
-                "condition",
-                None,
-                AnyOf(
-                    tuple(
-                        AllOf(tuple(Leaf(_literal(condition, names)) for condition in option))
-                        for option in options
-                    )
-                ),
-            )
-            for options in task.interpretation_goals
+            [
+                Alternatives(
+                    "condition",
+                    None,
+                    AnyOf(tuple([AllOf(tuple([leaf(each) for each in option])) for option in options])),
+                )
+                for options in task.interpretation_goals
+            ]
         )
 
 

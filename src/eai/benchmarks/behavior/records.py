@@ -183,4 +183,4 @@ def _object(
 
 
 def _condition(values: Sequence[Any]) -> Condition:
-    return tuple(tuple(value) if isinstance(value, list) else value for value in values)
+    return ("not", tuple(values[1])) if values[0] == "not" else tuple(values)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from eai.abilities.task import Goal, GoalKind, Task
 from eai.benchmarks.behavior import predicates as p
@@ -185,9 +185,10 @@ class _Builder:
 
     def goals(self) -> Iterator[Goal]:
         """The goals of the problem file, about objects by name."""
+        problem = self._record.problem
         names = {thing.instance: thing.name for thing in self._record.objects}
-        for formula in self._record.problem.goals:
-            yield Goal(_kind(formula), rename_objects(formula, names))
+        for formula in replace(problem, goal=rename_objects(problem.goal, names)).goals:
+            yield Goal(_kind(formula), formula)
 
     def script(self) -> Iterator[Action]:
         """The human's plan; a misspelt action keeps its name."""
