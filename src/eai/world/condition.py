@@ -21,7 +21,7 @@ from eai.world.derived import Computed, Defined, Lookup, evaluated_as
 from eai.world.frame import UNBOUND, Binding, Extension, Frame, Truth
 from eai.world.relation import bits
 from eai.world.state import State
-from eai.world.vocabulary import Vocabulary
+from eai.world.vocabulary import DerivedPredicate, Vocabulary
 
 _Values: TypeAlias = Callable[[State, Binding], int]
 """The mask of all objects that something is true of."""
@@ -37,7 +37,6 @@ class Conditions:
 
     def __init__(self, vocabulary: Vocabulary, frame: Frame) -> None:
         self._vocabulary = vocabulary
-        self._derived = {derived.name: evaluated_as(derived) for derived in vocabulary.derived}
         self._frame = frame
         self._unfolded: list[str] = []
 
@@ -164,7 +163,7 @@ class Conditions:
 
     def _atom_truth(self, atom: f.Atom, scope: Mapping[str, int], wanted: bool) -> Truth:
         slots = self._slots(atom, scope)
-        derived = self._derived.get(atom.predicate)
+        derived = self._evaluated(atom.predicate)
         match derived:
             case None:
                 return _stored_truth(self._vocabulary, atom.predicate, slots, wanted)
@@ -181,7 +180,7 @@ class Conditions:
 
     def _atom_extension(self, atom: f.Atom, slot: int, scope: Mapping[str, int]) -> Extension:
         slots = self._slots(atom, scope)
-        derived = self._derived.get(atom.predicate)
+        derived = self._evaluated(atom.predicate)
         if slots.count(slot) == 0:
             truth = self._atom_truth(atom, scope, wanted=True)
             return lambda state, binding, among: among if truth(state, binding) else 0
@@ -194,6 +193,11 @@ class Conditions:
         if derived is not None or slots.count(slot) > 1:
             return self._by_trial(atom, slot, scope)
         return _stored_extension(self._vocabulary, atom.predicate, slots, slot)
+
+    def _evaluated(self, predicate: str) -> DerivedPredicate | None:
+        """A derived predicate in the form in which it is evaluated; None if it is stored."""
+        derived = self._vocabulary.derived_by_name.get(predicate)
+        return None if derived is None else evaluated_as(derived)
 
     @contextmanager
     def _unfolding(self, derived: Defined) -> Iterator[None]:
