@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from functools import reduce
 from operator import attrgetter, or_
-from typing import NamedTuple, TypeAlias
+from typing import TypeAlias
 
 from typing_extensions import assert_never
 
@@ -19,11 +19,14 @@ SHARED = 1 << 20
 """What a condition that is shared weighs against the conditions that are not, of which each counts 1."""
 
 
-class Overlap(NamedTuple):
+class Overlap:
     """One option: the more it shares with what is said, and the shorter it is, the better its score."""
 
-    score: int
-    conditions: int
+    __slots__ = ("conditions", "score")
+
+    def __init__(self, score: int, conditions: int) -> None:
+        self.score = score
+        self.conditions = conditions
 
 
 BestOverlap: TypeAlias = Callable[[int], "Overlap | None"]
@@ -71,11 +74,15 @@ def _all_of(parts: Sequence[BestOverlap]) -> BestOverlap:
 
 
 def _any_of(parts: Sequence[BestOverlap]) -> BestOverlap:
-    def best(said: int) -> Overlap | None:
-        found = [part(said) for part in parts]
-        return max([each for each in found if each is not None], key=_score, default=None)
+    def first_of_best(said: int) -> Overlap | None:
+        best: Overlap | None = None
+        for part in parts:
+            each = part(said)
+            if each is not None and (best is None or each.score > best.score):
+                best = each
+        return best
 
-    return parts[0] if len(parts) == 1 else best
+    return parts[0] if len(parts) == 1 else first_of_best
 
 
 def _some_of(count: int, parts: Sequence[BestOverlap]) -> BestOverlap:

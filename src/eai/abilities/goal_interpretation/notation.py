@@ -243,20 +243,19 @@ class JsonGoals(GoalNotation):
         is_action = kind is GoalKind.ACTION
         if is_action and isinstance(entry, str):
             return WrittenGoal(self.word(entry), is_action=True)
-        words = self._words(entry)
-        positive = True
-        if words[:1] == ["not"] and isinstance(entry, list) and not is_action:
-            words, positive = self._words(entry[1]) if len(entry) == 2 else [], False
-        if not words or None in words:
+        if not isinstance(entry, list) or not entry:
             return None
-        predicate, *names = [word for word in words if word is not None]
-        return WrittenGoal(predicate, tuple(names), positive, is_action)
+        positive = is_action or not isinstance(entry[0], str) or self.word(entry[0]) != "not"
+        literal = entry if positive else entry[1] if len(entry) == 2 else None
+        words = self._words(literal)
+        return WrittenGoal(words[0], tuple(words[1:]), positive, is_action) if words else None
 
-    def _words(self, entry: object) -> list[str | None]:
-        """The words of a list, None for what is none; nothing if it is no list."""
+    def _words(self, entry: object) -> list[str]:
+        """The words of a list; none if it is no list, or not one of words alone."""
         if not isinstance(entry, list):
             return []
-        return [self.word(part) if isinstance(part, str) else None for part in entry]
+        words = [self.word(part) for part in entry if isinstance(part, str)]
+        return words if len(words) == len(entry) else []
 
 
 _NO_LISTS = Unreadable("there is no JSON object of lists of conditions")

@@ -47,10 +47,17 @@ class Hallucination(NamedTuple):
 
 
 class Stated(NamedTuple):
-    """The well-formed goals of an answer: how often each is stated that can be compared, and the others."""
+    """The goals of an answer: how often each is stated that can be compared, and the others.
 
-    known: Counter[WrittenGoal]
+    Attributes:
+        known: the well-formed ones whose names all mean something.
+        unknown: the other well-formed ones.
+        ill_formed: those that are not, each once.
+    """
+
+    known: dict[WrittenGoal, int]
     unknown: tuple[Hallucination, ...]
+    ill_formed: tuple[WrittenGoal, ...]
 
 
 @mypyc_attr(allow_interpreted_subclasses=True)
@@ -80,9 +87,9 @@ class GoalInterpretation(Scorer):
 
     def judge(self, goals: WrittenGoals) -> GoalVerdict:
         """The verdict on the goals of an answer."""
-        said, unknown = self._stated(goals)
+        said, unknown, lacking = self._stated(goals)
+        ill_formed = len(lacking) + len(dict.fromkeys(goals.ill_formed))
         wanted, found = reduce(or_, self._chosen(said), 0), 0
-        ill_formed = len(self._faults(goals))
         wrong: list[str] = []
         kinds: list[GoalKind] = []
         for goal, times in said.items():
@@ -130,8 +137,9 @@ class GoalInterpretation(Scorer):
         met = 0
         for number in bits(reduce(or_, options, 0)):
             condition = self.gold.stated[number]
-            if left[condition] > 0:
-                left[condition] -= 1
+            times = left.get(condition, 0)
+            if times > 0:
+                left[condition] = times - 1
                 met |= 1 << number
         return tuple(
             GoalReport(
@@ -163,28 +171,34 @@ class GoalInterpretation(Scorer):
         """What is missed of the goals of several conditions that are stated in part."""
         left = self._stated(goals).known
         for option in self._chosen(left):
-            missed = [str(condition) for condition in self.gold.conditions(option) if not left[condition]]
+            missed = [str(condition) for condition in self.gold.conditions(option) if condition not in left]
             if 0 < len(missed) < option.bit_count():
                 yield f"missed of a goal that is stated in part: {', '.join(missed)}"
 
     def _stated(self, goals: WrittenGoals) -> Stated:
-        """The well-formed goals of an answer, in canonical form."""
+        """The goals of an answer, the well-formed ones in canonical form."""
         lexicon = self.lexicon
-        known = Counter([lexicon.canonical(goal) for goal in goals.goals if lexicon.is_well_formed(goal)])
+        known: dict[WrittenGoal, int] = {}
+        ill_formed: dict[WrittenGoal, None] = {}
+        for goal in goals.goals:
+            if lexicon.is_well_formed(goal):
+                goal = lexicon.canonical(goal)
+                known[goal] = known.get(goal, 0) + 1
+            else:
+                ill_formed[goal] = None
         unknown: list[Hallucination] = []
         for goal in [*known]:
             name = lexicon.first_unknown(goal)
             if name is not None:
                 times = min(known.pop(goal), max(1, lexicon.instances(goal)))
                 unknown += [Hallucination(goal, name)] * times
-        return Stated(known, tuple(unknown))
+        return Stated(known, tuple(unknown), tuple(ill_formed))
 
     def _faults(self, goals: WrittenGoals) -> list[IllFormed]:
         """Every entry that is ill-formed, each once."""
-        lexicon = self.lexicon
-        stated = dict.fromkeys(goal for goal in goals.goals if not lexicon.is_well_formed(goal))
+        lacking = self._stated(goals).ill_formed
         return [
-            *[IllFormed(lexicon.kind(goal), str(goal)) for goal in stated],
+            *[IllFormed(self.lexicon.kind(goal), str(goal)) for goal in lacking],
             *dict.fromkeys(goals.ill_formed),
         ]
 

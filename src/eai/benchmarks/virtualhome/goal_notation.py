@@ -35,8 +35,8 @@ _NOTHING = Pairs(())
 class VirtualHomeGoals(GoalNotation):
     """An object with at least one of the three sections, anywhere in the text.
 
-    A section that is missing or null is empty. The data set's own goals score in full: what a name that
-    several objects share is said of cannot be told apart.
+    A section that is missing or null is empty, and an empty object in one says nothing. The data set's own
+    goals score in full: what a name that several objects share is said of cannot be told apart.
     """
 
     def read(self, text: str) -> WrittenGoals | Unreadable:
@@ -46,12 +46,20 @@ class VirtualHomeGoals(GoalNotation):
             keys = ", ".join(f'"{key}"' for key in SECTIONS.values())
             return Unreadable(f"there is no JSON object with {keys}")
         sections, repairs = found
-        read = [each for kind in GoalKind for each in _entries(kind, sections.get(SECTIONS[kind]))]
-        return WrittenGoals(
-            tuple([each for each in read if isinstance(each, WrittenGoal)]),
-            tuple([each for each in read if isinstance(each, IllFormed)]),
-            repairs,
-        )
+        goals: list[WrittenGoal] = []
+        ill_formed: list[IllFormed] = []
+        for kind, names in FIELDS.items():
+            section = sections.get(SECTIONS[kind])
+            if isinstance(section, list):
+                for entry in section:
+                    goal = _goal(names, entry)
+                    if goal is not None:
+                        goals.append(goal)
+                    elif entry != _NOTHING:
+                        ill_formed.append(IllFormed(kind, str(entry)))
+            elif section is not None:
+                ill_formed.append(IllFormed(kind, str(section)))
+        return WrittenGoals(tuple(goals), tuple(ill_formed), repairs)
 
     def write(self, goals: Iterable[WrittenGoal]) -> tuple[str, ...]:
         """Each goal as an object with its section as key."""
@@ -109,19 +117,11 @@ def _sections(value: object) -> dict[str, object] | None:
     return members if any(key in members for key in SECTIONS.values()) else None
 
 
-def _entries(kind: GoalKind, value: object) -> list[WrittenGoal | IllFormed]:
-    """The goals of a section; empty objects say nothing."""
-    if value is None:
-        return []
-    if not isinstance(value, list):
-        return [IllFormed(kind, str(value))]
-    names = FIELDS[kind]
-    return [_goal(names, entry) or IllFormed(kind, str(entry)) for entry in value if entry != _NOTHING]
-
-
 def _goal(names: tuple[str, ...], entry: object) -> WrittenGoal | None:
     """What an entry states; None if it lacks a field."""
-    members = dict(entry.members) if isinstance(entry, Pairs) else {}
+    if not isinstance(entry, Pairs):
+        return None
+    members = dict(entry.members)
     fields = [field for name in names if isinstance(field := members.get(name), str)]
     return goal_of(fields) if len(fields) == len(names) else None
 
