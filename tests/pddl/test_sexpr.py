@@ -35,7 +35,9 @@ def test_several_groups_in_a_row_keep_their_places() -> None:
     assert isinstance(first, Group)
     assert isinstance(second, Group)
     assert (first.offset, first.end, second.offset, second.end) == (0, 3, 4, 10)
-    assert second.items[1] == Symbol("c", 8)
+    word = second.items[1]
+    assert isinstance(word, Symbol)
+    assert (word.text, word.offset) == ("c", 8)
 
 
 def test_reading_one_group_leaves_the_rest() -> None:

@@ -2,7 +2,8 @@
 
 A formula is a frozen value without behaviour of its own. Concrete syntaxes (LTL text, BDDL, PDDL) read and
 print it, evaluators give it a meaning. State formulas speak of one state; the temporal operators at the end
-of the file speak of finite traces (paper, section "LTL representation of goals").
+of the file speak of finite traces (paper, section "LTL representation of goals"). The parts that are looked
+up most say how they are hashed: as a dataclass would have it, but compiled with the rest.
 
 Python's ``&``, ``|`` and ``~`` build conjunction, disjunction and negation, so that a domain reads like
 logic.
@@ -27,12 +28,18 @@ class Variable(Frozen):
     name: str
     category: str | None = None
 
+    def __hash__(self) -> int:
+        return hash((self.name, self.category))
+
 
 @dataclass(frozen=True, slots=True)
 class Constant(Frozen):
     """An object, by the name that the syntax at hand gives it (``sofa.352``, ``rag_51``, ``char``)."""
 
     name: str
+
+    def __hash__(self) -> int:
+        return hash((self.name,))
 
 
 Term: TypeAlias = Variable | Constant
@@ -59,6 +66,9 @@ class Atom(_Connectives):
 
     predicate: str
     arguments: tuple[Term, ...] = ()
+
+    def __hash__(self) -> int:
+        return hash((self.predicate, self.arguments))
 
 
 @dataclass(frozen=True, slots=True)

@@ -139,7 +139,7 @@ def _without_costs(group: Group) -> Group:
             kept.append(item)
         elif not _is_cost(item):
             kept.append(_without_costs(item))
-    return group._replace(items=tuple(kept))
+    return Group(tuple(kept), group.offset, group.end)
 
 
 def _is_cost(group: Group) -> bool:

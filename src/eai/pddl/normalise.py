@@ -114,13 +114,13 @@ def _parameters(text: str, group: Group) -> tuple[f.Variable, ...] | None:
 def _marked(expression: SExpr, bare: frozenset[str] = frozenset()) -> SExpr:
     """The expression with question marks put before names that a quantifier binds without one."""
     if isinstance(expression, Symbol):
-        return (
-            expression._replace(text=f"?{expression.text}--bare") if expression.text in bare else expression
-        )
+        text = expression.text
+        return Symbol(f"?{text}--bare", expression.offset) if text in bare else expression
     match expression.items:
         case (Symbol("forall" | "exists"), Group(names), _):
             bare |= {name for name in _bound_words(names) if not name.startswith("?")}
-    return expression._replace(items=tuple(_marked(item, bare) for item in expression.items))
+    items = tuple([_marked(item, bare) for item in expression.items])
+    return Group(items, expression.offset, expression.end)
 
 
 def _bound_words(names: tuple[SExpr, ...]) -> list[str]:

@@ -9,7 +9,7 @@ the business of `reader`.
 from __future__ import annotations
 
 import re
-from typing import NamedTuple, TypeAlias
+from typing import ClassVar, TypeAlias
 
 from eai.pddl.offence import Offence, PddlError
 
@@ -19,19 +19,27 @@ MAX_DEPTH = 100
 """How deep parentheses may nest; the data set needs 9."""
 
 
-class Symbol(NamedTuple):
+class Symbol:
     """A word, in lower case since PDDL does not distinguish case; ``offset`` counts characters from 0."""
 
-    text: str
-    offset: int
+    __slots__ = ("offset", "text")
+    __match_args__: ClassVar = ("text",)
+
+    def __init__(self, text: str, offset: int) -> None:
+        self.text = text
+        self.offset = offset
 
 
-class Group(NamedTuple):
+class Group:
     """A parenthesised list from ``offset``, its opening parenthesis, to ``end``, behind the closing one."""
 
-    items: tuple[SExpr, ...]
-    offset: int
-    end: int
+    __slots__ = ("end", "items", "offset")
+    __match_args__: ClassVar = ("items",)
+
+    def __init__(self, items: tuple[SExpr, ...], offset: int, end: int) -> None:
+        self.items = items
+        self.offset = offset
+        self.end = end
 
 
 SExpr: TypeAlias = Symbol | Group
