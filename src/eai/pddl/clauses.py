@@ -153,8 +153,8 @@ def parts_of(clause: Clause) -> tuple[Clause, ...]:
     return clause.parts if isinstance(clause, Joined) else (clause,)
 
 
-def canonical(clause: Clause, names: Mapping[str, str], depth: int = 0) -> Clause:
-    """The tree that all trees become which differ from it in order of parts and names of variables only.
+def canonical(clause: Clause, names: Mapping[str, str], depth: int = 0) -> str:
+    """The text of all trees that differ from this one in order of parts and names of variables only.
 
     Args:
         clause: the tree.
@@ -163,17 +163,19 @@ def canonical(clause: Clause, names: Mapping[str, str], depth: int = 0) -> Claus
     """
     match clause:
         case Literal(predicate, arguments, positive):
-            return Literal(predicate, tuple(_called(term, names) for term in arguments), positive=positive)
+            atom = f"({' '.join([predicate, *[_called(term, names) for term in arguments]])})"
+            return atom if positive else f"(not {atom})"
         case Joined(connective, parts):
-            found = [canonical(part, names, depth) for part in parts]
-            return Joined(connective, tuple(sorted(found, key=write_clause)))
+            found = sorted([canonical(part, names, depth) for part in parts])
+            return f"({' '.join([connective.value, *found])})"
         case Denied(part):
-            return Denied(canonical(part, names, depth))
+            return f"(not {canonical(part, names, depth)})"
         case Bound(scope, name, category, part):
             bound = f"#{depth}"
-            return Bound(scope, bound, category, canonical(part, {**names, name: bound}, depth + 1))
+            body = canonical(part, {**names, name: bound}, depth + 1)
+            return f"({scope.value} (?{bound} - {category}) {body})"
         case Guarded(guard, part):
-            return Guarded(canonical(guard, names, depth), canonical(part, names, depth))
+            return f"(when {canonical(guard, names, depth)} {canonical(part, names, depth)})"
         case _:
             assert_never(clause)
 
@@ -202,8 +204,8 @@ def predicates_in(text: str) -> frozenset[str]:
     return frozenset(_HEAD.findall(text)) - _CONNECTIVES if text.startswith("(") else frozenset({text})
 
 
-def _called(term: f.Term, names: Mapping[str, str]) -> f.Term:
-    return f.Variable(names.get(term.name, f"?{term.name}")) if isinstance(term, f.Variable) else term
+def _called(term: f.Term, names: Mapping[str, str]) -> str:
+    return f"?{names.get(term.name, f'?{term.name}')}" if isinstance(term, f.Variable) else term.name
 
 
 def _denied(clause: Clause) -> Clause:

@@ -49,7 +49,7 @@ class _Side(NamedTuple):
 
     ours: Clause
     theirs: Clause
-    wanted: tuple[Clause, ...]
+    wanted: tuple[str, ...]
 
 
 class _Found(NamedTuple):
