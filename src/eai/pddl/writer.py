@@ -18,7 +18,7 @@ def write_domain(domain: m.PddlDomain) -> str:
         f"(:requirements {' '.join(domain.requirements)})" if domain.requirements else "",
         f"(:types {_typed_names(domain.types)})" if domain.types else "",
         f"(:constants {_typed_names(domain.constants)})" if domain.constants else "",
-        _block(":predicates", (_list([p.name, *_declared(p.parameters)]) for p in domain.predicates)),
+        _block(":predicates", [_list([p.name, *_declared(p.parameters)]) for p in domain.predicates]),
         *map(_axiom, domain.axioms),
         *map(write_action, domain.actions),
     ]
@@ -27,7 +27,7 @@ def write_domain(domain: m.PddlDomain) -> str:
 
 def write_problem(problem: m.PddlProblem) -> str:
     """The problem as text, one fact a line."""
-    denied = (f"(not {write_atom(atom)})" for atom in problem.denied)
+    denied = [f"(not {write_atom(atom)})" for atom in problem.denied]
     sections = [
         f"(:domain {problem.domain})",
         f"(:objects {_typed_names(problem.objects)})",

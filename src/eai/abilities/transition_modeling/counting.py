@@ -12,6 +12,9 @@ from eai.pddl.match import SideMatch
 OTHER = "other"
 """The category of predicates that the domain does not have."""
 
+_PLAIN: dict[str, str] = {category: category.value for category in Category}
+"""The names of categories as nothing but texts."""
+
 
 def count_by_category(
     sides: Iterable[SideMatch], categories: Mapping[str, Category], *, clauses: bool
@@ -28,10 +31,11 @@ def count_by_category(
     for side in sides:
         for index, parts in enumerate((side.matched, side.additional, side.missing)):
             for part in parts:
-                found = {categories.get(name) for name in predicates_in(part)}
-                names = {category.value for category in found if category is not None}
+                names: set[str] = {categories.get(name, OTHER) for name in predicates_in(part)}
                 if clauses:
-                    names |= {ALL, OTHER} if None in found else {ALL}
+                    names.add(ALL)
+                else:
+                    names.discard(OTHER)
                 for name in names:
                     counts.setdefault(name, [0, 0, 0])[index] += 1
-    return {name: Confusion(*counts[name]) for name in sorted(counts)}
+    return {_PLAIN.get(name, name): Confusion(*counts[name]) for name in sorted(counts)}
