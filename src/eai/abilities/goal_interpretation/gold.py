@@ -43,7 +43,7 @@ class GoldGoals:
         goals: the goals, in order.
         stated: how each condition is stated in an answer, in canonical form.
         mask_of: the conditions that are stated in the same way, by that way.
-        of_kind: the conditions of each kind.
+        of_kind: the conditions of each kind, by its name.
     """
 
     def __init__(self, alternatives: tuple[Alternatives, ...], lexicon: GoalLexicon) -> None:
@@ -52,7 +52,7 @@ class GoldGoals:
         self.stated: list[WrittenGoal] = []
         self._texts: list[str] = []
         self.mask_of: dict[WrittenGoal, int] = {}
-        self.of_kind = dict.fromkeys(GoalKind, 0)
+        self.of_kind: dict[str, int] = {kind.value: 0 for kind in GoalKind}
         self.goals = tuple(
             GoldGoal(each.kind, each.text, best_overlap(each.options, self._number)) for each in alternatives
         )

@@ -28,7 +28,7 @@ from eai.abilities.goal_interpretation.notation import GoalNotation
 from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.goal_interpretation.written import IllFormed, WrittenGoal, WrittenGoals
 from eai.abilities.scorer import Assessment, Scorer
-from eai.abilities.task import GoalKind, Task
+from eai.abilities.task import Task
 from eai.abilities.unreadable import Unreadable
 from eai.abilities.verdict import ALL, Confusion, ErrorReport
 from eai.world.domain import Domain
@@ -91,7 +91,7 @@ class GoalInterpretation(Scorer):
         ill_formed = len(lacking) + len(dict.fromkeys(goals.ill_formed))
         wanted, found = reduce(or_, self._chosen(said), 0), 0
         wrong: list[str] = []
-        kinds: list[GoalKind] = []
+        kinds: list[str] = []
         for goal, times in said.items():
             meant = self.gold.mask_of.get(goal, 0) & wanted
             asked = meant.bit_count()
@@ -105,9 +105,7 @@ class GoalInterpretation(Scorer):
         return GoalVerdict(
             counts={
                 **{
-                    kind.value: Confusion(
-                        (found & of).bit_count(), kinds.count(kind), (missing & of).bit_count()
-                    )
+                    kind: Confusion((found & of).bit_count(), kinds.count(kind), (missing & of).bit_count())
                     for kind, of in self.gold.of_kind.items()
                 },
                 ALL: Confusion(found.bit_count(), len(wrong), missing.bit_count()),

@@ -100,13 +100,11 @@ class VirtualHomeGoals(GoalNotation):
 
 def goal_of(fields: list[str]) -> WrittenGoal:
     """What the fields of an entry state: an action, a state or a relation."""
-    match fields:
-        case [name, relation, other]:
-            return WrittenGoal(relation, (name, other))
-        case [name, state]:
-            return WrittenGoal(state, (name,))
-        case _:
-            return WrittenGoal(fields[0].upper(), is_action=True)
+    if len(fields) == 3:
+        return WrittenGoal(fields[1], (fields[0], fields[2]))
+    if len(fields) == 2:
+        return WrittenGoal(fields[1], (fields[0],))
+    return WrittenGoal(fields[0].upper(), is_action=True)
 
 
 def _sections(value: object) -> dict[str, object] | None:
