@@ -1,12 +1,12 @@
-"""Answers a CPU second in every suite: one model's answers, then those of three others, each answer once.
+"""Answers a CPU second in every suite: one model's answers, then those of three others, and these once more.
 
 The answers are those of ``../shared/oracle``, as released. A fresh process scores those of the first model,
-which makes all tasks and scorers (cold), then those of the others (steady); the median of several processes
-counts. What is remembered of an answer helps only where another model gives the same. Garbage is searched for
-as seldom as in ``eai score``, and bytecode is to be there, as of an installed package: what starts cold takes
-half as long again without it (``PYTHONDONTWRITEBYTECODE``). No planner is asked. In the same run the
-reference package may score some of the first model's answers, evenly spread over the tasks, where it can do
-so here (`reference`).
+which makes all tasks and scorers (cold), then those of the others (steady), where what is remembered of an
+answer helps only if another model gives the same, and then those of the others a second time (again), as a
+trainer's samples repeat. The median of several processes counts. Garbage is searched for as seldom as in
+``eai score``, and bytecode is to be there, as of an installed package: what starts cold takes half as long
+again without it (``PYTHONDONTWRITEBYTECODE``). No planner is asked. In the same run the reference package may
+score some of the first model's answers, evenly spread over the tasks, where it can do so here (`reference`).
 
     python bench/by_suite.py [--suite behavior/] [--repeats 3] [--protocol strict] [--reference 100]
     python bench/by_suite.py --beside build/compiled/bin/python
@@ -39,10 +39,11 @@ MODELS = ("gpt-4o-2024-05-13", "claude-3-5-sonnet-20240620", "llama-3-8b-chat", 
 
 
 class Speed(NamedTuple):
-    """How many answers were scored a CPU second: those of the first model, and those of the others."""
+    """How many answers were scored a CPU second: the first model's, those of the others, and these again."""
 
     cold: float
     steady: float
+    again: float
 
 
 def main() -> None:
@@ -63,14 +64,14 @@ def main() -> None:
         print(json.dumps([measured(domain, ability, arguments.protocol) for domain, ability in suites]))
         return
     builds = [sys.executable, *([arguments.beside] if arguments.beside else [])]
-    print(f"{'answers a CPU second':34}" + f"{'cold':>8}{'steady':>8}" * len(builds))
+    print(f"{'answers a CPU second':34}" + f"{'cold':>8}{'steady':>8}{'again':>8}" * len(builds))
     for domain, ability in suites:
         name = f"{domain}/{ability.value}"
         runs = [
             [_once(build, name, arguments.protocol) for build in builds] for _ in range(arguments.repeats)
         ]
         speeds = [Speed(*map(median, zip(*of_build, strict=True))) for of_build in zip(*runs, strict=True)]
-        told = "".join(f"{speed.cold:8,.0f}{speed.steady:8,.0f}" for speed in speeds)
+        told = "".join(f"{figure:8,.0f}" for speed in speeds for figure in speed)
         if len(speeds) > 1:
             ratios = [b / a for a, b in zip(*speeds, strict=True)]
             told += "   times " + ", ".join(f"{ratio:.2f}" for ratio in ratios)
@@ -92,7 +93,7 @@ def measured(domain: str, ability: Ability, protocol: Protocol) -> Speed:
     suite = open_suite(domain, ability, protocol, source=Source(planner=PlannerChoice.NONE))
     first, *others = [_answers(domain, ability, model) for model in MODELS]
     with undisturbed():
-        return Speed(_speed(suite, [first]), _speed(suite, others))
+        return Speed(_speed(suite, [first]), _speed(suite, others), _speed(suite, others))
 
 
 def reference_speed(ability: Ability, number: int) -> float:
