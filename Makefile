@@ -20,6 +20,9 @@ WITH_DEV := $(VENV)/.with-dev
 WITH_RELEASE := $(VENV)/.with-release
 WITH_SITE := $(VENV)/.with-site
 
+# The extras that tests need.
+DEV := run,plots,analysis,planner,envs,croissant,dev
+
 .PHONY: demo test lint type bench docs site packages release compiled test-compiled test-bare audit clean
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
@@ -55,7 +58,7 @@ packages: $(patsubst %,%/.venv/.tested,$(wildcard packages/*))
 
 packages/%/.venv/.tested: $(shell find packages src -name .venv -prune -o -name '*.py' -print)
 	@test -x $(@D)/bin/python || $(MAKE) --no-print-directory VENV=$(@D) $(@D)/.created
-	$(@D)/bin/python -m pip install --quiet --disable-pip-version-check --editable . --editable 'packages/$*[dev]'
+	@$(call pip,$(@D),--editable . --editable 'packages/$*[dev]')
 	cd packages/$* && .venv/bin/mypy && .venv/bin/pytest && PYTHONPATH=$(CURDIR)/examples/lamps .venv/bin/python example.py
 	@touch $@
 
@@ -77,8 +80,7 @@ compiled: $(WITH_RELEASE)
 test-compiled: compiled
 	rm -rf build/compiled
 	$(BIN)/python -m venv build/compiled
-	build/compiled/bin/python -m pip install --quiet --disable-pip-version-check \
-	  "$$(ls dist/*-cp*.whl)[run,plots,analysis,planner,envs,croissant,dev]"
+	@$(call pip,build/compiled,"$$(ls dist/*-cp*.whl)[$(DEV)]")
 	build/compiled/bin/eai --version | grep compiled
 	build/compiled/bin/pytest $(ARGS)
 
@@ -86,7 +88,7 @@ test-bare: $(WITH_DEV)
 	rm -rf build/bare
 	$(BIN)/python -m pip wheel --quiet --disable-pip-version-check --no-deps --wheel-dir build/bare .
 	$(BIN)/python -m venv build/bare/venv
-	build/bare/venv/bin/python -m pip install --quiet --disable-pip-version-check build/bare/*.whl
+	@$(call pip,build/bare/venv,build/bare/*.whl)
 	EAI_BARE=$(CURDIR)/build/bare/venv/bin/python $(BIN)/pytest tests/cli/test_extras.py $(ARGS)
 
 audit: $(WITH_RELEASE)
@@ -98,7 +100,7 @@ audit: $(WITH_RELEASE)
 define RUNTIME
 rm -rf build/runtime
 $(BIN)/python -m venv build/runtime
-build/runtime/bin/python -m pip install --quiet --disable-pip-version-check '.[run,planner,plots,analysis,envs]'
+@$(call pip,build/runtime,'.[run,planner,plots,analysis,envs]')
 endef
 
 clean:
@@ -118,8 +120,13 @@ $(CREATED):
 # $(call install,EXTRAS): with uv where there is one, else, or when it fails (its index settings are its own), with pip.
 define install
 	@{ command -v uv >/dev/null && uv pip install --quiet --python $(BIN)/python --editable '.[$(1)]'; } \
-	  || $(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[$(1)]'
+	  || { $(call pip,$(VENV),--editable '.[$(1)]'); }
 endef
+
+# $(call pip,ENVIRONMENT,WHAT): with a pip that is quick to find versions which go together: Python 3.10's own may take
+# a quarter of an hour.
+PIP_INSTALL := -m pip install --quiet --disable-pip-version-check
+pip = $(1)/bin/python $(PIP_INSTALL) 'pip>=25' && $(1)/bin/python $(PIP_INSTALL) $(2)
 
 $(WITH_RELEASE): $(CREATED) pyproject.toml
 	$(call install,release)
@@ -134,7 +141,6 @@ $(WITH_RUN): $(CREATED) pyproject.toml
 	@touch $@
 
 $(WITH_DEV): $(CREATED) pyproject.toml
-	$(call install,run$(comma)plots$(comma)analysis$(comma)planner$(comma)envs$(comma)croissant$(comma)dev)
+	$(call install,$(DEV))
 	@touch $@ $(WITH_RUN)
 
-comma := ,

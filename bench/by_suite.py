@@ -11,7 +11,8 @@ score some of the first model's answers, evenly spread over the tasks, where it 
     python bench/by_suite.py [--suite behavior/] [--repeats 3] [--protocol strict] [--reference 100]
     python bench/by_suite.py --beside build/compiled/bin/python
 
-The second measures another build, which that interpreter imports, in turn with this one.
+The second measures another build, which that interpreter imports, in turn with this one, and says how many
+times as fast it is: the median of the ratios of runs that follow each other, since a machine has its moods.
 """
 
 from __future__ import annotations
@@ -70,15 +71,19 @@ def main() -> None:
         runs = [
             [_once(build, name, arguments.protocol) for build in builds] for _ in range(arguments.repeats)
         ]
-        speeds = [Speed(*map(median, zip(*of_build, strict=True))) for of_build in zip(*runs, strict=True)]
+        speeds = [_medians(of_build) for of_build in zip(*runs, strict=True)]
         told = "".join(f"{figure:8,.0f}" for speed in speeds for figure in speed)
-        if len(speeds) > 1:
-            ratios = [b / a for a, b in zip(*speeds, strict=True)]
-            told += "   times " + ", ".join(f"{ratio:.2f}" for ratio in ratios)
+        if len(builds) > 1:
+            ratios = [Speed(*(b / a for a, b in zip(*run, strict=True))) for run in runs]
+            told += "   times " + ", ".join(f"{ratio:.2f}" for ratio in _medians(ratios))
         print(f"{name:34}{told}", flush=True)
         if arguments.reference and domain == "virtualhome":
             speed_there = reference_speed(ability, arguments.reference)
             print(f"    {reference.REFERENCE:30}{speed_there:8.1f}", flush=True)
+
+
+def _medians(speeds: Sequence[Speed]) -> Speed:
+    return Speed(*map(median, zip(*speeds, strict=True)))
 
 
 def _once(python: str, suite: str, protocol: Protocol) -> Speed:
