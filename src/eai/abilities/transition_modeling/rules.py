@@ -8,8 +8,9 @@ undefined names is an input error of the answer, as any current planner has it.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import NamedTuple
 
 from eai.abilities.share import add
 from eai.abilities.transition_modeling.extraction import Readings, WrittenOperator, extract
@@ -27,13 +28,20 @@ from eai.pddl.offence import PddlFinding
 from eai.pddl.planning import PddlPlanner, PlannerResult, PlanningTask, refusal
 
 
+class _Comparison(NamedTuple):
+    """What is said of an operator that is asked for, and how it compares with the gold one."""
+
+    report: OperatorReport
+    match: OperatorMatch
+
+
 @dataclass(frozen=True, slots=True)
 class PaperRules(Frozen):
     """The rules with what they remember about one domain: equal operators are compared and checked once."""
 
     plans: PlanMemory
     readings: Readings = field(default_factory=Memory)
-    matched: Memory[tuple[PddlAction | None, str], OperatorMatch] = field(default_factory=Memory)
+    compared: Memory[tuple[PddlAction | PddlFinding | None, str], _Comparison] = field(default_factory=Memory)
     checked: Memory[PddlAction, tuple[PddlFinding, ...]] = field(default_factory=Memory)
     counts_clauses: bool = True
 
@@ -48,21 +56,21 @@ class PaperRules(Frozen):
         if written is None:
             return replace(self.unanswered(task), error=UNREADABLE)
         by_name = {operator.name: operator for operator in written.operators}
-        matches = {name: self._match(task, name, by_name.get(name)) for name in task.operators}
-        asked = tuple(self._report(task, name, by_name.get(name), match) for name, match in matches.items())
+        compared = [self._compare(task, name, by_name.get(name)) for name in task.operators]
+        asked = tuple([each.report for each in compared])
         others = tuple(
             OperatorReport(name, OperatorStatus.HALLUCINATED, offences=self._findings(task, operator))
             for name, operator in by_name.items()
             if name not in task.operators
         )
         planning = self._plan(task, by_name, asked)
-        return Judgement((*asked, *others), planning, _literals(matches.values()), written.repairs)
+        return Judgement((*asked, *others), planning, _literals(compared), written.repairs)
 
     def unanswered(self, task: TransitionTask) -> Judgement:
         """The judgement where there is no answer: all that is asked for is missing."""
-        matches = {name: self._match(task, name, None) for name in task.operators}
-        missing = tuple(self._report(task, name, None, match) for name, match in matches.items())
-        return Judgement(missing, self.plans.without_operators, _literals(matches.values()))
+        compared = [self._compare(task, name, None) for name in task.operators]
+        missing = tuple([each.report for each in compared])
+        return Judgement(missing, self.plans.without_operators, _literals(compared))
 
     def plan_one_at_a_time(
         self, task: TransitionTask, text: str, replaced: Replaced
@@ -82,30 +90,15 @@ class PaperRules(Frozen):
         readable = tuple(each for each in actions if isinstance(each, PddlAction))
         return self._solve(task, readable, self._findings(task, tried), tried.size)
 
-    def _report(
-        self, task: TransitionTask, name: str, written: WrittenOperator | None, match: OperatorMatch
-    ) -> OperatorReport:
-        if written is None:
-            return OperatorReport(name, OperatorStatus.MISSING, match.precondition, match.effect)
-        readable = isinstance(written.reading, PddlAction)
-        status = OperatorStatus.COMPARED if readable else OperatorStatus.UNREADABLE
-        findings = self._findings(task, written)
-        return OperatorReport(name, status, match.precondition, match.effect, findings)
-
-    def _match(self, task: TransitionTask, name: str, written: WrittenOperator | None) -> OperatorMatch:
-        action = written.reading if written and isinstance(written.reading, PddlAction) else None
-        gold = task.gold[name]
-        if written is None or action is None:
-            return self.matched.recall((None, name), 0, lambda: missing_operator(gold))
-        return self.matched.recall((action, name), written.size, lambda: match_operators(action, gold))
+    def _compare(self, task: TransitionTask, name: str, written: WrittenOperator | None) -> _Comparison:
+        reading, size = (None, 0) if written is None else (written.reading, written.size)
+        return self.compared.recall((reading, name), size, lambda: _comparison(task, name, reading))
 
     def _findings(self, task: TransitionTask, written: WrittenOperator) -> tuple[PddlFinding, ...]:
         action = written.reading
         if isinstance(action, PddlFinding):
             return (action,)
-        return self.checked.recall(
-            action, written.size, lambda: check_action(action, Declarations.of(task.domain.header))
-        )
+        return self.checked.recall(action, written.size, lambda: _checked(task, action))
 
     def _plan(
         self,
@@ -130,6 +123,25 @@ class PaperRules(Frozen):
         return self.plans.solve(key, size, lambda: _planning(task, actions, refusals))
 
 
+def _comparison(task: TransitionTask, name: str, reading: PddlAction | PddlFinding | None) -> _Comparison:
+    gold = task.gold[name]
+    findings: tuple[PddlFinding, ...] = ()
+    if isinstance(reading, PddlAction):
+        status, match = OperatorStatus.COMPARED, match_operators(reading, gold)
+        findings = _checked(task, reading)
+    elif reading is None:
+        status, match = OperatorStatus.MISSING, missing_operator(gold)
+    else:
+        status, match = OperatorStatus.UNREADABLE, missing_operator(gold)
+        findings = (reading,)
+    return _Comparison(OperatorReport(name, status, match.precondition, match.effect, findings), match)
+
+
+def _checked(task: TransitionTask, action: PddlAction) -> tuple[PddlFinding, ...]:
+    """What is wrong with an operator, whatever the gold one."""
+    return check_action(action, Declarations.of(task.domain.header))
+
+
 def _mixed(written: WrittenOperator, gold: PddlAction, replaced: Replaced) -> WrittenOperator:
     """An operator of an answer, of which only what is to replace the gold one's is its own."""
     own = written.reading
@@ -140,12 +152,11 @@ def _mixed(written: WrittenOperator, gold: PddlAction, replaced: Replaced) -> Wr
     return replace(written, reading=replace(gold, effect=own.effect))
 
 
-def _literals(matches: Iterable[OperatorMatch]) -> dict[str, Confusion]:
+def _literals(compared: Sequence[_Comparison]) -> dict[str, Confusion]:
     """The literals of several operators together, by side."""
-    found = tuple(matches)
     return {
-        "precondition": add([Confusion(*match.precondition_literals) for match in found]),
-        "effect": add([Confusion(*match.effect_literals) for match in found]),
+        "precondition": add([Confusion(*each.match.precondition_literals) for each in compared]),
+        "effect": add([Confusion(*each.match.effect_literals) for each in compared]),
     }
 
 
