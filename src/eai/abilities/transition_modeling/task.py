@@ -6,7 +6,7 @@ import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 from eai.pddl.model import PddlAction, PddlDomain, PddlProblem
 from eai.pddl.operator_text import OperatorText
@@ -73,9 +73,15 @@ class TransitionTask:
     @cached_property
     def gold(self) -> Mapping[str, PddlAction]:
         """The operators that are asked for, as the data set has them."""
-        return {name: read_action(self.domain.operators[name].pddl) for name in self.operators}
+        return {name: _gold(self.domain.operators[name].pddl) for name in self.operators}
 
     def gold_answer(self) -> str:
         """The data set's own operators in the form in which answers come."""
         texts = [self.domain.operators[name].pddl for name in self.operators]
         return json.dumps({"output": "\n".join(texts)})
+
+
+@lru_cache(maxsize=256)
+def _gold(text: str) -> PddlAction:
+    """A gold operator, which many tasks ask for."""
+    return read_action(text)
