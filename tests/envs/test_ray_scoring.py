@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -22,8 +23,11 @@ from eai.envs.ray_scoring import LOCAL, RayScoring  # noqa: E402 - needs it
 
 @pytest.fixture(scope="module")
 def cluster() -> Iterator[RayScoring]:
-    with RayScoring(LOCAL, 2) as scoring:
-        yield scoring
+    """Two actors of a cluster that finds the modules of the tests, not only those of the folder it is in."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("PYTHONPATH", str(Path(__file__).parents[1]), prepend=os.pathsep)
+        with RayScoring(LOCAL, 2) as scoring:
+            yield scoring
 
 
 def test_records_are_those_of_one_process(cluster: RayScoring, data_store: Store) -> None:
