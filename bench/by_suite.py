@@ -18,13 +18,11 @@ times as fast it is: the median of the ratios of runs that follow each other, si
 from __future__ import annotations
 
 import argparse
-import gzip
 import json
 import subprocess
 import sys
 import time
 from collections.abc import Sequence
-from pathlib import Path
 from statistics import median
 from typing import NamedTuple
 
@@ -34,8 +32,8 @@ from eai.benchmarks.source import Source
 from eai.benchmarks.suite import Suite, available_suites, open_suite
 from eai.pddl.planning import PlannerChoice
 from eai.scoring.undisturbed import undisturbed
+from oracle_answers import ORACLE, oracle_answers, require_oracle
 
-ORACLE = Path(__file__).resolve().parents[2] / "shared" / "oracle"
 MODELS = ("gpt-4o-2024-05-13", "claude-3-5-sonnet-20240620", "llama-3-8b-chat", "mixtral-8x22b-instruct-v0.1")
 
 
@@ -58,8 +56,7 @@ def main() -> None:
     parser.add_argument("--beside", help="an interpreter that imports another build")
     parser.add_argument("--once", action="store_true", help=argparse.SUPPRESS)
     arguments = parser.parse_args()
-    if not ORACLE.is_dir():
-        sys.exit("the oracle is not beside the repository")
+    require_oracle()
     suites = [(d, a) for d, a in available_suites() if arguments.suite in f"{d}/{a.value}"]
     if arguments.once:
         print(json.dumps([measured(domain, ability, arguments.protocol) for domain, ability in suites]))
@@ -123,12 +120,8 @@ def _speed(suite: Suite, files: Sequence[Sequence[tuple[str, str]]]) -> float:
 
 
 def _answers(domain: str, ability: Ability, model: str) -> list[tuple[str, str]]:
-    content = json.loads(gzip.decompress((ORACLE / domain / ability.value / f"{model}.json.gz").read_bytes()))
-    rows = content.get("tasks") or content.get("records")
-    return [
-        (row.get("id", row.get("identifier")).split("@")[0], row.get("llm_output", row.get("response")) or "")
-        for row in rows
-    ]
+    path = ORACLE / domain / ability.value / f"{model}.json.gz"
+    return [(answer.task_id, answer.text) for answer in oracle_answers(path)]
 
 
 if __name__ == "__main__":

@@ -13,7 +13,6 @@ Operators are compared with the gold ones, and no planner is asked: its outcomes
 from __future__ import annotations
 
 import argparse
-import gzip
 import hashlib
 import json
 import sys
@@ -26,8 +25,8 @@ from eai.abilities.protocol import Ability, Protocol
 from eai.benchmarks.source import Source
 from eai.benchmarks.suite import open_suite
 from eai.pddl.planning import PlannerChoice
+from oracle_answers import answer_files, oracle_answers, require_oracle
 
-ORACLE = Path(__file__).resolve().parents[2] / "shared" / "oracle"
 DIGESTS = Path(__file__).with_name("digests.json")
 
 FIELDS = (
@@ -69,8 +68,7 @@ def main() -> None:
     parser.add_argument("--rows", type=Path)
     parser.add_argument("--only", default="", help="a part of DOMAIN/ABILITY")
     arguments = parser.parse_args()
-    if not ORACLE.is_dir():
-        sys.exit("the oracle is not beside the repository")
+    require_oracle()
     known = json.loads(DIGESTS.read_text()) if DIGESTS.exists() else {}
     found: dict[str, str] = {}
     for suite in [suite for suite in OWN_FIELDS if arguments.only in suite]:
@@ -93,18 +91,14 @@ def main() -> None:
 def _lines(suite: str, protocol: Protocol) -> Iterator[str]:
     """The verdicts on all answers of a suite, file by file: all of a file are read together."""
     domain, ability = suite.split("/")
-    for path in sorted((ORACLE / domain / ability).glob("*.json.gz")):
-        if ".fd26.6" in path.name:  # the same answers, with the outcomes of another planner
-            continue
-        content = json.loads(gzip.decompress(path.read_bytes()))
-        rows = content.get("tasks") or content.get("records")
-        answers = [row.get("llm_output", row.get("response")) or "" for row in rows]
+    for path in answer_files(suite):
+        answers = oracle_answers(path)
         source = Source(planner=PlannerChoice.NONE)
-        opened = open_suite(domain, Ability(ability), protocol, source=source).over(answers)
-        for row, text in zip(rows, answers, strict=True):
-            identifier = row.get("id", row.get("identifier"))
-            fields = _kept(suite, fields_of(opened.score(identifier.split("@")[0], text)))
-            yield json.dumps([path.name, identifier, fields], sort_keys=True) + "\n"
+        opened = open_suite(domain, Ability(ability), protocol, source=source)
+        together = opened.over([answer.text for answer in answers])
+        for answer in answers:
+            fields = _kept(suite, fields_of(together.score(answer.task_id, answer.text)))
+            yield json.dumps([path.name, answer.identifier, fields], sort_keys=True) + "\n"
 
 
 def _kept(suite: str, fields: Mapping[str, Any]) -> dict[str, Any]:

@@ -11,16 +11,13 @@ that the task is about, the verdict and its explanation. No planner is asked abo
 from __future__ import annotations
 
 import argparse
-import gzip
-import json
 import random
-import sys
 from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
 from rich.console import Console
 
-from digests import ORACLE, OWN_FIELDS
+from digests import OWN_FIELDS
 from eai.abilities.declaration import AnswerOutcome
 from eai.abilities.declarations import DECLARATIONS
 from eai.abilities.explanation import fact_text
@@ -31,9 +28,7 @@ from eai.benchmarks.source import Source
 from eai.benchmarks.suite import Suite, open_suite
 from eai.cli.explain import print_record
 from eai.pddl.planning import PlannerChoice
-
-NO_MODELS = ("gold", "gt", "perturb", "helm")
-"""How the names of the oracle's files begin that hold no model's answers."""
+from oracle_answers import model_files, oracle_answers, require_oracle
 
 FAILURES = 2 / 3
 """The share of answers that do not succeed in a sample."""
@@ -57,8 +52,7 @@ def main() -> None:
     parser.add_argument("--suite", default="", help="a part of DOMAIN/ABILITY")
     parser.add_argument("--protocol", type=Protocol, default=Protocol.STRICT)
     arguments = parser.parse_args()
-    if not ORACLE.is_dir():
-        sys.exit("the oracle is not beside the repository")
+    require_oracle()
     suites = [suite for suite in OWN_FIELDS if arguments.suite in suite]
     console = Console(width=120, highlight=False)
     for place, name in enumerate(suites):
@@ -78,18 +72,13 @@ def _open(name: str, protocol: Protocol) -> Suite:
 
 def _answers(name: str, suite: Suite) -> Iterator[Answer]:
     """The scored answers of all models to a suite, model by model."""
-    for path in sorted((ORACLE / name).glob("*.json.gz")):
-        if path.name.startswith(NO_MODELS) or ".fd26.6" in path.name:
-            continue
-        content = json.loads(gzip.decompress(path.read_bytes()))
-        for row in content.get("tasks") or content["records"]:
-            text = row.get("llm_output", row.get("response")) or ""
-            task_id = row.get("id", row.get("identifier")).split("@")[0]
-            verdict = suite.score(task_id, text)
+    for path in model_files(name):
+        for answer in oracle_answers(path):
+            verdict = suite.score(answer.task_id, answer.text)
             if verdict.excluded is None:
                 came_to = DECLARATIONS[suite.ability].outcome(verdict)
                 succeeds = came_to is AnswerOutcome.SUCCESS
-                yield Answer(path.name.removesuffix(".json.gz"), task_id, text, succeeds)
+                yield Answer(path.name.removesuffix(".json.gz"), answer.task_id, answer.text, succeeds)
 
 
 def _draw(answers: Sequence[Answer], number: int, seed: str) -> list[Answer]:

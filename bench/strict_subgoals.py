@@ -11,27 +11,15 @@ sixteen subgoals, each an action on whatever object.
 from __future__ import annotations
 
 import argparse
-import gzip
 import json
-import sys
 import time
-from collections.abc import Iterator
-from typing import NamedTuple
 
-from digests import ORACLE
 from eai.abilities.protocol import Ability, Protocol
 from eai.benchmarks.suite import open_suite
 from eai.scoring.undisturbed import undisturbed
+from oracle_answers import OracleAnswer, model_files, oracle_answers, require_oracle
 
-
-class Answer(NamedTuple):
-    """One answer of a model."""
-
-    task_id: str
-    text: str
-
-
-LONG = Answer(
+LONG = OracleAnswer(
     "27_2",
     json.dumps(
         {
@@ -47,10 +35,10 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--every", type=int, default=1, help="score one answer of so many")
     arguments = parser.parse_args()
-    if not ORACLE.is_dir():
-        sys.exit("the oracle is not beside the repository")
+    require_oracle()
     for domain in ("virtualhome", "behavior"):
-        answers = list(_answers(domain))[:: arguments.every]
+        files = model_files(f"{domain}/{Ability.SUBGOAL_DECOMPOSITION.value}")
+        answers = [answer for file in files for answer in oracle_answers(file)][:: arguments.every]
         costs = {protocol: _costs(domain, protocol, answers) for protocol in Protocol}
         means = {protocol: sum(each) / len(each) for protocol, each in costs.items()}
         print(f"{domain}, {len(answers)} answers, ms of processor time each")
@@ -67,25 +55,16 @@ def main() -> None:
     print(f"virtualhome, an answer made to take long: {cost:,.0f} ms")
 
 
-def _answers(domain: str) -> Iterator[Answer]:
-    for path in sorted((ORACLE / domain / Ability.SUBGOAL_DECOMPOSITION.value).glob("*.json.gz")):
-        content = json.loads(gzip.decompress(path.read_bytes()))
-        if not path.name.startswith(("gold", "gt.", "perturb")):
-            for row in content.get("tasks") or content.get("records"):
-                identifier = row.get("id", row.get("identifier")).split("@")[0]
-                yield Answer(identifier, row.get("llm_output", row.get("response")) or "")
-
-
-def _costs(domain: str, protocol: Protocol, answers: list[Answer]) -> list[float]:
+def _costs(domain: str, protocol: Protocol, answers: list[OracleAnswer]) -> list[float]:
     """The processor time of each answer in ms, ascending."""
     suite = open_suite(domain, Ability.SUBGOAL_DECOMPOSITION, protocol)
     suite = suite.over([answer.text for answer in answers])
     costs = []
     with undisturbed():
-        for task_id, text in answers:
-            scorer = suite.scorer(task_id)
+        for answer in answers:
+            scorer = suite.scorer(answer.task_id)
             start = time.process_time()
-            scorer.score(text)
+            scorer.score(answer.text)
             costs.append((time.process_time() - start) * 1000)
     return sorted(costs)
 
