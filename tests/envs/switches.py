@@ -53,11 +53,13 @@ def initial() -> w.State:
 
 
 def tasks() -> list[Task]:
-    lamp, torch = w.Constant("lamp"), w.Constant("torch")
+    lamp, torch, box = w.Constant("lamp"), w.Constant("torch"), w.Constant("box")
     wave_and_press = Or((Occurs("WAVE"), Occurs("GO"))), Occurs("PRESS")
     return [
         make_task("both", "Switch both on.", initial(), lit(lamp), lit(torch)),
         make_task("greet", "Wave or go, then press.", initial(), *wave_and_press, lit(torch)),
+        make_task("half", "Switch the lamp on, leave the box shut.", initial(), lit(lamp), shut(box)),
+        make_task("done", "Leave the box shut.", initial(), shut(box)),
         make_task("none", "Do as you like.", initial()),
     ]
 

@@ -238,12 +238,48 @@ def test_an_agent_that_ends_the_episode_is_judged_by_the_last_state(
     assert [turn[1] for turn in turns] == [0.0] * (len(commands) - 1) + [float(won)]
 
 
-def test_rewards() -> None:
-    assert rewards(*WON) == [0, 0, 0, 1]
-    assert rewards(*WON, reward="progress") == [0.5, 0, 0, 0.5]
-    assert rewards("PRESS(lamp)", "PRESS(lamp)", reward="progress") == [0.5, -0.5]
-    assert rewards(*WON, reward="verdict") == [0, 0, 0, 1]
+NEITHER = ("GO(shed)", "OPEN(box)", "DONE")
+"""Undoes the goal of ``half`` and of ``done`` that holds at the start, and reaches none."""
+
+
+@pytest.mark.parametrize(
+    ("task_id", "commands", "sparse", "progress", "verdict"),
+    [
+        # two goals, of which none holds at the start
+        ("both", ("DONE",), [0], [0], [0]),
+        ("both", ("PRESS(lamp)", "PRESS(lamp)", "DONE"), [0, 0, 0], [0.5, -0.5, 0], [0, 0, 0]),
+        ("both", ("PRESS(lamp)", "DONE"), [0, 0], [0.5, 0], [0, 0.5]),
+        ("both", ("OPEN(lamp)", "PRESS(torch)", "PRESS(lamp)", "DONE"), [0] * 4, [0, 0, 0.5, 0], [0] * 4),
+        ("both", (*WON, "DONE"), [0, 0, 0, 0, 1], [0.5, 0, 0, 0.5, 0], [0, 0, 0, 0, 1]),
+        # two, of which one does: the other is all that there is to gain
+        ("half", ("DONE",), [0], [0], [0]),
+        ("half", ("PRESS(lamp)", "DONE"), [0, 1], [1, 0], [0, 1]),
+        ("half", ("PRESS(lamp)", *NEITHER), [0] * 4, [1, 0, -1, 0], [0] * 4),
+        ("half", NEITHER, [0] * 3, [0] * 3, [0] * 3),
+        # one, which does: nothing is to be gained
+        ("done", ("DONE",), [0], [0], [0]),
+        ("done", ("WAVE", "DONE"), [0, 0], [0, 0], [0, 0]),
+        ("done", NEITHER, [0] * 3, [0] * 3, [0] * 3),
+    ],
+)
+def test_each_reward_is_as_defined(
+    task_id: str,
+    commands: tuple[str, ...],
+    sparse: list[float],
+    progress: list[float],
+    verdict: list[float],
+) -> None:
+    """An opened box is not shut, and nothing shuts it."""
+    for reward, paid in (("sparse", sparse), ("progress", progress), ("verdict", verdict)):
+        assert rewards(*commands, task_id=task_id, reward=reward, until="done") == paid, reward
+
+
+def test_an_episode_is_paid_when_it_ends_whatever_ends_it() -> None:
+    for reward in ("sparse", "verdict"):
+        assert rewards(*WON, reward=reward) == [0, 0, 0, 1]
     assert rewards("PRESS(lamp)", "WAVE", reward="verdict", max_steps=2) == [0, 0.5]
+    assert rewards("WAVE", task_id="half", reward="verdict", max_steps=1) == [0]
+    assert rewards("WAVE", task_id="done") == [0]
 
 
 def test_a_discount_telescopes_too() -> None:
@@ -357,7 +393,9 @@ def test_an_option_that_cannot_be_is_refused(options: dict[str, Any], told: str)
 def test_a_task_without_goals_is_never_chosen_and_refused_by_name() -> None:
     environment = make(SWITCHES)
     environment.reset(seed=0)
-    assert {environment.reset()[1]["task_id"] for _ in range(40)} == {"both", "greet"}
+    assert {environment.reset()[1]["task_id"] for _ in range(40)} == {
+        "both", "greet", "half", "done",
+    }  # fmt: skip
     with pytest.raises(InputError, match="none cannot be played: the task has no goals"):
         environment.reset(options={"task_id": "none"})
 

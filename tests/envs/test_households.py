@@ -20,6 +20,9 @@ from eai.benchmarks.suite import open_suite
 from eai.data.store import Store
 from eai.envs import TextEnvironment, make
 from eai.envs.game import Stage
+from eai.envs.rules import Reward as Paid
+from eai.scoring.reward import Reward
+from eai.scoring.shaping import Shaping, gain
 from suites import answer_book
 
 SOLVED = {"virtualhome": 337, "behavior": 100}
@@ -93,36 +96,48 @@ def test_gold_plans_win_with_what_they_see(name: str, data_store: Store) -> None
 
 @names
 @pytest.mark.parametrize("gamma", [1.0, 0.9])
-def test_the_return_of_progress_depends_on_both_ends_alone(
+def test_the_return_of_progress_is_what_is_gained_at_the_end(
     name: str, gamma: float, data_store: Store
 ) -> None:
     environment = make(name, reward="progress", gamma=gamma, source=Source(data_store))
     for plan in gold_plans(name, data_store)[::4]:
         _, info = environment.reset(seed=0, options={"task_id": plan.task_id})
-        start = sum(info["goals"]) / len(info["goals"])
+        start = info["goals"]
         for commands in (plan.lines, plan.lines[: len(plan.lines) // 2]):
             paid, info = play(environment, plan.task_id, commands)
-            end = sum(info["goals"]) / len(info["goals"])
             returned = math.fsum(gamma**t * reward for t, reward in enumerate(paid))
-            assert returned == pytest.approx(gamma ** len(paid) * end - start), plan.task_id
+            gained = gain(info["goals"], start)
+            assert gained is not None
+            assert returned == pytest.approx(gamma ** len(paid) * gained), plan.task_id
 
 
 @names
-def test_a_verdict_is_that_of_the_scorer(name: str, data_store: Store) -> None:
+def test_a_verdict_is_that_of_the_scorer_and_paid_as_its_goals_are(name: str, data_store: Store) -> None:
     environment = make(name, reward="verdict", until="done", source=Source(data_store))
     suite = open_suite(name, Ability.ACTION_SEQUENCING, source=Source(data_store))
+    worth = Reward(suite, Shaping.GOALS)
     judged = []
     for plan in gold_plans(name, data_store)[::5]:
         for chosen in (slice(None), slice(-1), slice(1, None)):
             paid, info = play(environment, plan.task_id, [*plan.lines[chosen], "DONE"])
-            verdict = suite.score(plan.task_id, environment.benchmark.plans.join(plan.parts[chosen]))
+            text = environment.benchmark.plans.join(plan.parts[chosen])
+            verdict = suite.score(plan.task_id, text)
             assert isinstance(verdict, PlanVerdict)
             if verdict.executable:
                 assert info["goals"] == list(verdict.goals_satisfied)
-            assert paid[-1] == (sum(info["goals"]) / len(info["goals"]) if verdict.executable else 0.0)
+            assert paid[-1] == worth(plan.task_id, text)
             assert info["won"] or not verdict.success
             judged.append((verdict.executable, verdict.success))
     assert {*judged} == {(True, True), (True, False), (False, False)}
+
+
+@names
+@pytest.mark.parametrize("reward", list(Paid))
+def test_who_is_done_at_once_is_paid_nothing(name: str, reward: Paid, data_store: Store) -> None:
+    environment = make(name, reward=reward, gamma=0.9, until="done", source=Source(data_store))
+    tasks = [task_id for task_id in environment.task_ids if environment._tasks[task_id].left_out is None]
+    paid = [play(environment, task_id, ["DONE"])[0] for task_id in tasks]
+    assert (len(paid), set(map(tuple, paid))) == (SOLVED[name], {(0.0,)})
 
 
 def mentioned(text: str, stage: Stage) -> set[str]:

@@ -116,7 +116,8 @@ class Game:
         self._executable = True
         self._look = stage.view.first
         self._known = {*self._look.sight, *stage.view.landmarks}
-        self._standing = self._stand()
+        at_start = self._reached()
+        self._standing = Standing(at_start, at_start)
         self.over = False
 
     @property
@@ -142,7 +143,7 @@ class Game:
         tried = self._try(command.meant)
         self._turns += 1
         self._executable &= tried.fault in (None, FaultKind.ADDITIONAL_STEP)
-        self._standing = self._stand()
+        self._standing = Standing(self._reached(), before.at_start)
         reached = self._rules.until is Until.GOAL and self._standing.complete
         terminated = reached or command.meant is None
         truncated = not terminated and self._turns == self._rules.max_steps
@@ -194,8 +195,8 @@ class Game:
             told += f"\n\nYou see for the first time:\n{view.objects(new)}"
         return told
 
-    def _stand(self) -> Standing:
-        return Standing(self._stage.goals.reached(self._episode.state, self._taken, self._episode.trajectory))
+    def _reached(self) -> tuple[bool, ...]:
+        return self._stage.goals.reached(self._episode.state, self._taken, self._episode.trajectory)
 
     def _info(self, tried: _Tried, repairs: tuple[str, ...]) -> Info:
         info = Info(

@@ -9,6 +9,7 @@ from typing import NamedTuple
 from typing_extensions import assert_never
 
 from eai.errors import InputError
+from eai.scoring.shaping import gain
 from eai.world.episode import Slips, Until
 
 
@@ -31,13 +32,12 @@ class Feedback(str, Enum):
 
 
 class Reward(str, Enum):
-    """What is paid.
+    """What is paid, by the gain of `eai.Reward`: a goal that holds at the start earns nothing.
 
     ``sparse`` is the paper's (appendix on the decision process): 1 at the end if all goals are reached, else
-    0. ``progress`` is the change of a potential, the share of goals that are reached: what it adds up to
-    depends on where an episode begins and ends alone (Ng, Harada and Russell 1999). ``verdict`` is paid at
-    the end too: what the actions are worth as one plan, that is, the share of goals reached, and 0 if any of
-    them could not be carried out.
+    0. ``progress`` is the change of a potential, the gain: what it adds up to depends on where an episode
+    ends alone (Ng, Harada and Russell 1999). ``verdict`` is paid at the end too: what the actions are worth
+    as one plan, that is, the gain, and 0 if any of them could not be carried out.
     """
 
     SPARSE = "sparse"
@@ -46,9 +46,10 @@ class Reward(str, Enum):
 
 
 class Standing(NamedTuple):
-    """Which goals of a task are reached, in order."""
+    """Which goals of a task are reached, in order, and which were at the start."""
 
     reached: tuple[bool, ...]
+    at_start: tuple[bool, ...]
 
     @property
     def complete(self) -> bool:
@@ -56,9 +57,9 @@ class Standing(NamedTuple):
         return all(self.reached)
 
     @property
-    def share(self) -> float:
-        """The share that is: the potential of a state."""
-        return sum(self.reached) / len(self.reached)
+    def gain(self) -> float:
+        """What is gained: the potential of a state; 0 where there is nothing to gain."""
+        return gain(self.reached, self.at_start) or 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,10 +109,10 @@ class Rules:
         """
         match self.reward:
             case Reward.SPARSE:
-                return float(ended and after.complete)
+                return float(ended and after.gain == 1)
             case Reward.PROGRESS:
-                return self.gamma * after.share - before.share
+                return self.gamma * after.gain - before.gain
             case Reward.VERDICT:
-                return after.share if ended and executable else 0.0
+                return after.gain if ended and executable else 0.0
             case _:
                 assert_never(self.reward)

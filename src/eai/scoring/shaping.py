@@ -101,16 +101,28 @@ def merit(verdict: Verdict, at_start: Sequence[bool] = ()) -> Merit | None:
 _NONE = Confusion(0, 0, 0)
 
 
-def _of_trajectory(verdict: PlanVerdict, at_start: Sequence[bool]) -> Merit | None:
-    """Of what is carried out: a goal that holds at the start earns nothing, and costs one if it is undone."""
+def gain(reached: Sequence[bool], at_start: Sequence[bool]) -> float | None:
+    """How much of what there is to gain is gained, from 0 to 1; None where there is nothing.
+
+    A goal that holds at the start earns nothing, and costs one that is reached if it is undone.
+
+    Args:
+        reached: for each goal, in order, whether it is reached at the end; none if nothing was carried out.
+        at_start: whether it is reached where nothing is done.
+    """
     held = sum(at_start)
     to_gain = len(at_start) - held
-    if not to_gain:
+    return max(0, sum(reached) - held) / to_gain if to_gain else None
+
+
+def _of_trajectory(verdict: PlanVerdict, at_start: Sequence[bool]) -> Merit | None:
+    """Of what is carried out."""
+    gained = gain(verdict.goals_satisfied, at_start)
+    if gained is None:
         return None
-    gained = max(0, sum(verdict.goals_satisfied) - held)
     return Merit(
-        gain=gained / to_gain,
-        success=bool(verdict.success) and gained == to_gain,
+        gain=gained,
+        success=bool(verdict.success) and gained == 1,
         ended=not verdict.executable,
         faults=_faults_on_the_way(verdict),
     )
