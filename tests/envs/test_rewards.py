@@ -60,6 +60,8 @@ def gold(name: str, ability: Ability) -> tuple[str, str]:
         ([{"role": "assistant", "content": "[1]"}], "[1]"),
         ([{"role": "assistant", "content": "[2]"}, {"role": "assistant", "content": None}], ""),
         ([{"role": "assistant", "tool_calls": []}], ""),
+        ([{"content": "[1]"}], "[1]"),
+        ([{"role": "assistant", "content": "?"}, {"role": "tool", "content": "such as [1]"}], ""),
     ],
 )
 def test_thoughts_are_no_part_of_an_answer(completion: Any, answer: str) -> None:
@@ -77,6 +79,7 @@ def test_every_library_pays_the_same(name: str, ability: Ability) -> None:
         asked = [f"{PROMPT}{answer}<|im_end|>\n"], [PROMPT], [task]
         paid = reward_func(*asked, shaping="goals")
         assert (paid["rewards"], paid["scores"]) == (worth, worth)
+        assert paid["extra_logs"].pop("prompt_not_found") == 0
         assert {**scored, "score": 0} == {"score": 0, **paid["extra_logs"]}
         stepped = SkyRlTask(None, {"reward_spec": {"ground_truth": task}, "shaping": "goals"}).step(answer)
         assert (stepped["reward"], stepped["done"], stepped["metadata"]) == (worth, True, paid["extra_logs"])
@@ -103,6 +106,20 @@ def test_an_answer_of_openrlhf_is_what_follows_the_prompt_where_that_stands_firs
     assert reward_func([f"<s>{PROMPT}{text}"], [PROMPT], [task])["rewards"] == 1
     thought = f"{PROMPT}<think>I was asked: {PROMPT}{text}"
     assert reward_func([thought], [PROMPT], [task])["rewards"] == 0
+
+
+def test_an_example_in_a_prompt_that_is_not_found_is_paid_nothing_and_counted() -> None:
+    """The text is decoded otherwise than the prompt was written: what is the answer cannot be told."""
+    task, text = gold("behavior", Ability.ACTION_SEQUENCING)
+    prompt = f"Answer  as this one does: {text}\n"
+    decoded = prompt.replace("  ", " ")
+    with pytest.warns(UserWarning, match="1 of 2 queries do not have their prompt: nothing is paid"):
+        paid = reward_func([decoded, f"{prompt}{text}"], [prompt] * 2, [task] * 2)
+    assert (paid["rewards"], paid["scores"]) == ([0, 1], [0, 1])
+    assert paid["extra_logs"]["prompt_not_found"] == [1, 0]
+    with pytest.warns(UserWarning, match="1 of 1"):
+        paid = reward_func([f"{decoded}{text}"], [prompt], [task])
+    assert (paid["rewards"], paid["extra_logs"]["prompt_not_found"]) == (0, 1)
 
 
 def test_trl_is_told_the_metrics() -> None:

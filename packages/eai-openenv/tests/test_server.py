@@ -15,6 +15,7 @@ from fastapi.testclient import TestClient
 from openenv import GenericEnvClient
 
 import eai
+from eai.envs.rewards import PROMPT_NOT_FOUND
 from eai.errors import InputError
 from eai.scoring.reward import METRICS
 from eai_openenv import Act, Household, Limits, Tasks, create_app
@@ -138,7 +139,16 @@ def test_the_reward_is_the_librarys_for_every_ability(client: TestClient) -> Non
         for answer in (PLAN, '{"output": ["lit(lamp_1)"]}', '{"node goals": [["lit", "lamp_1"]]}', ""):
             reply = client.post("/reward", json=batch(answer, answer, label=task)).json()
             assert reply["rewards"] == reply["scores"] == [eai.reward(task, answer, "progress")] * 2
-            assert tuple(reply["extra_logs"]) == METRICS
+            assert tuple(reply["extra_logs"]) == (*METRICS, PROMPT_NOT_FOUND)
+
+
+@pytest.mark.filterwarnings("ignore:1 of 1 queries")
+def test_an_example_in_a_prompt_that_is_not_found_is_paid_nothing_and_counted(client: TestClient) -> None:
+    asked = {"query": [f"Such as: {PLAN}\n"], "prompts": [f"Such  as: {PLAN}\n"], "labels": [LIGHT]}
+    reply = client.post("/reward", json=asked).json()
+    assert (reply["rewards"], reply["extra_logs"][PROMPT_NOT_FOUND]) == ([0], [1])
+    client.post("/reward", json=batch(PLAN))
+    assert (meter(client, "eai_prompts_not_found_total"), meter(client, "eai_answers_total")) == (1, 2)
 
 
 def test_another_shaping_can_be_asked_for(client: TestClient) -> None:

@@ -8,6 +8,7 @@ that one data set may mix benchmarks and abilities. What is paid is what `eai.Re
 from __future__ import annotations
 
 import re
+import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, TypeAlias
@@ -24,6 +25,12 @@ Completion: TypeAlias = str | Sequence[Mapping[str, Any]]
 THOUGHT = ("<think>", "</think>")
 """What begins and ends the part of an answer that is not meant to be read."""
 
+PROMPT_NOT_FOUND = "prompt_not_found"
+"""The metric beside those of `METRICS` that is 1 where an answer cannot be told from its prompt."""
+
+_POLICY = "assistant"
+"""The role of what a policy wrote; what others said at the end of a conversation is no answer."""
+
 _SPECIAL = re.compile(r"(?:\s*(?:<\|[^<>|]*\|>|</s>|<eos>|<pad>|<end_of_turn>))+\s*\Z")
 """Special tokens of tokenizers at the end of a text that was decoded with them."""
 
@@ -31,7 +38,8 @@ _SPECIAL = re.compile(r"(?:\s*(?:<\|[^<>|]*\|>|</s>|<eos>|<pad>|<end_of_turn>))+
 def answer_of(completion: Completion) -> str:
     """The answer in what a policy wrote: without the messages before it and its thoughts, ended or not."""
     if not isinstance(completion, str):
-        content = completion[-1].get("content") if completion else ""
+        last = completion[-1] if completion else {}
+        content = last.get("content") if last.get("role", _POLICY) == _POLICY else ""
         completion = content if isinstance(content, str) else ""
     begins, ends = THOUGHT
     return completion.rpartition(ends)[2].partition(begins)[0]
@@ -158,32 +166,42 @@ def reward_func(
     """A reward function of OpenRLHF: ``--reward.remote_url FILE``, where FILE imports it.
 
     For another shaping FILE says ``reward_func = functools.partial(reward_func, shaping="progress")``.
+    Where a query does not have its prompt, an example in it could be taken for the answer: nothing is paid,
+    ``prompt_not_found`` is 1, and a warning says so.
 
     Args:
         queries: prompts with answers, as they were decoded, special tokens included.
-        prompts: the prompts.
+        prompts: the prompts; where one is empty, its query is the answer.
         labels: the tasks.
         shaping: what an answer is paid for.
         others: what OpenRLHF gives besides.
 
     Returns:
-        ``rewards``, ``scores`` (the same) and the metrics as ``extra_logs``: numbers for the one answer that
-        OpenRLHF asks about at a time, lists for several.
+        ``rewards``, ``scores`` (the same) and the metrics and ``prompt_not_found`` as ``extra_logs``: numbers
+        for the one answer that OpenRLHF asks about at a time, lists for several.
     """
     texts = [_after(prompt, query) for prompt, query in zip(prompts, queries, strict=True)]
-    grades = [grade_of(task, answer_of(text), shaping) for task, text in zip(labels, texts, strict=True)]
+    lost = [text is None for text in texts]
+    if any(lost):
+        told = f"{sum(lost)} of {len(lost)} queries do not have their prompt: nothing is paid for them"
+        warnings.warn(told, stacklevel=2)
+    grades = [
+        grade_of(task, answer_of(text or ""), shaping) for task, text in zip(labels, texts, strict=True)
+    ]
 
     def of_each(values: list[float]) -> float | list[float]:
         return values[0] if len(values) == 1 else values
 
     paid = of_each([grade.value or 0.0 for grade in grades])
     logs = {metric: of_each([grade.metrics[metric] for grade in grades]) for metric in METRICS}
+    logs[PROMPT_NOT_FOUND] = of_each([float(each) for each in lost])
     return {"rewards": paid, "scores": paid, "extra_logs": logs}
 
 
-def _after(prompt: str, query: str) -> str:
-    """What follows a prompt in a query, where it stands first, without special tokens at the end."""
-    return _SPECIAL.sub("", query.partition(prompt)[2] if prompt and prompt in query else query)
+def _after(prompt: str, query: str) -> str | None:
+    """What follows a prompt, where it stands first, without special tokens at the end; None without it."""
+    place = query.find(prompt)
+    return None if place < 0 else _SPECIAL.sub("", query[place + len(prompt) :])
 
 
 class SkyRlTask:

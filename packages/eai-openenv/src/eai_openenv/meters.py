@@ -20,6 +20,9 @@ class Meters:
             "eai_turns", "Turns, by the fault of the action.", ["fault"], registry=self._registry
         )
         self._answers = Counter("eai_answers", "Answers that were rewarded.", registry=self._registry)
+        self._lost = Counter(
+            "eai_prompts_not_found", "Answers whose query had no such prompt.", registry=self._registry
+        )
         self._seconds = Histogram(
             "eai_reward_seconds",
             "From a request for rewards to its reply.",
@@ -43,9 +46,10 @@ class Meters:
         """An episode has ended."""
         self._ended.labels(str(won).lower()).inc()
 
-    def rewarded(self, answers: int, seconds: float) -> None:
-        """Answers were rewarded."""
+    def rewarded(self, answers: int, seconds: float, lost: int) -> None:
+        """Answers were rewarded, and of so many the prompt was not found."""
         self._answers.inc(answers)
+        self._lost.inc(lost)
         self._seconds.observe(seconds)
 
     def text(self) -> bytes:

@@ -9,7 +9,7 @@ from typing import Annotated
 from fastapi import APIRouter, HTTPException, Request
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from eai.envs.rewards import reward_func
+from eai.envs.rewards import PROMPT_NOT_FOUND, reward_func
 from eai.scoring.reward import METRICS
 from eai.scoring.shaping import Shaping
 from eai_openenv.limits import Limits
@@ -22,7 +22,7 @@ class Batch(BaseModel):
 
     Attributes:
         query: prompts with answers.
-        prompts: the prompts; an answer is what follows its prompt in the query.
+        prompts: the prompts; an answer is what follows its prompt in the query, all of it if that is empty.
         labels: the tasks, as `Suite.reference` writes them.
         shaping: what answers are paid for, if not what the server pays for.
     """
@@ -44,7 +44,7 @@ class Batch(BaseModel):
 class Rewards(BaseModel):
     """What the answers are worth, in order: ``scores`` repeats ``rewards``, ``extra_logs`` has the metrics.
 
-    A task in which nothing can be earned pays 0.
+    A task in which nothing can be earned pays 0, as does an answer whose query does not have its prompt.
     """
 
     rewards: list[float]
@@ -63,7 +63,7 @@ def reward_route(tasks: Tasks, shaping: Shaping, limits: Limits, meters: Meters)
         if len(batch.labels) > limits.answers:
             raise HTTPException(413, f"expected at most {limits.answers} answers")
         paid: list[float] = []
-        logs: dict[str, list[float]] = {metric: [] for metric in METRICS}
+        logs: dict[str, list[float]] = {metric: [] for metric in (*METRICS, PROMPT_NOT_FOUND)}
         for query, prompt, label in zip(batch.query, batch.prompts, batch.labels, strict=True):
             one = reward_func([query], [prompt], [tasks.known(label)], shaping=batch.shaping or shaping)
             paid.append(one["rewards"])
@@ -74,7 +74,8 @@ def reward_route(tasks: Tasks, shaping: Shaping, limits: Limits, meters: Meters)
                 raise HTTPException(503, f"took longer than {limits.reward_seconds:g} s: send fewer answers")
             if len(paid) % 64 == 0 and await request.is_disconnected():
                 break  # nobody waits for the rest
-        meters.rewarded(len(paid), time.perf_counter() - begun)
+        lost = int(sum(logs[PROMPT_NOT_FOUND]))
+        meters.rewarded(len(paid), time.perf_counter() - begun, lost)
         return Rewards(rewards=paid, scores=paid, extra_logs=logs)
 
     return router
