@@ -309,3 +309,43 @@ def test_quirk_sought_is_not_the_condition(plan: list[str], strict: FaultKind, r
                 past = past.then(outcome)
         assert isinstance(outcome, Fault)
         assert outcome.kind is kind, domain
+
+
+def test_quirk_grabbing_empties() -> None:
+    facts = (*AT_TABLE, "INSIDE milk.11 cup.13", "-INSIDE milk.11 fridge.10")
+    _, strict = after(STRICT, facts, "GRAB cup.13")
+    _, reference = after(REFERENCE, facts, "GRAB cup.13")
+    assert "INSIDE milk.11 cup.13" not in strict
+    assert "INSIDE milk.11 cup.13" in reference
+
+
+FILLED = (
+    *("INSIDE milk.11 cup.13", "-INSIDE milk.11 fridge.10"),
+    *("ONTOP bread.14 cup.13", "ONTOP bed.20 cup.13"),
+)
+
+
+def test_what_is_in_a_thing_goes_with_it_and_a_bed_does_not() -> None:
+    scene = flat.scene()
+    past = Past(flat.state(*FILLED, "INSIDE knife.15 milk.11", over=scene))
+    for step in ("WALK cup.13", "GRAB cup.13", "WALK book.16", "PUTBACK cup.13 bed.20", "WALK fridge.10"):
+        outcome = attempt(STRICT, past, flat.action(step, scene))
+        assert isinstance(outcome, State)
+        past = past.then(outcome)
+    told = flat.told(past.state.facts(), scene)
+    kept = {"INSIDE milk.11 cup.13", "ONTOP bread.14 cup.13", "INSIDE knife.15 milk.11"}
+    moved = {"ONTOP cup.13 bed.20"}
+    moved |= {f"INSIDE {name} bedroom.2" for name in ("cup.13", "milk.11", "bread.14", "knife.15")}
+    assert told >= kept | moved
+    assert told.isdisjoint({"ONTOP bed.20 cup.13", "INSIDE milk.11 kitchen.1"})
+    assert isinstance(attempt(STRICT, past, flat.action("WALK cup.13", scene)), State)
+    near = past.then(attempt(STRICT, past, flat.action("WALK cup.13", scene)))  # type: ignore[arg-type]
+    assert isinstance(attempt(STRICT, near, flat.action("GRAB milk.11", scene)), State)
+
+
+def test_what_was_poured_stays_where_it_is_when_one_goes_on() -> None:
+    facts = ("HOLDS_RH character.65 milk.11", "-INSIDE milk.11 fridge.10", "INSIDE milk.11 cup.13")
+    _, removed = after(STRICT, facts, "WALK book.16")
+    assert "INSIDE milk.11 cup.13" not in removed
+    _, removed = after(REFERENCE, facts, "WALK book.16")
+    assert "INSIDE milk.11 cup.13" in removed

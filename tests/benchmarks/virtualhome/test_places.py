@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+import random
+
 import pytest
 
 from benchmarks.virtualhome import flat
@@ -10,7 +12,7 @@ from eai.benchmarks.virtualhome.predicates import VOCABULARY
 from eai.benchmarks.virtualhome.tasks import VirtualHomeTasks
 from eai.logic.formula import Atom, Constant, Formula
 from eai.world.domain import Domain
-from eai.world.state import Scene, WorldObject
+from eai.world.state import Scene, State, WorldObject
 
 STRICT, REFERENCE = virtualhome.as_meant(), virtualhome_domain.as_in_reference()
 BOTH = pytest.mark.parametrize("domain", [STRICT, REFERENCE], ids=["strict", "eai-1.0.5"])
@@ -76,3 +78,22 @@ def test_relevant_objects_are_in_the_order_of_the_data_set(virtualhome_tasks: Vi
         assert sorted(in_reference) == list(task.relevant)
         reordered += in_reference != task.relevant
     assert reordered > 100
+
+
+def test_what_goes_along_is_what_rests_in_it_or_in_that() -> None:
+    """The lookup of `carries` says what its formula says: the closure of `rests_in`."""
+    chance = random.Random(4)
+    things = ("cup.13", "bread.14", "knife.15", "book.16", "table.12", "bed.20")
+    scene = flat.scene()
+    for _ in range(60):
+        pairs = [chance.sample(things, 2) for _ in range(5)]
+        state = flat.state(*(f"{chance.choice(('INSIDE', 'ONTOP'))} {x} {y}" for x, y in pairs), over=scene)
+
+        def said(name: str, x: str, y: str, state: State = state) -> bool:
+            return STRICT.holds(looked_up(name, x, y), state)
+
+        for x in things:
+            found: set[str] = set()
+            while more := {y for y in things for z in (x, *found) if said("rests_in", y, z)} - found:
+                found |= more
+            assert {y for y in things if said("carries", x, y)} == found

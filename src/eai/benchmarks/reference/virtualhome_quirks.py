@@ -16,7 +16,7 @@ from eai.benchmarks.virtualhome import predicates as p
 from eai.benchmarks.virtualhome.predicates import R, X, Y
 from eai.logic.formula import FALSE, Exists, Formula
 from eai.world.domain import Domain
-from eai.world.effect import Let
+from eai.world.effect import Add, ForEach, Let, both_ways
 from eai.world.fault import FaultKind
 from eai.world.frame import AGENT
 from eai.world.operator import Check, Operator, additional, affordance
@@ -79,8 +79,12 @@ def _no_room_is_undefined(operator: Operator, check: Check) -> Check:
 
 
 def _held_objects_stay_behind(domain: Domain) -> Domain:
-    old_room = p.room_of(AGENT, R)
-    return domain.with_operators(o.walk("WALK", old_room), o.walk("RUN", old_room), o.find(old_room))
+    left_behind = (
+        *o.cut_loose(o.H, p.inside, p.next_to, p.facing),
+        *both_ways(Add, p.next_to(AGENT, o.H)),
+        Let(R, p.room_of(AGENT, R), (Add(p.inside(o.H, R)),)),
+    )
+    return domain.with_operators(*o.moving((ForEach(o.H, p.held(o.H), left_behind),)))
 
 
 def _put_back_does_nothing_instead_of_failing(domain: Domain) -> Domain:
@@ -113,8 +117,14 @@ QUIRKS: tuple[Quirk, ...] = (
     Quirk(
         "held_objects_stay_behind",
         "execution.py WalkExecutor",
-        "what the character holds is put into the room that it comes from",
+        "what the character holds is put into the room that it comes from, and nothing is in it any more",
         _held_objects_stay_behind,
+    ),
+    Quirk(
+        "grabbing_empties",
+        "execution.py GrabExecutor",
+        "what is in an object, or on it, is left behind when it is grabbed, and in nothing",
+        lambda domain: domain.with_operators(o.grab(kept=())),
     ),
     Quirk(
         "sought_is_not_the_condition",

@@ -6,7 +6,7 @@ from dataclasses import replace
 from functools import cache
 
 from eai.benchmarks.virtualhome.operators import declared_operators, switch_hands
-from eai.benchmarks.virtualhome.predicates import VOCABULARY, R, X, held, in_same_room, room, room_of, shut_in
+from eai.benchmarks.virtualhome.predicates import VOCABULARY, X, held, in_same_room, room, shut_in
 from eai.world.domain import Domain
 from eai.world.operator import in_paper_order
 
@@ -32,7 +32,7 @@ def as_declared() -> Domain:
     return Domain(
         "virtualhome",
         VOCABULARY,
-        declared_operators(room_of_held=room_of(X, R)),
+        declared_operators(),
         visible=held(X) | (in_same_room(X) & ~shut_in(X)),
         landmarks=room(X),
     )

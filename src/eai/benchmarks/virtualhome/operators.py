@@ -86,11 +86,25 @@ def forget_origin(thing: f.Variable) -> tuple[Effect, ...]:
     )
 
 
-def go_to(target: f.Variable, room_of_held: f.Formula) -> tuple[Effect, ...]:
-    """The character goes to an object, or into a room, with what it holds.
+def brought_along(room_of_held: f.Formula) -> tuple[Effect, ...]:
+    """What is held comes along with what is in it or on it, and is in the room ``r`` of ``room_of_held``."""
 
-    ``room_of_held`` says of ``r`` that held objects are in it afterwards.
-    """
+    def moved(thing: f.Variable) -> tuple[Effect, ...]:
+        return (
+            *cut_loose(thing, p.next_to, p.facing),
+            ForEach(R, p.room(R) & p.inside(thing, R), (Delete(p.inside(thing, R)),)),
+            *both_ways(Add, p.next_to(AGENT, thing)),
+            Let(R, room_of_held, (Add(p.inside(thing, R)),)),
+        )
+
+    return (
+        ForEach(H, p.held(H), (*moved(H), ForEach(Y, p.carries(H, Y), moved(Y)))),
+        ForEach(H, p.held(H), (ForEach(Y, p.carries(H, Y), both_ways(Add, p.next_to(H, Y))),)),
+    )
+
+
+def go_to(target: f.Variable, brought: tuple[Effect, ...]) -> tuple[Effect, ...]:
+    """The character goes to an object, or into a room; ``brought`` says what becomes of what it holds."""
     return (
         *cut_loose(AGENT, p.inside, p.next_to, p.facing),
         Let(R, p.room_of(target, R), (Add(p.inside(AGENT, R)),)),
@@ -102,26 +116,18 @@ def go_to(target: f.Variable, room_of_held: f.Formula) -> tuple[Effect, ...]:
                 *both_ways(Add, p.next_to(AGENT, target)),
             ),
         ),
-        ForEach(
-            H,
-            p.held(H),
-            (
-                *cut_loose(H, p.inside, p.next_to, p.facing),
-                *both_ways(Add, p.next_to(AGENT, H)),
-                Let(R, room_of_held, (Add(p.inside(H, R)),)),
-            ),
-        ),
+        *brought,
         When(p.can_open(target), (ForEach(Y, p.inside(Y, target), both_ways(Add, p.next_to(AGENT, Y))),)),
         ForEach(Y, p.ontop(target, Y), both_ways(Add, p.next_to(AGENT, Y))),
     )
 
 
-def walk(name: str, room_of_held: f.Formula) -> Operator:
+def walk(name: str, brought: tuple[Effect, ...]) -> Operator:
     """An action that goes to an object, whatever lies in between."""
-    return _unary(name, (UPRIGHT, SOMEWHERE), go_to(X, room_of_held), Role.MOVEMENT)
+    return _unary(name, (UPRIGHT, SOMEWHERE), go_to(X, brought), Role.MOVEMENT)
 
 
-def find(room_of_held: f.Formula) -> Operator:
+def find(brought: tuple[Effect, ...]) -> Operator:
     """FIND: turn away from everything and step up to an object at hand; walk to any other."""
     checks = (
         missing(f.Implies(p.ontop(X, AGENT) | p.body_part(X), p.near(X)), NEAR.reason, sought=(p.near(X),)),
@@ -129,7 +135,7 @@ def find(room_of_held: f.Formula) -> Operator:
         affordance(f.Or((p.somewhere(X), AT_HAND)), SOMEWHERE.reason),
     )
     step_up = (Delete(p.facing(AGENT, ANYTHING)), *both_ways(Add, p.next_to(AGENT, X)))
-    return _unary("FIND", checks, (When(p.near(X), step_up, go_to(X, room_of_held)),), Role.MOVEMENT)
+    return _unary("FIND", checks, (When(p.near(X), step_up, go_to(X, brought)),), Role.MOVEMENT)
 
 
 def put(relation: Predicate) -> tuple[Effect, ...]:
@@ -151,8 +157,18 @@ ORIGINS = (
 """For each way of lying somewhere: the memory of it, the lookup that finds it, the relation to restore."""
 
 
-def grab() -> Operator:
-    """GRAB: the object leaves its place for a free hand, the right one first; its place is remembered."""
+KEPT = (
+    ForEach(Y, p.inside(Y, X), (Add(p.inside(Y, X)), *both_ways(Add, p.next_to(X, Y)))),
+    ForEach(Y, p.ontop(Y, X) & p.grabbable(Y), (Add(p.ontop(Y, X)), *both_ways(Add, p.next_to(X, Y)))),
+)
+"""What is in an object stays in it when it is taken. What lies on it does if it can be grabbed: no bed."""
+
+
+def grab(kept: tuple[Effect, ...] = KEPT) -> Operator:
+    """GRAB: the object leaves its place for a free hand, the right one first; its place is remembered.
+
+    ``kept`` says what stays in it and on it.
+    """
     checks = (
         affordance(p.grabbable(X) | is_a(X, "water", "child"), "{x} cannot be grabbed"),
         NOT_HELD,
@@ -166,6 +182,7 @@ def grab() -> Operator:
     )
     effects = (
         *cut_loose(X, p.ontop, p.inside, p.next_to, p.holds_lh, p.holds_rh),
+        *kept,
         *both_ways(Add, p.next_to(AGENT, X)),
         When(p.right_hand_free(), (Add(p.holds_rh(AGENT, X)),), (Add(p.holds_lh(AGENT, X)),)),
         Let(R, p.room_of(AGENT, R), (Add(p.inside(X, R)),)),
@@ -239,13 +256,10 @@ def shove(name: str, *checks: Check) -> Operator:
     return _unary(name, (*checks, NEAR, REACHABLE, HAND_FREE))
 
 
-def declared_operators(room_of_held: f.Formula) -> tuple[Operator, ...]:
-    """All actions, their checks in the order in which the reference tests them.
-
-    ``room_of_held`` says in which room ``r`` held objects are after walking to ``x``.
-    """
+def declared_operators() -> tuple[Operator, ...]:
+    """All actions, their checks in the order in which the reference tests them."""
     return (
-        *_moving(room_of_held),
+        *moving(brought_along(p.room_of(X, R))),
         *_posture(),
         *_handling(),
         *_devices(),
@@ -256,8 +270,9 @@ def declared_operators(room_of_held: f.Formula) -> tuple[Operator, ...]:
     )
 
 
-def _moving(room_of_held: f.Formula) -> tuple[Operator, ...]:
-    return walk("WALK", room_of_held), walk("RUN", room_of_held), find(room_of_held)
+def moving(brought: tuple[Effect, ...]) -> tuple[Operator, ...]:
+    """The actions that go somewhere; ``brought`` says what becomes of what is held."""
+    return walk("WALK", brought), walk("RUN", brought), find(brought)
 
 
 def _posture() -> tuple[Operator, ...]:

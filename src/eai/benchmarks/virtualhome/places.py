@@ -84,6 +84,19 @@ def origins(place: int, first: First = first_target) -> Values:
     return lookup
 
 
+def cargo(state: State, arguments: tuple[int, ...]) -> int:
+    """All that goes where an object goes: what is in it, what can be grabbed and lies on it, and so on."""
+    inside, ontop, loose = state.relation("INSIDE"), state.relation("ONTOP"), state.those("GRABBABLE")
+    found, pending = 0, 1 << arguments[0]
+    while pending:
+        carrier = pending & -pending
+        x = carrier.bit_length() - 1
+        new = (inside.column(x) | ontop.column(x) & loose) & ~found
+        found |= new
+        pending = pending & ~carrier | new
+    return found
+
+
 def full_seat(state: State, arguments: tuple[int, ...]) -> bool:
     """Whether as many things as fit are on a seat."""
     return _count_on(state, arguments[0]) >= SEATS.get(state.scene.objects[arguments[0]].category, 1)

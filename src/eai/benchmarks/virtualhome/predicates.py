@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 
 import eai.logic.formula as f
-from eai.benchmarks.virtualhome.places import BEDS, SEATS, full_bed, full_seat, origins, rooms
+from eai.benchmarks.virtualhome.places import BEDS, SEATS, cargo, full_bed, full_seat, origins, rooms
 from eai.world.derived import Computed, Defined, Lookup, is_a
 from eai.world.frame import AGENT
 from eai.world.state import State
@@ -112,6 +112,13 @@ taken = Defined(
     (X,),
     f.Exists(Y, taken_from_top_of(X, Y) | taken_from_inside(X, Y) | taken_from_next_to(X, Y)),
 )
+rests_in = Defined("rests_in", (X, Y), inside(X, Y) | (ontop(X, Y) & grabbable(X)))
+carries = Defined(
+    "carries",
+    (X, Y),
+    rests_in(Y, X) | f.Exists(Z, rests_in(Z, X) & f.Atom("carries", (Z, Y))),
+    cargo,
+)
 _only_container = inside(X, Y) & ~f.Exists(Z, inside(X, Z) & ~f.Equals(Y, Z))
 room_of = Lookup(
     "room_of",
@@ -200,6 +207,8 @@ VOCABULARY = Vocabulary(
         hand_free,
         upright,
         taken,
+        rests_in,
+        carries,
         room_of,
         in_same_room,
         somewhere,
