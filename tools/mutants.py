@@ -1,7 +1,7 @@
 """Do the tests notice when the core is wrong? A seeded sample of mutants, each tested by its module's tests.
 
     python tools/mutants.py --number 50 --seed 3
-    python tools/mutants.py --only world/past
+    python tools/mutants.py --only world/past --only questions/
 
 A mutant is a module with one small change: a comparison, an operator or a connective is another one, a number
 is one more, a condition is negated. Annotations are left alone, decorators, which say whether instances have
@@ -30,7 +30,16 @@ from pathlib import Path
 from typing import NamedTuple
 
 ROOT = Path(__file__).resolve().parent.parent
-PACKAGES = ("world", "logic", "abilities", "metrics")
+PACKAGES = (
+    "world",
+    "logic",
+    "abilities",
+    "metrics",
+    "scoring",
+    "envs",
+    "questions",
+    "benchmarks/generated",
+)
 WANTED = 0.9
 SECONDS = 900
 """CPU seconds that one run of tests may take; a mutant that takes longer is noticed."""
@@ -200,13 +209,19 @@ def main() -> int:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("--only", default="", help="a part of the path of a module, such as world/past")
+    parser.add_argument(
+        "--only",
+        action="append",
+        default=[],
+        help="a part of the path of a module, such as world/past; repeat it for several",
+    )
     parser.add_argument("--number", type=int, default=20)
     parser.add_argument("--seed", type=int, default=0)
     arguments = parser.parse_args()
     folder = ROOT / "src" / "eai"
     paths = [p.relative_to(folder) for name in PACKAGES for p in sorted((folder / name).rglob("*.py"))]
-    made = [mutant for path in paths if arguments.only in path.as_posix() for mutant in mutants(path)]
+    wanted = [p for p in paths if not arguments.only or any(part in p.as_posix() for part in arguments.only)]
+    made = [mutant for path in wanted for mutant in mutants(path)]
     made = [mutant for mutant in made if mutant.name not in EQUIVALENT]
     sample = random.Random(arguments.seed).sample(made, min(arguments.number, len(made)))  # noqa: S311
     survivors = 0

@@ -16,20 +16,16 @@ from hypothesis import strategies as st
 
 import eai
 from eai import Ability, Benchmark, InputError, Suite, Task, given, make_task
-from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.goal_test import GoalTest
-from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory, SubgoalVerdict
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
-from eai.abilities.verdict import Confusion, ErrorReport, PlanVerdict, Verdict
 from eai.benchmarks.gold_answers import open_answer_book
 from eai.benchmarks.task_reference import TaskReference
 from eai.data.store import Store
 from eai.pddl.planning import PlannerOutcome
 from eai.planning.successor_generator import applicable_actions
 from eai.scoring.reward import METRICS, Reward, reward_of
-from eai.scoring.shaping import Shaping, merit
+from eai.scoring.shaping import Shaping
 from eai.world import Action, Constant, Episode, State
-from eai.world.fault import FaultKind
 from threading_tests import asked_by_threads
 from world import toy
 
@@ -232,67 +228,6 @@ def test_gold_plans_earn_what_they_reach(world: str) -> None:
     earned = [worth(world, task_id, book.gold(task_id).text) for task_id in tasks_of(world)]
     successes = sum(each[Shaping.SUCCESS] for each in earned)
     assert successes == {"virtualhome": 337, "behavior": 100}[world]
-
-
-STOPPED = PlanVerdict(
-    executable=False,
-    success=False,
-    additional_steps=2,
-    goals_satisfied=(True, True, False),
-    error=ErrorReport(FaultKind.MISSING_STEP, 3, "it is closed"),
-)
-
-
-def ran(*goals: bool, success: bool = False) -> PlanVerdict:
-    return PlanVerdict(executable=True, success=success, additional_steps=0, goals_satisfied=goals)
-
-
-def stated(hit: int, extra: int, missed: int, *strangers: str) -> GoalVerdict:
-    return GoalVerdict(counts={"all": Confusion(hit, extra, missed)}, hallucinated=strangers)
-
-
-@pytest.mark.parametrize(
-    ("verdict", "at_start", "values"),
-    [
-        (ran(True, success=True), (False,), (1, 1, 1, 1)),
-        # of three goals one holds at the start: a half is gained, the error ends it, two steps are additional
-        (STOPPED, (True, False, False), (0, 0, 1 / 2, 1 / 8)),
-        (STOPPED, (False, False, False), (0, 0, 2 / 3, 2 / 12)),
-        # what held is undone for what is reached: nothing is gained
-        (ran(False, True, False), (True, False, False), (0, 0, 0, 0)),
-        # all that held is undone
-        (ran(False, False), (True, False), (0, 0, 0, 0)),
-        # all goals hold at the start, or there are none, or the task is in no statistics
-        (ran(True, success=True), (True,), None),
-        (ran(success=True), (), None),
-        (PlanVerdict(excluded="the task has no goals"), (False,), None),
-        # of subgoals all errors of the reported way are faults, the last of which ended it
-        (
-            SubgoalVerdict(
-                executable=False,
-                success=False,
-                additional_steps=1,
-                goals_satisfied=(True, False),
-                category=SubgoalCategory.RUNTIME,
-                errors=(FaultKind.ADDITIONAL_STEP, FaultKind.AFFORDANCE),
-                error=ErrorReport(FaultKind.AFFORDANCE, 1, "it cannot be opened"),
-            ),
-            (False, False),
-            (0, 0, 1 / 2, 1 / 6),
-        ),
-        # goals: F1 in which a name that means nothing is as wrong as a goal that is not one
-        (stated(2, 0, 0), (), (1, 1, 1, 1)),
-        (stated(2, 1, 1), (), (0, 4 / 6, 4 / 6, 4 / 6)),
-        (stated(2, 0, 0, "sofa_9"), (), (0, 4 / 5, 4 / 5, 2 / 5)),
-        (stated(0, 3, 2), (), (0, 0, 0, 0)),
-        (stated(0, 0, 0), (), None),
-    ],
-)
-def test_each_shaping_is_as_defined(
-    verdict: Verdict, at_start: tuple[bool, ...], values: tuple[float, ...] | None
-) -> None:
-    earned = merit(verdict, at_start)
-    assert (earned and tuple(earned.worth(shaping) for shaping in ALL)) == values
 
 
 OPERATOR = "(:action {} :parameters () :precondition () :effect ())"
