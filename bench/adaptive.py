@@ -15,14 +15,15 @@ from collections.abc import Callable, Mapping
 from math import sqrt
 from pathlib import Path
 from statistics import fmean, median
+from typing import NamedTuple
 
 import numpy as np
 
 from eai.abilities.declarations import DECLARATIONS
 from eai.abilities.protocol import Ability
-from eai.analysis.adaptive import ability_of, next_tasks
+from eai.analysis.adaptive import Estimated, NearCopies, ability_of, next_tasks
 from eai.analysis.items import Scores, scores_of
-from eai.analysis.rasch import fit_rasch
+from eai.analysis.rasch import fit_rasch, variance_between
 from eai.analysis.suites import by_suite
 from eai.cli.adaptive import ROUND
 from eai.cli.analyzed import tables_of
@@ -49,20 +50,23 @@ def measured(scores: Scores, target: float) -> str:
     names = dict(zip(scores.tasks, scores.names, strict=True))
     sizes, drawn, distances, within = [], [], [], 0
     for held in range(len(scores.models)):
-        fitted = fit_rasch(np.delete(scores.matrix, held, axis=0))
+        others = np.delete(scores.matrix, held, axis=0)
+        fitted = fit_rasch(others)
         shifted = fitted.difficulties - fitted.abilities.mean()
         difficulties = dict(zip(scores.tasks, map(float, shifted), strict=True))
         own = dict(zip(scores.tasks, map(float, scores.matrix[held]), strict=True))
+        copies = NearCopies(names, variance_between(others, fitted, scores.names))
 
         def informative(asked: Numbers, difficulties: Numbers = difficulties) -> tuple[str, ...]:
             return next_tasks(ROUND, asked, difficulties, names)
 
-        asked = ask(own, difficulties, target, informative)
-        found, whole = ability_of(asked, difficulties), ability_of(own, difficulties)
+        known = Known(difficulties, copies)
+        asked = ask(own, known, target, informative)
+        found, whole = known.ability(asked), known.ability(own)
         sizes.append(len(asked))
         distances.append(found.value - whole.value)
         within += abs(distances[-1]) <= 1.96 * found.error
-        drawn += [len(ask(own, difficulties, target, shuffled(own, seed))) for seed in range(DRAWS)]
+        drawn += [len(ask(own, known, target, shuffled(own, seed))) for seed in range(DRAWS)]
     distance = sqrt(fmean(each * each for each in distances))
     return (
         f"{median(sizes):.0f} ({min(sizes)}, {max(sizes)}), {median(drawn):.0f}; {distance:.2f}; "
@@ -70,10 +74,20 @@ def measured(scores: Scores, target: float) -> str:
     )
 
 
-def ask(own: Numbers, difficulties: Numbers, target: float, choose: Choose) -> dict[str, float]:
+class Known(NamedTuple):
+    """What the other models tell of the tasks."""
+
+    difficulties: Numbers
+    copies: NearCopies
+
+    def ability(self, scores: Numbers) -> Estimated:
+        return ability_of(scores, self.difficulties, self.copies)
+
+
+def ask(own: Numbers, known: Known, target: float, choose: Choose) -> dict[str, float]:
     """The answers of a run."""
     asked: dict[str, float] = {}
-    while len(asked) < len(own) and (not asked or ability_of(asked, difficulties).error > target):
+    while len(asked) < len(own) and (not asked or known.ability(asked).error > target):
         asked |= {task: own[task] for task in choose(asked)}
     return asked
 

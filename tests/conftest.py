@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from typing import Any
 
 import pytest
+from hypothesis import settings
 
 from browsing import quiet_page, started_browser
 from eai.benchmarks.behavior.tasks import BehaviorTasks
@@ -17,6 +18,10 @@ from eai.benchmarks.virtualhome.tasks import VirtualHomeTasks, open_tasks
 from eai.data.store import Store
 from eai.errors import DataError
 from oracle import Oracle, read_oracle
+
+
+settings.register_profile("any machine", deadline=None)
+settings.load_profile("any machine")
 
 
 def pytest_configure() -> None:

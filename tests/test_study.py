@@ -16,7 +16,7 @@ from oracle import MODELS, read_oracle
 ROOT = Path(__file__).parent.parent
 PAGE = ROOT / "docs" / "study.md"
 PLACES = (str(ROOT / "tools" / "study"), str(ROOT / "tools"))
-MODULES = ("claim", "evidence", "difficulty", "errors", "elsewhere", "page", "published_scores")
+MODULES = ("claim", "evidence", "difficulty", "errors", "elsewhere", "printed", "page", "published_scores")
 
 
 @pytest.fixture(scope="module")
@@ -59,8 +59,8 @@ def test_every_claim_is_on_the_page_once(study: ModuleType) -> None:
 
 def test_claims_that_need_no_answers_come_out_as_on_the_page(study: ModuleType, data_store: Store) -> None:
     evidence = sys.modules["evidence"].Evidence(study.Source(data_store))
-    found = sections(study, evidence, "D1 E1 F1 G1 H1 I1")
-    assert len(found) == 6
+    found = sections(study, evidence, "D1 D2 D3 E1 F1 G1 H1 I1 I2 I3 J1 K1 K2 K3")
+    assert len(found) == 14
     text = PAGE.read_text(encoding="utf-8")
     assert [key for key, section in found.items() if section not in text] == []
 

@@ -1,7 +1,8 @@
 """Writes short tests and difficulties from records of many models: `python tools/short_tests.py RECORDS...`.
 
 Prints for each suite how many percent of the pairs of models that had no part in choosing are in the order
-of the whole suite: for the chosen tasks, and for as many that are drawn at random. Difficulties are those of
+of the whole suite, and how many points their scores are from those of the whole suite: for the chosen tasks,
+and for as many that are drawn at random. Difficulties are those of
 suites whose answers are right or wrong without a planner. What other suites have stays as it is.
 """
 
@@ -15,7 +16,7 @@ from typing import Any
 from eai.abilities.declarations import DECLARATIONS
 from eai.abilities.protocol import Ability
 from eai.analysis.items import Scores, scores_of
-from eai.analysis.rasch import fit_rasch
+from eai.analysis.rasch import fit_rasch, variance_between
 from eai.analysis.short_test import choose, cross_validate
 from eai.analysis.suites import by_suite
 from eai.benchmarks import item_difficulties, short_tests
@@ -30,7 +31,7 @@ def main() -> None:
         sys.exit(__doc__)
     answers = tables_of(map(Path, sys.argv[1:]), None).answers
     tests: dict[str, list[str]] = _read(short_tests.FILE)
-    difficulties: dict[str, dict[str, float]] = _read(item_difficulties.FILE)
+    difficulties: dict[str, dict[str, Any]] = _read(item_difficulties.FILE)
     for suite, of_suite in by_suite(answers).items():
         if suite.protocol != DEFAULT_PROTOCOL.value:
             sys.exit(f"expected records under {DEFAULT_PROTOCOL.value}, not {suite.protocol}")
@@ -41,17 +42,25 @@ def main() -> None:
         if DECLARATIONS[Ability(suite.ability)].has_plans:
             difficulties[name] = difficulties_of(scores)
         models = f"{len(scores.models)} models"
-        print(f"{name:40} {models} {found.chosen.percent:.1f} {found.drawn.percent:.1f}", flush=True)
+        chosen, drawn = (
+            f"{each.ordered.percent:.1f} {each.distance:.1f}" for each in (found.chosen, found.drawn)
+        )
+        print(f"{name:40} {models}  chosen {chosen}  drawn {drawn}", flush=True)
     for file, content in ((short_tests.FILE, tests), (item_difficulties.FILE, difficulties)):
         text = json.dumps(dict(sorted(content.items())), indent=1)
         (FOLDER / file).write_text(text + "\n", encoding="utf-8")
 
 
-def difficulties_of(scores: Scores) -> dict[str, float]:
-    """Each task's difficulty, from the mean ability of the models."""
+def difficulties_of(scores: Scores) -> dict[str, Any]:
+    """Each task's difficulty, from the mean ability of the models, and how these vary between names."""
     fitted = fit_rasch(scores.matrix)
     shifted = fitted.difficulties - fitted.abilities.mean()
-    return {task: round(float(value), 3) for task, value in zip(scores.tasks, shifted, strict=True)}
+    return {
+        "variance_between_names": round(variance_between(scores.matrix, fitted, scores.names), 3),
+        "difficulties": {
+            task: round(float(value), 3) for task, value in zip(scores.tasks, shifted, strict=True)
+        },
+    }
 
 
 def _read(file: str) -> Any:

@@ -5,8 +5,8 @@ import math
 import pytest
 
 from eai.abilities.protocol import Ability
-from eai.analysis.adaptive import Estimated, ability_of, next_tasks
-from eai.benchmarks.item_difficulties import item_difficulties
+from eai.analysis.adaptive import Estimated, NearCopies, ability_of, next_tasks
+from eai.benchmarks.item_difficulties import item_difficulties, variance_between_names
 from eai.benchmarks.suite import available_suites, open_suite
 
 DIFFICULTIES = {str(place): place / 2 - 4 for place in range(17)}
@@ -40,6 +40,18 @@ def test_a_hundred_right_answers_to_easy_tasks_do_not_run_away() -> None:
     assert 0 < ability_of(dict.fromkeys(easy, 1.0), easy).value < 3
 
 
+def test_near_copies_make_an_ability_less_certain_but_not_another() -> None:
+    """Of one name the variance between names is added as a whole, of n equal names an n-th of it."""
+    alike = {str(place): 0.0 for place in range(10)}
+    scores = {task: float(int(task) % 2) for task in alike}
+    alone = ability_of(scores, alike)
+    for names in (1, 2, 5, 10):
+        copies = NearCopies({task: str(int(task) % names) for task in alike}, 0.9)
+        found = ability_of(scores, alike, copies)
+        assert found.value == alone.value
+        assert found.error**2 == pytest.approx(alone.error**2 + 0.9 / names)
+
+
 def test_the_task_of_even_chance_comes_next() -> None:
     assert next_tasks(3, {}, DIFFICULTIES, OWN_NAMES) == ("8", "7", "9")
     right = {"8": 1.0, "9": 1.0, "10": 1.0}
@@ -65,4 +77,5 @@ def test_no_task_is_asked_twice() -> None:
 def test_difficulties_are_known_of_all_tasks_of_plans_and_subgoals(domain: str, ability: Ability) -> None:
     known = item_difficulties(domain, ability)
     assert bool(known) == (ability in PLANS)
+    assert (variance_between_names(domain, ability) > 0) == (bool(known) and domain == "virtualhome")
     assert set(known) <= set(open_suite(domain, ability).task_ids)

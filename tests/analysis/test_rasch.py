@@ -4,7 +4,7 @@ import pytest
 
 np = pytest.importorskip("numpy")
 
-from eai.analysis.rasch import fit_rasch, item_rest, reliability  # noqa: E402
+from eai.analysis.rasch import fit_rasch, item_rest, reliability, variance_between  # noqa: E402
 
 SCORES = np.array(
     [
@@ -30,6 +30,23 @@ def test_who_solves_more_is_abler_and_what_fewer_solve_is_more_difficult() -> No
     assert fitted.abilities[0] > fitted.abilities[1] == pytest.approx(fitted.abilities[2])
     assert list(np.argsort(fitted.difficulties)[[0, -1]]) == [0, 4]
     assert (fitted.ability_errors > 0).all()
+
+
+def test_what_a_model_can_do_by_name_is_told_from_chance() -> None:
+    """Twelve names of ten tasks; a model's ability differs by name with variance 1, or not at all."""
+    draw = np.random.default_rng(5)
+    names = [str(task // 10) for task in range(120)]
+    difficulties, abilities = draw.normal(size=120), draw.normal(size=(20, 1))
+    by_name = np.repeat(draw.normal(size=(20, 12)), 10, axis=1)
+    found = []
+    for spread in (0.0, 1.0):
+        chances = 1 / (1 + np.exp(difficulties - abilities - spread * by_name))
+        scores = (draw.random(chances.shape) < chances).astype(float)
+        scores[0, 0] = np.nan
+        found.append(variance_between(scores, fit_rasch(scores), names))
+    assert found[0] < 0.1
+    assert 0.6 < found[1] < 1.4
+    assert variance_between(SCORES, fit_rasch(SCORES), list("abcdef")) == 0
 
 
 def test_gaps_are_left_out() -> None:

@@ -31,9 +31,16 @@ def test_easy_and_difficult_tasks_are_chosen_in_proportion() -> None:
 def test_models_that_all_tasks_order_are_ordered() -> None:
     steps = [[float(task < 3 * model) for task in range(18)] for model in range(7)]
     found = cross_validate(scores(steps), 6)
-    assert found.chosen.percent == 100
-    assert found.drawn.percent is not None
-    assert found.drawn.percent < 100
+    assert found.chosen.ordered.percent == 100
+    assert found.drawn.ordered.percent is not None
+    assert found.drawn.ordered.percent < 100
+
+
+def test_chosen_tasks_say_how_high_a_score_is_and_drawn_ones_say_it_worse() -> None:
+    """Every third of eighteen steps: of 3k steps climbed exactly k are asked, so that shares are equal."""
+    steps = [[float(task < 3 * model) for task in range(18)] for model in range(7)]
+    found = cross_validate(scores(steps), 6)
+    assert found.chosen.distance < 0.01 < 5 < found.drawn.distance
 
 
 @pytest.mark.parametrize(("domain", "ability"), available_suites())

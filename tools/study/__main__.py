@@ -21,6 +21,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))  # published_scores
 import difficulty
 import elsewhere
 import errors
+import printed
 from claim import Claim
 from evidence import Evidence
 from page import page_of
@@ -36,7 +37,7 @@ from eai.report.runs import read_runs
 from eai.scoring.batch import NO_ROW, Settings, score_run
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "study.md"
-CLAIMS: Sequence[Claim] = (*difficulty.CLAIMS, *errors.CLAIMS, *elsewhere.CLAIMS)
+CLAIMS: Sequence[Claim] = (*difficulty.CLAIMS, *errors.CLAIMS, *elsewhere.CLAIMS, *printed.CLAIMS)
 
 
 def main() -> None:

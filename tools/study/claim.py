@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import Enum
+from math import comb
 from typing import NamedTuple
 
 from evidence import Evidence, Suite
@@ -65,3 +66,21 @@ def by_degree(whole: bool, part: bool) -> Status:
     if whole:
         return Status.REPRODUCED
     return Status.IN_PART if part else Status.NOT_SUPPORTED
+
+
+def fisher(first: int, second: int, tasks: int) -> float:
+    """Fisher's exact test, two-sided, of two shares of as many tasks."""
+    total, hits = 2 * tasks, first + second
+
+    def chance(k: int) -> float:
+        return comb(hits, k) * comb(total - hits, tasks - k) / comb(total, tasks)
+
+    ways = range(max(0, hits - tasks), min(hits, tasks) + 1)
+    return sum(chance(k) for k in ways if chance(k) <= chance(first) * (1 + 1e-9))
+
+
+def sign_test(fewer: int, more: int) -> float:
+    """The two-sided sign test without ties: how often a split as uneven, or more so, is chance."""
+    number = fewer + more
+    tail = sum(comb(number, k) for k in range(min(fewer, more) + 1)) / 2**number
+    return min(1.0, 2 * tail)

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from math import comb
 
-from claim import Claim, Finding, Row, Status, by_degree
+from claim import Claim, Finding, Row, Status, by_degree, fisher
 from evidence import GPT_4O, NAMED, TM, B, Evidence, Suite, V
 
 from eai.analysis.sensitivity import OVERALL
@@ -150,8 +149,8 @@ def people(evidence: Evidence) -> Finding:
     )
     rows, known = [], []
     for what, tasks, human, model in cases:
-        least = _fisher(human, model, tasks)
-        most = _fisher(*(3 * number for number in (human, model, tasks)))
+        least = fisher(human, model, tasks)
+        most = fisher(*(3 * number for number in (human, model, tasks)))
         known.append(min(least, most) < 0.05)
         rows.append(
             Row(
@@ -169,17 +168,6 @@ def people(evidence: Evidence) -> Finding:
         "checked.",
         rows,
     )
-
-
-def _fisher(first: int, second: int, tasks: int) -> float:
-    """Fisher's exact test, two-sided, of two shares of as many tasks."""
-    total, hits = 2 * tasks, first + second
-
-    def chance(k: int) -> float:
-        return comb(hits, k) * comb(total - hits, tasks - k) / comb(total, tasks)
-
-    ways = range(max(0, hits - tasks), min(hits, tasks) + 1)
-    return sum(chance(k) for k in ways if chance(k) <= chance(first) * (1 + 1e-9))
 
 
 def data_set(evidence: Evidence) -> Finding:

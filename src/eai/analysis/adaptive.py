@@ -9,7 +9,7 @@ least often the most informative comes next.
 from __future__ import annotations
 
 import math
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -23,19 +23,40 @@ class Estimated:
 
     Attributes:
         value: the ability of highest posterior density; before anything is known it is standard normal.
-        error: its standard error by the model: as if tasks were independent and their difficulties known.
+        error: its standard error by the model, as if difficulties were known.
     """
 
     value: float
     error: float
 
 
-def ability_of(scores: Mapping[str, float], difficulties: Mapping[str, float]) -> Estimated:
+@dataclass(frozen=True, slots=True)
+class NearCopies:
+    """Which tasks are near copies of each other, and what these have in common for a model.
+
+    Attributes:
+        names: what near copies share, for each task.
+        variance: how much the ability of one model varies from name to name, in squared logits
+            (`eai.analysis.rasch.variance_between`); 0 if tasks are independent.
+    """
+
+    names: Mapping[str, str]
+    variance: float
+
+
+INDEPENDENT = NearCopies({}, 0.0)
+
+
+def ability_of(
+    scores: Mapping[str, float], difficulties: Mapping[str, float], copies: NearCopies = INDEPENDENT
+) -> Estimated:
     """The ability of a model.
 
     Args:
         scores: what it was asked, each with its score from 0 to 1.
         difficulties: at least those of these tasks.
+        copies: tasks that tell less together than each alone. They raise the error, by the design effect:
+            each name adds the square of its share of the information, times the variance between names.
     """
     value = 0.0
     for _ in range(_STEPS):
@@ -45,7 +66,19 @@ def ability_of(scores: Mapping[str, float], difficulties: Mapping[str, float]) -
         value += max(-1.0, min(1.0, change))
         if abs(change) < _SMALL:
             break
-    return Estimated(value, 1 / math.sqrt(information))
+    return Estimated(value, math.sqrt(1 / information + _between(value, scores, difficulties, copies)))
+
+
+def _between(
+    ability: float, scores: Mapping[str, float], difficulties: Mapping[str, float], copies: NearCopies
+) -> float:
+    """The variance of the ability from which names were asked, and how much each told."""
+    told: defaultdict[str, float] = defaultdict(float)
+    for task in scores:
+        p = _chance(ability, difficulties[task])
+        told[copies.names.get(task, task)] += p * (1 - p)
+    whole = sum(told.values())
+    return copies.variance * sum((each / whole) ** 2 for each in told.values()) if whole else 0.0
 
 
 def next_tasks(

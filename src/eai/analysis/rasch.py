@@ -9,6 +9,7 @@ discrimination, predicts no better; how a task agrees with the others is its ite
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -115,3 +116,30 @@ def reliability(scores: Matrix) -> float | None:
         return None
     parts = float(scores.var(axis=0, ddof=1).sum())
     return float(number / (number - 1) * (1 - parts / whole))
+
+
+def variance_between(scores: Matrix, fitted: Rasch, names: Sequence[str]) -> float:
+    """How much a model's ability varies from name to name, in squared logits, beyond what chance does.
+
+    By moments: two tasks of a name that a model finds more difficult than it should deviate together, to
+    first order by the product of their information and of what they share. 0 where no name has two tasks, or
+    where tasks of a name agree no more than others.
+
+    Args:
+        scores: those that the Rasch model was fitted to.
+        fitted: that Rasch model.
+        names: of each task, what it shares with its near copies.
+    """
+    import numpy as np
+
+    known = ~np.isnan(scores)
+    chances = fitted.chances()
+    deviations = np.where(known, scores - chances, 0.0)
+    information = np.where(known, _information(chances), 0.0)
+    shared = possible = 0.0
+    for name in set(names):
+        of_name = [place for place, each in enumerate(names) if each == name]
+        d, i = deviations[:, of_name], information[:, of_name]
+        shared += float((d.sum(axis=1) ** 2 - (d**2).sum(axis=1)).sum())
+        possible += float((i.sum(axis=1) ** 2 - (i**2).sum(axis=1)).sum())
+    return max(0.0, shared / possible) if possible else 0.0

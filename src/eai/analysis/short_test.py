@@ -8,9 +8,11 @@ hand are no better a choice: they order these models well, and others no better 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import combinations
+from statistics import fmean
 from typing import TYPE_CHECKING
 
 from eai.analysis.items import Scores
@@ -47,37 +49,58 @@ def _chosen(matrix: Matrix, number: int) -> list[int]:
 
 
 @dataclass(frozen=True, slots=True)
-class Validity:
-    """How well short tests order models that had no part in choosing them.
+class Fidelity:
+    """How like the whole suite short tests are.
 
     Attributes:
-        chosen: pairs of held-out models that are in the order of the whole suite, a tie being half of one.
-        drawn: the same where tasks are drawn at random.
+        ordered: pairs of models that are in the order of the whole suite, a tie being half of one.
+        distance: the root of the mean squared difference between a model's score in the short test and in the
+            whole suite, in points of percent.
     """
 
-    chosen: Rate
-    drawn: Rate
+    ordered: Rate
+    distance: float
+
+
+@dataclass(frozen=True, slots=True)
+class Validity:
+    """How well short tests do for models that had no part in choosing them.
+
+    Attributes:
+        chosen: with the tasks that the other models choose.
+        drawn: with as many that are drawn at random.
+    """
+
+    chosen: Fidelity
+    drawn: Fidelity
 
 
 def cross_validate(scores: Scores, number: int = TASKS) -> Validity:
-    """Choose with some models, order the others; all ways to hold out `HELD_OUT` of them."""
+    """Choose with some models, look at the others; all ways to hold out `HELD_OUT` of them."""
     import numpy as np
 
     matrix, generator = scores.matrix, np.random.default_rng(0)
     whole = matrix.mean(axis=1)
-    chosen: list[float] = []
-    drawn: list[float] = []
+    chosen: list[tuple[Matrix, Matrix]] = []
+    drawn: list[tuple[Matrix, Matrix]] = []
     for held in combinations(range(len(matrix)), min(HELD_OUT, len(matrix) - 1)):
         out = list(held)
         tasks = _chosen(np.delete(matrix, out, axis=0), number)
-        chosen += _ordered(matrix[np.ix_(out, tasks)].mean(axis=1), whole[out])
+        chosen.append((matrix[np.ix_(out, tasks)].mean(axis=1), whole[out]))
         for _ in range(_DRAWS):
             some = generator.choice(matrix.shape[1], min(number, matrix.shape[1]), replace=False)
-            drawn += _ordered(matrix[np.ix_(out, some)].mean(axis=1), whole[out])
-    return Validity(Rate(sum(chosen), len(chosen)), Rate(sum(drawn), len(drawn)))
+            drawn.append((matrix[np.ix_(out, some)].mean(axis=1), whole[out]))
+    return Validity(_fidelity(chosen), _fidelity(drawn))
 
 
-def _ordered(short: Sequence[float] | Matrix, whole: Sequence[float] | Matrix) -> Iterator[float]:
+def _fidelity(tests: Sequence[tuple[Matrix, Matrix]]) -> Fidelity:
+    """Of scores in short tests and in the whole suite."""
+    ordered = [each for short, whole in tests for each in _ordered(short, whole)]
+    squares = [float(each) ** 2 for short, whole in tests for each in short - whole]
+    return Fidelity(Rate(sum(ordered), len(ordered)), 100 * math.sqrt(fmean(squares)))
+
+
+def _ordered(short: Matrix, whole: Matrix) -> Iterator[float]:
     """For each pair of models that differ in the whole suite whether they are in the same order."""
     for one, other in combinations(range(len(whole)), 2):
         if whole[one] != whole[other]:

@@ -7,9 +7,9 @@ from collections.abc import Mapping, Sequence
 
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import PlanVerdict
-from eai.analysis.adaptive import Estimated, ability_of, next_tasks
+from eai.analysis.adaptive import Estimated, NearCopies, ability_of, next_tasks
 from eai.analysis.table import write_files
-from eai.benchmarks.item_difficulties import item_difficulties
+from eai.benchmarks.item_difficulties import item_difficulties, variance_between_names
 from eai.benchmarks.suite import DEFAULT_PROTOCOL, Suite
 from eai.cli.console import say
 from eai.cli.order import Order, obtain_and_score
@@ -58,6 +58,7 @@ def obtain_adaptively(
     difficulties = {task_id: known[task_id] for task_id in prompts if task_id in known}
     tasks = suite.benchmark.tasks(suite.source)
     names = {task_id: tasks[task_id].title for task_id in difficulties}
+    copies = NearCopies(names, variance_between_names(suite.domain, suite.ability))
     chosen: list[str] = []
     scores: dict[str, float] = {}
     while True:
@@ -71,7 +72,7 @@ def obtain_adaptively(
             if isinstance(record.verdict, PlanVerdict) and record.unanswered is None
             if record.verdict.excluded is None
         }
-        found = ability_of(scores, difficulties)
+        found = ability_of(scores, difficulties, copies)
         if found.error <= target or result.failures or len(chosen) == len(difficulties):
             break
     _write(result, found, target, chosen)

@@ -24,19 +24,21 @@ from eai.pddl.clauses import predicates_in
 _Key = TypeVar("_Key", int, str)
 _Value = TypeVar("_Value")
 
-VOCABULARY_ERRORS = frozenset({AnswerOutcome.HALLUCINATION, AnswerOutcome.ARGUMENT_NUMBER})
-"""Errors in names, found before anything is executed."""
-
 _NO_ANSWER = frozenset({AnswerOutcome.EXCLUDED, AnswerOutcome.NOT_ANSWERED})
 """Where there is no answer to break down."""
 
 
 class Flow(NamedTuple):
-    """How many scored answers came how far."""
+    """How many scored answers came how far.
+
+    An answer without unknown names is known, and well formed if each action has as many arguments as it
+    takes.
+    """
 
     answers: int
     readable: int
     known: int
+    well_formed: int
     executed: int
     reached: int
 
@@ -117,9 +119,11 @@ def break_down(records: Iterable[Record], ability: Ability) -> Breakdown:
 def _flow(outcomes: Mapping[AnswerOutcome, int]) -> Flow:
     answers = sum(count for kind, count in outcomes.items() if kind not in _NO_ANSWER)
     readable = answers - outcomes.get(AnswerOutcome.PARSING, 0)
-    known = readable - sum(outcomes.get(kind, 0) for kind in VOCABULARY_ERRORS)
+    known = readable - outcomes.get(AnswerOutcome.HALLUCINATION, 0)
+    well_formed = known - outcomes.get(AnswerOutcome.ARGUMENT_NUMBER, 0)
     reached = outcomes.get(AnswerOutcome.SUCCESS, 0)
-    return Flow(answers, readable, known, reached + outcomes.get(AnswerOutcome.GOAL_MISSED, 0), reached)
+    executed = reached + outcomes.get(AnswerOutcome.GOAL_MISSED, 0)
+    return Flow(answers, readable, known, well_formed, executed, reached)
 
 
 def goals_of(record: Record) -> Iterator[tuple[GoalReport, bool]]:

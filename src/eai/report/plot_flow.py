@@ -17,11 +17,12 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _PER_ROW = 2
-_SIZE = (3.5, 2.0)
-_STAGES = ("answers", "parsed", "names known", "executed", "goal reached")
+_SIZE = (3.7, 2.0)
+_STAGES = ("answers", "parsed", "names known", "well formed", "executed", "goal reached")
 _LOSSES = (
     ("unreadable", AnswerOutcome.PARSING),
     ("unknown names", AnswerOutcome.HALLUCINATION),
+    ("argument number", AnswerOutcome.ARGUMENT_NUMBER),
     ("failed step", AnswerOutcome.MISSING_STEP),
     ("goal missed", AnswerOutcome.GOAL_MISSED),
 )
