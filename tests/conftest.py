@@ -19,7 +19,6 @@ from eai.data.store import Store
 from eai.errors import DataError
 from oracle import Oracle, read_oracle
 
-
 settings.register_profile("any machine", deadline=None)
 settings.load_profile("any machine")
 
