@@ -201,7 +201,14 @@ def test_an_explanation_is_a_field_of_the_record() -> None:
             }
         ],
         "goals": [{"kind": "state", "goal": "ON(light.2)", "satisfied": True, "why": ""}],
-        "parts": [{"part": "ON(light.2) and TOUCH(x.3)", "met_after": None, "missing": ["TOUCH(x.3)"]}],
+        "parts": [
+            {
+                "part": "ON(light.2) and TOUCH(x.3)",
+                "met_after": None,
+                "missing": ["TOUCH(x.3)"],
+                "met_at": None,
+            }
+        ],
     }
     assert "explanation" not in record_to_json(record(PLAN))
 

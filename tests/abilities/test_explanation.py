@@ -8,14 +8,22 @@ import pytest
 from benchmarks.plan_scorers import virtualhome_scorer
 from benchmarks.virtualhome.household import make_task
 from eai.abilities.codec import dataclass_to_json
-from eai.abilities.explanation import Explanation, GoalReport, StepReport, formula_text, step_reports
+from eai.abilities.explanation import (
+    Explanation,
+    GoalReport,
+    StepReport,
+    formula_text,
+    part_reports,
+    step_reports,
+)
 from eai.abilities.protocol import Protocol
 from eai.abilities.task import Task
 from eai.logic.bddl import parse_condition
-from eai.logic.formula import Atom, Constant, Occurs, Or
+from eai.logic.formula import Atom, Constant, Occurs, Or, Then
 from eai.logic.ltl import parse
 from eai.logic.renaming import rename_variables
 from eai.world import Action, Episode, Luck, Slips
+from eai.world.execution import execute
 
 BOTH = pytest.mark.parametrize("protocol", list(Protocol), ids=lambda protocol: protocol.value)
 
@@ -85,6 +93,24 @@ def test_a_wrong_order_tells_when_the_step_would_have_been_possible() -> None:
 def test_steps_that_were_skipped_are_numbered_too() -> None:
     steps = explain('{"STANDUP": [], "WALK": ["cup"], "WALK": ["bed"], "GRAB": ["cup"]}').steps
     assert steps[-1].earlier == "what it lacks held after step 2, WALK(cup.13)"
+
+
+def test_parts_of_a_temporal_goal_are_met_at_numbers_of_the_list_of_all_steps() -> None:
+    task = make_task()
+    domain = virtualhome_scorer(task, Protocol.STRICT).domain
+    fridge = (task.scene.index["fridge.10"],)
+    plan = [Action("STANDUP", ()), Action("WALK", fridge), Action("STANDUP", ()), Action("OPEN", fridge)]
+    course = execute(domain, task.initial, plan)
+    assert [step.executed for step in course.steps] == [False, True, False, True]
+    name = Constant("fridge.10")
+    closed, opened = Atom("CLOSED", (name,)), Atom("OPEN", (name,))
+    near = Atom("NEXT_TO", (Constant("character.65"), name))
+    reports = part_reports(Then((closed, near, opened)), course)
+    assert [part.when for part in reports] == ["at the start", "after step 2", "after step 4"]
+    reports = part_reports(Then((near, Occurs("OPEN", (name,)), opened)), course)
+    assert [part.when for part in reports] == ["after step 2", "", ""], "it is opened in the state of part 1"
+    reports = part_reports(Then((closed, Occurs("OPEN", (name,)), Occurs("OPEN") | opened)), course)
+    assert [part.when for part in reports] == ["at the start", "at step 4", "after step 4"]
 
 
 def test_a_slip_is_told_and_the_steps_after_it_with_their_own_changes() -> None:

@@ -101,13 +101,15 @@ def test_goals_are_judged_by_what_they_came_to(eai: Command) -> None:
 def test_parts_of_a_temporal_goal_are_shown_in_order(eai: Command) -> None:
     parts = [
         {"part": "ON(lamp.1)", "met_after": 2, "missing": []},
+        {"part": "TOUCH(lamp.1)", "met_after": 2, "missing": [], "met_at": 4},
         {"part": "OPEN(box.2)", "met_after": None, "missing": ["OPEN(box.2)"]},
     ]
     told = {"notes": [], "steps": [], "goals": [], "parts": parts}
     lines = [line.rstrip() for line in eai("explain", damaged(explanation=told), "27_2").out.splitlines()]
-    assert lines[2:5] == [
+    assert lines[2:6] == [
         "temporal goal",
         "  ✓ ON(lamp.1)  after step 2",
+        "  ✓ TOUCH(lamp.1)  at step 4",
         "  ✗ OPEN(box.2)  never: OPEN(box.2)",
     ]
 

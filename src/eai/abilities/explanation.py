@@ -86,15 +86,26 @@ class PartReport:
 
     Attributes:
         part: the part as text.
-        met_after: how many executed steps came before the state in which it was first met after the part
-            before it; None if it was not. An action belongs to the state in which it is taken.
+        met_after: the number, in the list of all steps, of the one that led to the state in which it was
+            first met after the part before it; 0 is the start, None that it was not met.
         missing: if it is the first that was not met, what of it never held, as texts: the whole part where
             its pieces held only apart from each other.
+        met_at: of a part about an action that was met by one, the number of that step in the same list.
     """
 
     part: str
     met_after: int | None
     missing: tuple[str, ...] = ()
+    met_at: int | None = None
+
+    @property
+    def when(self) -> str:
+        """When it was met, in words; empty if it was not."""
+        if self.met_at is not None:
+            return f"at step {self.met_at}"
+        if self.met_after is None:
+            return ""
+        return f"after step {self.met_after}" if self.met_after else "at the start"
 
 
 @dataclass(frozen=True, slots=True)
@@ -279,11 +290,16 @@ def part_reports(goal: Formula | None, trajectory: Trajectory) -> tuple[PartRepo
     parts = goal.parts if isinstance(goal, Then) else (goal,)
     met: list[int | None] = [*evidence.positions[: len(parts)]]
     blamed = [tuple([print_ltl(formula) for formula in evidence.failed])]
+    numbers = [0, *(number for number, step in enumerate(trajectory.steps, 1) if step.executed)]
     reports = []
     for number, part in enumerate(parts):
-        after = met[number] if number < len(met) else None
-        missing = blamed.pop() if after is None and blamed else ()
-        reports.append(PartReport(print_ltl(part), after, missing))
+        position = met[number] if number < len(met) else None
+        if position is None:
+            reports.append(PartReport(print_ltl(part), None, blamed.pop() if blamed else ()))
+            continue
+        acted = any(isinstance(each, Occurs) for each in walk(part)) and position + 1 < len(numbers)
+        at = numbers[position + 1] if acted else None
+        reports.append(PartReport(print_ltl(part), numbers[position], met_at=at))
     return tuple(reports)
 
 

@@ -194,7 +194,7 @@ def _together(facts: Sequence[str]) -> list[str]:
 
 def _print_part(console: Console, part: PartReport) -> None:
     if part.met_after is not None:
-        console.print(Text(f"  ✓ {part.part}  after step {part.met_after}", style="green"))
+        console.print(Text(f"  ✓ {part.part}  {part.when}", style="green"))
     else:
         lacking = f"  never: {', '.join(part.missing)}" if part.missing else "  was to come after that"
         console.print(Text(f"  ✗ {part.part}{lacking}", style="red"))

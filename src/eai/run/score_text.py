@@ -54,7 +54,7 @@ def _of_step(step: StepReport) -> Iterator[str]:
 
 def _part(part: PartReport) -> str:
     if part.met_after is not None:
-        return f"✓ `{part.part}`, after step {part.met_after}"
+        return f"✓ `{part.part}`, {part.when}"
     lacking = f", never: {', '.join([f'`{text}`' for text in part.missing])}" if part.missing else ""
     return f"✗ `{part.part}`{lacking}"
 
