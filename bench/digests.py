@@ -15,6 +15,7 @@ from __future__ import annotations
 import argparse
 import hashlib
 import json
+import re
 import sys
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -46,6 +47,9 @@ FIELDS = (
 
 OF_ERRORS = ("kind", "step", "detail")
 """What an error has said from the beginning."""
+
+_SINGULAR = re.compile(r"(?<= takes 1 )(object|argument)(?=,)")
+"""What such a detail said in the plural when the digests were first taken, and is hashed as."""
 
 OWN_FIELDS: Mapping[str, tuple[str, ...]] = {
     "virtualhome/action_sequencing": (),
@@ -106,6 +110,7 @@ def _kept(suite: str, fields: Mapping[str, Any]) -> dict[str, Any]:
     kept = {name: _plain(fields.get(name)) for name in (*FIELDS, *OWN_FIELDS[suite])}
     if kept["error"] is not None:
         kept["error"] = {name: kept["error"][name] for name in OF_ERRORS}
+        kept["error"]["detail"] = _SINGULAR.sub(r"\1s", kept["error"]["detail"])
     return {name: value for name, value in kept.items() if value not in (None, [], {})}
 
 

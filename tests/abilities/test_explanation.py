@@ -84,6 +84,14 @@ def test_a_failed_step_names_the_check_and_the_objects_and_is_the_last() -> None
     )
 
 
+def test_what_is_closed_around_an_object_is_named() -> None:
+    *_, step = explain('{"WALK": ["milk"], "GRAB": ["milk"]}').steps
+    assert (step.outcome, step.reason) == (
+        "missing_step",
+        "milk.11 is inside something that is closed: fridge.10",
+    )
+
+
 def test_a_wrong_order_tells_when_the_step_would_have_been_possible() -> None:
     steps = explain('{"WALK": ["cup"], "WALK": ["bed"], "GRAB": ["cup"]}').steps
     assert steps[-1].outcome == "wrong_order"
@@ -158,7 +166,7 @@ def test_every_goal_is_told(protocol: Protocol) -> None:
         ('{"FLY": ["fridge"]}', ("hallucination: step 1: FLY is not an action",)),
         (
             '```{"WALK": []}```',
-            ("read with repair: code_fence", "argument_number: step 1: WALK takes 1 objects, not 0"),
+            ("read with repair: code_fence", "argument_number: step 1: WALK takes 1 object, not 0"),
         ),
         ('{"WALK": [{"a": 1}]}', ("hallucination: step 1: WALK: there is no {'a': 1}",)),
     ],
@@ -193,7 +201,7 @@ def test_a_plan_that_the_reference_counts_as_failed_is_executed_all_the_same() -
             '{"WALK": ["fridge"], "OPEN": []}',
             (
                 "lossy_reading: not seen: step 2, OPEN()",
-                "strict, which passes over nothing: argument_number at step 2, OPEN takes 1 objects, not 0",
+                "strict, which passes over nothing: argument_number at step 2, OPEN takes 1 object, not 0",
             ),
         ),
         (

@@ -82,11 +82,11 @@ CASES = [
     ({**LINE, "goals": ["lit(cat)"]}, "goals.0: line 1, column 5: there is no object cat"),
     ({**LINE, "goals": ["lit(lamp)"]}, "goals.0: there is no object lamp"),
     ({**LINE, "goals": ["forall x: lamp. (always lit(x))"]}, "goals.0: expected temporal operators outside"),
-    ({**LINE, "goals": ["eventually PRESS()"]}, "goals.0: PRESS takes 1 objects, not 0"),
+    ({**LINE, "goals": ["eventually PRESS()"]}, "goals.0: PRESS takes 1 object, not 0"),
     ({**LINE, "goals": ["PRESS(lamp_1)"]}, "goals.0: expected actions without objects"),
     ({**LINE, "goals": ["PRESS() and lit(lamp_1)"]}, "goals.0: expected actions without objects"),
     ({**LINE, "plan": [["JUMP"]]}, "plan.0: expected an operator of the domain, found 'JUMP'"),
-    ({**LINE, "plan": [["GO"]]}, "plan.0: GO takes 1 objects, not 0"),
+    ({**LINE, "plan": [["GO"]]}, "plan.0: GO takes 1 object, not 0"),
 ]
 
 

@@ -138,8 +138,8 @@ def test_what_appears_did_not_become_true_and_what_disappears_did_not_become_fal
         ),
         ("FLY(lamp)", "hallucination", "Failed (hallucination): FLY is not an action."),
         ("PRESS(sun)", "hallucination", "Failed (hallucination): PRESS: there is no sun."),
-        ("PRESS(lamp, torch)", "argument_number", "Failed (argument number): PRESS takes 1 objects, not 2."),
-        ("PRESS()", "argument_number", "Failed (argument number): PRESS takes 1 objects, not 0."),
+        ("PRESS(lamp, torch)", "argument_number", "Failed (argument number): PRESS takes 1 object, not 2."),
+        ("PRESS()", "argument_number", "Failed (argument number): PRESS takes 1 object, not 0."),
         ("GO(hall)", "additional_step", "GO(hall): not needed: the robot is in hall already."),
         ("PRESS(box)", "affordance", "PRESS(box): failed (affordance): box is no lamp."),
         (

@@ -94,7 +94,7 @@ def test_only_explanations_say_why(failure: str, explained: str) -> None:
 
 def test_the_number_of_objects_is_said_at_every_level() -> None:
     for feedback in (Feedback.KIND, Feedback.EXPLAINED):
-        assert "GO takes 1 objects, not 2" in told(feedback, FAILURES["argument_number"])
+        assert "GO takes 1 object, not 2" in told(feedback, FAILURES["argument_number"])
 
 
 FORMS = [

@@ -26,8 +26,9 @@ from eai.logic.ltl_printer import print_ltl
 from eai.logic.renaming import rename_variables
 from eai.logic.traversal import walk
 from eai.world.domain import Domain
-from eai.world.execution import Action, Fault, Trajectory, describe, names_of
+from eai.world.execution import Action, Fault, Trajectory, names_of, witnesses_of
 from eai.world.fault import FaultKind
+from eai.world.operator import Check
 from eai.world.state import Fact, Scene, State, change
 from eai.world.timeline import timeline
 
@@ -137,7 +138,7 @@ def step_reports(task: Task, domain: Domain, trajectory: Trajectory) -> tuple[St
         if fault is not None:
             tries = fault.check not in domain.compiled[action.operator].operator.checks
             undone = _undone(domain, action, before, before) if tries else ""
-            reason = undone or describe(fault, domain, action, task.scene)
+            reason = undone or _reason(fault.check, domain, action, before)
             earlier = _earlier(fault, trajectory, carried_out, task.scene)
             reports.append(StepReport(action_text(action, task.scene), fault.kind.value, reason, earlier))
         elif slipped:
@@ -226,9 +227,16 @@ def _undone(domain: Domain, action: Action, before: State, after: State) -> str:
     objects: dict[Term, Term] = {Variable(name): Constant(thing) for name, thing in names.items()}
     undone = operator.left_undone(before, after, operator.bind(before, action.arguments))
     return "; ".join(
-        f"{print_ltl(substitute(condition, objects))} remains: {check.reason.format_map(names)}"
+        f"{print_ltl(substitute(condition, objects))} remains: {_reason(check, domain, action, before)}"
         for condition, check in undone
     )
+
+
+def _reason(check: Check, domain: Domain, action: Action, state: State) -> str:
+    """What is wrong with an action in a state, in words, and by name what the words leave without one."""
+    reason = check.reason.format_map(names_of(action, domain, state.scene))
+    witnesses = witnesses_of(check, domain, action, state)
+    return f"{reason}: {', '.join(witnesses)}" if witnesses else reason
 
 
 def _earlier(fault: Fault, trajectory: Trajectory, carried_out: Sequence[int], scene: Scene) -> str:

@@ -24,6 +24,7 @@ from eai.errors import InputError, ParseError
 from eai.logic.ltl import parse
 from eai.logic.ltl_printer import print_ltl
 from eai.logic.renaming import rename_variables
+from eai.logic.signature import takes
 from eai.logic.traversal import is_state_formula, objects, walk
 from eai.world.domain import Domain
 from eai.world.execution import Action
@@ -169,7 +170,7 @@ def _goals(line: TaskLine, domain: Domain, scene: Scene) -> Iterator[f.Formula]:
             misapplied = next((a for a in actions if len(a.arguments) != domain.arities[a.action]), None)
             if misapplied is not None:
                 raise InputError(
-                    f"{place}: {misapplied.action} takes {domain.arities[misapplied.action]} objects, "
+                    f"{place}: {takes(misapplied.action, domain.arities[misapplied.action], 'object')}, "
                     f"not {len(misapplied.arguments)}"
                 )
         elif actions and not _is_choice(formula):
@@ -189,7 +190,7 @@ def _plan(line: TaskLine, domain: Domain, scene: Scene) -> Iterator[Action]:
         if arity is None:
             raise InputError(f"plan.{number}: expected an operator of the domain, found {operator!r}")
         if arity != len(names):
-            raise InputError(f"plan.{number}: {operator} takes {arity} objects, not {len(names)}")
+            raise InputError(f"plan.{number}: {takes(operator, arity, 'object')}, not {len(names)}")
         yield Action(operator, tuple([_index(name, scene.index, f"plan.{number}") for name in names]))
 
 

@@ -15,7 +15,7 @@ from eai.abilities.codec import record_to_json
 from eai.abilities.declaration import AnswerOutcome
 from eai.abilities.explanation import EXECUTED, Explanation, PartReport, StepReport
 from eai.abilities.near_misses import near_misses
-from eai.abilities.protocol import member
+from eai.abilities.protocol import Ability, member
 from eai.abilities.record import NOT_ANSWERED, Record
 from eai.abilities.verdict import PlanVerdict
 from eai.cli.background import TaskBackground, background_of
@@ -226,8 +226,9 @@ def _why(record: Record) -> str:
     if record.unanswered is not None:
         return record.unanswered
     if error is not None:
-        step = "" if error.step is None else f"step {error.step + 1}: "
-        return f"{step}{error.detail}"
+        noun = "subgoal" if record.ability is Ability.SUBGOAL_DECOMPOSITION else "step"
+        place = "" if error.step is None else f"{noun} {error.step + 1}: "
+        return f"{place}{error.detail}"
     goals = record.explanation.goals if record.explanation is not None else ()
     missed = [goal.goal for goal in goals if not goal.satisfied]
     return f"not reached: {', '.join(missed)}" if missed else ""

@@ -77,6 +77,11 @@ def term(name: str, scope: frozenset[str]) -> Term:
     return Variable(name) if name in scope else Constant(name)
 
 
+def takes(name: str, arity: int, noun: str) -> str:
+    """How many of something a name takes, in words: ``WALK takes 1 object``."""
+    return f"{name} takes {arity} {noun}{'' if arity == 1 else 's'}"
+
+
 class NameChecker:
     """Collects the offences of one text, in the order in which its primitives are shown to it.
 
@@ -106,7 +111,7 @@ class NameChecker:
             detail = f"{name} is no predicate and no action"
             self._add(MisuseKind.UNKNOWN_PREDICATE, name, name, position(0), detail)
         elif (wanted := arities[name]) is not None and wanted != len(terms):
-            detail = f"{name} takes {wanted} arguments, not {len(terms)}"
+            detail = f"{takes(name, wanted, 'argument')}, not {len(terms)}"
             self._add(MisuseKind.WRONG_ARITY, name, name, position(0), detail)
         if objects is None:
             return

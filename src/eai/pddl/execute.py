@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import eai.logic.formula as f
 import eai.pddl.model as m
+from eai.logic.signature import takes
 from eai.pddl.evaluation import DerivedPredicates, Evaluation, PddlState, Valuation, object_of
 from eai.pddl.looks import Looks
 
@@ -75,7 +76,7 @@ class Executor:
         if action is None:
             return f"no operator {step.action}"
         if len(step.arguments) != len(action.parameters):
-            return f"{step.action} takes {len(action.parameters)} objects"
+            return takes(step.action, len(action.parameters), "object")
         for parameter, name in zip(action.parameters, step.arguments, strict=True):
             if name not in self._members(parameter):
                 return f"{name} is no {m.type_of(parameter)}"

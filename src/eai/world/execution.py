@@ -13,6 +13,7 @@ from eai.world.fault import FaultKind
 from eai.world.frame import Binding
 from eai.world.operator import Check
 from eai.world.past import Past
+from eai.world.reading import Readings
 from eai.world.state import Scene, State
 
 
@@ -142,6 +143,16 @@ def _diagnose(domain: Domain, past: Past, operator: CompiledOperator, binding: B
 def describe(fault: Fault, domain: Domain, action: Action, scene: Scene) -> str:
     """The reason of a fault in words, with the names of the objects."""
     return fault.check.reason.format_map(names_of(action, domain, scene))
+
+
+def witnesses_of(check: Check, domain: Domain, action: Action, state: State) -> tuple[str, ...]:
+    """The names of what the reason of a check speaks of without a name, in the state in which it failed."""
+    if check.witness is None:
+        return ()
+    parameters = domain.compiled[action.operator].operator.parameters
+    scope = {p.name: i for p, i in zip(parameters, action.arguments, strict=True)}
+    found = Readings(domain.vocabulary).witnesses(check.witness.variable, check.witness.body, scope, state)
+    return tuple([state.scene.objects[i].name for i in found])
 
 
 def names_of(action: Action, domain: Domain, scene: Scene) -> dict[str, str]:

@@ -6,7 +6,7 @@ import re
 from dataclasses import dataclass, replace
 from enum import Enum
 
-from eai.logic.formula import Formula, Variable
+from eai.logic.formula import Exists, Formula, Variable
 from eai.logic.frozen import Frozen
 from eai.world.effect import Effect
 from eai.world.fault import FaultKind
@@ -27,6 +27,7 @@ class Check(Frozen):
             each of these formulas must have held at some time. None means the condition itself.
         id: what records call the check; by default the words of its reason without the objects. A check that
             is worded anew keeps its id by giving it here.
+        witness: tells what the reason speaks of without a name; explanations name what it is true of.
     """
 
     condition: Formula
@@ -34,6 +35,7 @@ class Check(Frozen):
     reason: str
     sought: tuple[Formula, ...] | None = None
     id: str = ""
+    witness: Exists | None = None
 
     def __post_init__(self) -> None:
         if not self.id:
@@ -56,9 +58,14 @@ def additional(condition: Formula, reason: str) -> Check:
     return Check(condition, FaultKind.ADDITIONAL_STEP, reason)
 
 
-def missing(condition: Formula, reason: str, sought: tuple[Formula, ...] | None = None) -> Check:
+def missing(
+    condition: Formula,
+    reason: str,
+    sought: tuple[Formula, ...] | None = None,
+    witness: Exists | None = None,
+) -> Check:
     """A check that an earlier step has prepared the action."""
-    return Check(condition, FaultKind.MISSING_STEP, reason, sought)
+    return Check(condition, FaultKind.MISSING_STEP, reason, sought, witness=witness)
 
 
 @dataclass(frozen=True, slots=True)

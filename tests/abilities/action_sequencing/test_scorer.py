@@ -41,8 +41,8 @@ def verdict(text: str) -> PlanVerdict:
         (["GO shed", "GO moon"], (FaultKind.HALLUCINATION, 1, "GO: there is no moon")),
         (["go shed"], (FaultKind.HALLUCINATION, 0, "go is not an action")),
         (["GO shed, moon, mars"], (FaultKind.HALLUCINATION, 0, "GO: there is no moon")),
-        (["GO hall, shed"], (FaultKind.ARGUMENT_NUMBER, 0, "GO takes 1 objects, not 2")),
-        (["GO"], (FaultKind.ARGUMENT_NUMBER, 0, "GO takes 1 objects, not 0")),
+        (["GO hall, shed"], (FaultKind.ARGUMENT_NUMBER, 0, "GO takes 1 object, not 2")),
+        (["GO"], (FaultKind.ARGUMENT_NUMBER, 0, "GO takes 1 object, not 0")),
         # All names are looked at before any number of objects.
         (["GO hall, shed", "GO moon"], (FaultKind.HALLUCINATION, 1, "GO: there is no moon")),
         # What happens when the plan runs.

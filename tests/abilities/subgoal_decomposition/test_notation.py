@@ -64,6 +64,32 @@ def test_names_without_arguments_need_no_brackets() -> None:
     )
 
 
+@pytest.mark.parametrize(
+    ("written", "read"),
+    [
+        ("AT(bed) and REST", "AT(bed) and REST()"),
+        ("(REST or AT(bed))then REST", "(REST() or AT(bed))then REST()"),
+        ("not(REST)", "not(REST())"),
+        ("REST and REST", "REST() and REST()"),
+        ("REST() and  not REST", "REST() and  not REST()"),
+        ("AT(REST) and forall REST. (AT(REST)) and x = REST", None),
+        ("exists x: REST. (ON(x, REST))", None),
+        ("AT(bed) and RESTS", None),
+    ],
+)
+def test_names_that_take_no_objects_need_no_brackets_beside_others(written: str, read: str | None) -> None:
+    rest = Operator("REST", (), (), ())
+    found = SubgoalNotation(toy.DOMAIN.with_operators(rest)).read(json.dumps({"output": [written]}))
+    assert found == WrittenSubgoals((read or written,), () if read is None else ("brackets",))
+
+
+def test_a_text_without_formulas_is_none_though_it_has_such_a_name() -> None:
+    notation = SubgoalNotation(toy.DOMAIN.with_operators(Operator("REST", (), (), ())))
+    assert notation.read('{"output": ["go and REST now"]}') == WrittenSubgoals(
+        (), ("no_formula",), ("go and REST now",)
+    )
+
+
 def test_names_are_spelt_as_formulas_can_have_them() -> None:
     assert spelt(["a-b", "a_b", "sofa.12", "t-shirt.3", "3d"]) == {
         "a_b": "a-b",
@@ -90,7 +116,7 @@ def test_a_domain_with_other_names_is_scored_by_the_spelling_of_its_own() -> Non
     assert subgoals == ("not on_table(a_1) and not hand_empty()",)
     scorer = SubgoalDecomposition(task, domain)
     assert scorer.score(notation.join(subgoals)).success
-    assert scorer.score('{"output": ["pick_up(a_1)", "not hand_empty"]}').repairs == ("no_formula",)
+    assert scorer.score('{"output": ["pick_up(a_1)", "not hand_empty"]}').repairs == ("brackets",)
     assert scorer.score('{"output": ["pick_up(a_1)"]}').success
 
 

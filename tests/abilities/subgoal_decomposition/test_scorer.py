@@ -181,7 +181,7 @@ def test_a_name_that_is_not_allowed_is_told_with_its_subgoal() -> None:
         (["lit(lamp, red)"], "wrong_arity", ()),
         (["DROP(red)"], "is_not_held", ("red",)),
         (["holding(red) and holding(blue)"], "the_hand_is_full", ()),
-        (["lit(lamp) and not lit(lamp)"], "not_brought_about", ("lamp",)),
+        (["lit(lamp) and not lit(lamp)"], "parts_exclude_each_other", ("lamp",)),
         (["lit(lamp", "lit(lamp)"], None, ()),
     ],
 )

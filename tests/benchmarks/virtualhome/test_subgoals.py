@@ -193,6 +193,30 @@ def test_a_goal_that_the_reference_cannot_read_makes_every_plan_unparseable() ->
     assert told(virtualhome_subgoals(Protocol.STRICT)(task).score(answer(*REACHED))) == "goal_unreachable"
 
 
+@pytest.mark.parametrize(
+    ("subgoal", "excluded"),
+    [
+        ("OPEN(fridge.10) and CLOSED(fridge.10)", True),
+        ("OPEN(fridge.10) and not OPEN(fridge.10)", True),
+        ("HOLDS_RH(character.65, cup.13) and HOLDS_LH(character.65, cup.13)", True),
+        ("CLOSED(fridge.10) and (OPEN(fridge.10) or not CLOSED(fridge.10))", True),
+        ("OPEN(fridge.10) and INSIDE(table.12, bed.20)", False),
+        ("ONTOP(cup.13, bed.20) and ONTOP(cup.13, table.12) and HOLDS_RH(character.65, cup.13)", False),
+    ],
+)
+def test_parts_that_exclude_each_other_are_told(subgoal: str, excluded: bool) -> None:
+    error = STRICT.score(answer(subgoal)).error
+    assert error is not None
+    told = error.detail.endswith(" does not hold, and its parts exclude each other")
+    assert (told, error.check == "parts_exclude_each_other") == (excluded, excluded)
+
+
+def test_what_holds_together_at_the_start_does_not_exclude_each_other() -> None:
+    task = make_task("OPEN fridge.10", goals=GOALS)
+    scorer = virtualhome_subgoals(Protocol.STRICT)(task)
+    assert scorer.score(answer("OPEN(fridge.10) and CLOSED(fridge.10)")).executable
+
+
 def test_a_task_without_goals_is_excluded_or_unparseable() -> None:
     task = replace(make_task(goals=()), temporal_goal=None)
     assert virtualhome_subgoals(Protocol.STRICT)(task).score(answer(*REACHED)).excluded is not None

@@ -1,4 +1,4 @@
-"""Verdicts under `eai-1.0.5` against those of the reference, row by row; what explanations of `strict` say."""
+"""Verdicts under `eai-1.0.5` against those of the reference, row by row; explanations of `strict`."""
 
 from __future__ import annotations
 
@@ -117,7 +117,9 @@ def test_every_part_of_a_temporal_goal_is_met_at_the_step_that_is_told(
         if goal is None:
             continue
         states = states_by_step(scorer, explanation)
-        for part, report in zip(goal.parts if isinstance(goal, Then) else (goal,), explanation.parts):
+        for part, report in zip(
+            goal.parts if isinstance(goal, Then) else (goal,), explanation.parts, strict=True
+        ):
             if report.when:
                 told += 1
                 if not is_met(part, report, explanation, states):

@@ -9,7 +9,7 @@ from eai.abilities.action_sequencing.notation import PlanNotation
 from eai.abilities.action_sequencing.plan import WrittenPlan
 from eai.abilities.error_report import UNKNOWN_ACTION
 from eai.abilities.verdict import ErrorReport
-from eai.logic.signature import MisuseKind
+from eai.logic.signature import MisuseKind, takes
 from eai.world.domain import Domain
 from eai.world.execution import Action
 from eai.world.fault import FaultKind
@@ -49,7 +49,7 @@ def resolve(
                 return _unknown(number, f"{step.action}: {stranger} {name}", str(name))
             objects.append(index)
         if misapplied is None and len(objects) != arities[operator]:
-            detail = f"{operator} takes {arities[operator]} objects, not {len(objects)}"
+            detail = f"{takes(operator, arities[operator], 'object')}, not {len(objects)}"
             check = MisuseKind.WRONG_ARITY.value
             misapplied = ErrorReport(FaultKind.ARGUMENT_NUMBER, number, detail, check)
         actions.append(Action(operator, tuple(objects)))

@@ -9,7 +9,7 @@ class; an action is carried out.
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Sequence
-from functools import cache, lru_cache
+from functools import cache, lru_cache, partial
 from itertools import product
 from typing import NamedTuple
 
@@ -51,6 +51,7 @@ class _Why(NamedTuple):
 
 
 _BY_NOTHING = _Why("no_action_brings_it_about", "no action brings it about")
+_EXCLUDED = _Why("parts_exclude_each_other", "its parts exclude each other")
 _NOT_DONE = _Why("not_brought_about", "nothing that is done for it brings it about")
 
 
@@ -84,6 +85,7 @@ class Programs:
         self._told_apart = told_apart
         self.extent = Extent(task)
         self.brings_about = refinement.brings_about
+        self.exclude_each_other = partial(refinement.exclude_each_other, initial=task.initial)
         self.required = lru_cache(_REMEMBERED)(self._required)
         self.plans = lru_cache(_REMEMBERED)(self._plans)
         self.plans_to_take = lru_cache(_REMEMBERED)(self._plans_to_take)
@@ -204,6 +206,8 @@ class _Builder:
         alternatives = list(self._alternatives(observed))
         literals = {literal for alternative in alternatives for literal in alternative}
         why = _NOT_DONE if any(map(self._programs.brings_about, literals)) else _BY_NOTHING
+        if alternatives and all(map(self._programs.exclude_each_other, alternatives)):
+            why = _EXCLUDED
         requirement = self._requirement(observed, number, then, why)
         tested = self._add(requirement)
         entries = [

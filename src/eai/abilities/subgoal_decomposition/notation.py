@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass
 
@@ -21,6 +22,14 @@ from eai.world.domain import Domain
 from eai.world.execution import Action, attempt
 from eai.world.past import Past
 from eai.world.state import Scene, State, change
+
+_TOKEN = re.compile(r"[\w\-]+(?:\.\d+)?|[^\w\s]")
+_NAME = re.compile(r"\w")
+_WORDS = frozenset({"and", "or", "not", "then", "until", "implies", "next", "eventually", "always"})
+"""What stands between formulas and in front of them."""
+
+_NO_NEIGHBOURS = frozenset({",", ".", ":", "="})
+"""What stands beside an object or a variable, and beside no formula."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -129,8 +138,8 @@ def _subgoal(literals: list[Formula]) -> Formula | None:
 def read_output(text: str, without_arguments: Collection[str]) -> WrittenSubgoals | Unreadable:
     """The formulas in the list ``output`` of the last object in a text that has one, or why there are none.
 
-    Texts in the list that have no formula at all are left out, and names without objects need no brackets;
-    both are repairs.
+    Texts in the list that have no formula at all are left out, and names without objects need no brackets,
+    alone or beside others; both are repairs.
 
     Args:
         text: the answer.
@@ -144,15 +153,29 @@ def read_output(text: str, without_arguments: Collection[str]) -> WrittenSubgoal
     output, repairs = found
     made = dict.fromkeys(repairs)
     for subgoal in map(str.strip, output):
-        if subgoal in without_arguments:
-            made["brackets"] = None
-            subgoals.append(f"{subgoal}()")
-        elif "(" in subgoal:
-            subgoals.append(subgoal)
+        spelt_out = _with_brackets(subgoal, without_arguments) if without_arguments else subgoal
+        if "(" in spelt_out:
+            made |= {} if spelt_out == subgoal else {"brackets": None}
+            subgoals.append(spelt_out)
         elif subgoal:
             made["no_formula"] = None
             left_out.append(subgoal)
     return WrittenSubgoals(tuple(subgoals), tuple(made), tuple(left_out))
+
+
+def _with_brackets(text: str, without_arguments: Collection[str]) -> str:
+    """A text where names that take no objects have brackets; as it is where it has no formula at all."""
+    tokens = [match[0] for match in _TOKEN.finditer(text)]
+    if "(" not in tokens and any(t not in _WORDS and t not in without_arguments for t in tokens):
+        return text
+    around = ["", "", *tokens, ""]
+    for i, token in enumerate(tokens):
+        before_bracket, before, after = around[i], around[i + 1], around[i + 3]
+        is_argument = before == "(" and _NAME.match(before_bracket) and before_bracket not in _WORDS
+        if token in without_arguments and not is_argument and not {before, after} & _NO_NEIGHBOURS:
+            tokens[i] = token if after == "(" else f"{token}()"
+    pieces = _TOKEN.split(text)
+    return "".join([piece for pair in zip(pieces, [*tokens, ""], strict=True) for piece in pair])
 
 
 def _output(value: object) -> list[str] | None:

@@ -56,8 +56,9 @@ def cut_off(thing: Variable) -> Check:
 
 def interactable(thing: Variable) -> tuple[Check, ...]:
     """The object can be got at, and is no whole that has been cut up."""
+    shut = Exists(C, p.closed(C) & p.within(thing, C))
     return (
-        missing(~p.shut_in(thing), f"{{{thing.name}}} is inside something that is closed"),
+        missing(~p.shut_in(thing), f"{{{thing.name}}} is inside something that is closed", witness=shut),
         affordance(~p.cut_up(thing), f"{{{thing.name}}} is sliced; only its parts can be handled"),
         cut_off(thing),
     )

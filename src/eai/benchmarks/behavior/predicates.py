@@ -90,6 +90,7 @@ STATES = (
 # Derived.
 part = Defined("part", (X,), f.Exists(Y, part_of(X, Y)))
 cut_up = Defined("cut_up", (X,), is_sliced(X) & ~f.Exists(Y, part_of(X, Y)))
+halved = Defined("halved", (X,), is_sliced(X) & f.Exists(P, part_of(P, X)))
 held = Defined("held", (X,), in_left_hand(X) | in_right_hand(X))
 hands_full = Defined("hands_full", (), f.Exists(X, in_left_hand(X)) & f.Exists(X, in_right_hand(X)))
 closed = Defined("closed", (X,), openable(X) & ~is_open(X))
@@ -123,13 +124,13 @@ floor_below = Lookup(
 def _state_seen(name: str, own: Predicate) -> Defined:
     """A state as goals see it."""
     of_parts = f.ForAll(P, f.Implies(part_of(P, X), own(P)))
-    return Defined(name, (X,), (own(X) & ~cut_up(X)) | (cut_up(X) & of_parts))
+    return Defined(name, (X,), (own(X) & ~halved(X)) | (halved(X) & of_parts))
 
 
 def _relation_seen(name: str, own: Predicate | Defined, values: Values) -> Defined:
     """A relation as goals see it."""
     of_parts = f.ForAll(P, f.Implies(part_of(P, X), own(P, Y)))
-    seen = (own(X, Y) & ~cut_up(X)) | (cut_up(X) & of_parts)
+    seen = (own(X, Y) & ~halved(X)) | (halved(X) & of_parts)
     return Defined(name, (X, Y), seen, as_its_parts(values))
 
 
@@ -170,6 +171,7 @@ VOCABULARY = Vocabulary(
     derived=(
         part,
         cut_up,
+        halved,
         held,
         hands_full,
         closed,

@@ -71,16 +71,14 @@ def as_its_parts(values: Values) -> Values:
 def standing_floor(state: State, arguments: tuple[int, ...]) -> int:
     """The floor that an object stands on, directly or with what carries it; a floor itself; or none."""
     (x,) = arguments
-    if state.those("floor") >> x & 1:
-        return 1 << x
-    inside, ontop = state.relation("lies_in"), state.relation("lies_on")
+    floors, inside, ontop = state.those("floor"), state.relation("lies_in"), state.relation("lies_on")
     seen = 1 << x
     support = _support(inside, ontop, x)
-    while support & ~seen:
+    while support & ~seen and not floors >> x & 1:
         seen |= support
         x = support.bit_length() - 1
         support = _support(inside, ontop, x)
-    return state.relation("stands_on").row(x)
+    return 1 << x if floors >> x & 1 else state.relation("stands_on").row(x)
 
 
 def _support(inside: Relation, ontop: Relation, x: int) -> int:

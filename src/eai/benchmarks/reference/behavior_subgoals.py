@@ -35,7 +35,7 @@ from eai.benchmarks.reference.behavior_translation import are_done_together, pla
 from eai.benchmarks.reference.lots import Lots
 from eai.benchmarks.reference.subgoals import ReferenceSubgoals, literals, parse_at_once, read_output
 from eai.logic.formula import Atom, Formula, Occurs
-from eai.logic.signature import Signature
+from eai.logic.signature import Signature, takes
 from eai.logic.traversal import walk
 from eai.planning.subgoal import GroundAtom
 from eai.world.fault import FaultKind
@@ -136,7 +136,8 @@ def wrong_use(formula: Formula, objects: Collection[str]) -> tuple[FaultKind, st
         if arity is None:
             return FaultKind.PARSING, f"{name} is in no table of numbers of objects"
         if len(part.arguments) != arity:
-            return FaultKind.ARGUMENT_NUMBER, f"{name} takes {arity} objects, not {len(part.arguments)}"
+            detail = f"{takes(name, arity, 'object')}, not {len(part.arguments)}"
+            return FaultKind.ARGUMENT_NUMBER, detail
     for name, _, part in primitives:
         for term in part.arguments:
             if term.name not in objects:

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from eai.benchmarks.reference.slot_order import slot_order, union_order
-from eai.benchmarks.virtualhome.places import PLACES, Values, object_id, origins, rooms
+from eai.benchmarks.virtualhome.places import PLACES, Values, object_id, origins
 from eai.benchmarks.virtualhome.predicates import VOCABULARY
 from eai.benchmarks.virtualhome.tasks import VirtualHomeTask
 from eai.world.derived import Lookup
@@ -39,8 +39,33 @@ def _in_order(state: State, predicate: str, source: int) -> list[int]:
     return [by_id[i] for i in slot_order((*added, *initial)) if mask >> by_id[i] & 1]
 
 
+def _room(state: State, arguments: tuple[int, ...]) -> int:
+    """The one room of an object, which may be in none (reference: ``_get_room_node``).
+
+    An object inside several things is in the first of them that is a room; otherwise the containers are
+    followed upwards, of several the first.
+    """
+    (x,) = arguments
+    is_room, inside = state.those("ROOM"), state.relation("INSIDE")
+    if is_room >> x & 1:
+        return 1 << x
+    containers = inside.row(x)
+    if containers & (containers - 1):
+        return first_target(state, "INSIDE", x, is_room)
+    seen = 0
+    while containers and not containers & seen:
+        if containers & (containers - 1):
+            containers = first_target(state, "INSIDE", x, containers)
+        if containers & is_room:
+            return containers
+        seen |= containers
+        x = containers.bit_length() - 1
+        containers = inside.row(x)
+    return 0
+
+
 _LOOKUPS: Mapping[str, Values] = {
-    "room_of": rooms(first_target),
+    "room_of": _room,
     **{
         name: origins(place, first_target)
         for place, name in zip(range(len(PLACES)), ("lies_on", "lies_in", "lies_next_to"), strict=True)

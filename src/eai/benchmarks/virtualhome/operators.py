@@ -38,7 +38,7 @@ NEAR = missing(p.near(X), "the character is not next to {x}")
 NEAR_TARGET = missing(p.near(Y), "the character is not next to {y}")
 HELD = missing(p.held(X), "the character does not hold {x}")
 HAND_FREE = missing(p.hand_free(), "the character has no free hand")
-REACHABLE = missing(~p.shut_in(X), "{x} is inside something that is closed")
+REACHABLE = missing(~p.shut_in(X), "{x} is inside something that is closed", witness=p.SHUT_IN)
 FACED = missing(p.faced(X), "the character does not face {x}")
 UPRIGHT = missing(p.upright(), "the character is sitting or lying")
 SOMEWHERE = affordance(p.somewhere(X), "{x} is in no room, so there is no way to it")
@@ -203,6 +203,7 @@ def switch_hands() -> Operator:
 
 def put_back_where_it_was() -> Operator:
     """PUTOBJBACK: an object from the hand returns to where it was taken from."""
+    closed = f.Exists(Y, p.taken_from_inside(X, Y) & p.can_open(Y) & ~p.open_(Y))
     checks = (
         missing(p.taken(X), "{x} was not grabbed, so it has no place to return to"),
         HELD,
@@ -210,10 +211,7 @@ def put_back_where_it_was() -> Operator:
             f.Or(tuple(f.Exists(Y, memory(X, Y) & p.near(Y)) for memory, _, _ in ORIGINS)),
             "the character is not next to the place where {x} was taken from",
         ),
-        missing(
-            ~f.Exists(Y, p.taken_from_inside(X, Y) & p.can_open(Y) & ~p.open_(Y)),
-            "the place where {x} was taken from is closed",
-        ),
+        missing(~closed, "the place where {x} was taken from is closed", witness=closed),
     )
     effects = tuple(Let(Y, memory(X, Y), put(relation)) for memory, _, relation in ORIGINS)
     return _unary("PUTOBJBACK", checks, effects)

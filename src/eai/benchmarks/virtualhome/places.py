@@ -1,6 +1,7 @@
 """The derived predicates of VirtualHome that need more than a formula: rooms, origins, full seats.
 
-Of several objects the first is that of the lowest index, that is, in the order of the data set.
+Of several objects all are found; an effect takes the first of them, that of the lowest index, that is, in the
+order of the data set.
 """
 
 from __future__ import annotations
@@ -10,8 +11,8 @@ from typing import TypeAlias
 
 from eai.world.state import State
 
-First: TypeAlias = Callable[[State, str, int, int], int]
-"""Chooses one target of a relation, given a state, the relation, the source and the targets wanted."""
+Among: TypeAlias = Callable[[State, str, int, int], int]
+"""Gives targets of a relation, given a state, the relation, the source and the targets wanted."""
 
 Values: TypeAlias = Callable[[State, tuple[int, ...]], int]
 """Looks up the objects that make a predicate true as its last argument, as a mask."""
@@ -31,46 +32,31 @@ def object_id(state: State, index: int) -> int:
     return int(state.scene.objects[index].name.rpartition(".")[2])
 
 
-def first_target(state: State, predicate: str, source: int, wanted: int) -> int:
-    """The first target of a relation among those wanted (a mask), as a mask, empty if there is none."""
-    found = state.relation(predicate).row(source) & wanted
-    return found & -found
-
-
-def rooms(first: First = first_target) -> Values:
-    """A lookup of the room of an object, which may be in none (reference: ``_get_room_node``).
-
-    An object inside several things is in the first of them that is a room; otherwise the containers are
-    followed upwards.
-    """
-
-    def lookup(state: State, arguments: tuple[int, ...]) -> int:
-        (x,) = arguments
-        is_room, inside = state.those("ROOM"), state.relation("INSIDE")
-        if is_room >> x & 1:
-            return 1 << x
+def rooms(state: State, arguments: tuple[int, ...]) -> int:
+    """The rooms of an object, which may be in none: those that it is in, or those of its only container."""
+    (x,) = arguments
+    is_room, inside = state.those("ROOM"), state.relation("INSIDE")
+    seen = 0
+    while not (is_room | seen) >> x & 1:
+        seen |= 1 << x
         containers = inside.row(x)
-        if containers & (containers - 1):
-            return first(state, "INSIDE", x, is_room)
-        seen = 0
-        while containers and not containers & seen:
-            if containers & (containers - 1):
-                containers = first(state, "INSIDE", x, containers)
-            if containers & is_room:
-                return containers
-            seen |= containers
-            x = containers.bit_length() - 1
-            containers = inside.row(x)
-        return 0
-
-    return lookup
+        if containers & is_room or containers & (containers - 1) or not containers:
+            return containers & is_room
+        x = containers.bit_length() - 1
+    return 1 << x & is_room
 
 
-def origins(place: int, first: First = first_target) -> Values:
-    """A lookup of the first object that something lies on, in or next to, if ``PLACES[place]`` decides.
+def targets(state: State, predicate: str, source: int, wanted: int) -> int:
+    """The targets of a relation among those wanted (a mask), as a mask."""
+    return state.relation(predicate).row(source) & wanted
 
-    Rooms do not count. Only the first relation that holds at all decides, so at most one of the three lookups
-    finds something (reference: ``_find_first_node_from``).
+
+def origins(place: int, among: Among = targets) -> Values:
+    """A lookup of what something lies on, in or next to, if ``PLACES[place]`` decides.
+
+    Of several things those count that ``among`` gives. Rooms do not count. Only the first relation that holds
+    at all decides, so at most one of the three lookups finds something (reference:
+    ``_find_first_node_from``).
     """
 
     def lookup(state: State, arguments: tuple[int, ...]) -> int:
@@ -79,7 +65,7 @@ def origins(place: int, first: First = first_target) -> Values:
         for earlier in PLACES[:place]:
             if state.relation(earlier).row(x) & no_room:
                 return 0
-        return first(state, PLACES[place], x, no_room)
+        return among(state, PLACES[place], x, no_room)
 
     return lookup
 

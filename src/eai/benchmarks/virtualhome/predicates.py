@@ -101,7 +101,8 @@ near = Defined(
     next_to(AGENT, X) | f.Exists(Y, next_to(AGENT, Y) & (next_to(Y, X) | ontop(X, Y))),
 )
 faced = Defined("faced", (X,), facing(AGENT, X) | f.Exists(Y, facing(AGENT, Y) & facing(Y, X)))
-shut_in = Defined("shut_in", (X,), f.Exists(Y, inside(X, Y) & ~room(Y) & closed(Y)))
+SHUT_IN = f.Exists(Y, inside(X, Y) & ~room(Y) & closed(Y))
+shut_in = Defined("shut_in", (X,), SHUT_IN)
 held = Defined("held", (X,), holds_rh(AGENT, X) | holds_lh(AGENT, X))
 right_hand_free = Defined("right_hand_free", (), ~f.Exists(Y, holds_rh(AGENT, Y)))
 left_hand_free = Defined("left_hand_free", (), ~f.Exists(Y, holds_lh(AGENT, Y)))
@@ -123,7 +124,7 @@ _only_container = inside(X, Y) & ~f.Exists(Z, inside(X, Z) & ~f.Equals(Y, Z))
 room_of = Lookup(
     "room_of",
     2,
-    rooms(),
+    rooms,
     reads=("ROOM", "INSIDE"),
     meaning=Defined(
         "room_of",
@@ -132,14 +133,13 @@ room_of = Lookup(
         | (~room(X) & room(R) & inside(X, R))
         | (~room(X) & f.Exists(Y, _only_container & ~room(Y) & f.Atom("room_of", (Y, R)))),
     ),
-    single=True,
 )
 in_same_room = Defined("in_same_room", (X,), f.Exists(R, room_of(AGENT, R) & room_of(X, R)))
 somewhere = Defined("somewhere", (X,), f.Exists(R, room_of(X, R)))
 
 
 def _lies(place: int, name: str) -> Lookup:
-    """The first object that something lies on, in or next to, by one relation if none before it holds."""
+    """What something lies on, in or next to, by one relation if none before it holds."""
     *earlier, relation = (ontop, inside, next_to)[: place + 1]
     nowhere_else = tuple(~f.Exists(Z, other(X, Z) & ~room(Z)) for other in earlier)
     meaning = Defined(name, (X, Y), f.And((relation(X, Y), ~room(Y), *nowhere_else)))
