@@ -39,5 +39,13 @@ def test_weights_are_those_of_the_paper_s_equation() -> None:
     }
 
 
+def test_plans_that_work_stand_in_the_place_of_planner_success_where_they_are_known() -> None:
+    values: dict[tuple[Ability, str], float | None] = dict.fromkeys(average_weights(), 40.0)
+    assert average_performance(values) == pytest.approx(40)
+    works = Ability.TRANSITION_MODELING, "overall.plan_works"
+    assert average_performance({**values, works: 0.0}) == pytest.approx(35)
+    assert average_performance({**values, works: None}) == pytest.approx(40)
+
+
 def test_no_average_without_all_abilities() -> None:
     assert average_performance({(Ability.GOAL_INTERPRETATION, "overall.f1"): 50.0}) is None

@@ -71,8 +71,9 @@ class AbilityDeclaration(Generic[V]):
         outcome: what an answer that is not excluded came to.
         columns: the columns of its tables, from left to right.
         terminal: the metrics that a terminal shows.
-        main: the metrics of the paper's overview, each with its heading there.
-        averaged: the metrics whose mean is its part in the average over all abilities.
+        main: the metrics of the overview, the paper's among them, each with its heading there.
+        averaged: the metrics whose mean is its part in the paper's average over all abilities.
+        instead: by a metric of the paper, the one that ranks and is averaged in its place where it is known.
         yes_no: the metrics to which every answer contributes a yes or a no.
         of_run: the verdicts of one run as they count there.
     """
@@ -87,6 +88,7 @@ class AbilityDeclaration(Generic[V]):
     terminal: tuple[str, ...]
     main: Mapping[str, str]
     averaged: tuple[str, ...]
+    instead: Mapping[str, str] = field(default_factory=dict)
     yes_no: frozenset[str] = frozenset()
     of_run: Callable[[Sequence[V]], Sequence[V]] = field(default=one_by_one)
 

@@ -171,8 +171,8 @@ def _success(ability: Ability, shares: Shares) -> bool | None:
     """The yes or no that an answer adds to its ability's main table."""
     declared = DECLARATIONS[ability]
     asked = (shares.get(metric, NOTHING) for metric in declared.main if metric in declared.yes_no)
-    share = next(asked, NOTHING)
-    return bool(share.numerator) if share.denominator else None
+    share = next((share for share in asked if share.denominator), None)
+    return None if share is None else bool(share.numerator)
 
 
 def _counts(ability: Ability, shares: Shares) -> dict[str, int]:

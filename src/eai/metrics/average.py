@@ -1,8 +1,9 @@
-"""The paper's average performance of a model in a domain."""
+"""The average performance of a model in a domain, as the paper has it."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import TypeAlias
 
 from eai.abilities.declarations import DECLARATIONS
 from eai.abilities.protocol import Ability
@@ -11,26 +12,39 @@ AVERAGE = "average_performance"
 """The name of the metric."""
 
 
-def average_weights() -> dict[tuple[Ability, str], float]:
-    """How much each metric counts in the average: a quarter an ability, halved where it has two metrics."""
-    return {
-        (ability, metric): 1 / (len(DECLARATIONS) * len(declared.averaged))
-        for ability, declared in DECLARATIONS.items()
-        for metric in declared.averaged
-    }
+Place: TypeAlias = tuple[Ability, str]
+"""A metric of an ability."""
 
 
-def average_performance(values: Mapping[tuple[Ability, str], float | None]) -> float | None:
+def average_weights(values: Mapping[Place, float | None] | None = None) -> dict[Place, float]:
+    """How much each metric counts in the average: a quarter an ability, halved where it has two metrics.
+
+    Args:
+        values: what is known in percent; a metric that is declared to stand in the place of one of the
+            paper's does so where it is known. Without values the metrics are the paper's.
+    """
+    known = values or {}
+    weights: dict[Place, float] = {}
+    for ability, declared in DECLARATIONS.items():
+        for metric in declared.averaged:
+            place = ability, declared.instead.get(metric, metric)
+            place = place if known.get(place) is not None else (ability, metric)
+            weights[place] = 1 / (len(DECLARATIONS) * len(declared.averaged))
+    return weights
+
+
+def average_performance(values: Mapping[Place, float | None]) -> float | None:
     """The mean over the four abilities in percent, or None unless all are known.
 
     ``(goal F1 + subgoal task success + action task success + (operator F1 + planner success) / 2) / 4``: the
-    paper's section "Average Performance".
+    paper's section "Average Performance". Where it is known which plans work, that rate stands in the place
+    of planner success.
 
     Args:
         values: (ability, metric) -> percent.
     """
     total = 0.0
-    for place, weight in average_weights().items():
+    for place, weight in average_weights(values).items():
         value = values.get(place)
         if value is None:
             return None

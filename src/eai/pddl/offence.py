@@ -36,6 +36,22 @@ class Offence(str, Enum):
         """Whether a planner that follows the standard refuses a domain with this offence."""
         return self is not Offence.WRONG_ARGUMENT_TYPE
 
+    @property
+    def stops_reading(self) -> bool:
+        """Whether a text with this offence has no value; the others are wrong names in a value."""
+        return self in _UNREADABLE
+
+
+_UNREADABLE = frozenset(
+    {
+        Offence.UNBALANCED,
+        Offence.MALFORMED,
+        Offence.UNSUPPORTED,
+        Offence.CONDITION_IN_EFFECT,
+        Offence.EFFECT_IN_CONDITION,
+    }
+)
+
 
 @dataclass(frozen=True, slots=True)
 class PddlFinding:

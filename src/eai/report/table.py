@@ -131,17 +131,18 @@ def cells_of_run(item: RunSummary) -> Cells:
 
 
 def _average(cells: Cells, cases: Mapping[tuple[Ability, str], Cases]) -> Cell:
-    percent = average_performance({(a, metric): cell.percent for (a, metric), cell in cells.items() if a})
+    percents = {(a, metric): cell.percent for (a, metric), cell in cells.items() if a}
+    percent = average_performance(percents)
     if percent is None:
         return Cell(None)
-    parts = [(weight, cases[place]) for place, weight in average_weights().items()]
+    parts = [(weight, cases[place]) for place, weight in average_weights(percents).items()]
     return Cell(percent, certainty=certainty_of_mean(parts))
 
 
-def _ranked(primary: str, columns: Sequence[ColumnSpec], rows: Sequence[Row]) -> list[Row]:
+def _ranked(primary: Sequence[str], columns: Sequence[ColumnSpec], rows: Sequence[Row]) -> list[Row]:
     """The rows by rank, with the best of each column marked."""
     names = [column.metric for column in columns]
-    place = names.index(primary) if primary in names else 0
+    place = next((names.index(name) for name in primary if name in names), 0)
     values = [row.cells[place].percent if _is_ranked(row) else None for row in rows]
     ranks = [None if v is None else 1 + sum(_above(other, v) for other in values) for v in values]
     ranked = [

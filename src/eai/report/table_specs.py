@@ -47,13 +47,13 @@ class TableSpec:
         name: a name for files.
         title: a title for readers.
         columns: from left to right.
-        primary: the column that ranks; the last resort is the first column with numbers.
+        primary: the columns that rank: the first that has numbers; the last resort is the first column.
     """
 
     name: str
     title: str
     columns: tuple[ColumnSpec, ...]
-    primary: str
+    primary: tuple[str, ...]
 
 
 def ability_title(ability: Ability) -> str:
@@ -79,7 +79,7 @@ def _groups(ability: Ability, *groups: str) -> tuple[ColumnSpec, ...]:
 
 def _trajectory(ability: Ability) -> TableSpec:
     columns = _groups(ability, SUCCESS, GRAMMAR, RUNTIME)
-    return TableSpec(f"{ability.value}_trajectory", ability_title(ability), columns, "task_success")
+    return TableSpec(f"{ability.value}_trajectory", ability_title(ability), columns, ("task_success",))
 
 
 def _overview() -> TableSpec:
@@ -89,12 +89,14 @@ def _overview() -> TableSpec:
         for ability in (goals, actions, subgoals, operators)
         for metric, label in DECLARATIONS[ability].main.items()
     )
-    return TableSpec("overview", "Overview", (*columns, ColumnSpec(None, AVERAGE, "All", "Average")), AVERAGE)
+    return TableSpec(
+        "overview", "Overview", (*columns, ColumnSpec(None, AVERAGE, "All", "Average")), (AVERAGE,)
+    )
 
 
 def _goal_interpretation() -> TableSpec:
     ability = Ability.GOAL_INTERPRETATION
-    return TableSpec(ability.value, ability_title(ability), _groups(ability), "overall.f1")
+    return TableSpec(ability.value, ability_title(ability), _groups(ability), ("overall.f1",))
 
 
 def _goal_satisfaction() -> TableSpec:
@@ -104,7 +106,7 @@ def _goal_satisfaction() -> TableSpec:
         for column in DECLARATIONS[ability].columns
         if column.group == SATISFIED
     )
-    return TableSpec("goal_satisfaction", "Goal satisfaction", columns, "total_goal")
+    return TableSpec("goal_satisfaction", "Goal satisfaction", columns, ("total_goal",))
 
 
 def _operators() -> Iterator[TableSpec]:
@@ -112,9 +114,12 @@ def _operators() -> Iterator[TableSpec]:
     title, columns = ability_title(ability), _groups(ability)
     logic = tuple(column for column in columns if column.group != PLANNER)
     planner = tuple(column for column in columns if column.group == PLANNER)
-    yield TableSpec(f"{ability.value}_logic", f"{title}: logical matching", logic, f"{OVERALL}.f1")
+    yield TableSpec(f"{ability.value}_logic", f"{title}: logical matching", logic, (f"{OVERALL}.f1",))
     yield TableSpec(
-        f"{ability.value}_planner", f"{title}: planner success", planner, f"{OVERALL}.planner_success"
+        f"{ability.value}_planner",
+        f"{title}: planner success",
+        planner,
+        (f"{OVERALL}.plan_works", f"{OVERALL}.planner_success"),
     )
 
 

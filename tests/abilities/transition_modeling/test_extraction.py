@@ -1,14 +1,17 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 
 import pytest
 
 from eai.abilities.transition_modeling.extraction import extract
 from eai.abilities.transition_modeling.memory import Memory
 from eai.benchmarks.reference.operator_extraction import extract_as_reference
-from eai.pddl.model import PddlAction
-from eai.pddl.offence import Offence, PddlFinding
+from eai.logic.formula import TRUE
+from eai.pddl.model import NO_EFFECT
+from eai.pddl.offence import Offence
+from eai.pddl.reader import read_action
 
 OPEN = "(:action open :parameters (?o) :precondition (shut ?o) :effect (not (shut ?o)))"
 SHUT = "(:action close :parameters (?o) :precondition () :effect (shut ?o))"
@@ -43,7 +46,7 @@ def test_operators_are_found_and_repairs_are_named(answer: str, repairs: tuple[s
     found = extract(answer, Memory())
     assert found is not None
     assert [operator.name for operator in found.operators] == ["open", "close"]
-    assert all(isinstance(operator.reading, PddlAction) for operator in found.operators)
+    assert all(operator.action is not None and not operator.unread for operator in found.operators)
     assert found.repairs == repairs
 
 
@@ -62,19 +65,99 @@ def test_a_broken_operator_does_not_take_the_others_with_it() -> None:
     broken = "(:action lift :parameters (?o) :precondition (and (shut ?o) :effect (shut"
     found = extract(wrapped(f"{OPEN} {broken} {SHUT}"), Memory())
     assert found is not None
-    readings = {operator.name: operator.reading for operator in found.operators}
+    readings = {operator.name: operator for operator in found.operators}
     assert list(readings) == ["open", "lift", "close"]
-    lift = readings["lift"]
-    assert isinstance(lift, PddlFinding)
-    assert lift.offence is Offence.UNBALANCED
+    assert [finding.place for finding in readings["lift"].unread] == ["effect of lift"]
+    assert readings["lift"].unread[0].offence is Offence.UNBALANCED
+    assert readings["open"].action == read_action(OPEN)
+
+
+HEAD = "(:action open :parameters (?o)"
+EFFECT = Offence.EFFECT_IN_CONDITION
+BEFORE = ":precondition (and (shut ?o) (near ?o))"
+AFTER = ":effect (and (wide ?o))"
+OPENED = read_action(f"{HEAD} {BEFORE} {AFTER})")
+
+
+@pytest.mark.parametrize(
+    ("text", "repairs"),
+    [
+        (f"{HEAD} {BEFORE} {AFTER}", ("closing_parenthesis",)),
+        (f"{HEAD} {BEFORE[:-1]} {AFTER})", ("closing_parenthesis",)),
+        (f"{HEAD} {BEFORE} {AFTER[:-1]}", ("closing_parenthesis",)),
+        (f"{HEAD[:-1]} {BEFORE[:-1]} ; )\n {AFTER}", ("closing_parenthesis",)),
+        (f"{HEAD} {BEFORE[:-1]} {AFTER}))", ("closing_parenthesis", "stray_parenthesis")),
+        (f"{HEAD} {BEFORE}) {AFTER})", ("stray_parenthesis",)),
+        (f"{HEAD} {AFTER} {BEFORE})) x", ("stray_parenthesis",)),
+    ],
+)
+def test_parentheses_are_repaired_wherever_they_are_missing_or_stray(
+    text: str, repairs: tuple[str, ...]
+) -> None:
+    found = extract(wrapped(text), Memory())
+    assert found is not None
+    (operator,) = found.operators
+    assert (operator.action, operator.unread, operator.repairs) == (OPENED, (), repairs)
+
+
+@pytest.mark.parametrize(
+    ("text", "lost", "offence"),
+    [
+        (f"{HEAD} :precondition (shut ?o) :effect (or (wide ?o)))", "effect", Offence.CONDITION_IN_EFFECT),
+        (f"{HEAD} :precondition (shut ?o) :effect (wide ?o) (lit ?o))", "effect", Offence.MALFORMED),
+        (f"{HEAD} :precondition (shut ?o) :effect (and (not (wide ?o)", "effect", Offence.UNBALANCED),
+        (f"{HEAD} :precondition (shut ?o) :effect", "effect", Offence.MALFORMED),
+        (f"{HEAD} :precondition (and ((shut ?o)) :effect (wide ?o))", "precondition", Offence.MALFORMED),
+        (
+            f"{HEAD} :precondition (when (a) (b)) :effect (wide ?o))",
+            "precondition",
+            Offence.EFFECT_IN_CONDITION,
+        ),
+        (f"{HEAD} :precondition (and (or (shut ?o) :effect (wide ?o))", "precondition", Offence.UNBALANCED),
+    ],
+)
+def test_one_side_that_cannot_be_read_leaves_the_other(text: str, lost: str, offence: Offence) -> None:
+    found = extract(wrapped(text), Memory())
+    assert found is not None
+    (operator,) = found.operators
+    assert [(each.offence, each.place) for each in operator.unread] == [(offence, f"{lost} of open")]
+    whole = read_action(f"{HEAD} :precondition (shut ?o) :effect (wide ?o))")
+    empty = replace(whole, precondition=TRUE) if lost == "precondition" else replace(whole, effect=NO_EFFECT)
+    assert operator.action == empty
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "(:action)",
+        "(:action :parameters ())",
+        "(:action open",
+        "(:action open (?o) :effect (wide ?o))",
+        "(:action open :parameters ?o :precondition (shut ?o) :effect (wide ?o))",
+        f"{HEAD} :precondition ((shut ?o)) :effect ((wide ?o)))",
+    ],
+)
+def test_without_parameters_or_any_side_nothing_of_an_operator_is_read(text: str) -> None:
+    found = extract(text, Memory())
+    assert found is not None
+    (operator,) = found.operators
+    assert operator.action is None
+    assert operator.unread
+
+
+def test_what_stands_behind_an_operator_is_none_of_it() -> None:
+    text = f"{HEAD} :precondition (shut ?o) :effect (wide ?o))\n\nNote that the :effect (of it) is (wide ?o)."
+    found = extract(text, Memory())
+    assert found is not None
+    assert found.operators[0].action == read_action(text)
 
 
 def test_of_two_operators_of_one_name_the_last_counts() -> None:
     found = extract(wrapped(f"{OPEN} (:action OPEN :effect (shut k))"), Memory())
     assert found is not None
     (operator,) = found.operators
-    assert isinstance(operator.reading, PddlAction)
-    assert operator.reading.parameters == ()
+    assert operator.action is not None
+    assert operator.action.parameters == ()
 
 
 NAMES = ("open", "close")

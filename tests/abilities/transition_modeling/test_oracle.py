@@ -121,8 +121,9 @@ def test_strict_refuses_undefined_names_as_the_current_translator(
     for row in rows:
         scorer = TransitionModeling(virtualhome[row["id"]], rules)
         verdict = scorer.score(row["llm_output"])
-        assert verdict.success is row["planner"]["success"], row["id"]
-        outcomes[bool(verdict.success)] += 1
+        found = verdict.planner is PlannerOutcome.SOLVED
+        assert found is row["planner"]["success"], row["id"]
+        outcomes[found] += 1
     assert outcomes[True] == solved
 
 
@@ -156,6 +157,7 @@ def test_gold_answers_are_right_in_every_respect(
     for task in tasks.values():
         verdict = TransitionModeling(task, rules).score(task.gold_answer())
         assert verdict.planner is PlannerOutcome.SOLVED, task.id
+        assert verdict.plan_works is (True if protocol is Protocol.STRICT else None)
         assert verdict.repairs == ()
         for side in (verdict.counts or {}).values():
             assert not isinstance(side, Confusion)

@@ -153,7 +153,7 @@ def test_an_unreadable_answer_misses_everything_under_strict_and_is_left_out_und
 )
 def test_without_a_planner_nothing_is_said_of_plans(protocol: Protocol, text: str) -> None:
     verdict = TransitionModeling(TASK, rules_of(protocol, None)).score(text)
-    assert verdict.success is None
+    assert (verdict.success, verdict.plan_works) == (None, None)
     assert verdict.planner in ({PlannerOutcome.NOT_RUN} if verdict.excluded is None else {None})
 
 
@@ -185,6 +185,80 @@ def test_an_explanation_names_what_is_wrong_and_shows_the_plan() -> None:
     steps = scorer.explain(TASK.gold_answer()).steps
     assert sorted(step.action for step in steps) == ["light box", "open box"]
     assert scorer.explain("3").notes != ()
+
+
+def test_a_side_that_cannot_be_read_costs_its_own_clauses_and_no_others() -> None:
+    half = OPEN.pddl.replace(OPEN.effect, "(or (lit ?o) (shut ?o))")
+    scorer = TransitionModeling(TASK, rules_of(Protocol.STRICT, BuiltInPlanner()))
+    text = json.dumps({"output": f"{half}\n{LIGHT.pddl}"})
+    verdict = scorer.score(text)
+    assert isinstance(verdict, OperatorVerdict)
+    lost = {**GOLD_COUNTS["effect"], "object_states": (1, 0, 1)}
+    assert counts(verdict) == {"precondition": GOLD_COUNTS["precondition"], "effect": lost}
+    assert (verdict.planner, verdict.success) == (PlannerOutcome.INPUT_ERROR, False)
+    assert verdict.operators[0].status is OperatorStatus.COMPARED
+    notes = scorer.explain(text).notes
+    assert "open: the effect cannot be compared, so it counts as lacking (not (shut ?o))" in notes
+    assert "open: condition_in_effect in the effect of open: an effect, not (or ...)" in notes
+    assert not any("precondition" in note or "the effect lacks" in note for note in notes)
+
+
+def test_an_explanation_names_the_repairs_of_each_operator() -> None:
+    scorer = TransitionModeling(TASK, rules_of(Protocol.STRICT, BuiltInPlanner()))
+    short = OPEN.pddl.replace("(near ?o))", "(near ?o)")
+    text = json.dumps({"output": f"{short}\n{LIGHT.pddl}"})
+    assert "open: read after repairs: closing_parenthesis" in scorer.explain(text).notes
+    verdict = scorer.score(text)
+    assert verdict.repairs == ("closing_parenthesis",)
+    assert counts(verdict) == GOLD_COUNTS
+
+
+TASK_OF_TWO = TransitionTask(
+    "t",
+    OperatorLibrary(
+        DOMAIN.header,
+        {
+            "open": OperatorText("open", "(?a ?b)", "(and (shut ?a) (near ?b))", "(not (shut ?a))"),
+            "light": OperatorText("light", "(?a)", "(not (shut ?a))", "(lit ?a)"),
+        },
+        DOMAIN.categories,
+    ),
+    ("open", "light"),
+    (),
+    "(define (problem p) (:domain d) (:objects box lamp) (:init (shut box) (near lamp)) (:goal (lit box)))",
+)
+
+
+@pytest.mark.parametrize(
+    ("opened", "works", "note"),
+    [
+        ("(?a ?b)|(and (shut ?a) (near ?b))|(not (shut ?a))", True, "works with the data set's operators"),
+        ("(?x ?y)|(and (shut ?x) (near ?y))|(not (shut ?x))", True, "works with the data set's operators"),
+        ("(?b ?a)|(and (shut ?a) (near ?b))|(not (shut ?a))", True, "works with the data set's operators"),
+        ("(?b ?c ?a)|(and (shut ?a) (near ?b) (shut ?c))|(not (shut ?a))", True, "works with the data set's"),
+        ("(?y ?x)|(and (shut ?x) (near ?y))|(not (shut ?x))", False, "the precondition of (open lamp box)"),
+        ("(?a)|(shut ?a)|(not (shut ?a))", False, "step 1: open takes 2 objects"),
+        ("()|()|(forall (?a) (and (lit ?a) (not (shut ?a))))", False, "step 1: open takes 2 objects"),
+        ("(?a ?b)|(shut ?b)|(forall (?c) (lit ?c))", False, "step 1: the precondition of (open"),
+    ],
+)
+def test_a_plan_succeeds_if_it_works_with_the_gold_operators(opened: str, works: bool, note: str) -> None:
+    scorer = TransitionModeling(TASK_OF_TWO, rules_of(Protocol.STRICT, BuiltInPlanner()))
+    light = TASK_OF_TWO.domain.operators["light"]
+    assessment = scorer.assess(answer(OperatorText("open", *opened.split("|")), light))
+    verdict = assessment.verdict
+    assert isinstance(verdict, OperatorVerdict)
+    assert verdict.planner is PlannerOutcome.SOLVED
+    assert (verdict.plan_works, verdict.success) == (works, works)
+    assert note in assessment.explain().notes[-1]
+
+
+def test_under_eai_1_0_5_a_plan_is_enough() -> None:
+    everything = OperatorText("open", "()", "()", "(forall (?a) (lit ?a))")
+    scorer = TransitionModeling(TASK_OF_TWO, rules_of(Protocol.EAI_1_0_5, BuiltInPlanner()))
+    verdict = scorer.score(answer(everything, TASK_OF_TWO.domain.operators["light"]))
+    assert isinstance(verdict, OperatorVerdict)
+    assert (verdict.planner, verdict.success, verdict.plan_works) == (PlannerOutcome.SOLVED, True, None)
 
 
 def test_planners_by_choice() -> None:

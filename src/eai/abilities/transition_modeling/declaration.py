@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 
 from eai.abilities.declaration import (
     AbilityDeclaration,
@@ -30,11 +31,15 @@ LITERALS = "literals"
 PLANNER = "Planner"
 """The group of the columns of planner success."""
 
+WORKS = "Plan works"
+"""The heading of the rate of plans that work with the data set's operators."""
+
 CATEGORIES = tuple(category.value for category in Category if category is not Category.OBJECT_TOOLS)
 """The categories with columns of their own."""
 
 _PARTS = (*CATEGORIES, OVERALL)
 _PLANNER_SUCCESS = f"{OVERALL}.planner_success"
+_PLAN_WORKS = f"{OVERALL}.plan_works"
 _NONE = Confusion(0, 0, 0)
 
 
@@ -43,7 +48,7 @@ def contributions(verdict: OperatorVerdict) -> dict[str, Share]:
 
     Counts are of preconditions and effects together, and overall and in literals of all categories. A task's
     planner outcome counts in each of the task's categories and once overall; one that no planner ran on
-    counts in neither.
+    counts in neither. Whether the plan works counts where that is known.
     """
     counts = _by_category(verdict)
     planned = verdict.planner not in (None, PlannerOutcome.NOT_RUN)
@@ -56,6 +61,7 @@ def contributions(verdict: OperatorVerdict) -> dict[str, Share]:
     shares |= confusion_shares(OVERALL, _overall(verdict))
     shares |= confusion_shares(LITERALS, add((verdict.literals or {}).values()))
     shares[_PLANNER_SUCCESS] = solved if planned else NOTHING
+    shares[_PLAN_WORKS] = NOTHING if verdict.plan_works is None else of_all(verdict.plan_works)
     return shares
 
 
@@ -73,7 +79,8 @@ def of_run(verdicts: Sequence[OperatorVerdict]) -> Sequence[OperatorVerdict]:
     Some of its answers are known to be unsolvable without planning; they do not count either.
     """
     if any(verdict.planner is PlannerOutcome.NOT_RUN for verdict in verdicts):
-        return [replace(verdict, planner=PlannerOutcome.NOT_RUN) for verdict in verdicts]
+        unplanned = partial(replace, planner=PlannerOutcome.NOT_RUN, plan_works=None)
+        return [unplanned(verdict) for verdict in verdicts]
     return verdicts
 
 
@@ -102,13 +109,16 @@ TRANSITION_MODELING = AbilityDeclaration(
     columns=(
         *score_columns((*_PARTS, LITERALS)),
         *(MetricColumn(f"{part}.planner_success", PLANNER, label_of(part)) for part in _PARTS),
+        MetricColumn(_PLAN_WORKS, PLANNER, WORKS),
     ),
     terminal=(
         *(f"{part}.{measure}" for part in _PARTS for measure in ("f1", "planner_success")),
+        _PLAN_WORKS,
         f"{LITERALS}.f1",
     ),
-    main={f"{OVERALL}.f1": "F1", _PLANNER_SUCCESS: PLANNER},
+    main={f"{OVERALL}.f1": "F1", _PLAN_WORKS: WORKS, _PLANNER_SUCCESS: PLANNER},
     averaged=(f"{OVERALL}.f1", _PLANNER_SUCCESS),
-    yes_no=frozenset({_PLANNER_SUCCESS}),
+    instead={_PLANNER_SUCCESS: _PLAN_WORKS},
+    yes_no=frozenset({_PLANNER_SUCCESS, _PLAN_WORKS}),
     of_run=of_run,
 )

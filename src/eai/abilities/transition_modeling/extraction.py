@@ -1,57 +1,67 @@
 r"""Reading operators out of an answer.
 
 Looked for is JSON with a text under ``output``, anywhere in the answer; failing that, PDDL in the answer
-itself. Each operator is read on its own, so that a broken one does not take the others with it. What had to
-be put right on the way is named in ``repairs``:
+itself. Each operator is read on its own, and each of its sides, so that a broken one does not take the others
+with it. What had to be put right on the way is named in ``repairs``:
 
 * those of `json_text`: ``reasoning``, ``special_tokens``, ``code_fence``, ``prose``, ``single_quotes``;
 * ``no_json``: the PDDL does not stand in readable JSON;
 * ``escapes``: ``\n`` and the like stood where line ends were meant;
-* ``closing_parenthesis``: an operator's own last parenthesis is missing;
-* ``stray_parenthesis``: one too many behind an operator;
+* ``closing_parenthesis``: the last parenthesis of an operator or of one of its parts is missing; with it the
+  part can be read;
+* ``stray_parenthesis``: there are too many behind an operator or one of its parts;
 * ``duplicate_operator``: an operator is written twice; the last counts.
 """
 
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from itertools import pairwise
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
 from eai.abilities.json_text import Pairs, find_json
 from eai.abilities.transition_modeling.memory import Memory
+from eai.logic.formula import TRUE
 from eai.logic.frozen import Frozen
-from eai.pddl.model import PddlAction
+from eai.pddl.model import NO_EFFECT, PddlAction
 from eai.pddl.offence import Offence, PddlError, PddlFinding
 from eai.pddl.reader import PddlReader
-from eai.pddl.sexpr import read_group
+from eai.pddl.sexpr import Group, error_at, read_group
 
 _HEAD = re.compile(r"\(\s*:action\b\s*([^\s()]*)", re.IGNORECASE)
+_PART = re.compile(r":(parameters|precondition|effect)\b", re.IGNORECASE)
+_COMMENT = re.compile(r";[^\n]*")
+_BRACKET = re.compile(r"[()]")
+_STRAYS = re.compile(r"[\s)]*")
 _ESCAPE = re.compile(r'\\(["\\nrt])')
 _TAIL = re.compile(r"""[\s"'`}\]]*""")
 """What may stand behind the last operator: the end of JSON, of a code fence."""
+_CLOSING, _STRAY = "closing_parenthesis", "stray_parenthesis"
 _MEANING = {"n": "\n", "r": "\n", "t": "\t", '"': '"', "\\": "\\"}
 
 
 @dataclass(frozen=True, slots=True)
 class WrittenOperator(Frozen):
-    """An operator of an answer: its value, or the offence for which it cannot be read.
+    """An operator of an answer, as far as it can be read.
 
     Attributes:
+        action: its value, in which a side that cannot be read is empty; None if no side can be, or not the
+            parameters.
+        unread: what is wrong with what cannot be read, and in which part.
+        repairs: the names of the repairs that it took to read it.
         size: how many characters it takes.
     """
 
     name: str
-    reading: PddlAction | PddlFinding
+    action: PddlAction | None
+    unread: tuple[PddlFinding, ...]
+    repairs: tuple[str, ...]
     size: int
 
 
-Reading: TypeAlias = tuple[WrittenOperator, tuple[str, ...]]
-"""An operator, and the repairs that it took to read it."""
-
-Readings: TypeAlias = Memory[str, Reading]
+Readings: TypeAlias = Memory[str, WrittenOperator]
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,10 +91,10 @@ def extract(answer: str, readings: Readings) -> WrittenOperators | None:
         repairs = (*repairs, "escapes")
     operators: dict[str, WrittenOperator] = {}
     for segment in _segments(text):
-        operator, more = readings.recall(segment, len(segment), partial(_read, segment))
-        repairs = (*repairs, *more)
+        operator = readings.recall(segment, len(segment), partial(_read, segment))
         if operators.pop(operator.name, None) is not None:
-            repairs = (*repairs, "duplicate_operator")
+            operator = replace(operator, repairs=(*operator.repairs, "duplicate_operator"))
+        repairs = (*repairs, *operator.repairs)
         operators[operator.name] = operator
     return WrittenOperators(tuple(operators.values()), tuple(dict.fromkeys(repairs)))
 
@@ -105,33 +115,107 @@ def _segments(text: str) -> list[str]:
     return [text[start:end] for start, end in pairwise(bounds)]
 
 
-def _read(segment: str) -> Reading:
-    head = _HEAD.match(segment)
+def _read(segment: str) -> WrittenOperator:
+    """An operator, each of its parts on its own."""
+    text = _COMMENT.sub("", segment)
+    head = _HEAD.match(text)
     name = head.group(1).lower() if head else ""
+    action = PddlAction(name, (), TRUE, NO_EFFECT)
+    read: set[str] = set()
+    unread: list[PddlFinding] = []
+    repairs: tuple[str, ...] = ()
     try:
-        return _parse(segment)
+        parts = _parts(text, name, head.end() if head else 0)
     except PddlError as error:
-        closed = _closed(segment) if error.offence is Offence.UNBALANCED else None
-        if closed is not None:
-            return closed
         finding = PddlFinding(error.offence, error.expected, f"operator {name}")
-        return WrittenOperator(name, finding, len(segment)), ()
+        return WrittenOperator(name, None, (finding,), (), len(segment))
+    for part in parts:
+        try:
+            found = _list(part)
+            repairs = (*repairs, *found.repairs)
+            action = _with(action, part, found.group)
+            read.add(part.keyword)
+            if found.ends:
+                break
+        except PddlError as error:
+            unread.append(PddlFinding(error.offence, error.expected, f"{part.keyword} of {name}"))
+    no_parameters = any(finding.place == f"parameters of {name}" for finding in unread)
+    known = not unread or (not no_parameters and not read.isdisjoint(("precondition", "effect")))
+    made = tuple(dict.fromkeys(repairs))
+    return WrittenOperator(name, action if known else None, tuple(unread), made, len(segment))
 
 
-def _closed(segment: str) -> Reading | None:
-    """The operator with one parenthesis put behind it, if that is all it lacks."""
-    end = segment.rfind(")") + 1
-    if not _TAIL.fullmatch(segment, end):
-        return None
+class _Part(NamedTuple):
+    """A keyword of an operator and what stands behind it, up to the next one or the end of the text."""
+
+    keyword: str
+    text: str
+    last: bool
+
+
+class _List(NamedTuple):
+    """The list behind a keyword, the repairs that it took, and whether the operator ends behind it."""
+
+    group: Group
+    repairs: tuple[str, ...]
+    ends: bool = False
+
+
+def _parts(text: str, name: str, offset: int) -> list[_Part]:
+    """The parts that stand behind the name of an operator.
+
+    Raises:
+        PddlError: there is no name, or something else behind it.
+    """
+    found = list(_PART.finditer(text, offset))
+    between = text[offset : found[0].start() if found else len(text)].strip()
+    if not name or name.startswith(":") or (found and between):
+        raise error_at(text, 0, Offence.MALFORMED, "(:action NAME ...)")
+    if not found and not between.startswith(")"):
+        raise error_at(text, 0, Offence.UNBALANCED, "a partner for this opening parenthesis")
+    ends = [*(match.start() for match in found[1:]), len(text)]
+    return [
+        _Part(match.group(1).lower(), text[match.end() : end], match is found[-1])
+        for match, end in zip(found, ends, strict=True)
+    ]
+
+
+def _list(part: _Part) -> _List:
+    """The list of a part, where need be with one parenthesis put behind it.
+
+    Raises:
+        PddlError: there is not one list.
+    """
     try:
-        operator, repairs = _parse(segment[:end] + ")")
-    except PddlError:
-        return None
-    return operator, ("closing_parenthesis", *repairs)
+        group = read_group(part.text)
+    except PddlError as error:
+        end = part.text.rfind(")") + 1 if part.last else len(part.text)
+        if error.offence is not Offence.UNBALANCED or not _TAIL.fullmatch(part.text, end):
+            raise
+        return _List(read_group(part.text[:end] + ")"), (_CLOSING,))
+    rest = part.text[group.end :].strip()
+    if part.last and not _BRACKET.search(rest):
+        return _List(group, (_CLOSING,))
+    if part.last and rest.startswith(")"):
+        return _List(group, (_STRAY,) if ")" in rest[1:] else ())
+    if not part.last and _STRAYS.fullmatch(rest):
+        return _List(group, (_STRAY,) if rest else ())
+    if not part.last and rest.startswith(")"):
+        return _List(group, (), ends=True)
+    raise error_at(part.text, group.end, Offence.MALFORMED, "one list behind a keyword")
 
 
-def _parse(segment: str) -> Reading:
-    group = read_group(segment)
-    action = PddlReader(segment).action(group)
-    repairs = ("stray_parenthesis",) if ")" in segment[group.end :] else ()
-    return WrittenOperator(action.name, action, len(segment)), repairs
+def _with(action: PddlAction, part: _Part, group: Group) -> PddlAction:
+    """An operator with one more part.
+
+    Raises:
+        PddlError: the list is no such part.
+    """
+    reader = PddlReader(part.text)
+    match part.keyword:
+        case "precondition":
+            return replace(action, precondition=reader.condition(group))
+        case "effect":
+            return replace(action, effect=reader.whole_effect(group))
+        case _:
+            return replace(action, parameters=reader.variables(group))

@@ -11,6 +11,7 @@ from eai.abilities.transition_modeling.memory import Memory
 from eai.abilities.transition_modeling.report import OperatorReport
 from eai.abilities.transition_modeling.task import TransitionTask
 from eai.abilities.verdict import Confusion, ErrorReport
+from eai.pddl.execute import PlanFlaw
 from eai.pddl.planning import PddlPlanner, PlannerOutcome, PlannerResult, PlanningTask
 from eai.world.fault import FaultKind
 
@@ -34,15 +35,21 @@ class Judgement:
         operators: those that are asked for or written.
         literals: literals matched, additional and missing, by side; None where the rules do not count them.
         planning: what the planner made of them.
+        plan_works: whether its plan works with the gold operators; None where the rules do not ask.
+        plan_flaw: why it does not; None if it does, or there is no plan.
         repairs: the names of the repairs that reading made.
+        repaired: those of them that were made of single operators, by operator.
         error: why nothing could be read, or None.
         excluded: why the answer is left out of all statistics, or None.
     """
 
     operators: tuple[OperatorReport, ...]
     planning: PlannerResult
+    plan_works: bool | None = None
+    plan_flaw: PlanFlaw | None = None
     literals: Mapping[str, Confusion] | None = None
     repairs: tuple[str, ...] = ()
+    repaired: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     error: ErrorReport | None = None
     excluded: str | None = None
 

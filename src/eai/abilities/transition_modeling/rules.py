@@ -1,21 +1,24 @@
 """The rules of the paper.
 
-Every operator that is asked for counts: one that is missing or cannot be read misses all its clauses.
+Every operator that is asked for counts: one that is missing misses all its clauses, and a side that cannot be
+read misses its own.
 The planner gets the operators that are asked for, as the answer has them, and nothing else: what the answer
 lacks is not filled in, and what was not asked for is left out (and reported). An operator that uses
-undefined names is an input error of the answer, as any current planner has it.
+undefined names is an input error of the answer, as any current planner has it. A plan succeeds if it works
+with the gold operators: operators that promise everything have a plan for everything.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 from eai.abilities.share import add
 from eai.abilities.transition_modeling.extraction import Readings, WrittenOperator, extract
 from eai.abilities.transition_modeling.judgement import UNREADABLE, Judgement, PlanMemory, Replaced
 from eai.abilities.transition_modeling.memory import Memory
+from eai.abilities.transition_modeling.plan_check import plan_flaw
 from eai.abilities.transition_modeling.report import OperatorReport, OperatorStatus
 from eai.abilities.transition_modeling.task import TransitionTask
 from eai.abilities.verdict import Confusion
@@ -25,7 +28,10 @@ from eai.pddl.match import OperatorMatch
 from eai.pddl.matching import match_operators, missing_operator
 from eai.pddl.model import PddlAction
 from eai.pddl.offence import PddlFinding
-from eai.pddl.planning import PddlPlanner, PlannerResult, PlanningTask, refusal
+from eai.pddl.planning import PddlPlanner, PlannerOutcome, PlannerResult, PlanningTask, refusal
+
+_Read: TypeAlias = tuple[PddlAction | None, tuple[PddlFinding, ...]]
+"""An operator as far as it can be read, and what is wrong with the rest."""
 
 
 class _Comparison(NamedTuple):
@@ -41,7 +47,7 @@ class PaperRules(Frozen):
 
     plans: PlanMemory
     readings: Readings = field(default_factory=Memory)
-    compared: Memory[tuple[PddlAction | PddlFinding | None, str], _Comparison] = field(default_factory=Memory)
+    compared: Memory[tuple[_Read | None, str], _Comparison] = field(default_factory=Memory)
     checked: Memory[PddlAction, tuple[PddlFinding, ...]] = field(default_factory=Memory)
     counts_clauses: bool = True
 
@@ -64,13 +70,27 @@ class PaperRules(Frozen):
             if name not in task.operators
         )
         planning = self._plan(task, by_name, asked)
-        return Judgement((*asked, *others), planning, _literals(compared), written.repairs)
+        solved = planning.outcome is PlannerOutcome.SOLVED
+        unplanned = planning.outcome is PlannerOutcome.NOT_RUN
+        actions = {each.name: each.action for each in written.operators if each.action is not None}
+        flaw = plan_flaw(task, actions, planning.plan) if solved else None
+        return Judgement(
+            operators=(*asked, *others),
+            planning=planning,
+            plan_works=None if unplanned else solved and flaw is None,
+            plan_flaw=flaw,
+            literals=_literals(compared),
+            repairs=written.repairs,
+            repaired={name: operator.repairs for name, operator in by_name.items() if operator.repairs},
+        )
 
     def unanswered(self, task: TransitionTask) -> Judgement:
         """The judgement where there is no answer: all that is asked for is missing."""
         compared = [self._compare(task, name, None) for name in task.operators]
         missing = tuple([each.report for each in compared])
-        return Judgement(missing, self.plans.without_operators, _literals(compared))
+        planning = self.plans.without_operators
+        works = None if planning.outcome is PlannerOutcome.NOT_RUN else False
+        return Judgement(missing, planning, works, literals=_literals(compared))
 
     def plan_one_at_a_time(
         self, task: TransitionTask, text: str, replaced: Replaced
@@ -86,19 +106,20 @@ class PaperRules(Frozen):
         }
 
     def _plan_with(self, task: TransitionTask, tried: WrittenOperator) -> PlannerResult:
-        actions = [tried.reading if name == tried.name else gold for name, gold in task.gold.items()]
-        readable = tuple(each for each in actions if isinstance(each, PddlAction))
+        actions = [tried.action if name == tried.name else gold for name, gold in task.gold.items()]
+        readable = tuple(each for each in actions if each is not None)
         return self._solve(task, readable, self._findings(task, tried), tried.size)
 
     def _compare(self, task: TransitionTask, name: str, written: WrittenOperator | None) -> _Comparison:
-        reading, size = (None, 0) if written is None else (written.reading, written.size)
-        return self.compared.recall((reading, name), size, lambda: _comparison(task, name, reading))
+        read, size = (None, 0) if written is None else ((written.action, written.unread), written.size)
+        return self.compared.recall((read, name), size, lambda: _comparison(task, name, read))
 
     def _findings(self, task: TransitionTask, written: WrittenOperator) -> tuple[PddlFinding, ...]:
-        action = written.reading
-        if isinstance(action, PddlFinding):
-            return (action,)
-        return self.checked.recall(action, written.size, lambda: _checked(task, action))
+        action = written.action
+        if action is None:
+            return written.unread
+        checked = self.checked.recall(action, written.size, lambda: _checked(task, action))
+        return (*written.unread, *checked)
 
     def _plan(
         self,
@@ -107,7 +128,7 @@ class PaperRules(Frozen):
         reports: tuple[OperatorReport, ...],
     ) -> PlannerResult:
         asked = [written[name] for name in task.operators if name in written]
-        actions = tuple(each.reading for each in asked if isinstance(each.reading, PddlAction))
+        actions = tuple(each.action for each in asked if each.action is not None)
         findings = tuple(finding for report in reports for finding in report.offences)
         return self._solve(task, actions, findings, sum(each.size for each in asked))
 
@@ -123,17 +144,15 @@ class PaperRules(Frozen):
         return self.plans.solve(key, size, lambda: _planning(task, actions, refusals))
 
 
-def _comparison(task: TransitionTask, name: str, reading: PddlAction | PddlFinding | None) -> _Comparison:
+def _comparison(task: TransitionTask, name: str, read: _Read | None) -> _Comparison:
     gold = task.gold[name]
-    findings: tuple[PddlFinding, ...] = ()
-    if isinstance(reading, PddlAction):
-        status, match = OperatorStatus.COMPARED, match_operators(reading, gold)
-        findings = _checked(task, reading)
-    elif reading is None:
-        status, match = OperatorStatus.MISSING, missing_operator(gold)
+    action, findings = read or (None, ())
+    if action is not None:
+        status, match = OperatorStatus.COMPARED, match_operators(action, gold)
+        findings = (*findings, *_checked(task, action))
     else:
-        status, match = OperatorStatus.UNREADABLE, missing_operator(gold)
-        findings = (reading,)
+        status = OperatorStatus.MISSING if read is None else OperatorStatus.UNREADABLE
+        match = missing_operator(gold)
     return _Comparison(OperatorReport(name, status, match.precondition, match.effect, findings), match)
 
 
@@ -144,12 +163,15 @@ def _checked(task: TransitionTask, action: PddlAction) -> tuple[PddlFinding, ...
 
 def _mixed(written: WrittenOperator, gold: PddlAction, replaced: Replaced) -> WrittenOperator:
     """An operator of an answer, of which only what is to replace the gold one's is its own."""
-    own = written.reading
-    if replaced is Replaced.OPERATOR or not isinstance(own, PddlAction):
+    own = written.action
+    if replaced is Replaced.OPERATOR or own is None:
         return written
     if replaced is Replaced.PRECONDITION:
-        return replace(written, reading=replace(gold, precondition=own.precondition))
-    return replace(written, reading=replace(gold, effect=own.effect))
+        action = replace(gold, precondition=own.precondition)
+    else:
+        action = replace(gold, effect=own.effect)
+    unread = tuple(each for each in written.unread if each.place == f"{replaced.value} of {written.name}")
+    return replace(written, action=action, unread=unread)
 
 
 def _literals(compared: Sequence[_Comparison]) -> dict[str, Confusion]:

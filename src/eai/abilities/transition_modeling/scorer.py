@@ -11,7 +11,7 @@ from eai.abilities.explanation import Explanation, StepReport
 from eai.abilities.scorer import Assessment, Scorer
 from eai.abilities.transition_modeling.counting import count_by_category
 from eai.abilities.transition_modeling.judgement import Judgement, Replaced, Rules
-from eai.abilities.transition_modeling.report import OperatorReport
+from eai.abilities.transition_modeling.report import OperatorReport, OperatorStatus
 from eai.abilities.transition_modeling.task import TransitionTask
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.abilities.verdict import Confusion
@@ -56,12 +56,15 @@ class TransitionModeling(Scorer):
                 excluded=judgement.excluded, error=judgement.error, task_categories=categories
             )
         outcome, planner = judgement.planning.outcome, self._rules.plans.planner
+        works = judgement.plan_works
+        solved = None if outcome is PlannerOutcome.NOT_RUN else outcome is PlannerOutcome.SOLVED
         return OperatorVerdict(
-            success=None if outcome is PlannerOutcome.NOT_RUN else outcome is PlannerOutcome.SOLVED,
+            success=solved if works is None else works,
             error=judgement.error,
             counts=self._counts(judgement.operators),
             literals=judgement.literals,
             planner=outcome,
+            plan_works=works,
             repairs=judgement.repairs,
             task_categories=categories,
             operators=judgement.operators,
@@ -88,12 +91,31 @@ def _explained(judgement: Judgement) -> Explanation:
 def _notes(judgement: Judgement) -> Iterator[str]:
     for report in judgement.operators:
         yield f"{report.name}: {report.status.value}"
-        for side, match in (("precondition", report.precondition), ("effect", report.effect)):
-            if match.missing:
-                yield f"{report.name}: the {side} lacks {', '.join(match.missing)}"
-            if match.additional:
-                yield f"{report.name}: the {side} has additional {', '.join(match.additional)}"
+        if report.name in judgement.repaired:
+            yield f"{report.name}: read after repairs: {', '.join(judgement.repaired[report.name])}"
+        yield from _sides(report)
         for finding in report.offences:
             yield f"{report.name}: {finding.offence.value} in the {finding.place}: {finding.name}"
     planning = judgement.planning
     yield f"planner: {planning.outcome.value}" + (f" ({planning.detail})" if planning.detail else "")
+    flaw = judgement.plan_flaw
+    if judgement.plan_works:
+        yield "the plan works with the data set's operators"
+    elif flaw is not None:
+        step = f"step {flaw.step + 1}: " if flaw.step < len(planning.plan) else ""
+        yield f"the plan does not work with the data set's operators: {step}{flaw.reason}"
+
+
+def _sides(report: OperatorReport) -> Iterator[str]:
+    """What each side lacks and has besides; of what cannot be read nobody knows."""
+    unread = {finding.place for finding in report.offences if finding.offence.stops_reading}
+    for side, match in (("precondition", report.precondition), ("effect", report.effect)):
+        if report.status is OperatorStatus.UNREADABLE or f"{side} of {report.name}" in unread:
+            if match.missing:
+                lost = ", ".join(match.missing)
+                yield f"{report.name}: the {side} cannot be compared, so it counts as lacking {lost}"
+            continue
+        if match.missing:
+            yield f"{report.name}: the {side} lacks {', '.join(match.missing)}"
+        if match.additional:
+            yield f"{report.name}: the {side} has additional {', '.join(match.additional)}"

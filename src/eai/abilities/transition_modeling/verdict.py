@@ -15,12 +15,15 @@ class OperatorVerdict(Verdict):
     """What scoring says of operators.
 
     Attributes:
-        success: whether a planner reaches the goal with them; None if none was asked.
+        success: whether the plan that a planner finds with them works with the gold operators or, under rules
+            that do not ask for that, whether it finds one; None if no planner was asked.
         counts: clauses matched, additional and missing, by side (precondition, effect) and category; or
             predicates, if the rules count those.
         literals: the same in literals, by side: partial credit for clauses of which a part is right; None if
             the rules do not give it.
         planner: what the planner made of them.
+        plan_works: whether the planner found a plan that works with the gold operators; None if none was
+            asked, under rules that do not ask for that, or in older records.
         task_categories: the task's own categories, the first the more telling one.
         operators: what comparing each operator with the gold one found out.
         plan: the steps of the plan that was found.
@@ -32,6 +35,7 @@ class OperatorVerdict(Verdict):
     counts: Mapping[str, Mapping[str, Confusion]] | None = None
     literals: Mapping[str, Confusion] | None = None
     planner: PlannerOutcome | None = None
+    plan_works: bool | None = None
     task_categories: tuple[str, ...] = ()
     operators: tuple[OperatorReport, ...] = ()
     plan: tuple[str, ...] = ()

@@ -1,0 +1,59 @@
+"""Operators that assert everything: a planner has a plan for everything, and none of it works."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from itertools import islice
+
+import pytest
+
+from eai.abilities.protocol import Protocol
+from eai.abilities.transition_modeling.scorer import TransitionModeling
+from eai.abilities.transition_modeling.task import TransitionTask
+from eai.abilities.transition_modeling.verdict import OperatorVerdict
+from eai.benchmarks.gold_operators import TransitionTasks, open_behavior, open_virtualhome
+from eai.data.store import Store
+from eai.pddl.model import PddlPredicate, type_of
+from eai.pddl.planner import BuiltInPlanner
+from eai.pddl.planning import PlannerOutcome
+from operator_rules import rules_of
+
+
+def everything(predicates: tuple[PddlPredicate, ...]) -> str:
+    """The effect that makes every atom true."""
+    parts = []
+    for predicate in predicates:
+        part = f"({predicate.name} {' '.join(f'?x{i}' for i in range(len(predicate.parameters)))})"
+        for place, variable in enumerate(predicate.parameters):
+            part = f"(forall (?x{place} - {type_of(variable)}) {part})"
+        parts.append(part)
+    return f"(and {' '.join(parts)})"
+
+
+def asserting_everything(task: TransitionTask, *, with_parameters: bool) -> str:
+    """Operators without precondition that make everything true, with the gold parameters or none."""
+    effect = everything(task.domain.header.predicates)
+    operators = []
+    for name, gold in task.gold.items():
+        taken = gold.parameters if with_parameters else ()
+        parameters = " ".join(f"?{each.name} - {type_of(each)}" for each in taken)
+        operators.append(f"(:action {name} :parameters ({parameters}) :precondition () :effect {effect})")
+    return json.dumps({"output": "\n".join(operators)})
+
+
+@pytest.mark.parametrize("with_parameters", [False, True])
+@pytest.mark.parametrize(("open_tasks", "step"), [(open_virtualhome, 25), (open_behavior, 8)])
+def test_operators_that_assert_everything_have_plans_and_none_works(
+    open_tasks: Callable[[Store], TransitionTasks], step: int, with_parameters: bool, data_store: Store
+) -> None:
+    tasks = open_tasks(data_store)
+    rules = rules_of(Protocol.STRICT, BuiltInPlanner())
+    planned = 0
+    for task in islice(tasks.values(), 0, None, step):
+        text = asserting_everything(task, with_parameters=with_parameters)
+        verdict = TransitionModeling(task, rules).score(text)
+        assert isinstance(verdict, OperatorVerdict)
+        planned += verdict.planner is PlannerOutcome.SOLVED
+        assert (verdict.plan_works, verdict.success) == (False, False), task.id
+    assert planned >= 3
