@@ -153,7 +153,7 @@ def _print_step(console: Console, number: int, step: StepReport, width: int) -> 
             line.append(f", but {step.reason}", style="yellow")
     else:
         style = "yellow" if step.outcome == FaultKind.ADDITIONAL_STEP.value else "bold red"
-        told = f"{step.outcome}: {step.reason}"
+        told = f"{step.outcome}: {step.reason}" if step.reason else step.outcome
         fits = 4 + len(line) + len(told) <= console.width
         (line if fits else below).append(told, style=style)
     _print_hanging(console, f"{number:3} ", line)

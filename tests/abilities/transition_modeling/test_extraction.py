@@ -9,7 +9,7 @@ from eai.abilities.transition_modeling.extraction import extract
 from eai.abilities.transition_modeling.memory import Memory
 from eai.benchmarks.reference.operator_extraction import extract_as_reference
 from eai.logic.formula import TRUE
-from eai.pddl.model import NO_EFFECT
+from eai.pddl.model import NO_EFFECT, PddlAction
 from eai.pddl.offence import Offence
 from eai.pddl.reader import read_action
 
@@ -143,6 +143,12 @@ def test_without_parameters_or_any_side_nothing_of_an_operator_is_read(text: str
     (operator,) = found.operators
     assert operator.action is None
     assert operator.unread
+
+
+def test_an_operator_may_have_no_parts() -> None:
+    found = extract("(:action open)", Memory())
+    assert found is not None
+    assert found.operators[0].action == PddlAction("open", (), TRUE, NO_EFFECT)
 
 
 def test_what_stands_behind_an_operator_is_none_of_it() -> None:

@@ -177,7 +177,7 @@ def test_equal_operators_are_planned_with_once(protocol: Protocol) -> None:
 def test_an_explanation_names_what_is_wrong_and_shows_the_plan() -> None:
     scorer = TransitionModeling(TASK, rules_of(Protocol.STRICT, BuiltInPlanner()))
     notes = scorer.explain(answer(OperatorText("open", "(?o)", "(near ?x)", "(not (shut ?o))"))).notes
-    assert "open: the precondition lacks (shut ?o), (near ?o)" in notes
+    assert "open: the precondition lacks the clauses (shut ?o), (near ?o)" in notes
     assert "open: the precondition has additional (near ?x)" in notes
     assert "open: unbound_variable in the precondition of open: x" in notes
     assert "light: missing" in notes
@@ -198,7 +198,7 @@ def test_a_side_that_cannot_be_read_costs_its_own_clauses_and_no_others() -> Non
     assert (verdict.planner, verdict.success) == (PlannerOutcome.INPUT_ERROR, False)
     assert verdict.operators[0].status is OperatorStatus.COMPARED
     notes = scorer.explain(text).notes
-    assert "open: the effect cannot be compared, so it counts as lacking (not (shut ?o))" in notes
+    assert "open: the effect cannot be compared, so it counts as lacking the clause (not (shut ?o))" in notes
     assert "open: condition_in_effect in the effect of open: an effect, not (or ...)" in notes
     assert not any("precondition" in note or "the effect lacks" in note for note in notes)
 
@@ -206,10 +206,12 @@ def test_a_side_that_cannot_be_read_costs_its_own_clauses_and_no_others() -> Non
 def test_an_explanation_names_the_repairs_of_each_operator() -> None:
     scorer = TransitionModeling(TASK, rules_of(Protocol.STRICT, BuiltInPlanner()))
     short = OPEN.pddl.replace("(near ?o))", "(near ?o)")
-    text = json.dumps({"output": f"{short}\n{LIGHT.pddl}"})
-    assert "open: read after repairs: closing_parenthesis" in scorer.explain(text).notes
+    text = f"{short}\n{LIGHT.pddl}"
+    notes = scorer.explain(text).notes
+    assert notes[0] == "the answer: read after repairs: no_json"
+    assert "open: read after repairs: closing_parenthesis" in notes
     verdict = scorer.score(text)
-    assert verdict.repairs == ("closing_parenthesis",)
+    assert verdict.repairs == ("no_json", "closing_parenthesis")
     assert counts(verdict) == GOLD_COUNTS
 
 

@@ -173,10 +173,10 @@ def _parts(text: str, name: str, offset: int) -> list[_Part]:
         raise error_at(text, 0, Offence.MALFORMED, "(:action NAME ...)")
     if not found and not between.startswith(")"):
         raise error_at(text, 0, Offence.UNBALANCED, "a partner for this opening parenthesis")
-    ends = [*(match.start() for match in found[1:]), len(text)]
+    bounds = [*(match.start() for match in found), len(text)]
     return [
         _Part(match.group(1).lower(), text[match.end() : end], match is found[-1])
-        for match, end in zip(found, ends, strict=True)
+        for match, end in zip(found, bounds[1:], strict=True)
     ]
 
 

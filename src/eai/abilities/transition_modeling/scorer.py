@@ -89,6 +89,10 @@ def _explained(judgement: Judgement) -> Explanation:
 
 
 def _notes(judgement: Judgement) -> Iterator[str]:
+    of_operators = {repair for repairs in judgement.repaired.values() for repair in repairs}
+    of_answer = [repair for repair in judgement.repairs if repair not in of_operators]
+    if of_answer:
+        yield f"the answer: read after repairs: {', '.join(of_answer)}"
     for report in judgement.operators:
         yield f"{report.name}: {report.status.value}"
         if report.name in judgement.repaired:
@@ -112,10 +116,15 @@ def _sides(report: OperatorReport) -> Iterator[str]:
     for side, match in (("precondition", report.precondition), ("effect", report.effect)):
         if report.status is OperatorStatus.UNREADABLE or f"{side} of {report.name}" in unread:
             if match.missing:
-                lost = ", ".join(match.missing)
+                lost = _clauses(match.missing)
                 yield f"{report.name}: the {side} cannot be compared, so it counts as lacking {lost}"
             continue
         if match.missing:
-            yield f"{report.name}: the {side} lacks {', '.join(match.missing)}"
+            yield f"{report.name}: the {side} lacks {_clauses(match.missing)}"
         if match.additional:
             yield f"{report.name}: the {side} has additional {', '.join(match.additional)}"
+
+
+def _clauses(clauses: tuple[str, ...]) -> str:
+    """Clauses as such: what one of them says may stand inside another clause of the answer."""
+    return f"the clause{'s' if len(clauses) > 1 else ''} {', '.join(clauses)}"
