@@ -15,6 +15,9 @@ from dataclasses import dataclass, field
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from typing import Any
 
+COUNTED = {"prompt_tokens": 11, "completion_tokens": 7, "total_tokens": 18}
+"""What answers take."""
+
 
 @dataclass(frozen=True)
 class Reply:
@@ -32,6 +35,7 @@ class Reply:
         message: fields of the message that replace or join its text.
         finish: why the message ends.
         reasoning: what the field ``reasoning_content`` holds.
+        usage: what the answer is said to have taken.
         unless: parameters that make the server answer with status 400.
         empty_if: parameters that make the message empty.
     """
@@ -47,6 +51,7 @@ class Reply:
     message: Mapping[str, Any] = field(default_factory=dict)
     finish: str = "stop"
     reasoning: str | None = None
+    usage: object = field(default_factory=lambda: COUNTED)
     unless: tuple[str, ...] = ()
     empty_if: tuple[str, ...] = ()
 
@@ -149,7 +154,7 @@ def _completion(reply: Reply, *, empty: bool) -> dict[str, Any]:
         "created": 1,
         "model": "scripted",
         "choices": [{"index": 0, "message": message, "finish_reason": reply.finish, "logprobs": None}],
-        "usage": {"prompt_tokens": 11, "completion_tokens": 7, "total_tokens": 18},
+        "usage": reply.usage,
     }
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from concurrent.futures import Executor, ProcessPoolExecutor
 from functools import partial
@@ -16,7 +17,7 @@ from eai.prompts.prompt import Prompt
 from eai.run.evaluation import Answers
 from eai.run.job import Decoding, Endpoint, Job, Pace
 from run.child import obtain_in_child
-from run.server import Log, Reply, serve
+from run.server import COUNTED, Log, Reply, serve
 
 PLAN = '{"WALK": ["sofa", "352"]}'
 Script = Mapping[str, Sequence[Reply]]
@@ -41,10 +42,11 @@ def ask(tmp_path: Path, process: Executor) -> Callable[..., Answers]:
         decoding: Decoding | None = None,
         timeout: int = 60,
         connections: int | None = None,
+        model: str = "openai-api/local/scripted",
     ) -> Answers:
         ask_all = partial(
             Job,
-            Endpoint("openai-api/local/scripted", {"max_retries": 1, "api_key": "none"}, url),
+            Endpoint(model, {"max_retries": 1, "api_key": "none"}, url),
             ability=Ability.SUBGOAL_DECOMPOSITION,
             prompts={task_id: Prompt(task_id, stop=cut_at) for task_id in task_ids},
             decoding=decoding or Decoding(),
@@ -116,6 +118,19 @@ FAULTS = {
     "empty": ([Reply("")], ""),
     "null": ([Reply(message={"content": None})], ""),
     "refusal": ([Reply(message={"content": None, "refusal": "I will not"})], "I will not"),
+    "too long a question": (
+        [
+            Reply(
+                status=400,
+                body=json.dumps({"error": {"code": "context_length_exceeded", "message": "9 < 10"}}),
+            )
+        ],
+        "RuntimeError: the question is too long: 9 < 10",
+    ),
+    "too long, told otherwise": (
+        [Reply(status=400, body='{"object": "error", "message": "9 < 10", "code": 400}')],
+        "BadRequestError: Error code: 400 - ",
+    ),
     "filtered": ([Reply("", finish="content_filter")], ""),
     "tool call": ([Reply(message={"content": None, "tool_calls": [CALL]}, finish="tool_calls")], ""),
     "slow drip": ([Reply(PLAN, drip=0.02)], PLAN),
@@ -130,12 +145,47 @@ def test_what_a_provider_does_costs_the_sample_alone_and_is_told_in_a_line(run: 
     answers, _ = run({name: replies for name, (replies, _) in FAULTS.items()})
     texts = {name: answer.text for (name, _), answer in answers.given.items()}
     reasons = {name: why for (name, _), why in answers.failures.items()}
-    failing = {name for name, (_, expected) in FAULTS.items() if expected.endswith((": ", UNREAD))}
+    failing = {
+        name for name, (_, expected) in FAULTS.items() if expected.endswith((": ", UNREAD, "- ", "10"))
+    }
     assert texts == {name: expected for name, (_, expected) in FAULTS.items() if name not in failing}
     assert reasons.keys() == failing
     for name, why in reasons.items():
         assert why.startswith(FAULTS[name][1]), name
         assert len(why.splitlines()) == 1, name
+
+
+@pytest.mark.parametrize("model", ["openai-api/local/scripted", "openai/gpt-4o"])
+def test_a_page_in_the_place_of_a_reply_is_told_as_one(ask: Callable[..., Answers], model: str) -> None:
+    with serve({"page": [Reply(body='"<html>Bad gateway</html>"')]}) as served:
+        (why,) = ask(served.url, ("page",), model=model).failures.values()
+    assert "AssertionError" not in why
+    assert ("non-ChatCompletion response" in why) or why == f"{UNREAD} (it is no completion)"
+
+
+USAGES: Mapping[str, object] = {
+    "nothing counted": dict.fromkeys(COUNTED),
+    "words": {**COUNTED, "prompt_tokens": "many"},
+    "parts": {**COUNTED, "completion_tokens": 7.5},
+    "empty": {},
+    "list": [11, 7],
+    "text": "18",
+    "details": {**COUNTED, "prompt_tokens_details": "none"},
+    "negative": {**COUNTED, "prompt_tokens": -11, "completion_tokens": -7},
+}
+
+
+@pytest.mark.parametrize("model", ["openai-api/local/scripted", "openai/gpt-4o"])
+def test_an_answer_with_odd_figures_of_usage_is_an_answer(ask: Callable[..., Answers], model: str) -> None:
+    script = {name: [Reply(PLAN, usage=usage)] for name, usage in {**USAGES, "good": COUNTED}.items()}
+    with serve(script) as served:
+        answers = ask(served.url, script, model=model)
+    assert answers.failures == {}
+    assert {answer.text for answer in answers.given.values()} == {PLAN}
+    taken = {
+        name: (each.usage.input_tokens, each.usage.output_tokens) for (name, _), each in answers.given.items()
+    }
+    assert taken == {**dict.fromkeys(USAGES, (0, 0)), "good": (11, 7)}
 
 
 @pytest.mark.parametrize("status", [401, 404])

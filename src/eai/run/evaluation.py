@@ -19,6 +19,7 @@ from eai.run.count import Watch, unwatched
 from eai.run.job import Endpoint, Job, Requests
 from eai.run.journal import Journal
 from eai.run.logs import JOB, find_log
+from eai.run.odd_usage import without_odd_usage
 from eai.run.prices import read_prices, set_price
 from eai.run.solver import ask
 from eai.run.state import Desk
@@ -149,7 +150,7 @@ def find_model(endpoint: Endpoint) -> Model:
     """
     arguments: dict[str, Any] = dict(endpoint.arguments)
     try:
-        return get_model(endpoint.model, base_url=endpoint.base_url, **arguments)
+        return without_odd_usage(get_model(endpoint.model, base_url=endpoint.base_url, **arguments))
     except EaiError:
         raise
     except Exception as error:  # providers raise what they like when a key, a library or a name is missing

@@ -28,6 +28,7 @@ from eai.abilities.record import Usage
 from eai.prompts.prompt import Prompt
 from eai.run.job import Requests
 from eai.run.messages import messages_of
+from eai.run.odd_usage import UNREADABLE
 from eai.run.reasoning import Parts, complete, part
 from eai.run.state import Desk
 from eai.scoring.answer import Answer
@@ -35,9 +36,6 @@ from eai.scoring.trials import Inquiry, Trials
 
 _REFUSED_PARAMETERS = (400, 422)
 """The HTTP statuses with which servers answer to parameters that they do not take."""
-
-_UNREADABLE = (ValueError, TypeError, LookupError, AttributeError)
-"""What providers' libraries raise where a reply has not the form that they expect."""
 
 _IN_VAIN = (401, 404)
 """The HTTP statuses that no repetition changes: a key that is wrong, a model that is unknown."""
@@ -184,12 +182,14 @@ def reason(error: BaseException) -> str:
     error = _last(error)
     lines = str(error).strip().splitlines()
     told = f"{type(error).__name__}: {lines[0].strip()}" if lines else type(error).__name__
-    return f"the provider's reply cannot be read ({told})" if isinstance(error, _UNREADABLE) else told
+    if isinstance(error, UNREADABLE):
+        return f"the provider's reply cannot be read ({told if lines else 'it is no completion'})"
+    return told
 
 
 def _last(error: BaseException) -> BaseException:
-    """Of a request that was repeated in vain the error of its last attempt."""
-    if isinstance(error, RetryError) and error.__cause__ is not None:
+    """The provider's error: of a request that was repeated in vain, that of its last attempt."""
+    if isinstance(error, RetryError | RuntimeError) and error.__cause__ is not None:
         return error.__cause__
     return error
 
@@ -259,6 +259,8 @@ async def _request(messages: list[ChatMessage], restrictions: GenerateConfig) ->
     output = await get_model().generate(messages, config=restrictions)
     if output.empty:
         raise RuntimeError(output.error or "the provider returned no choice")
+    if output.stop_reason == "model_length" and output.usage is None:  # nothing was written: it is refused
+        raise RuntimeError(f"the question is too long: {output.completion}")
     return _Reply(output, _parts(output, restrictions.stop_seqs or ()), _usage(output))
 
 
@@ -273,8 +275,10 @@ def _parts(output: ModelOutput, stop: Sequence[str]) -> Parts:
 
 
 def _usage(output: ModelOutput) -> Usage:
+    """What a reply took; nothing where that is not known, or told in negative numbers."""
     usage = output.usage
     if usage is None:
         return Usage()
     cached = (usage.input_tokens_cache_read or 0) + (usage.input_tokens_cache_write or 0)
-    return Usage(usage.input_tokens + cached, usage.output_tokens, usage.reasoning_tokens, usage.total_cost)
+    counted = (usage.input_tokens + cached, usage.output_tokens, usage.reasoning_tokens, usage.total_cost)
+    return Usage(*counted) if min(number or 0 for number in counted) >= 0 else Usage()
