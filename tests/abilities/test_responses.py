@@ -171,7 +171,7 @@ def test_what_is_written_is_read_again(tmp_path: Path) -> None:
 
 def test_a_folder_that_cannot_be_written_is_named(tmp_path: Path) -> None:
     (tmp_path / "file").touch()
-    with pytest.raises(InputError, match="file: cannot be written"):
+    with pytest.raises(InputError, match=r"file/m_outputs\.json: cannot be written"):
         write_responses(tmp_path / "file", ResponseFile("m", ()))
 
 
@@ -181,4 +181,14 @@ def test_a_line_an_answer(tmp_path: Path) -> None:
     assert read_responses(file, TASKS).responses == (Response("11_1", "a\nb"), Response("27_2", "a"))
     bad = written(tmp_path, f"{first}\n\n[1, }}\n".encode(), "bad_outputs.jsonl")
     with pytest.raises(InputError, match=r"bad_outputs\.jsonl, line 3, column 5: expected JSON"):
+        read_responses(bad, TASKS)
+
+
+def test_no_other_character_than_a_line_feed_ends_a_line_of_answers(tmp_path: Path) -> None:
+    odd = "a\u2028b\u0085c\x0cd\x1ce"
+    rows = f'{{"identifier": "27_2", "llm_output": "{odd}"}}\n\n{{"identifier": "11_1", "llm_output": "z"}}\n'
+    read = read_responses(written(tmp_path, rows.encode(), "m_outputs.jsonl"), TASKS)
+    assert read.responses == (Response("27_2", odd), Response("11_1", "z"))
+    bad = written(tmp_path, f'"{odd}"\n\n  ?'.encode(), "bad_outputs.jsonl")
+    with pytest.raises(InputError, match=r"bad_outputs\.jsonl, line 3, column 3: expected JSON"):
         read_responses(bad, TASKS)

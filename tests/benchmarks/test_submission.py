@@ -104,6 +104,20 @@ def test_missing_and_surplus_files_are_named(
     ]
 
 
+def test_a_member_that_cannot_be_read_is_named_and_the_others_are_checked(
+    data_store: Store, tmp_path: Path, complete: dict[str, Rows]
+) -> None:
+    other = "behavior_action_sequencing_outputs.json"
+    path = write(tmp_path / "s.zip", {**complete, other: b" " * 32_000_001})
+    content = path.read_bytes()
+    start = content.index(FILE.encode()) + len(FILE)
+    path.write_bytes(content[:start] + b"?" + content[start + 1 :])
+    found = check_submission(path, data_store)
+    assert [finding.place for finding in found] == [FILE, other]
+    assert found[0].problem.startswith("cannot be read (")
+    assert found[1].problem == "holds more than 32,000,000 bytes"
+
+
 def test_what_is_no_zip_is_refused(data_store: Store, tmp_path: Path) -> None:
     for path in (tmp_path / "none.zip", tmp_path):
         with pytest.raises(InputError, match="expected a zip that can be read"):

@@ -6,6 +6,7 @@ from io import StringIO
 
 import pytest
 from rich.console import Console
+from rich.text import Text
 
 from eai.cli import console
 
@@ -29,3 +30,13 @@ def test_a_line_is_broken_on_a_terminal_alone_and_never_within_a_path(
     monkeypatch.setattr(console, "output", lambda: shown)
     console.say(LINE)
     assert [line.rstrip() for line in written.getvalue().splitlines()] == lines
+
+
+@pytest.mark.parametrize("stream", ["output", "errors"])
+def test_no_text_controls_the_terminal_and_none_is_markup(
+    stream: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("COLUMNS", "80")
+    shown = getattr(console, stream)()
+    shown.print("[/red] \x1b[2J", Text("\x9b31m", style="bold"), highlight=False)
+    assert "".join(capsys.readouterr()) == "[/red] \\x1b[2J \\x9b31m\n"

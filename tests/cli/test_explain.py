@@ -212,3 +212,19 @@ def test_the_readme_shows_what_the_command_prints(
     monkeypatch.setenv("COLUMNS", "80")
     lines = [line.rstrip() for line in eai("explain", "mine", "27_2", *here).out.splitlines()]
     assert shown in "\n".join(lines) + "\n"
+
+
+def test_an_answer_and_a_model_with_odd_characters_are_shown_as_their_escapes(eai: Command) -> None:
+    name = "=m\x1b[2J[red]_outputs.json"
+    odd = '{"WALK": ["so\ud800ap\\u001b[31m"]}'
+    Path(name).write_text(json.dumps([{"identifier": "27_2", "llm_output": odd}]))
+    scored = eai("score", name, *HERE, "--out", "odd")
+    shown = eai("explain", "odd", "27_2")
+    assert (scored.status, shown.status, shown.err) == (0, 0, "")
+    assert r"=m\x1b[2J[red]" in scored.out
+    assert r"model =m\x1b[2J[red], protocol strict" in shown.out
+    assert r"so\ud800ap\x1b[31m" in shown.out
+    assert eai("report", "odd", "--out", "made", "--no-plots", "--no-prompts").status == 0
+    page, tables = (Path("made", file).read_bytes().decode() for file in ("report.md", "tables.csv"))
+    assert "\x1b" not in page + tables + scored.out + scored.err + shown.out
+    assert ",'=m\\x1b[2J[red]," in tables

@@ -16,6 +16,7 @@ from eai.abilities.protocol import Ability
 from eai.benchmarks.packs import open_virtualhome
 from eai.data.store import Store
 from eai.pddl.fast_downward import FastDownward
+from eai.run.journal import sole_run
 from oracle import Oracle
 from suites import answer_book
 
@@ -273,8 +274,44 @@ def test_a_zip_is_scored_like_its_folder(eai: Command, tree: Path) -> None:
     (found,) = json.loads(printed.out)
     assert (found["domain"], found["ability"], found["model"]) == ("behavior", "goal_interpretation", "mine")
     assert found["coverage"]["answered"] == 1
+    with zipfile.ZipFile("mine.zip", "a") as archive:  # what systems and people add is no answer
+        for odd in ("__MACOSX/._behavior_goal_interpretation_outputs.json", "notes/\x01.txt", "/x", "../y"):
+            archive.writestr(odd, b"\0" * 100)
+    assert json.loads(eai("score", "mine.zip", "--json").out) == json.loads(printed.out)
     Path("bad.zip").write_text("no zip")
     assert eai("score", "bad.zip").err.startswith("eai: bad.zip: expected a zip that can be read")
+
+
+def test_a_zip_that_holds_far_more_than_it_weighs_is_refused(eai: Command) -> None:
+    with zipfile.ZipFile("bomb.zip", "w", zipfile.ZIP_DEFLATED) as archive:
+        for number in range(4):
+            archive.writestr(f"{number}_outputs.json", b" " * 10_000_000)
+    printed = eai("score", "bomb.zip", *HERE)
+    assert printed.status == 2
+    assert re.fullmatch(
+        r"eai: bomb\.zip: expected at most 3\d,\d{3},\d{3} bytes of answers in it\n", printed.err
+    )
+    with zipfile.ZipFile("twice.zip", "w") as archive:
+        archive.writestr("m_outputs.json", json.dumps([WALK]))
+        with pytest.warns(UserWarning, match="Duplicate name"):
+            archive.writestr("m_outputs.json", json.dumps([WALK]))
+    assert eai("score", "twice.zip", *HERE).err == "eai: twice.zip, m_outputs.json: stands there twice\n"
+
+
+def test_what_another_run_left_is_not_replaced_without_a_word(eai: Command) -> None:
+    first = eai("score", write([WALK], "a_outputs.json"), *HERE, "--out", "out")
+    again = eai("score", "a_outputs.json", *HERE, "--out", "out")
+    other = eai("score", write([WALK], "b_outputs.json"), *HERE, "--out", "out")
+    told = "out/records.jsonl: the records of a, virtualhome action_sequencing are replaced\n"
+    assert (first.status, told in first.err + again.err, told in other.err) == (0, False, True)
+
+
+def test_two_do_not_score_into_one_folder_at_a_time(eai: Command) -> None:
+    with sole_run(Path("out")):
+        printed = eai("score", write([WALK]), *HERE, "--out", "out")
+    assert (printed.status, printed.out) == (2, "")
+    assert printed.err.startswith("eai: out: another process is running there")
+    assert not (Path("out") / "records.jsonl").exists()
 
 
 def test_a_file_that_names_no_suite_has_to_be_told_its_own(eai: Command) -> None:

@@ -9,10 +9,11 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from eai.data.files import files_below, lines, write_whole
 from eai.data.parquet import read_columns
 from eai.errors import InputError, did_you_mean
 
@@ -23,7 +24,8 @@ PARQUET = "_outputs.parquet"
 """How the names of Parquet files end."""
 COLUMNS = ("identifier", "llm_output")
 """What a row has: the id of the task, as the file spells it, and the answer."""
-_ENDINGS = (SUFFIX, LINES, PARQUET)
+ENDINGS = (SUFFIX, LINES, PARQUET)
+"""How the names of response files end."""
 _ATTEMPT = re.compile(rf"_attempt_\d+{SUFFIX}$")
 
 _SHOWN = 100
@@ -62,8 +64,8 @@ def find_response_files(path: Path) -> list[Path]:
         InputError: there is none.
     """
     if path.is_dir():
-        files = [file for ending in _ENDINGS for file in path.rglob(f"*{ending}")]
-        found = sorted([file for file in files if not _ATTEMPT.search(file.name)])
+        files = files_below(path, *(f"*{ending}" for ending in ENDINGS))
+        found = [file for file in files if not _ATTEMPT.search(file.name)]
         if not found:
             raise InputError(f"{path}: expected a folder with <model>{SUFFIX} files, found none")
         return found
@@ -121,11 +123,7 @@ def write_responses(folder: Path, file: ResponseFile) -> None:
         InputError: the folder cannot be written.
     """
     rows = [{"identifier": r.task_id, "llm_output": r.text} for r in file.responses]
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        (folder / f"{file.model}{SUFFIX}").write_text(json.dumps(rows, indent=1) + "\n", encoding="utf-8")
-    except OSError as error:
-        raise InputError(f"{folder}: cannot be written ({error.strerror})") from error
+    write_whole({folder / f"{file.model}{SUFFIX}": json.dumps(rows, indent=1) + "\n"})
 
 
 def model_name(path: Path) -> str:
@@ -134,7 +132,7 @@ def model_name(path: Path) -> str:
     Raises:
         InputError: there is no name before the suffix, or none that a folder of results could have.
     """
-    ending = next((ending for ending in _ENDINGS if path.name.endswith(ending)), path.suffix)
+    ending = next((ending for ending in ENDINGS if path.name.endswith(ending)), path.suffix)
     name = path.name.removesuffix(ending)
     if not name.strip("."):
         raise InputError(f"{path}: expected a file named after a model, <model>{SUFFIX}")
@@ -163,7 +161,8 @@ def _read_list(path: Path) -> Sequence[object]:
         return read_columns(path, COLUMNS)
     try:
         content = path.read_bytes()
-        rows = _lines(content) if path.suffix == Path(LINES).suffix else json.loads(content)
+        is_lines = path.suffix == Path(LINES).suffix
+        rows = [*_values(content)] if is_lines else json.loads(content, strict=False)
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror})") from error
     except json.JSONDecodeError as error:
@@ -176,18 +175,14 @@ def _read_list(path: Path) -> Sequence[object]:
     return rows
 
 
-def _lines(content: bytes) -> list[object]:
+def _values(content: bytes) -> Iterator[object]:
     """The values of a file with one a line; of a bad line the place is that in the file."""
-    text = content.decode()
-    rows, start = [], 0
-    for line in text.splitlines(keepends=True):
-        if line.strip():
-            try:
-                rows.append(json.loads(line))
-            except json.JSONDecodeError as error:
-                raise json.JSONDecodeError(error.msg, text, start + error.pos) from error
-        start += len(line)
-    return rows
+    for number, line in lines(content):
+        try:
+            yield json.loads(line, strict=False)
+        except json.JSONDecodeError as error:
+            error.lineno += number - 1
+            raise
 
 
 def _fields(place: str, row: object) -> tuple[str, str]:

@@ -10,6 +10,7 @@ import csv
 import io
 import json
 import math
+import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
@@ -18,10 +19,14 @@ from typing import TypeAlias, get_type_hints
 from eai.abilities.verdict import Json
 from eai.analysis.lines import Line
 from eai.analysis.suites import MODEL, SUITE, TOGETHER, SuiteKey
+from eai.data.files import printable, write_whole
 from eai.data.parquet import parquet
 from eai.errors import InputError
 from eai.metrics.certainty import Cases, certainty_of_rate
 from eai.metrics.rate import rate_of
+
+_FORMULA = re.compile(r"[=+\-@\t\r].")
+"""How a text begins that a spreadsheet takes for a formula."""
 
 Plain: TypeAlias = str | int | float | bool | None
 
@@ -157,17 +162,15 @@ def write_files(folder: Path, contents: Mapping[str, str]) -> list[Path]:
     Raises:
         InputError: the folder cannot be written.
     """
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        for file, text in contents.items():
-            (folder / file).write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise InputError(f"{folder}: cannot be written ({error.strerror})") from error
+    write_whole({folder / file: text for file, text in contents.items()})
     return [folder / file for file in contents]
 
 
 def csv_text(columns: Sequence[str], rows: Iterable[Sequence[Plain]]) -> str:
-    """A CSV file: ``true`` and ``false``, nothing for what is not known."""
+    """A CSV file: ``true`` and ``false``, nothing for what is not known.
+
+    Spreadsheets take some texts for formulas, such as ``=1+1``: an apostrophe stands before them.
+    """
     file = io.StringIO()
     writer = csv.writer(file, lineterminator="\n")
     writer.writerow(columns)
@@ -264,7 +267,7 @@ def _rest(table: Table) -> Iterator[str]:
 
 
 def _row(cells: Iterable[str]) -> str:
-    return "| " + " | ".join(cell.replace("|", "\\|").replace("\n", " ") for cell in cells) + " |"
+    return "| " + " | ".join(printable(c).replace("|", "\\|").replace("\n", " ") for c in cells) + " |"
 
 
 def _told(cell: Cell) -> str:
@@ -293,4 +296,9 @@ def _short(number: float | None) -> str:
 
 
 def _written(value: Plain) -> Plain:
-    return str(value).lower() if isinstance(value, bool) else value
+    if isinstance(value, bool):
+        return str(value).lower()
+    if not isinstance(value, str):
+        return value
+    text = printable(value)
+    return f"'{text}" if _FORMULA.match(text) else text

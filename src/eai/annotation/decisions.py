@@ -17,7 +17,6 @@ A candidate is a list of entries, an entry a list of patterns of which one must 
 from __future__ import annotations
 
 import json
-import os
 import sys
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -29,6 +28,7 @@ from pydantic import ConfigDict, TypeAdapter, ValidationError
 from eai.abilities.misfit import misfit
 from eai.annotation.abstract import Candidate, Title
 from eai.annotation.pattern import Entry, Pattern, read_pattern
+from eai.data.files import write_whole
 from eai.errors import InputError
 
 if sys.version_info >= (3, 11):
@@ -140,12 +140,7 @@ def write_decisions(path: Path, decisions: Decisions) -> None:
     Raises:
         InputError: it cannot be written.
     """
-    part = path.with_name(f".{path.name}.{os.getpid()}")
-    try:
-        part.write_text(decisions_text(decisions), encoding="utf-8")
-        part.replace(path)
-    except OSError as error:
-        raise InputError(f"{path}: cannot be written ({error.strerror})") from error
+    write_whole({path: decisions_text(decisions)})
 
 
 def decisions_text(decisions: Decisions) -> str:

@@ -8,21 +8,25 @@ from __future__ import annotations
 
 import tempfile
 import zipfile
+import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 
 from eai.abilities.protocol import Ability
-from eai.abilities.responses import SUFFIX, attempt_name, find_response_files, model_name
+from eai.abilities.responses import ENDINGS, SUFFIX, attempt_name, find_response_files, model_name
 from eai.benchmarks.registry import registered
 from eai.errors import InputError
 
-MAX_SIZE = 2_000_000_000
-"""The most bytes that a zip of answers may hold."""
+MAX_SIZE, PER_BYTE = 32_000_000, 50
+"""How many bytes of answers a zip may hold: so many, and so many for each byte of its own."""
 
 ZIP = ".zip"
 """How the names of zips end."""
+
+UNREADABLE = (OSError, EOFError, zipfile.BadZipFile, zlib.error, RuntimeError, ValueError)
+"""What is raised where a zip or a member is damaged, encrypted, or packed in an unknown way."""
 
 _ABILITIES = frozenset(ability.value for ability in Ability)
 
@@ -68,24 +72,38 @@ def suite_files(path: Path) -> list[SuiteFile]:
 
 @contextmanager
 def unpacked(path: Path) -> Iterator[Path]:
-    """The path, or, of a zip, a folder of its name with what it holds, for as long as the block lasts.
+    """The path, or, of a zip, a folder of its name with its response files, for as long as the block lasts.
 
     Raises:
-        InputError: the zip cannot be read, or holds too much.
+        InputError: the zip or a response file in it cannot be read, or they hold too much.
     """
     if path.suffix.lower() != ZIP or not path.is_file():
         yield path
         return
     with tempfile.TemporaryDirectory(prefix="eai-answers-") as place:
         folder = Path(place) / path.stem
+        name = str(path)
         try:
             with zipfile.ZipFile(path) as archive:
-                if sum(info.file_size for info in archive.infolist()) > MAX_SIZE:
-                    raise InputError(f"{path}: holds more than {MAX_SIZE:,} bytes")
-                archive.extractall(folder)
-        except (OSError, zipfile.BadZipFile, RuntimeError, NotImplementedError) as error:
-            raise InputError(f"{path}: expected a zip that can be read ({error})") from error
+                members = [info for info in archive.infolist() if _is_response_file(info)]
+                limit = MAX_SIZE + PER_BYTE * path.stat().st_size
+                if sum(info.file_size for info in members) > limit:  # no more of a member is ever read
+                    raise InputError(f"{path}: expected at most {limit:,} bytes of answers in it")
+                for info in members:
+                    name = f"{path}, {info.filename}"
+                    if (folder / info.filename).exists():
+                        raise InputError(f"{name}: stands there twice")
+                    archive.extract(info, folder)
+        except UNREADABLE as error:
+            raise InputError(f"{name}: expected a zip that can be read ({error})") from error
+        folder.mkdir(exist_ok=True)
         yield folder
+
+
+def _is_response_file(info: zipfile.ZipInfo) -> bool:
+    """Whether a member is a response file; what systems add to zips, such as ``__MACOSX/._...``, is none."""
+    name = PurePosixPath(info.filename).name
+    return name.endswith(ENDINGS) and not name.startswith(".") and not info.is_dir()
 
 
 def files_of_suite(path: Path, domain: str, ability: Ability) -> list[Path]:

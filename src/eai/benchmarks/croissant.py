@@ -18,7 +18,8 @@ from eai.benchmarks.identifiers import SCENE_PREFIX
 from eai.benchmarks.packs import EAI_EVAL
 from eai.benchmarks.source import Source
 from eai.benchmarks.task_lines import goal_texts
-from eai.errors import EaiError, InputError, how_to_install
+from eai.data.files import write_whole
+from eai.errors import EaiError, how_to_install
 from eai.world.state import Fact
 
 LICENCE = "https://creativecommons.org/licenses/by/4.0/"
@@ -92,12 +93,7 @@ def write_croissant(benchmarks: Sequence[Benchmark], source: Source, out: Path) 
     described = json.dumps(metadata.to_json(), indent=2, ensure_ascii=False, default=str) + "\n"
     files = {f"{name}.jsonl": content for name, content in contents.items()}
     files["croissant.json"] = described.encode()
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-        for name, content in files.items():
-            (out / name).write_bytes(content)
-    except OSError as error:
-        raise InputError(f"{out}: cannot be written to ({error.strerror})") from error
+    write_whole({out / name: content for name, content in files.items()})
     return [out / name for name in files]
 
 

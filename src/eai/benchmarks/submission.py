@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import zipfile
 from collections import Counter
@@ -10,15 +11,14 @@ from pathlib import Path, PurePosixPath
 
 from eai.abilities.protocol import Ability
 from eai.abilities.responses import SUFFIX, find_response_files, read_responses
+from eai.benchmarks.answer_files import MAX_SIZE, UNREADABLE
 from eai.benchmarks.finding import Finding
 from eai.benchmarks.identifiers import SCENE_PREFIX, task_id_of
 from eai.benchmarks.registry import FIRST, find_benchmark
+from eai.data.files import write_whole
 from eai.data.store import Store
 from eai.errors import InputError
 from eai.prompts.prompt import read_prompt_file
-
-MAX_SIZE = 200_000_000
-"""The most bytes that a file of a submission may hold."""
 
 _PROMPTS = "_prompts.json"
 """How the names of a starter kit's prompt files end."""
@@ -88,16 +88,12 @@ def build_submission(
             members[name] = _content(file, expected[name])
     if not members:
         raise InputError(f"{run}: no answers of a model named {model}")
-    try:
-        out.parent.mkdir(parents=True, exist_ok=True)
-        with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as archive:
-            for name, content in members.items():
-                path = name if folder is None else f"{folder}/{name}"
-                info = zipfile.ZipInfo(path, date_time=_EPOCH)
-                info.compress_type = zipfile.ZIP_DEFLATED
-                archive.writestr(info, content)
-    except OSError as error:
-        raise InputError(f"{out}: cannot be written ({error.strerror})") from error
+    made = io.BytesIO()
+    with zipfile.ZipFile(made, "w") as archive:
+        for name, content in members.items():
+            info = zipfile.ZipInfo(name if folder is None else f"{folder}/{name}", date_time=_EPOCH)
+            archive.writestr(info, content, zipfile.ZIP_DEFLATED)
+    write_whole({out: made.getvalue()})
 
 
 def check_submission(path: Path, store: Store | None = None, prompts: Path | None = None) -> list[Finding]:
@@ -126,12 +122,24 @@ def check_submission(path: Path, store: Store | None = None, prompts: Path | Non
                 elif found[0].file_size > MAX_SIZE:
                     findings.append(Finding(file, f"holds more than {MAX_SIZE:,} bytes"))
                 else:
-                    problems = _problems(archive.read(found[0]), identifiers)
+                    problems = _problems_of_member(archive, found[0], identifiers)
                     findings += [Finding(file, problem) for problem in problems]
-    except (OSError, zipfile.BadZipFile, RuntimeError, NotImplementedError) as error:
+    except UNREADABLE as error:
         why = error.strerror if isinstance(error, OSError) else error
         raise InputError(f"{path}: expected a zip that can be read ({why})") from error
     return findings
+
+
+def _problems_of_member(
+    archive: zipfile.ZipFile, member: zipfile.ZipInfo, identifiers: Sequence[str]
+) -> Iterator[str]:
+    """What is wrong with one file; no more of it is read than it says that it holds."""
+    try:
+        content = archive.read(member)
+    except UNREADABLE as error:
+        yield f"cannot be read ({error})"
+        return
+    yield from _problems(content, identifiers)
 
 
 def _problems(content: bytes, identifiers: Sequence[str]) -> Iterator[str]:

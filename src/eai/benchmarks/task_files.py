@@ -17,6 +17,7 @@ from eai.abilities.task import Task
 from eai.benchmarks.finding import Finding
 from eai.benchmarks.source import TaskSet
 from eai.benchmarks.task_lines import read_line, task_of
+from eai.data.files import lines, write_whole
 from eai.errors import InputError
 from eai.world.domain import Domain
 from eai.world.execution import describe, execute
@@ -111,11 +112,7 @@ def write_task_file(file: Path, lines: Iterable[str]) -> None:
     if not file.name.endswith(ENDINGS):
         raise InputError(f"{file}: expected a name that ends in {' or '.join(ENDINGS)}")
     content = task_file_content(lines)
-    try:
-        file.parent.mkdir(parents=True, exist_ok=True)
-        file.write_bytes(gzip.compress(content, mtime=0) if file.suffix == ".gz" else content)
-    except OSError as error:
-        raise InputError(f"{file}: cannot be written ({error.strerror})") from error
+    write_whole({file: gzip.compress(content, mtime=0) if file.suffix == ".gz" else content})
 
 
 def check_task_files(path: Path, domain_of: Callable[[str], Domain]) -> Iterator[Finding]:
@@ -183,7 +180,7 @@ def task_files_in(path: Path) -> list[Path]:
         InputError: there is none in the folder.
     """
     if path.is_dir():
-        found = sorted(file for file in path.iterdir() if file.name.endswith(ENDINGS))
+        found = sorted(file for file in path.iterdir() if file.name.endswith(ENDINGS) and file.is_file())
         if not found:
             raise InputError(f"{path}: expected task files, *.jsonl or *.jsonl.gz")
         return found
@@ -200,9 +197,7 @@ def _content(file: Path) -> bytes:
 
 def _places(file: Path, content: bytes) -> Iterator[Place]:
     """The lines that are not blank."""
-    for number, line in enumerate(content.split(b"\n"), 1):
-        if line.strip():
-            yield Place(file, number, line)
+    return (Place(file, number, line) for number, line in lines(content))
 
 
 def _id(place: Place) -> str:

@@ -86,7 +86,7 @@ def read_line(text: str | bytes) -> TaskLine:
         InputError: it is no JSON, or not of this shape; says where in the line and what was expected.
     """
     try:
-        value = json.loads(text, object_pairs_hook=_without_repetition)
+        value = json.loads(text, strict=False, object_pairs_hook=_without_repetition)
         if not isinstance(value, dict):
             raise InputError('expected an object with "id", a string, and what else makes a task')
         return TaskLine.model_validate(value)

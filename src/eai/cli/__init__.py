@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import errno
+import os
 import signal
 import sys
+from io import TextIOWrapper
 from typing import Annotated, Any, ClassVar
 
 import typer
@@ -15,6 +18,9 @@ from eai.errors import EaiError, InterruptError
 
 MEASURE, UNDERSTAND, MATERIAL = "Measure", "Understand", "Tasks and data"
 """The panels of the commands."""
+
+_FULL = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO})
+"""What a device says that takes no more."""
 
 
 class _Commands(LazyGroup):
@@ -96,12 +102,25 @@ def main() -> None:
         signal.raise_signal(signal.SIGINT)
 
     signal.signal(signal.SIGTERM, interrupt)
+    if isinstance(sys.stdout, TextIOWrapper):
+        sys.stdout.reconfigure(errors="backslashreplace")  # a lone surrogate, or what a locale lacks
     try:
-        app(prog_name="eai")
+        try:
+            app(prog_name="eai")
+        finally:
+            sys.stdout.flush()
     except EaiError as error:
         from eai.cli.console import note
 
         note(f"eai: {error}")
         sys.exit(128 + interrupted_by if isinstance(error, InterruptError) else 2)
-    except BrokenPipeError:
-        sys.exit(1)
+    except OSError as error:
+        if error.errno not in (errno.EPIPE, *_FULL):
+            raise
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # or Python would try it again at its end
+        if error.errno == errno.EPIPE:  # who reads it has had enough
+            sys.exit(1)
+        from eai.cli.console import note
+
+        note(f"eai: the output cannot be written ({error.strerror})")
+        sys.exit(2)

@@ -17,6 +17,7 @@ from eai.cli.console import DOMAIN_HELP, counted, data_progress, note, print_jso
 from eai.cli.options import AsJson, Planner
 from eai.cli.progress import scoring_progress
 from eai.cli.store import DataFolder, store
+from eai.data.files import write_whole
 from eai.errors import InputError
 from eai.pddl.model import PddlDomain
 from eai.pddl.planning import PlannerChoice, PlannerOutcome
@@ -80,13 +81,8 @@ def _published(benchmark: Benchmark, source: Source) -> PddlDomain | None:
 
 
 def _write(folder: Path, made: list[Problem]) -> None:
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        for each in made:
-            if each.outcome is PlannerOutcome.SOLVED:
-                name = re.sub(r"[^\w.-]", "_", each.task_id)
-                (folder / f"{name}.pddl").write_text(each.text + "\n", encoding="utf-8")
-        if made:
-            (folder / DOMAIN_FILE).write_text(made[0].domain + "\n", encoding="utf-8")
-    except OSError as error:
-        raise InputError(f"{folder}: cannot be written ({error.strerror})") from error
+    solved = [each for each in made if each.outcome is PlannerOutcome.SOLVED]
+    names = [re.sub(r"[^\w.-]", "_", each.task_id) for each in solved]
+    texts = {folder / f"{name}.pddl": f"{each.text}\n" for name, each in zip(names, solved, strict=True)}
+    if made:
+        write_whole({**texts, folder / DOMAIN_FILE: f"{made[0].domain}\n"})

@@ -9,13 +9,15 @@ from importlib.util import find_spec
 from textwrap import fill
 
 import typer
-from rich.console import Console
+from rich.console import Console, ConsoleOptions, RenderableType
 from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeRemainingColumn
+from rich.segment import Segment
 
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import Json
 from eai.benchmarks.finding import Finding
 from eai.benchmarks.suite import Suite
+from eai.data.files import printable
 from eai.data.progress import Progress as Step
 from eai.data.progress import Report, Stage
 from eai.errors import EaiError, how_to_install
@@ -41,14 +43,23 @@ BUILT_IN_ALONE = (
 _STAGES = {Stage.WAIT: "waiting for", Stage.DOWNLOAD: "fetching", Stage.CONVERT: "converting"}
 
 
+class SafeConsole(Console):
+    """A console on which no text that is printed controls the terminal; styles do."""
+
+    def render(self, renderable: RenderableType, options: ConsoleOptions | None = None) -> Iterable[Segment]:
+        """The segments of what is printed; of those that are text, what can be shown."""
+        for segment in super().render(renderable, options):
+            yield segment if segment.control else segment._replace(text=printable(segment.text))
+
+
 def output() -> Console:
     """Where results go."""
-    return Console()
+    return SafeConsole(markup=False)
 
 
 def errors() -> Console:
     """Where everything else goes."""
-    return Console(stderr=True)
+    return SafeConsole(stderr=True, markup=False)
 
 
 def say(line: str) -> None:

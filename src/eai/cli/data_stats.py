@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Iterable, Mapping
 from pathlib import Path
+from typing import Any
 
 from rich.table import Table
 
-from eai.abilities.verdict import Json
+from eai.analysis.table import csv_text
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.distributions import distributions
 from eai.benchmarks.profiles import profiles_of
 from eai.benchmarks.source import Source
 from eai.benchmarks.statistics import StatRow, StatTable
 from eai.cli.console import output
-from eai.errors import InputError
+from eai.data.files import write_whole
 from eai.report import plot_distributions
 
 
@@ -53,7 +53,7 @@ def write_tasks(benchmark: Benchmark, source: Source, out: Path) -> Path:
 def write_distributions(benchmark: Benchmark, source: Source, out: Path) -> list[Path]:
     """Write every value of every distribution with its count, and plots of them."""
     found = distributions(benchmark, source)
-    rows: list[Mapping[str, Json]] = [
+    rows: list[Mapping[str, Any]] = [
         {"distribution": each.name, "value": value, "of": each.of, "count": count}
         for each in found
         for value, count in each.counts.items()
@@ -62,15 +62,8 @@ def write_distributions(benchmark: Benchmark, source: Source, out: Path) -> list
     return [file, *plot_distributions.save(found, benchmark.title or benchmark.name, out / benchmark.name)]
 
 
-def _write_csv(path: Path, rows: Iterable[Mapping[str, Json]]) -> Path:
+def _write_csv(path: Path, rows: Iterable[Mapping[str, Any]]) -> Path:
     """Write rows with the same fields; raises InputError where that cannot be done."""
     lines = list(rows)
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with path.open("w", encoding="utf-8", newline="") as file:
-            writer = csv.DictWriter(file, list(lines[0]) if lines else [], lineterminator="\n")
-            writer.writeheader()
-            writer.writerows(lines)
-    except OSError as error:
-        raise InputError(f"{path}: cannot be written ({error.strerror})") from error
+    write_whole({path: csv_text(list(lines[0]) if lines else [], [list(line.values()) for line in lines])})
     return path

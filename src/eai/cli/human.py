@@ -15,6 +15,7 @@ from eai.benchmarks.source import Source
 from eai.cli.console import DOMAIN_HELP, counted, data_progress, tell
 from eai.cli.options import AsJson, OfAbility, listed
 from eai.cli.store import DataFolder, store
+from eai.data.files import write_whole
 from eai.errors import InputError
 from eai.human.form import form_html
 from eai.prompts.prompt import PromptSet
@@ -60,10 +61,6 @@ def form(
     drawn = set(named if sample is None else draw.sample(named, min(sample, len(named))))
     chosen = {task_id: asked[task_id] for task_id in dict.fromkeys(named) if task_id in drawn}
     page = form_html(benchmark, ability, chosen, source)
-    try:
-        out.parent.mkdir(parents=True, exist_ok=True)
-        out.write_text(page, encoding="utf-8")
-    except OSError as error:
-        raise InputError(f"{out}: cannot be written ({error.strerror})") from error
+    write_whole({out: page})
     made: Json = {"file": str(out), "questions": len(chosen)}
     tell(f"{counted(len(chosen), 'question')}; written to {out}", value=made, as_json=as_json)

@@ -15,7 +15,7 @@ from eai.cli.chosen_tasks import tasks_of
 from eai.cli.console import DOMAIN_HELP, counted, data_progress, tell
 from eai.cli.options import AsJson
 from eai.cli.store import DataFolder, store
-from eai.errors import InputError
+from eai.data.files import write_whole
 from eai.perception.drawing import png, svg
 from eai.perception.pictures import Clutter, picture_of, picture_words
 
@@ -48,14 +48,10 @@ def pictures(
     (named,) = tasks_of(tasks, [suite])
     words = picture_words(suite.benchmark)
     chosen = [task_id for task_id in suite.task_ids if not named or task_id in named][:limit]
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-        for task_id in chosen:
-            picture = picture_of(suite.tasks[task_id], words, clutter)
-            drawn = png(picture.drawing) if form is Format.PNG else svg(picture.drawing).encode()
-            (out / f"{task_id}.{form.value}").write_bytes(drawn)
-            (out / f"{task_id}.json").write_text(picture.truth.text + "\n", encoding="utf-8")
-    except OSError as error:
-        raise InputError(f"{out}: cannot be written ({error.strerror})") from error
+    for task_id in chosen:
+        picture = picture_of(suite.tasks[task_id], words, clutter)
+        drawn = png(picture.drawing) if form is Format.PNG else svg(picture.drawing)
+        beside = out / f"{task_id}.json"
+        write_whole({out / f"{task_id}.{form.value}": drawn, beside: f"{picture.truth.text}\n"})
     message = f"{counted(len(chosen), 'picture')}, each with its scene graph; in {out}"
     tell(message, value={"folder": str(out), "pictures": len(chosen)}, as_json=as_json)

@@ -13,7 +13,7 @@ from eai.benchmarks.source import ErrataChoice, Source
 from eai.cli.console import DOMAIN_HELP, data_progress, tell
 from eai.cli.options import AsJson, Errata, OfAbility
 from eai.cli.store import DataFolder, store
-from eai.errors import InputError
+from eai.data.files import write_whole
 from eai.prompts.prompt import PromptSet, prompt_file, system_file
 from eai.scoring.stage_one import read_believed
 
@@ -62,14 +62,5 @@ def prompts(
             content, system = prompt_file(opened), system_file(opened)
     beside = out.with_name(f"{out.stem}_system{out.suffix}")
     written = {out: content} if system is None else {out: content, beside: system}
-    for path, each in written.items():
-        _write(path, each)
+    write_whole(written)
     tell(*(f"written to {path}" for path in written), value={"files": [*map(str, written)]}, as_json=as_json)
-
-
-def _write(path: Path, content: bytes) -> None:
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_bytes(content)
-    except OSError as error:
-        raise InputError(f"{path}: cannot be written ({error.strerror})") from error

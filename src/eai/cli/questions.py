@@ -28,6 +28,7 @@ from eai.cli.options import AsJson
 from eai.cli.progress import resumable, run_progress
 from eai.cli.store import DataFolder, store
 from eai.cli.table import Column, percent, print_table
+from eai.data.files import write_whole
 from eai.errors import InputError
 from eai.prompts.template import Templates
 from eai.questions.balance import Balance, balance_of
@@ -96,11 +97,7 @@ def write(
         questions = list(writer.write(wanted))
     if not questions:
         raise InputError(f"{domain}: no task of it gives a question of these kinds and forms")
-    try:
-        out.parent.mkdir(parents=True, exist_ok=True)
-        out.write_bytes(questions_content(questions))
-    except OSError as error:
-        raise InputError(f"{out}: cannot be written ({error.strerror})") from error
+    write_whole({out: questions_content(questions)})
     if not as_json:
         _print_balance(questions)
     fewer = "" if len(questions) == n else f"; the tasks give no more than these of {n:,}"

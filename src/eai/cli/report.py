@@ -19,6 +19,7 @@ from eai.cli.console import counted, note, print_json, say
 from eai.cli.options import AsJson, listed
 from eai.cli.store import DataFolder, store
 from eai.data import dataset
+from eai.data.files import write_whole
 from eai.data.store import Store
 from eai.errors import EaiError, InputError
 from eai.metrics.cost import read_price_list
@@ -106,7 +107,7 @@ def report(
             questions=questions,
         )
         if runs:
-            (out / EXPLORER).write_text(explorer_html(explorer.to_json()), encoding="utf-8")
+            write_whole({out / EXPLORER: explorer_html(explorer.to_json())})
     except OSError as error:
         raise InputError(f"{out}: cannot be written ({error.strerror})") from error
     shown = out / (EXPLORER if runs else "report.md")

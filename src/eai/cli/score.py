@@ -58,8 +58,10 @@ from eai.metrics.coverage import coverage_of
 from eai.metrics.errata_effect import ErrataEffect, errata_effect
 from eai.metrics.summary import summarise
 from eai.pddl.planning import PlannerChoice
+from eai.run.journal import sole_run
 from eai.scoring.batch import NO_ROW, Scoring, Settings, score_run
-from eai.scoring.results import write_results
+from eai.scoring.records import read_records
+from eai.scoring.results import RECORDS, write_results
 from eai.scoring.shards import Shard, write_shard
 from eai.scoring.stage_one import BelievedGoals, read_believed, refuse_no_stage_two
 from eai.scoring.undisturbed import undisturbed
@@ -172,7 +174,10 @@ def score(
     for share in shares:
         _note_elsewhere(share)
     printed: list[Json] = []
-    with undisturbed(), _opened(workers, ray) as scoring:
+    with undisturbed(), _opened(workers, ray) as scoring, ExitStack() as stack:
+        for folder in {share.out: None for share in shares if shard is None}:
+            if folder is not None:
+                stack.enter_context(sole_run(folder))
         if shard is not None:
             for share in shares:
                 records = _records(share, settings, goals, scoring, quiet=as_json)
@@ -217,6 +222,7 @@ def _score_all(
                 rates = summarise([record.verdict for record in records], suite.ability)
                 results[share.answers.model] = Result(rates, coverage_of(records))
                 if share.out is not None:
+                    _note_replaced(share.out / RECORDS, records[0])
                     write_results(share.out, records, rates)
                 tell_authority(share.answers.model, records)
                 printed.append(result_json(records, results[share.answers.model], effects[-1], share.out))
@@ -273,6 +279,19 @@ def _note_elsewhere(share: _Share) -> None:
         rows = counted(share.answers.elsewhere, "answer")
         what = f"{rows} left out, to tasks that are not in the data set"
         note(f"{share.suite.domain}, {share.suite.ability.value}, {share.answers.model}: {what}")
+
+
+def _note_replaced(file: Path, first: Record) -> None:
+    """Say on standard error that a file of records is replaced, if it is of another run."""
+    if not file.is_file():
+        return
+    try:
+        before = next(read_records(file), first)
+    except InputError as error:
+        note(f"{error}; the file is replaced")
+        return
+    if (before.model, before.domain, before.ability) != (first.model, first.domain, first.ability):
+        note(f"{file}: the records of {before.model}, {before.domain} {before.ability.value} are replaced")
 
 
 def _shares_of_suite(places: Sequence[Path], suite: Suite, out: Path | None) -> list[_Share]:

@@ -14,6 +14,7 @@ from rich.text import Text
 
 from eai.abilities.record import Record
 from eai.abilities.verdict import Json
+from eai.cli.console import SafeConsole
 from eai.metrics.coverage import Coverage, planners_of
 from eai.metrics.errata_effect import ErrataEffect
 from eai.metrics.rate import Rate
@@ -61,7 +62,7 @@ def print_table(
     for part in [columns] if wide else _parts(console, names, columns, limit):
         table = _table(names, part, limit)
         room = max(console.width, _width(console, table)) if wide else console.width
-        Console(file=console.file, width=room).print(table, "")
+        SafeConsole(file=console.file, width=room, markup=False).print(table, "")
 
 
 def _parts(

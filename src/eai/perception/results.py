@@ -10,7 +10,7 @@ from eai.abilities.codec import dataclass_to_json
 from eai.abilities.perceived import Perceived
 from eai.abilities.share import add, confusion_shares
 from eai.abilities.verdict import Json
-from eai.errors import InputError
+from eai.data.files import write_whole
 from eai.metrics.perceived import perception_shares
 from eai.metrics.rate import NOTHING, Rate, total
 from eai.perception.scene_graph import ReadGraph
@@ -38,13 +38,8 @@ def write_scene_graphs(
     ]
     rates: dict[str, Json] = {name: rate.to_json() for name, rate in rates_of(errors).items()}
     summary = {"domain": domain, "model": model, "scenes": len(lines), "unit": "percent", **rates}
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        texts = [json.dumps(line) + "\n" for line in lines]
-        (folder / SCENE_GRAPHS).write_text("".join(texts), encoding="utf-8")
-        (folder / "summary.json").write_text(json.dumps(summary, indent=2) + "\n", encoding="utf-8")
-    except OSError as error:
-        raise InputError(f"{folder}: cannot be written ({error.strerror})") from error
+    texts = (json.dumps(line) + "\n" for line in lines)
+    write_whole({folder / SCENE_GRAPHS: texts, folder / "summary.json": json.dumps(summary, indent=2) + "\n"})
 
 
 def rates_of(errors: Mapping[str, Perceived]) -> dict[str, Rate]:

@@ -12,6 +12,7 @@ from typing import Annotated, Literal
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from eai.abilities.misfit import misfit
+from eai.data.files import lines
 from eai.errors import InputError
 
 
@@ -120,9 +121,7 @@ def read_questions(file: Path) -> QuestionFile:
     except OSError as error:
         raise InputError(f"{file}: cannot be read ({error.strerror})") from error
     questions: dict[str, Question] = {}
-    for number, line in enumerate(content.split(b"\n"), 1):
-        if not line.strip():
-            continue
+    for number, line in lines(content):
         place = f"{file}: line {number}"
         try:
             question = Question.model_validate_json(line)

@@ -12,6 +12,7 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 from eai.abilities.codec import sha256_of
 from eai.abilities.misfit import misfit
 from eai.abilities.verdict import Confusion, Json
+from eai.data.files import lines, write_whole
 from eai.errors import InputError
 from eai.questions.answers import Graded
 from eai.questions.question import Question
@@ -68,14 +69,9 @@ def write_results(folder: Path, run: QuestionRun) -> None:
         InputError: the folder cannot be written.
     """
     about = {"model": run.model, "questions_sha256": run.questions_sha256, "unit": "percent"}
-    lines = [json.dumps(_record(run, result), ensure_ascii=True) for result in run.results]
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        (folder / RECORDS).write_text("".join(f"{line}\n" for line in lines), encoding="utf-8")
-        text = json.dumps({**about, **table_json(tabulate(run.results))}, indent=2)
-        (folder / "summary.json").write_text(text + "\n", encoding="utf-8")
-    except OSError as error:
-        raise InputError(f"{folder}: cannot be written ({error.strerror})") from error
+    summary = json.dumps({**about, **table_json(tabulate(run.results))}, indent=2)
+    records = (json.dumps(_record(run, result)) + "\n" for result in run.results)
+    write_whole({folder / RECORDS: records, folder / "summary.json": summary + "\n"})
 
 
 def are_of_questions(path: Path) -> bool:
@@ -94,19 +90,19 @@ def read_question_run(path: Path) -> QuestionRun:
         InputError: it cannot be read, or a line is no such record; names file, line and field.
     """
     try:
-        lines = path.read_text(encoding="utf-8").splitlines()
-    except (OSError, UnicodeDecodeError) as error:
+        content = path.read_bytes()
+    except OSError as error:
         raise InputError(f"{path}: cannot be read ({error})") from error
-    found = [_parse(f"{path}, line {number}", line) for number, line in enumerate(lines, 1) if line.strip()]
+    found = [_parse(f"{path}, line {number}", line) for number, line in lines(content)]
     if not found:
         raise InputError(f"{path}: expected at least one record, found none")
     said, _ = found[0]
     return QuestionRun(said.model, said.questions_sha256, tuple([result for _, result in found]))
 
 
-def _parse(place: str, line: str) -> tuple[_Line, Result]:
+def _parse(place: str, line: bytes) -> tuple[_Line, Result]:
     try:
-        values = json.loads(line)
+        values = json.loads(line, strict=False)
         if not isinstance(values, dict) or values.get("ability") != ABILITY:
             raise InputError(f"{place}: expected a record of a world-model question")
         said = _Line.model_validate(values)

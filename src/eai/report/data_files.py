@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import json
 from collections.abc import Sequence
 
 from eai.abilities.verdict import Json
+from eai.analysis.table import csv_text
 from eai.metrics.certainty import Certainty
 from eai.report.row import Cell, Row
 from eai.report.table import Table
@@ -56,15 +55,14 @@ def tables_json(tables: Sequence[Table]) -> str:
 
 def tables_csv(tables: Sequence[Table]) -> str:
     """All numbers of all tables, one a line."""
-    file = io.StringIO()
-    writer = csv.writer(file, lineterminator="\n")
-    writer.writerow(CSV_COLUMNS)
-    for table in tables:
-        for row in table.rows:
-            for column, cell in zip(table.columns, row.cells, strict=True):
-                if cell.percent is not None:
-                    writer.writerow(_line(table, row, column, cell))
-    return file.getvalue()
+    lines = [
+        _line(table, row, column, cell)
+        for table in tables
+        for row in table.rows
+        for column, cell in zip(table.columns, row.cells, strict=True)
+        if cell.percent is not None
+    ]
+    return csv_text(CSV_COLUMNS, lines)
 
 
 def _line(table: Table, row: Row, column: ColumnSpec, cell: Cell) -> list[str | float | None]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import groupby
 
+from eai.data.files import printable
 from eai.report.row import Cell, Row, RowSource
 from eai.report.table import Table
 from eai.report.table_specs import domain_title
@@ -135,7 +136,7 @@ def _caption(table: Table, *, intervals: bool) -> str:
 
 def escaped(text: str) -> str:
     """Text as LaTeX; characters beyond Latin-1 that a plain document cannot set become ``?``."""
-    return "".join(_ESCAPES.get(c) or (c if " " <= c < "\u0100" else "?") for c in text)
+    return "".join(_ESCAPES.get(c) or (c if " " <= c < "\u0100" else "?") for c in printable(text))
 
 
 def _slug(text: str) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 
+from eai.data.files import printable
 from eai.report.row import Cell, Row, RowSource
 from eai.report.table import Table
 
@@ -32,6 +33,7 @@ def grid(header: Sequence[str], rows: Iterable[Sequence[str]]) -> Iterator[str]:
 
 def escaped(text: str) -> str:
     """Text from outside, such that it is only text in a cell or a paragraph."""
+    text = printable(text)
     for character in "\\`*_[]<>|#":
         text = text.replace(character, f"\\{character}")
     return " ".join(text.split())

@@ -108,7 +108,7 @@ def _below(folder: Path) -> Iterator[Path]:
             continue
         seen.add(real)
         folders.sort()
-        if RECORDS in files:
+        if RECORDS in files and (Path(place) / RECORDS).is_file():
             yield Path(place) / RECORDS
 
 

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 from itertools import groupby
 from pathlib import Path
 
+from eai.data.files import write_whole
 from eai.metrics.cost import PriceList
 from eai.questions.records import QuestionRun
 from eai.report import latex
@@ -91,8 +92,7 @@ def write_tables(
         contents["cost.csv"] = paid
     if questions:
         contents["questions.json"] = questions_json(questions)
-    for name, text in contents.items():
-        (folder / name).write_text(text, encoding="utf-8")
+    write_whole({folder / name: text for name, text in contents.items()})
     return len(written)
 
 

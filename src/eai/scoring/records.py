@@ -9,14 +9,17 @@ from pathlib import Path
 from eai.abilities.codec import SCHEMA, record_from_json, record_to_json
 from eai.abilities.record import Record
 from eai.benchmarks.reference import schema_1
+from eai.data.files import write_whole
 from eai.errors import InputError
 
 
 def write_records(path: Path, records: Iterable[Record]) -> None:
-    """Write one record a line."""
-    with path.open("w", encoding="utf-8") as file:
-        for record in records:
-            file.write(line_of(record) + "\n")
+    """Write one record a line.
+
+    Raises:
+        InputError: the file cannot be written.
+    """
+    write_whole({path: (f"{line_of(record)}\n" for record in records)})
 
 
 def line_of(record: Record) -> str:
@@ -42,7 +45,7 @@ def read_records(path: Path) -> Iterator[Record]:
 
 def _parse(place: str, line: str) -> Record:
     try:
-        values = json.loads(line)
+        values = json.loads(line, strict=False)
     except (ValueError, RecursionError) as error:
         raise InputError(f"{place}: expected a JSON object ({error})") from error
     if not isinstance(values, dict):

@@ -9,12 +9,12 @@ from pathlib import Path
 from eai.abilities.codec import experiment_to_json
 from eai.abilities.record import Record
 from eai.abilities.verdict import Json
-from eai.errors import InputError
+from eai.data.files import write_whole
 from eai.metrics.attempts import by_attempt
 from eai.metrics.coverage import coverage_of, planners_of
 from eai.metrics.errata_effect import errata_effect
 from eai.metrics.rate import Rate
-from eai.scoring.records import write_records
+from eai.scoring.records import line_of
 
 SUMMARY = "summary.json"
 RECORDS = "records.jsonl"
@@ -47,9 +47,5 @@ def write_results(
     stages = by_attempt(records)
     if stages:
         summary["by_attempt"] = [{name: rate.to_json() for name, rate in each.items()} for each in stages]
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        write_records(folder / RECORDS, records)
-        (folder / SUMMARY).write_text(json.dumps(summary, indent=2) + "\n", encoding="utf-8")
-    except OSError as error:
-        raise InputError(f"{folder}: cannot be written ({error.strerror})") from error
+    lines = (f"{line_of(record)}\n" for record in records)
+    write_whole({folder / RECORDS: lines, folder / SUMMARY: json.dumps(summary, indent=2) + "\n"})

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import NamedTuple, TypeVar
 
 from eai.abilities.record import Record
+from eai.data.files import files_below
 from eai.errors import InputError
 from eai.metrics.summary import summarise
 from eai.scoring.records import read_records, write_records
@@ -54,13 +55,7 @@ def write_shard(folder: Path, shard: Shard, records: Iterable[Record]) -> None:
     Raises:
         InputError: the folder cannot be written.
     """
-    part = folder / f"{shard.file_name}.part"
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        write_records(part, records)
-        part.replace(folder / shard.file_name)
-    except OSError as error:
-        raise InputError(f"{folder}: cannot be written ({error.strerror})") from error
+    write_records(folder / shard.file_name, records)
 
 
 def find_shards(path: Path) -> dict[Path, list[Path]]:
@@ -70,7 +65,7 @@ def find_shards(path: Path) -> dict[Path, list[Path]]:
         InputError: there is none, or one lacks a shard or has those of two runs.
     """
     folders: dict[Path, dict[Shard, Path]] = {}
-    for file in sorted(path.rglob("records.shard-*.jsonl")):
+    for file in files_below(path, "records.shard-*.jsonl"):
         found = _FILE.fullmatch(file.name)
         if found is not None:
             folders.setdefault(file.parent, {})[Shard(int(found[1]), int(found[2]))] = file

@@ -23,6 +23,7 @@ from eai.benchmarks.answer_files import files_of_suite
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.source import Source
 from eai.benchmarks.suite import Suite, open_suite
+from eai.data.files import files_below
 from eai.errors import InputError
 from eai.prompts.believed import Belief
 from eai.scoring.records import read_records
@@ -145,7 +146,7 @@ def read_interpretations(
         InputError: there are none, or those of several models and none of the one that is wanted.
     """
     if path.is_dir():
-        found = list(_in_records(sorted(path.rglob(RECORDS)), benchmark)) or list(
+        found = list(_in_records(files_below(path, RECORDS), benchmark)) or list(
             _in_responses(path, benchmark, source)
         )
     elif path.suffix == ".jsonl":

@@ -18,6 +18,7 @@ from eai.benchmarks.generated.outcome import Generated, Reason, Rejected
 from eai.benchmarks.generated.spec import CANARY, Spec
 from eai.benchmarks.task_files import ENDINGS, lines_in
 from eai.benchmarks.task_lines import read_line
+from eai.data.files import write_whole
 from eai.errors import InputError
 
 MANIFEST = "generated.json"
@@ -172,8 +173,5 @@ def write_manifest(folder: Path, split: str, entry: dict[str, Json]) -> None:
     """
     file = folder / MANIFEST
     sets = _manifest(file) if file.exists() else {}
-    try:
-        text = json.dumps({"canary": CANARY, "sets": {**sets, split: entry}}, indent=2)
-        file.write_text(f"{text}\n", encoding="utf-8")
-    except OSError as error:
-        raise InputError(f"{file}: cannot be written ({error.strerror})") from error
+    text = json.dumps({"canary": CANARY, "sets": {**sets, split: entry}}, indent=2)
+    write_whole({file: f"{text}\n"})

@@ -1,0 +1,77 @@
+"""Files of users: found, read line by line, written as a whole; and their names, made safe to show."""
+
+from __future__ import annotations
+
+import contextlib
+import secrets
+import unicodedata
+from collections.abc import Iterable, Iterator, Mapping
+from pathlib import Path
+from typing import TypeAlias
+
+from eai.errors import InputError
+
+Content: TypeAlias = str | bytes | Iterable[str]
+"""What a file is to hold: all of it, or the pieces of a text."""
+
+_UNSHOWN = frozenset({"Cc", "Cf", "Cs", "Zl", "Zp"})
+"""Categories of characters that move a cursor, turn text around, or are none, such as lone surrogates."""
+
+
+def files_below(folder: Path, *patterns: str) -> list[Path]:
+    """The files below a folder whose names match, sorted; no pipes or devices, which may never end."""
+    return sorted(
+        {file for pattern in patterns for file in folder.rglob(pattern) if file.is_file()},
+    )
+
+
+def lines(content: bytes) -> Iterator[tuple[int, bytes]]:
+    """The lines of JSONL that are not blank, numbered from 1.
+
+    Only a line feed ends one: JSON may hold what else ends lines of text, such as U+2028, in its strings.
+    """
+    return ((number, line) for number, line in enumerate(content.split(b"\n"), 1) if line.strip())
+
+
+def printable(text: str) -> str:
+    """A text as it may be shown anywhere: what controls a terminal is escaped, but for lines and tabs."""
+    return "".join(
+        c if c in "\n\t" or unicodedata.category(c) not in _UNSHOWN else ascii(c)[1:-1] for c in text
+    )
+
+
+def write_whole(contents: Mapping[Path, Content]) -> None:
+    """Write files, each as a whole: under its name there is the old file or the new one, never a part.
+
+    Lone surrogates are written as their escapes, which JSON reads as themselves.
+
+    Raises:
+        InputError: one cannot be written; none of them has changed then, unless they are in several folders.
+    """
+    parts: dict[Path, Path] = {}
+    path = Path()
+    try:
+        for path, content in contents.items():
+            path.parent.mkdir(parents=True, exist_ok=True)
+            is_device = path.exists() and not (path.is_file() or path.is_dir())
+            part = path if is_device else path.resolve().with_name(f".{secrets.token_hex(8)}.part")
+            if not is_device:
+                parts[part] = path.resolve()
+            with part.open("wb") as file:
+                file.writelines(_encoded(content))
+        for part, path in parts.items():
+            part.replace(path)
+    except OSError as error:
+        raise InputError(f"{path}: cannot be written ({error.strerror})") from error
+    finally:
+        for part in parts:
+            with contextlib.suppress(OSError):
+                part.unlink(missing_ok=True)
+
+
+def _encoded(content: Content) -> Iterator[bytes]:
+    if isinstance(content, bytes):
+        yield content
+    else:
+        for piece in (content,) if isinstance(content, str) else content:
+            yield piece.encode("utf-8", "backslashreplace")

@@ -1,0 +1,90 @@
+"""Files of users: what ends a line, what is found in a tree, and what is there when the disk is full."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from eai.data.files import files_below, lines, printable, write_whole
+from eai.errors import InputError
+
+
+def test_only_a_line_feed_ends_a_line() -> None:
+    content = "a\u2028b\u2029c\u0085d\x0ce\x1ef\r\n\n \t\ng".encode()
+    assert [(number, line.decode()) for number, line in lines(content)] == [
+        (1, "a\u2028b\u2029c\u0085d\x0ce\x1ef\r"),
+        (4, "g"),
+    ]
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="this system has no named pipes")
+def test_a_pipe_in_a_tree_is_no_file(tmp_path: Path) -> None:
+    (tmp_path / "b").mkdir()
+    for name in ("b/z.json", "a.json", "a.txt", "b/c.yaml"):
+        (tmp_path / name).touch()
+    os.mkfifo(tmp_path / "pipe.json")
+    found = files_below(tmp_path, "*.json", "*.txt")
+    assert [file.relative_to(tmp_path).as_posix() for file in found] == ["a.json", "a.txt", "b/z.json"]
+
+
+def test_files_are_written_whole_or_not_at_all(tmp_path: Path) -> None:
+    old, new = tmp_path / "old.json", tmp_path / "new" / "n.json"
+    old.write_text("before")
+
+    def pieces() -> Iterator[str]:
+        yield "one"
+        raise OSError(28, "No space left on device")
+
+    with pytest.raises(InputError, match=r"old\.json: cannot be written \(No space left on device\)"):
+        write_whole({new: "all of it", old: pieces()})
+    assert old.read_text() == "before"
+    assert [file for file in tmp_path.rglob("*") if file.is_file()] == [old]
+    write_whole({new: "all \ud800", old: (part for part in ("of", " it"))})
+    assert (new.read_text(), old.read_text()) == ("all \\ud800", "of it")
+
+
+FULL = """
+import resource, signal, sys
+from pathlib import Path
+from eai.data.files import write_whole
+signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+resource.setrlimit(resource.RLIMIT_FSIZE, (4096, 4096))
+try:
+    write_whole({Path(sys.argv[1]) / "records.jsonl": ("x" * 1000 for _ in range(100))})
+except Exception as error:
+    print(f"{type(error).__name__}: {error}")
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="needs a limit on files")
+def test_a_full_disk_leaves_what_was_there(tmp_path: Path) -> None:
+    (tmp_path / "records.jsonl").write_text("before")
+    done = subprocess.run([sys.executable, "-c", FULL, tmp_path], capture_output=True, text=True, check=True)
+    assert done.stdout == f"InputError: {tmp_path}/records.jsonl: cannot be written (File too large)\n"
+    assert [file.read_text() for file in tmp_path.iterdir()] == ["before"]
+
+
+def test_a_link_stays_a_link_and_a_device_a_device(tmp_path: Path) -> None:
+    (tmp_path / "link").symlink_to(tmp_path / "file")
+    write_whole({tmp_path / "link": "x", Path(os.devnull): "y"})
+    assert (tmp_path / "link").is_symlink()
+    assert (tmp_path / "file").read_text() == "x"
+    assert not Path(os.devnull).is_file()
+
+
+@pytest.mark.parametrize(
+    ("text", "shown"),
+    [
+        ("gpt-4o, größe ✓\n\tx", "gpt-4o, größe ✓\n\tx"),
+        ("\x1b[2Jm", r"\x1b[2Jm"),
+        ("m\x9b31m\r\x07\x7f", r"m\x9b31m\r\x07\x7f"),
+        ("m\u202egnp\u2028.\udcff", r"m\u202egnp\u2028.\udcff"),
+    ],
+)
+def test_what_is_shown_cannot_control_a_terminal(text: str, shown: str) -> None:
+    assert printable(text) == shown
