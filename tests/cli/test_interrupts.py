@@ -53,3 +53,45 @@ def test_nothing_outlives_scoring_that_ends_early(
     finally:
         process.kill()
         process.communicate()
+
+
+ENDLESS = """
+import sys
+from eai.planning.planner import Planner
+
+def search(*arguments):
+    print("searching", flush=True)
+    while True:
+        pass
+
+Planner.plan = search
+from eai.cli import main
+main()
+"""
+"""The command line with a planner that never comes to an end."""
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_run_is_interrupted_while_the_built_in_planner_searches(
+    data_store: Store, tmp_path: Path, number: signal.Signals
+) -> None:
+    arguments = (
+        "run --model eai/planner --domain virtualhome --ability action_sequencing --tasks 27_2 --quiet"
+    )
+    process = subprocess.Popen(
+        [sys.executable, "-c", ENDLESS, *arguments.split(), "--out", tmp_path],
+        env={**os.environ, "EAI_DATA_DIR": str(data_store.folder)},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    try:
+        assert process.stdout is not None
+        assert process.stdout.readline() == "searching\n"
+        process.send_signal(number)
+        _, errors = process.communicate(timeout=120)
+        assert errors.splitlines()[-1] == "eai: interrupted; the same command goes on from here"
+        assert process.returncode == 128 + number
+    finally:
+        process.kill()
+        process.communicate()

@@ -102,13 +102,18 @@ def open_planned_book(
 
 
 def planned_answer(
-    benchmark: Benchmark, task_id: str, done: Sequence[Action], source: Source | None = None
+    benchmark: Benchmark,
+    task_id: str,
+    done: Sequence[Action],
+    limits: PlanningLimits | None = None,
+    source: Source | None = None,
 ) -> WrittenAnswer:
     """A plan that the search finds for what is left of a task after some actions; empty if it finds none."""
     task = benchmark.tasks_for(Ability.ACTION_SEQUENCING, source or Source())[task_id]
     now = execute(benchmark.domain, task.initial, done)
     goals = remaining_goals(task, [action.operator for action in now.executed])
-    plan = find_plan(replace(task, initial=now.final, goals=goals), Planner(benchmark.domain)).plan
+    left = replace(task, initial=now.final, goals=goals)
+    plan = find_plan(left, Planner(benchmark.domain), limits).plan
     return WrittenAnswer(benchmark.plans.write(plan, task.scene), benchmark.plans.join)
 
 

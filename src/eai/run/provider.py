@@ -6,10 +6,13 @@ message, which `eai.run.tasks` puts there; a question from elsewhere they cannot
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from functools import cache
+import asyncio
+from collections.abc import Callable, Sequence
+from concurrent.futures import Future
+from functools import cache, partial
 from pathlib import Path
-from typing import Any, NamedTuple
+from threading import Thread
+from typing import Any, NamedTuple, TypeVar
 
 from inspect_ai.model import (
     ChatMessage,
@@ -55,8 +58,13 @@ from eai.world.execution import Action
 
 DEFAULT_NOISE = 0.1
 
-PERCEIVED_LIMITS = PlanningLimits(200)
-"""What `eai/planner` spends on a plan in a perceived scene: every plan of the households takes less."""
+LIMITS = PlanningLimits(200)
+"""What `eai/planner` spends on a plan in a world that went on, or in a perceived scene, which may have none.
+
+Every plan of the households takes less.
+"""
+
+T = TypeVar("T")
 
 _BOOKS = {"planner": open_planned_book, "lookup": open_lookup_book}
 """The models that have answers of their own."""
@@ -162,7 +170,7 @@ class BuiltInModel(ModelAPI):
             about.get(SCENE),
             about.get(ASKS),
         )
-        return self._output(input, self._answer(question))
+        return self._output(input, await _off_the_loop(partial(self._answer, question)))
 
     def _output(self, input: Sequence[ChatMessage], answer: str) -> ModelOutput:
         """An answer, with words for tokens."""
@@ -198,7 +206,7 @@ class BuiltInModel(ModelAPI):
                 raise InputError(NO_ROW)
             return recorded[asked.task_id]
         if self.model_name == "planner" and asked.done:
-            return planned_answer(asked.benchmark, asked.task_id, asked.done).text
+            return planned_answer(asked.benchmark, asked.task_id, asked.done, LIMITS).text
         if self.model_name == "planner" and asked.stated is not None:
             stated = {asked.task_id: asked.stated}
             return open_planned_book(asked.benchmark, asked.ability, stated=stated).gold(asked.task_id).text
@@ -223,7 +231,7 @@ class BuiltInModel(ModelAPI):
         """A plan in the perceived scene; little is spent on it, as many have none."""
         graph = read_scene_graph(scene, scene_words(benchmark).arities).graph
         seen = perceiving(benchmark, {task_id: graph})
-        return open_planned_book(seen, ability, limits=PERCEIVED_LIMITS).gold(task_id).text
+        return open_planned_book(seen, ability, limits=LIMITS).gold(task_id).text
 
     def _noisy(self, book: AnswerBook, asked: _Question) -> WrittenAnswer:
         """A spoilt answer: a new one in each attempt, or the same, mended where feedback is heeded."""
@@ -239,6 +247,21 @@ class BuiltInModel(ModelAPI):
         file = recorded_file(Path(str(self._path)), benchmark.name, ability, attempt)
         recorded = read_responses(file, task_ids, benchmark.task_id_of)
         return {response.task_id: response.text for response in recorded.responses}
+
+
+async def _off_the_loop(work: Callable[[], T]) -> T:
+    """What some work comes to, in a thread for which nobody waits when the run is interrupted."""
+    done: Future[T] = Future()
+    done.set_running_or_notify_cancel()
+
+    def do() -> None:
+        try:
+            done.set_result(work())
+        except BaseException as error:
+            done.set_exception(error)
+
+    Thread(target=do, daemon=True).start()
+    return await asyncio.wrap_future(done)
 
 
 def _share(model: str, name: str, value: object) -> float:
