@@ -11,7 +11,9 @@ from hypothesis import strategies as st
 from eai.benchmarks.source import Source
 from eai.data.store import Store
 from eai.envs import TextEnvironment, make
+from eai.envs.rules import Feedback, Observe, Reward, Rules
 from eai.errors import InputError
+from eai.world.episode import Until
 from envs.switches import SWITCHES, WON
 
 
@@ -219,6 +221,11 @@ def test_a_game_is_cut_off() -> None:
     assert [(turn[2], turn[3]) for turn in turns] == [(False, False), (False, True)]
     assert not turns[-1][4]["won"]
     assert "\nThe episode is over.\n" in turns[-1][0]
+
+
+def test_nothing_else_asked_for_a_game_has_a_hundred_steps_and_is_paid_when_won() -> None:
+    assert make(SWITCHES, "both").rules == Rules()
+    assert Rules() == Rules(0.0, Observe.FULL, Reward.SPARSE, 1.0, Until.GOAL, 100, False, Feedback.FACTS)
 
 
 def test_the_last_step_that_is_allowed_may_win() -> None:

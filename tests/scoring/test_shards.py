@@ -1,9 +1,17 @@
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
 import pytest
 
+from eai.abilities.protocol import Ability, Protocol
+from eai.abilities.record import ErrataUse, Record
+from eai.abilities.verdict import PlanVerdict
 from eai.errors import InputError
-from eai.scoring.shards import Shard
+from eai.scoring.records import read_records
+from eai.scoring.shards import Shard, find_shards, merge, write_shard
 
 
 @pytest.mark.parametrize(
@@ -25,3 +33,64 @@ def test_every_item_is_in_one_shard(of: int) -> None:
     parts = [Shard(number, of).of_these(range(7)) for number in range(1, of + 1)]
     assert sorted(item for part in parts for item in part) == list(range(7))
     assert max(map(len, parts)) - min(map(len, parts)) <= 1
+
+
+def record(task_id: str) -> Record:
+    verdict = PlanVerdict(executable=True, success=True)
+    return Record(Protocol.STRICT, "lamps", Ability.ACTION_SEQUENCING, "m", task_id, "[]", "0" * 64, verdict)
+
+
+RECORDS = [record(str(number)) for number in range(5)]
+
+
+def test_parts_are_found_in_order_and_put_together_as_they_were(tmp_path: Path) -> None:
+    for number in (3, 1, 2):
+        shard = Shard(number, 3)
+        write_shard(tmp_path / "run", shard, shard.of_these(RECORDS))
+    (tmp_path / "run" / "records.shard-1-of-x.jsonl").touch()
+    found = find_shards(tmp_path)
+    assert found == {tmp_path / "run": [tmp_path / "run" / Shard(n, 3).file_name for n in (1, 2, 3)]}
+    assert merge(tmp_path, found[tmp_path / "run"]) == RECORDS
+    assert list(read_records(tmp_path / "records.jsonl")) == RECORDS
+
+
+@pytest.mark.parametrize(
+    ("given", "told"),
+    [
+        ([], "expected a folder with records.shard-I-of-N.jsonl below, found none"),
+        ([Shard(1, 2), Shard(1, 3)], "expected the shards of one run, found some of 2 and of 3"),
+        ([Shard(2, 4), Shard(4, 4)], "of 4 shards there is no 1, 3"),
+    ],
+)
+def test_a_run_that_is_not_whole_is_said(given: Sequence[Shard], told: str, tmp_path: Path) -> None:
+    for shard in given:
+        write_shard(tmp_path, shard, RECORDS)
+    with pytest.raises(InputError, match=told):
+        find_shards(tmp_path)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [{"model": "n"}, {"data_sha256": "1" * 64}, {"errata": ErrataUse("2")}, {"errata": None}],
+)
+def test_parts_of_different_runs_are_not_put_together(change: dict[str, object], tmp_path: Path) -> None:
+    first, second = [[replace(each, errata=ErrataUse("1"))] for each in RECORDS[:2]]
+    for number, records in ((1, first), (2, [replace(second[0], **change)])):
+        write_shard(tmp_path, Shard(number, 2), records)
+    with pytest.raises(InputError, match="expected the shards of one run, found m, "):
+        merge(tmp_path, find_shards(tmp_path)[tmp_path])
+
+
+def test_errata_of_one_version_are_those_of_one_run(tmp_path: Path) -> None:
+    told = [replace(each, errata=ErrataUse("1", (each.task_id,))) for each in RECORDS[:2]]
+    for number in (1, 2):
+        write_shard(tmp_path, Shard(number, 2), told[number - 1 : number])
+    assert merge(tmp_path, find_shards(tmp_path)[tmp_path]) == told
+
+
+@pytest.mark.parametrize("sizes", [(1, 2), (3, 1), (0, 0)])
+def test_parts_that_were_not_dealt_out_are_not_put_together(sizes: tuple[int, int], tmp_path: Path) -> None:
+    for number, size in enumerate(sizes, 1):
+        write_shard(tmp_path, Shard(number, 2), RECORDS[:size])
+    with pytest.raises(InputError, match=f"expected equal shards, found {sizes[0]}, {sizes[1]} records"):
+        merge(tmp_path, find_shards(tmp_path)[tmp_path])

@@ -1,0 +1,111 @@
+"""Answers in records as data for training: what is used, what is left out and why, and what is worth what."""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from typing import Any
+
+import pytest
+
+import eai
+from eai.abilities.experiment import Experiment
+from eai.abilities.protocol import Ability, Protocol
+from eai.abilities.record import Origin, Record
+from eai.abilities.verdict import PlanVerdict
+from eai.prompts.prompt import Prompt
+from eai.scoring.reward import Reward
+from eai.scoring.training_data import LeftOut, Rewarded, preference_rows, prompt_rows, rewarded, verified_rows
+from envs.switches import SWITCHES
+
+PROMPT = Prompt("Do it.", "You are a robot.")
+PROMPTS = dict.fromkeys(("both", "greet", "half", "done", "none"), PROMPT)
+HALF = json.dumps([{"action": "PRESS", "object": "lamp"}])
+"""A plan that gains one of the two goals of ``both``."""
+
+
+def suite_reward() -> Reward:
+    return Reward(eai.open(SWITCHES, "action_sequencing"), "progress")
+
+
+def record(task_id: str = "both", **told: Any) -> Record:
+    return Record(
+        Protocol.STRICT,
+        "switches",
+        Ability.ACTION_SEQUENCING,
+        "m",
+        task_id,
+        HALF,
+        "0" * 64,
+        PlanVerdict(executable=True, success=False),
+        **told,
+    )
+
+
+@pytest.mark.parametrize(
+    ("given", "why"),
+    [
+        (record(), None),
+        (record(origin=Origin()), None),
+        (record(origin=Origin(prompt_sha256=PROMPT.sha256)), None),
+        (record(origin=Origin(prompt_sha256="0" * 64)), LeftOut.ASKED_OTHERWISE),
+        (record(experiment=Experiment(replans=1)), LeftOut.EXPERIMENT),
+        (record(unanswered="the provider refused"), LeftOut.NO_ANSWER),
+        (record("none"), LeftOut.NO_ANSWER),
+        (record("done"), LeftOut.NO_ANSWER),
+    ],
+)
+def test_a_record_is_used_or_counted_by_the_reason_why_not(given: Record, why: LeftOut | None) -> None:
+    left_out: Counter[LeftOut] = Counter()
+    found = list(rewarded([given, given], suite_reward(), PROMPTS, left_out))
+    answer = Rewarded(PROMPT, "switches/action_sequencing/both", "m", HALF, 0.5)
+    assert found == ([answer, answer] if why is None else [])
+    assert left_out == ({} if why is None else {why: 2})
+
+
+def test_a_prompt_is_asked_where_something_can_be_earned() -> None:
+    rows = list(prompt_rows(suite_reward(), PROMPTS))
+    assert [row["task"] for row in rows] == [
+        f"switches/action_sequencing/{t}" for t in ("both", "greet", "half")
+    ]
+    assert rows[0] == {
+        "prompt": [{"role": "system", "content": "You are a robot."}, {"role": "user", "content": "Do it."}],
+        "task": "switches/action_sequencing/both",
+        "data_source": "switches/action_sequencing",
+        "reward_model": {"style": "rule", "ground_truth": "switches/action_sequencing/both"},
+        "env_class": "eai",
+        "reward_spec": {"method": "rule", "ground_truth": "switches/action_sequencing/both"},
+    }
+
+
+def answers(*worths: float, task: str = "a") -> list[Rewarded]:
+    return [Rewarded(Prompt("Do it."), task, "m", f"answer {n}", worth) for n, worth in enumerate(worths)]
+
+
+@pytest.mark.parametrize(("least", "kept"), [(1.0, [1]), (0.5, [0, 1]), (0.4, [0, 1, 2])])
+def test_answers_that_are_worth_as_much_are_kept_once(least: float, kept: list[int]) -> None:
+    given = answers(0.5, 1, 0.4)
+    rows = list(verified_rows([*given, *given], least))
+    assert [row["completion"] for row in rows] == [
+        [{"role": "assistant", "content": f"answer {number}"}] for number in kept
+    ]
+    assert [row["reward"] for row in rows] == [given[number].worth for number in kept]
+    assert rows[0]["prompt"] == [{"role": "user", "content": "Do it."}]
+
+
+@pytest.mark.parametrize(
+    ("worths", "margin", "pairs"),
+    [
+        ((0.5, 1, 0), 0, [("answer 1", "answer 0", 0.5), ("answer 1", "answer 2", 1)]),
+        ((0.5, 1, 0), 0.5, [("answer 1", "answer 2", 1)]),
+        ((1, 1, 0), 0, [("answer 0", "answer 2", 1)]),
+        ((0.5, 0.5), 0, []),
+        ((1,), 0, []),
+    ],
+)
+def test_the_best_answer_stands_before_each_that_is_worth_less(
+    worths: tuple[float, ...], margin: float, pairs: list[tuple[str, str, float]]
+) -> None:
+    rows = list(preference_rows([*answers(*worths), *answers(0, task="b"), *answers(*worths)], margin))
+    told = [(row["chosen"][0]["content"], row["rejected"][0]["content"], row["margin"]) for row in rows]
+    assert told == pairs
