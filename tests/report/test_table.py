@@ -177,6 +177,26 @@ def test_records_are_what_counts_not_their_order() -> None:
     assert shuffled(run.records) == shuffled(run.records[::-1]) == 40
 
 
+@pytest.mark.parametrize(("known", "first"), [(True, "honest"), (False, "asserting")])
+def test_plans_that_work_rank_where_they_are_known(known: bool, first: str) -> None:
+    """Planner success keeps its column; operators that assert everything have plans of which none works."""
+
+    def planned(plans: int, working: int, model: str) -> Run:
+        verdicts: list[Verdict] = []
+        for number in range(10):
+            outcome = PlannerOutcome.SOLVED if number < plans else PlannerOutcome.UNSOLVABLE
+            verdicts.append(OperatorVerdict(planner=outcome, plan_works=number < working if known else None))
+        return run_of(verdicts, Ability.TRANSITION_MODELING, model)
+
+    found = table("transition_modeling_planner", [planned(10, 0, "asserting"), planned(6, 5, "honest")])
+    assert found is not None
+    assert [row.rank for row in found.rows] == [1, 2]
+    assert found.rows[0].model == first
+    rates = {row.model: [cell.rate for cell in row.cells] for row in found.rows}
+    assert rates["honest"] == [Rate(6, 10), *([Rate(5, 10)] if known else [])]
+    assert rates["asserting"] == [Rate(10, 10), *([Rate(0, 10)] if known else [])]
+
+
 def judged_by(planner: str | None, model: str) -> Run:
     verdict = OperatorVerdict(
         counts={"effect": {"object_states": Confusion(1, 0, 0)}},
