@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from functools import partial
 
 from eai.abilities.declaration import (
     AbilityDeclaration,
@@ -79,8 +78,7 @@ def of_run(verdicts: Sequence[OperatorVerdict]) -> Sequence[OperatorVerdict]:
     Some of its answers are known to be unsolvable without planning; they do not count either.
     """
     if any(verdict.planner is PlannerOutcome.NOT_RUN for verdict in verdicts):
-        unplanned = partial(replace, planner=PlannerOutcome.NOT_RUN, plan_works=None)
-        return [unplanned(verdict) for verdict in verdicts]
+        return [replace(verdict, planner=PlannerOutcome.NOT_RUN, plan_works=None) for verdict in verdicts]
     return verdicts
 
 
