@@ -20,6 +20,7 @@ from __future__ import annotations
 import argparse
 import hashlib
 import json
+import re
 import resource
 import sys
 import time
@@ -39,6 +40,17 @@ SUITES = tuple(f"{domain}/{ability.value}" for domain in ("virtualhome", "behavi
 LONGEST = 20_000
 """The most characters of an answer; a trainer cuts off earlier."""
 ODD = ("\0", "\u202e", "\ud800", "\U0001f9fd", "}" * 50, '"', "\\u0000", "<think>", "```", "NaN", "1e999")
+
+
+QUANTIFIERS = (
+    "forall {0}. (",
+    "exists {0}. (",
+    "forn 2. {0}. (",
+    "forpairs {0}, {1}. (",
+    "fornpairs 2. {0}, {1}. (",
+)
+_FORMULA = re.compile(r'(?<=")[^"\n]*\([^"\n]*\)(?=")')
+_ARGUMENT = re.compile(r"[\w.]+(?=\s*[,)])")
 
 
 class Row(NamedTuple):
@@ -90,12 +102,43 @@ def worse(dice: Dice, text: str) -> str:
         case 3:
             text = text.replace("(", "(" * (2 + dice.below(40)), 1 + dice.below(5))
         case 4:
-            text = text.replace('["', '["' + "forall x. (exists y. (" * (1 + dice.below(6)), 1)
+            text = _FORMULA.sub(lambda found: quantified(dice, found[0]), text, 1 + dice.below(3))
         case 5:
-            text = text.replace("(and", "(forall (?a ?b ?c ?d ?e ?f ?g ?h - object) (and", 1) + ")"
+            text = quantified_pddl(dice, text)
         case _:
             text = text.replace("[", "[" * (2 + dice.below(2_000)), 1)
     return text[:LONGEST]
+
+
+def quantified(dice: Dice, formula: str) -> str:
+    """A formula within up to five quantifiers of any kind, and about what they bind."""
+    heads, names = [], []
+    for level in range(1 + dice.below(5)):
+        bound = (f"v{level}", f"w{level}")
+        quantifier = dice.one(QUANTIFIERS)
+        names += bound if "{1}" in quantifier else bound[:1]
+        of = [f"{name}{dice.one(('', '', ': sofa', ': rag.n.01', ': light'))}" for name in bound]
+        heads.append(quantifier.format(*of))
+    body = _ARGUMENT.sub(lambda found: dice.one(names) if dice.chance(0.7) else found[0], formula)
+    return (
+        "".join(heads) + dice.one(("{}", "{} or not ({})", "not ({})")).format(body, body) + ")" * len(heads)
+    )
+
+
+def quantified_pddl(dice: Dice, text: str) -> str:
+    """Operators of which one condition or effect stands within up to five quantifiers."""
+    start = text.find("(and")
+    end, depth = start + 1, 1
+    while 0 < end < len(text) and depth:
+        depth += (text[end] == "(") - (text[end] == ")")
+        end += 1
+    heads = []
+    for level in range(1 + dice.below(5)):
+        variables = " ".join(f"?{letter}{level}" for letter in "abcdefgh"[: 1 + dice.below(8)])
+        heads.append(f"({dice.one(('forall', 'exists'))} ({variables} - object) ")
+    return (
+        text if start < 0 else text[:start] + "".join(heads) + text[start:end] + ")" * len(heads) + text[end:]
+    )
 
 
 def answers(suite: str, task_ids: Sequence[str], numbers: Iterable[int], seed: int) -> list[Row]:

@@ -56,6 +56,12 @@ ODD_OBJECTS = (
 )
 
 
+QUANTIFIERS = (
+    *("exists {0}.", "forall {0}.", "forn 1. {0}.", "forn 2 {0}.", "forpairs {0}."),
+    *("forpairs {0}, {1}.", "fornpairs 2. {0}, {1}.", "exists {0}: light.", "forpairs {0}: sofa, {1}."),
+)
+
+
 @dataclass(frozen=True, slots=True)
 class Words:
     """What formulas about a scene are made of; the objects that matter come in `near`."""
@@ -152,10 +158,11 @@ class _Maker:
         return text if is_simple or self._dice.chance(0.25) else f"({text})"
 
     def _quantified(self, depth: int, bound: tuple[str, ...]) -> str:
-        variable = self._dice.one(("x", "y", "x0", "soap"))
-        inner = self.formula(depth - 1, (*bound, variable) if self._dice.chance(0.9) else bound)
-        head = self._dice.one(("exists {}.", "forall {}.", "forn 1. {}.", "forn 2 {}.", "forpairs {}."))
-        return f"{head.format(variable)} ({inner})"
+        variable, other = self._dice.one((("x", "z"), ("y", "x"), ("x0", "y0"), ("soap", "x")))
+        head = self._dice.one(QUANTIFIERS).format(variable, other)
+        names = (*bound, variable, *([other] if "," in head else []))
+        inner = self.formula(depth - 1, names if self._dice.chance(0.9) else bound)
+        return f"{head} ({inner})"
 
     def _primitive(self, bound: tuple[str, ...]) -> str:
         dice = self._dice

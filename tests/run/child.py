@@ -16,7 +16,7 @@ from eai.abilities.record import Record
 from eai.abilities.responses import file_name
 from eai.abilities.verdict import Json
 from eai.benchmarks.registry import find_benchmark
-from eai.benchmarks.source import Source
+from eai.benchmarks.source import ErrataChoice, Source
 from eai.benchmarks.suite import Suite, open_suite
 from eai.metrics.rate import Rate
 from eai.pddl.planning import PlannerChoice
@@ -39,9 +39,11 @@ class Asked(NamedTuple):
     ability: Ability
     protocol: Protocol
     task_ids: Sequence[str]
+    errata: ErrataChoice = ErrataChoice.CURRENT
 
     def suite(self) -> Suite:
-        return open_suite(self.domain, self.ability, self.protocol, source=Source(planner=PLANNER))
+        source = Source(planner=PLANNER, errata=self.errata)
+        return open_suite(self.domain, self.ability, self.protocol, source=source)
 
 
 class Whom(NamedTuple):

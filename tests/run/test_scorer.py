@@ -16,6 +16,10 @@ from eai.abilities.codec import record_from_json
 from eai.abilities.declarations import DECLARATIONS
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.responses import file_name, read_responses
+from eai.benchmarks.errata import published_errata
+from eai.benchmarks.gold_answers import open_answer_book
+from eai.benchmarks.registry import find_benchmark
+from eai.benchmarks.source import ErrataChoice, Source
 from eai.benchmarks.suite import Suite
 from eai.data.store import Store
 from eai.metrics.breakdown import outcome
@@ -101,6 +105,29 @@ def test_all_ways_to_score_come_to_one_number(
     together = suite.over([response.text for response in written.responses])
     verdicts = [record.verdict for record in score_batch(together, written)]
     assert shares(summarise(verdicts, ability)) == pytest.approx(numbers)
+
+
+@pytest.mark.parametrize(
+    ("protocol", "errata"),
+    [
+        (Protocol.STRICT, ErrataChoice.NONE),
+        (Protocol.STRICT, ErrataChoice.CURRENT),
+        (Protocol.EAI_1_0_5, None),
+    ],
+    ids=str,
+)
+def test_gold_answers_are_as_published_where_no_errata_are_used(
+    data_store: Store, process: Executor, tmp_path: Path, protocol: Protocol, errata: ErrataChoice | None
+) -> None:
+    entry = next(each for each in published_errata().entries if each.plan)
+    domain, ability, task_id = entry.domain, Ability.ACTION_SEQUENCING, entry.tasks[0]
+    asked = Asked(domain, ability, protocol, (task_id,), errata or ErrataChoice.CURRENT)
+    ran = process.submit(run_in_child, asked, Whom("eai/oracle", {}), tmp_path).result()
+    source = Source(data_store, errata=errata or ErrataChoice.NONE)
+    gold = open_answer_book(find_benchmark(domain), ability, source).gold(task_id).text
+    assert [record.response for record in ran.records] == [gold]
+    corrected = answer_book(domain, ability, data_store).gold(task_id).text
+    assert (gold == corrected) is (errata is ErrataChoice.CURRENT)
 
 
 @pytest.mark.parametrize(("domain", "ability"), SUITES, ids=str)

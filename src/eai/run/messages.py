@@ -21,6 +21,9 @@ from eai.prompts.prompt import Image, Prompt
 QUESTION = "question"
 """The field of a message's metadata that has the world-model question that it asks."""
 
+ERRATA = "errata"
+"""The field that says whether the task's own answers are the corrected ones."""
+
 
 def messages_of(prompt: Prompt, about: Mapping[str, Any]) -> list[ChatMessage]:
     """The messages of a prompt.

@@ -39,7 +39,7 @@ from eai.benchmarks.lookup import open_lookup_book
 from eai.benchmarks.noisy_answers import Noise, heeding_answer, noisy_answer
 from eai.benchmarks.random_answers import open_random_answers
 from eai.benchmarks.registry import find_benchmark
-from eai.benchmarks.source import Source
+from eai.benchmarks.source import ErrataChoice, Source, errata_choice
 from eai.errors import InputError, did_you_mean
 from eai.perception.belief import perceiving, scene_words
 from eai.perception.noise import Noise as SceneNoise
@@ -50,7 +50,7 @@ from eai.planning.planner import PlanningLimits
 from eai.questions.answers import gold_text, noisy_text
 from eai.questions.question import Question
 from eai.run.job import EYES, PROVIDER, check_model
-from eai.run.messages import QUESTION
+from eai.run.messages import ERRATA, QUESTION
 from eai.run.refusal import refusing
 from eai.scoring.batch import NO_ROW
 from eai.scoring.stage_one import STATED
@@ -81,6 +81,7 @@ class _Question(NamedTuple):
         text: all that was said.
         stated: the answer whose goals it states in the place of the task's; None for the task's.
         scene: the scene graph that it tells of in the place of the task's scene; None for the task's.
+        source: what the task's own answers are read from.
         asks: what else than the ability it asks for; None for the ability.
     """
 
@@ -94,6 +95,7 @@ class _Question(NamedTuple):
     stated: str | None = None
     scene: str | None = None
     asks: str | None = None
+    source: Source = Source()
 
 
 @modelapi(name=PROVIDER)
@@ -169,6 +171,7 @@ class BuiltInModel(ModelAPI):
             about.get(STATED),
             about.get(SCENE),
             about.get(ASKS),
+            Source(errata=errata_choice(about.get(ERRATA, ErrataChoice.CURRENT))),
         )
         return self._output(input, await _off_the_loop(partial(self._answer, question)))
 
@@ -201,21 +204,23 @@ class BuiltInModel(ModelAPI):
         if self.model_name == EYES:
             return self._look(asked)
         if self.model_name == "replay":
-            recorded = self._recorded(asked.benchmark, asked.ability, asked.attempt)
+            recorded = self._recorded(asked.benchmark, asked.ability, asked.attempt, asked.source)
             if asked.task_id not in recorded:
                 raise InputError(NO_ROW)
             return recorded[asked.task_id]
         if self.model_name == "planner" and asked.done:
-            return planned_answer(asked.benchmark, asked.task_id, asked.done, LIMITS).text
+            return planned_answer(asked.benchmark, asked.task_id, asked.done, LIMITS, asked.source).text
         if self.model_name == "planner" and asked.stated is not None:
             stated = {asked.task_id: asked.stated}
-            return open_planned_book(asked.benchmark, asked.ability, stated=stated).gold(asked.task_id).text
+            book = open_planned_book(asked.benchmark, asked.ability, asked.source, stated)
+            return book.gold(asked.task_id).text
         if self.model_name == "planner" and asked.scene is not None:
-            return self._believing(asked.benchmark, asked.task_id, asked.scene, asked.ability)
+            return self._believing(asked, asked.scene)
         if self.model_name == "random":
             seed = f"{self._seed} {asked.epoch} {asked.attempt}"
-            return self._random(asked.benchmark, asked.ability)(asked.task_id, seed, asked.done).text
-        book: AnswerBook = self._book(asked.benchmark, asked.ability)
+            answers = self._random(asked.benchmark, asked.ability, asked.source)
+            return answers(asked.task_id, seed, asked.done).text
+        book = self._book(asked.benchmark, asked.ability, asked.source)
         if self.model_name in ("oracle", *_BOOKS):
             return book.gold(asked.task_id).text
         return self._noisy(book, asked).text
@@ -224,14 +229,15 @@ class BuiltInModel(ModelAPI):
         """The scene graph of a task with errors: as many facts are lost as are misplaced, on average."""
         half = self._rate / 2
         noise, stream = SceneNoise(missing=half, misplaced=half, seed=self._seed), str(asked.epoch)
-        task = asked.benchmark.tasks_for(asked.ability, Source())[asked.task_id]
+        task = asked.benchmark.tasks_for(asked.ability, asked.source)[asked.task_id]
         return perceive(task, scene_words(asked.benchmark), noise, stream).text
 
-    def _believing(self, benchmark: Benchmark, task_id: str, scene: str, ability: Ability) -> str:
+    def _believing(self, asked: _Question, scene: str) -> str:
         """A plan in the perceived scene; little is spent on it, as many have none."""
-        graph = read_scene_graph(scene, scene_words(benchmark).arities).graph
-        seen = perceiving(benchmark, {task_id: graph})
-        return open_planned_book(seen, ability, limits=LIMITS).gold(task_id).text
+        graph = read_scene_graph(scene, scene_words(asked.benchmark).arities).graph
+        seen = perceiving(asked.benchmark, {asked.task_id: graph})
+        book = open_planned_book(seen, asked.ability, asked.source, limits=LIMITS)
+        return book.gold(asked.task_id).text
 
     def _noisy(self, book: AnswerBook, asked: _Question) -> WrittenAnswer:
         """A spoilt answer: a new one in each attempt, or the same, mended where feedback is heeded."""
@@ -242,8 +248,10 @@ class BuiltInModel(ModelAPI):
         seed += f" {asked.attempt}" if asked.attempt > 1 else ""
         return noisy_answer(book, asked.task_id, Noise(self._rate, seed))
 
-    def _read_recorded(self, benchmark: Benchmark, ability: Ability, attempt: int) -> dict[str, str]:
-        task_ids = self._book(benchmark, ability).task_ids
+    def _read_recorded(
+        self, benchmark: Benchmark, ability: Ability, attempt: int, source: Source
+    ) -> dict[str, str]:
+        task_ids = self._book(benchmark, ability, source).task_ids
         file = recorded_file(Path(str(self._path)), benchmark.name, ability, attempt)
         recorded = read_responses(file, task_ids, benchmark.task_id_of)
         return {response.task_id: response.text for response in recorded.responses}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -41,7 +42,7 @@ from eai.perception.showing import (
 )
 from eai.prompts.prompt import Prompt, PromptSet
 from eai.prompts.template import Templates
-from eai.run.messages import messages_of
+from eai.run.messages import ERRATA, messages_of
 from eai.run.refusal import refusing
 from eai.run.scorer import EXPERIMENT, SCORERS
 from eai.run.seeing import scene_choice, see
@@ -78,7 +79,8 @@ def build_task(
     """
     name = f"{benchmark.name}_{ability.value}"
     source = source or Source()
-    book = open_answer_book(benchmark, ability, source)
+    corrected = source.errata if protocol is DEFAULT_PROTOCOL else ErrataChoice.NONE
+    book = open_answer_book(benchmark, ability, replace(source, errata=corrected))
     gold = {task_id: book.gold(task_id).text for task_id in book.task_ids if task_id in prompts}
     samples = [
         _sample(
@@ -88,6 +90,7 @@ def build_task(
                 "domain": benchmark.reference,
                 "ability": ability.value,
                 "task_id": task_id,
+                ERRATA: corrected.value,
                 **((about or {}).get(task_id, {})),
             },
             experiment,

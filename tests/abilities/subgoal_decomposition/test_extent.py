@@ -15,6 +15,13 @@ START = toy.initial()
 OBJECTS = len(START.scene.objects)
 TASK = Task("1", "Toy", "Tidy up.", START, (), (1, 2, 3))
 EXTENT = Extent(TASK)
+QUANTIFIERS = (
+    "forall {0}. ({2})",
+    "exists {0}. ({2})",
+    "forn 2. {0}. ({2})",
+    "forpairs {0}, {1}. ({2})",
+    "fornpairs 2. {0}, {1}. ({2})",
+)
 
 
 def formula(text: str) -> Formula:
@@ -45,10 +52,31 @@ def test_what_asks_for_too_much_is_refused_at_once(quantifier: str) -> None:
     names = [f"x{i}" for i in range(12)]
     text = " ".join(f"{quantifier} {name}. (" for name in names) + "at(x0, x11)" + ")" * 12
     assert OBJECTS**12 > MAX_LITERALS
-    with pytest.raises(InputError, match="too many alternatives"):
+    with pytest.raises(InputError, match="more than 100,000 literals"):
         EXTENT.literals(formula(text))
-    with pytest.raises(InputError, match="too many alternatives"):
+    with pytest.raises(InputError, match="more than 100,000 literals"):
         EXTENT.to_be_done(formula(text))
+
+
+@pytest.mark.parametrize("outer", QUANTIFIERS)
+@pytest.mark.parametrize("inner", QUANTIFIERS)
+def test_every_quantifier_in_every_other_is_multiplied(outer: str, inner: str) -> None:
+    text = outer.format("a", "b", inner.format("c", "d", "not (lit(a) implies lit(c))"))
+    variables = text.count("pairs") + text.count(". (")
+    assert EXTENT.literals(formula(text)) == 2 * OBJECTS**variables
+    assert EXTENT.literals(formula(f"not ({text}) or {text}")) == 4 * OBJECTS**variables
+    deep = text
+    for _ in range(5):
+        deep = outer.format("a", "b", deep)
+    with pytest.raises(InputError, match="more than 100,000 literals"):
+        EXTENT.literals(formula(deep))
+
+
+@pytest.mark.parametrize("quantifier", QUANTIFIERS)
+def test_a_category_bounds_what_any_quantifier_ranges_over(quantifier: str) -> None:
+    places = START.scene.category("place").bit_count()
+    text = quantifier.format("a: place", "b: place", "lit(a)")
+    assert EXTENT.literals(formula(text)) == places ** (2 if "pairs" in text else 1)
 
 
 def test_an_exists_tries_the_objects_of_the_task() -> None:

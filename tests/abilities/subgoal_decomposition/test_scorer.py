@@ -8,13 +8,16 @@ from dataclasses import replace
 import pytest
 
 from eai.abilities.planning import find_plan
+from eai.abilities.subgoal_decomposition.builder import Programs
 from eai.abilities.subgoal_decomposition.notation import SubgoalNotation
+from eai.abilities.subgoal_decomposition.refinement import Refinement
 from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
 from eai.abilities.subgoal_decomposition.search import SearchLimits
 from eai.abilities.subgoal_decomposition.verdict import SubgoalVerdict
 from eai.abilities.task import NO_GOALS, Goal, GoalKind, Task
 from eai.abilities.verdict import Tally
 from eai.logic.formula import Atom, Constant, Formula, Not, Occurs, Or
+from eai.logic.ltl import parse
 from eai.world.effect import Add, Delete
 from eai.world.operator import Operator, additional
 from world import toy
@@ -265,3 +268,21 @@ def test_goals_are_those_of_the_way_that_reaches_most(
     explanation = SCORER.explain(answer(*alternatives))
     assert [goal.satisfied for goal in explanation.goals] == [*verdict.goals_satisfied]
     assert any("another way" in note for note in explanation.notes) is elsewhere
+
+
+def test_what_alternatives_have_in_common_is_looked_up_once() -> None:
+    """A formula is hashed from its top: of thousands of alternatives that would be quadratic."""
+    programs = Programs(TASK, SCORER.lexicon, Refinement(toy.DOMAIN), ())
+    places = [f"at({thing.name}, {place.name})" for thing in SCENE.objects for place in SCENE.objects]
+    programs.program([parse(" or ".join(places), SCORER.lexicon.signature).formula])
+    found = programs.required.cache_info()
+    assert (found.hits, found.misses) == (0, 1)
+
+
+def test_a_subgoal_with_too_many_alternatives_is_not_parseable_and_says_the_limit() -> None:
+    places = [f"at({thing.name}, {place.name})" for thing in SCENE.objects for place in SCENE.objects]
+    each = " or ".join(places)
+    verdict = SCORER.score(answer(*[each] * (20_000 // len(places) + 1)))
+    assert told(verdict).startswith("not_parseable parsing")
+    assert verdict.error is not None
+    assert verdict.error.detail == "it has more than 20,000 steps and alternatives"

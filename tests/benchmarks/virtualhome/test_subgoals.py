@@ -243,6 +243,16 @@ def test_too_many_alternatives_are_refused() -> None:
     assert "alternatives" in verdict.error.detail
 
 
+def test_quantifiers_within_pairs_are_counted_before_anything_is_unfolded() -> None:
+    more = [f"cup.{number}" for number in range(100, 120)]
+    scorer = virtualhome_subgoals(Protocol.STRICT)(make_task(goals=GOALS, more_objects=more))
+    pairs = "forpairs x, y. (forpairs z, w. (ONTOP(x, y) or ONTOP(z, w) or not ONTOP(x, w)))"
+    verdict = scorer.score(answer(pairs))
+    assert told(verdict) == "not_parseable parsing"
+    assert verdict.error is not None
+    assert verdict.error.detail == "it comes down to more than 100,000 literals"
+
+
 def test_an_explanation_shows_the_subgoals_the_steps_and_the_goals() -> None:
     explanation = STRICT.explain(answer("OPEN(fridge.10)", "HOLDS_RH(character.65, table.12)"))
     assert explanation.notes == (

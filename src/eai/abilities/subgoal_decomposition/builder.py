@@ -9,12 +9,13 @@ class; an action is carried out.
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Sequence
+from dataclasses import dataclass
 from functools import cache, lru_cache, partial
 from itertools import product
 from typing import NamedTuple
 
 import eai.logic.formula as f
-from eai.abilities.subgoal_decomposition.extent import TOO_MANY, Extent
+from eai.abilities.subgoal_decomposition.extent import Extent
 from eai.abilities.subgoal_decomposition.lexicon import SubgoalLexicon
 from eai.abilities.subgoal_decomposition.program import Do, End, Instruction, Plans, Program, Require, Split
 from eai.abilities.subgoal_decomposition.progress import StateTest
@@ -23,6 +24,7 @@ from eai.abilities.subgoal_decomposition.repertoire import Holds
 from eai.abilities.subgoal_decomposition.rewriting import negation_normal, substitute
 from eai.abilities.task import Task
 from eai.errors import InputError
+from eai.logic.frozen import Frozen
 from eai.logic.ltl_printer import print_ltl
 from eai.logic.traversal import is_state_formula, walk
 from eai.planning.subgoal import GroundAtom
@@ -55,8 +57,12 @@ _EXCLUDED = _Why("parts_exclude_each_other", "its parts exclude each other")
 _NOT_DONE = _Why("not_brought_about", "nothing that is done for it brings it about")
 
 
-class _Required(NamedTuple):
-    """What must hold, as a test; the check that says what is wrong if it does not; what the test costs."""
+@dataclass(frozen=True, slots=True, eq=False)
+class _Required(Frozen):
+    """What must hold, as a test; the check that says what is wrong if it does not; what the test costs.
+
+    It is equal to itself alone: what all alternatives have in common is not hashed for each of them.
+    """
 
     holds: Holds
     check: Check
@@ -95,7 +101,7 @@ class Programs:
 
         Raises:
             InputError: a subgoal is not a combination of states and actions that can be carried out one after
-                the other, or there are too many alternatives.
+                the other, or comes down to too much.
         """
         builder = _Builder(self)
         start = 0
@@ -117,9 +123,8 @@ class Programs:
         effort = self.extent.literals(formula) // _TESTED_AT_ONCE
         return _Required(StateTest(meaning, self.task.scene), check, effort)
 
-    def _plans(self, literals: tuple[GroundAtom, ...], formula: f.Formula, why: _Why, is_all: bool) -> Plans:
-        """What brings literals about, so that a formula holds."""
-        required = self.required(formula, why)
+    def _plans(self, literals: tuple[GroundAtom, ...], required: _Required, is_all: bool) -> Plans:
+        """What brings literals about, so that what is required holds."""
         made = cache(
             lambda: self._refinement.plans(
                 literals,
@@ -191,7 +196,7 @@ class _Builder:
         if not states:
             return self.subgoal(actions, number, then)
         held = f.And(tuple(states))
-        tested = self._add(self._requirement(held, number, then, _NOT_DONE))
+        tested = self._add(_requirement(self._programs.required(held, _NOT_DONE), number, then))
         before = self._state(held, number, self.subgoal(actions, number, tested), is_all=False)
         after = self.subgoal(actions, number, self._state(held, number, then, is_all=False))
         return self._split([before, after])
@@ -208,12 +213,10 @@ class _Builder:
         why = _NOT_DONE if any(map(self._programs.brings_about, literals)) else _BY_NOTHING
         if alternatives and all(map(self._programs.exclude_each_other, alternatives)):
             why = _EXCLUDED
-        requirement = self._requirement(observed, number, then, why)
-        tested = self._add(requirement)
+        required = self._programs.required(observed, why)
+        tested = self._add(_requirement(required, number, then))
         entries = [
-            self._add(Do(self._programs.plans(each, observed, why, is_all), number, tested))
-            if each
-            else tested
+            self._add(Do(self._programs.plans(each, required, is_all), number, tested)) if each else tested
             for each in dict.fromkeys(alternatives)
         ]
         return self._split(entries)
@@ -256,18 +259,18 @@ class _Builder:
         for index in indices:
             yield substitute(body, {f.Variable(variable.name): f.Constant(self._lexicon.name(index))})
 
-    def _requirement(self, formula: f.Formula, number: int, then: int, why: _Why) -> Require:
-        required = self._programs.required(formula, why)
-        return Require(required.holds, required.check, number, then, 1 + required.effort)
-
     def _split(self, entries: Sequence[int]) -> int:
         return entries[0] if len(entries) == 1 else self._add(Split(tuple(entries)))
 
     def _add(self, instruction: Instruction) -> int:
         if len(self.program) >= MAX_INSTRUCTIONS:
-            raise InputError(TOO_MANY)
+            raise InputError(f"it has more than {MAX_INSTRUCTIONS:,} steps and alternatives")
         self.program.append(instruction)
         return len(self.program) - 1
+
+
+def _requirement(required: _Required, number: int, then: int) -> Require:
+    return Require(required.holds, required.check, number, then, 1 + required.effort)
 
 
 def _speaks_of_states(formula: f.Formula) -> bool:

@@ -12,12 +12,13 @@ from math import prod
 import eai.logic.formula as f
 from eai.abilities.task import Task
 from eai.errors import InputError
+from eai.logic.traversal import children
 from eai.world.relation import bits
 
 MAX_LITERALS = 100_000
 """The most literals that a subgoal may come down to, and all its alternatives together."""
 
-TOO_MANY = "there are too many alternatives"
+TOO_MUCH = f"it comes down to more than {MAX_LITERALS:,} literals"
 
 
 class Extent:
@@ -47,13 +48,16 @@ class Extent:
             InputError: there are more than `MAX_LITERALS`.
         """
         match formula:
-            case f.Exists(variable, body) | f.ForAll(variable, body):
-                number = self._scene.category(variable.category).bit_count() * self.literals(body)
-            case f.And(parts) | f.Or(parts):
-                number = sum(map(self.literals, parts))
+            case f.Exists(variable, body) | f.ForAll(variable, body) | f.Exactly(_, variable, body):
+                number = self._size(variable) * self.literals(body)
+            case f.ForPairs(first, second, body):
+                number = self._size(first) * self._size(second) * self.literals(body)
             case _:
-                number = 1
+                number = sum(map(self.literals, children(formula))) or 1
         return _few(number)
+
+    def _size(self, variable: f.Variable) -> int:
+        return self._scene.category(variable.category).bit_count()
 
     def to_be_done(self, formula: f.Formula) -> int:
         """How many literals the alternatives of a formula in negation normal form have, all together.
@@ -95,5 +99,5 @@ class Extent:
 
 def _few(number: int) -> int:
     if number > MAX_LITERALS:
-        raise InputError(TOO_MANY)
+        raise InputError(TOO_MUCH)
     return number
