@@ -110,8 +110,17 @@ def test_parts_of_a_temporal_goal_are_shown_in_order(eai: Command) -> None:
         "temporal goal",
         "  ✓ ON(lamp.1)  after step 2",
         "  ✓ TOUCH(lamp.1)  at step 4",
-        "  ✗ OPEN(box.2)  never: OPEN(box.2)",
+        "  ✗ OPEN(box.2)  never after that: OPEN(box.2)",
     ]
+    told = {**told, "parts": parts[2:]}
+    assert "✗ OPEN(box.2)  never: OPEN(box.2)" in eai("explain", damaged(explanation=told), "27_2").out
+
+
+def test_one_more_change_is_told_in_the_singular(eai: Command) -> None:
+    step = {"action": "SIT(couch.1)", "outcome": "executed"}
+    for number, told in ((1, "1 more change to other objects"), (2, "2 more changes to other objects")):
+        explanation = {"notes": [], "steps": [{**step, "hidden_changes": number}], "goals": [], "parts": []}
+        assert told in eai("explain", damaged(explanation=explanation), "27_2").out
 
 
 def test_what_is_wrong_with_the_records_is_told_in_one_line(eai: Command) -> None:

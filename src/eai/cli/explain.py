@@ -140,8 +140,8 @@ def _print_explanation(console: Console, explanation: Explanation, background: T
             _print_hanging(console, " " * 13, Text(f"got {', '.join(near[goal.goal])}", style="yellow"))
     if explanation.parts:
         console.print(Text("temporal goal", style="bold"))
-    for part in explanation.parts:
-        _print_part(console, part)
+    for number, part in enumerate(explanation.parts):
+        _print_part(console, part, "never after that" if number else "never")
 
 
 def _print_step(console: Console, number: int, step: StepReport, width: int) -> None:
@@ -165,7 +165,8 @@ def _print_step(console: Console, number: int, step: StepReport, width: int) -> 
         for fact in _together(facts):
             _print_hanging(console, f"{indent}{sign} ", Text(fact, style=f"dim {style}"))
     if step.hidden_changes:
-        console.print(Text(f"{indent}{step.hidden_changes} more changes to other objects", style="dim"))
+        more = counted(step.hidden_changes, "more change")
+        console.print(Text(f"{indent}{more} to other objects", style="dim"))
 
 
 def _print_hanging(console: Console, before: str, text: Text) -> None:
@@ -192,11 +193,11 @@ def _together(facts: Sequence[str]) -> list[str]:
     return told
 
 
-def _print_part(console: Console, part: PartReport) -> None:
+def _print_part(console: Console, part: PartReport, never: str) -> None:
     if part.met_after is not None:
         console.print(Text(f"  ✓ {part.part}  {part.when}", style="green"))
     else:
-        lacking = f"  never: {', '.join(part.missing)}" if part.missing else "  was to come after that"
+        lacking = f"  {never}: {', '.join(part.missing)}" if part.missing else "  was to come after that"
         console.print(Text(f"  ✗ {part.part}{lacking}", style="red"))
 
 

@@ -17,7 +17,7 @@ def explained(record: Record) -> str:
         ("", [f"- {note}" for note in explanation.notes]),
         ("Steps", [f"{number}. {_step(step)}" for number, step in enumerate(explanation.steps, 1)]),
         ("Goals", [f"- {_mark(goal.satisfied)} {goal.kind} `{goal.goal}`" for goal in explanation.goals]),
-        ("Temporal goal", [f"- {_part(part)}" for part in explanation.parts]),
+        ("Temporal goal", [f"- {_part(part, i)}" for i, part in enumerate(explanation.parts)]),
     )
     return "\n\n".join([f"**{_headline(record)}**", *(_section(*each) for each in sections if each[1])])
 
@@ -49,13 +49,14 @@ def _of_step(step: StepReport) -> Iterator[str]:
     for sign, facts in (("+", step.added), ("-", step.removed)):
         yield from (f"{sign} `{fact}`" for fact in facts)
     if step.hidden_changes:
-        yield f"{step.hidden_changes} more changes to other objects"
+        yield f"{step.hidden_changes} more change{'' if step.hidden_changes == 1 else 's'} to other objects"
 
 
-def _part(part: PartReport) -> str:
+def _part(part: PartReport, number: int) -> str:
     if part.met_after is not None:
         return f"✓ `{part.part}`, {part.when}"
-    lacking = f", never: {', '.join([f'`{text}`' for text in part.missing])}" if part.missing else ""
+    never = "never after that" if number else "never"
+    lacking = f", {never}: {', '.join([f'`{text}`' for text in part.missing])}" if part.missing else ""
     return f"✗ `{part.part}`{lacking}"
 
 
