@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+import asyncio
 import json
 import socket
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
+from queue import Queue
 
+import anyio
+import hanging
 import httpx
 import pytest
 import uvicorn
@@ -18,7 +24,7 @@ import eai
 from eai.envs.rewards import PROMPT_NOT_FOUND
 from eai.errors import InputError
 from eai.scoring.reward import METRICS
-from eai_openenv import Act, Household, Limits, Tasks, create_app
+from eai_openenv import Act, Household, Limits, PromptProtocol, Tasks, create_app, scorers
 
 LAMPS = "lamps:lamps"
 LIGHT = f"{LAMPS}/action_sequencing/light"
@@ -39,7 +45,10 @@ def client() -> Iterator[TestClient]:
 def address() -> Iterator[str]:
     """A server of its own, on a free port."""
     app = create_app(TASKS, "progress", limits=LIMITS)
-    server = uvicorn.Server(uvicorn.Config(app, port=0, log_level="error", ws_max_size=LIMITS.message_bytes))
+    config = uvicorn.Config(
+        app, port=0, http=PromptProtocol, log_level="error", ws_max_size=LIMITS.message_bytes
+    )
+    server = uvicorn.Server(config)
     thread = threading.Thread(target=server.run)
     thread.start()
     while not server.started:
@@ -108,6 +117,9 @@ def test_a_session_is_one_episode_after_the_other(client: TestClient) -> None:
         ({"split": "test"}, "there is no split 'test': expected one of all"),
         ({"split": "all", "index": 2}, "all has 2 tasks, numbered from 0, and none of number 2"),
         ({"index": -1}, "none of number -1"),
+        ({"task": 5}, "reset: task: expected a string, found 5"),
+        ({"index": "0"}, "reset: index: expected a whole number"),
+        ({"split": ["all"]}, "reset: split: expected a string"),
         ({"difficulty": 3}, "not difficulty"),
     ],
 )
@@ -149,6 +161,60 @@ def test_an_example_in_a_prompt_that_is_not_found_is_paid_nothing_and_counted(cl
     assert (reply["rewards"], reply["extra_logs"][PROMPT_NOT_FOUND]) == ([0], [1])
     client.post("/reward", json=batch(PLAN))
     assert (meter(client, "eai_prompts_not_found_total"), meter(client, "eai_answers_total")) == (1, 2)
+
+
+def test_an_answer_that_takes_for_ever_delays_nobody_else(
+    address: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its process is ended at the deadline, which is told; others are served meanwhile, and afterwards."""
+    begun: Queue[Callable[[], object]] = Queue()
+
+    @contextmanager
+    def fail_after(seconds: float) -> Iterator[None]:  # without a clock
+        loop = asyncio.get_running_loop()
+        with anyio.CancelScope() as scope:
+            begun.put(lambda: loop.call_soon_threadsafe(scope.cancel))
+            yield
+        if scope.cancelled_caught:
+            raise TimeoutError
+
+    monkeypatch.setattr(scorers, "fail_after", fail_after)
+    monkeypatch.setattr(scorers, "reward_func", hanging.reward_func)
+    with httpx.Client(base_url=f"http://{address}", timeout=300) as client, ThreadPoolExecutor() as threads:
+        stuck = threads.submit(httpx.post, f"http://{address}/reward", json=batch("hang"), timeout=300)
+        end = begun.get(timeout=300)
+        assert client.get("/health").json() == {"status": "healthy"}
+        assert client.post("/reward", json=batch(PLAN)).json()["rewards"] == [1]
+        with GenericEnvClient(base_url=f"http://{address}").sync() as player:
+            player.reset(task=LIGHT)
+            assert player.step({"command": WON[0]}).done is False
+        assert not stuck.done()
+        end()
+        told = {"detail": "scoring takes longer than 60 s: ended at answers 1 to 1"}
+        assert (stuck.result().status_code, stuck.result().json()) == (503, told)
+        died = client.post("/reward", json=batch("die"))
+        told = {"detail": "a process that scores has died: ended at answers 1 to 1"}
+        assert (died.status_code, died.json()) == (503, told)
+        assert client.post("/reward", json=batch(PLAN)).json()["rewards"] == [1]
+
+
+def test_a_request_that_does_not_become_whole_is_ended(address: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(PromptProtocol, "seconds", 0.5)
+    host, _, port = address.partition(":")
+    head = f"POST /reward HTTP/1.1\r\nHost: {address}\r\n"
+    for part in ("", "POST /rew", head, f"{head}Content-Length: 100\r\n\r\n[1"):
+        with socket.create_connection((host, int(port)), timeout=60) as connection:
+            connection.sendall(part.encode())
+            assert is_closed(connection)
+    assert httpx.get(f"http://{address}/health").status_code == 200
+
+
+def is_closed(connection: socket.socket) -> bool:
+    """Whether the server ends a connection, as it does within the time of a connection to it."""
+    try:
+        return connection.recv(1000) == b""
+    except ConnectionResetError:
+        return True
 
 
 def test_another_shaping_can_be_asked_for(client: TestClient) -> None:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from eai_openenv.connections import PromptProtocol
 from eai_openenv.household import Act, Household, Seen
 from eai_openenv.limits import Limits
 from eai_openenv.server import create_app
 from eai_openenv.tasks import Tasks
 
-__all__ = ["Act", "Household", "Limits", "Seen", "Tasks", "create_app"]
+__all__ = ["Act", "Household", "Limits", "PromptProtocol", "Seen", "Tasks", "create_app"]

@@ -10,6 +10,7 @@ import uvicorn
 from eai.envs.rules import Feedback, Observe, Rules
 from eai.errors import EaiError
 from eai.scoring.shaping import Shaping
+from eai_openenv.connections import PromptProtocol
 from eai_openenv.limits import Limits
 from eai_openenv.server import create_app
 from eai_openenv.tasks import Tasks
@@ -52,7 +53,15 @@ def serve(
     except EaiError as error:
         typer.echo(f"eai-openenv: {error}", err=True)
         raise typer.Exit(2) from error
-    uvicorn.run(made, host=host, port=port, ws_max_size=limits.message_bytes, log_level="warning")
+    uvicorn.run(
+        made,
+        host=host,
+        port=port,
+        http=PromptProtocol,
+        timeout_graceful_shutdown=1,
+        ws_max_size=limits.message_bytes,
+        log_level="warning",
+    )
 
 
 def _split(text: str) -> tuple[str, str]:

@@ -7,8 +7,9 @@ from typing import Any, ClassVar
 
 from openenv.core.env_server import Environment
 from openenv.core.env_server.types import Action, EnvironmentMetadata, Observation, State
-from pydantic import Field, model_validator
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
+from eai.abilities.misfit import misfit
 from eai.envs.rollout import RULES, Rollout, stage_of
 from eai.envs.rules import Rules
 from eai.errors import InputError
@@ -41,6 +42,17 @@ class Standing(State):
 
     task: str | None = Field(default=None, description="The task that is played.")
     over: bool = Field(default=True, description="Whether no action can be taken.")
+
+
+class _Wanted(BaseModel):
+    """What a client may say of an episode; OpenEnv hands on what it sends."""
+
+    model_config = ConfigDict(strict=True)
+
+    seed: int | None
+    task: str | None
+    split: str | None
+    index: int | None
 
 
 class Household(Environment[Act, Seen, Standing]):
@@ -99,6 +111,10 @@ class Household(Environment[Act, Seen, Standing]):
         """
         if others:
             raise InputError(f"reset takes task, split, index and seed, not {', '.join(sorted(others))}")
+        try:
+            _Wanted(seed=seed, task=task, split=split, index=index)
+        except ValidationError as error:
+            raise InputError(f"reset: {misfit(error)}") from error
         self._refuse_if_closed()
         chosen = self._tasks.chosen(task, split, index, seed)
         self._rollout = Rollout(stage_of(chosen, self._rules), self._shaping, self._rules, seed or 0)

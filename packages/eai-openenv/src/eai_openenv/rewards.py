@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
-import asyncio
 import time
 from typing import Annotated
 
+from anyio import BrokenWorkerProcess
 from fastapi import APIRouter, HTTPException, Request
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from eai.envs.rewards import PROMPT_NOT_FOUND, reward_func
+from eai.envs.rewards import PROMPT_NOT_FOUND
 from eai.scoring.reward import METRICS
 from eai.scoring.shaping import Shaping
 from eai_openenv.limits import Limits
 from eai_openenv.meters import Meters
+from eai_openenv.scorers import Scorers
 from eai_openenv.tasks import Tasks
+
+_TURN = 64
+"""How many answers of a request are scored at a time."""
 
 
 class Batch(BaseModel):
@@ -54,7 +58,7 @@ class Rewards(BaseModel):
 
 def reward_route(tasks: Tasks, shaping: Shaping, limits: Limits, meters: Meters) -> APIRouter:
     """The route ``POST /reward``."""
-    router = APIRouter(tags=["Reward"])
+    router, scorers = APIRouter(tags=["Reward"]), Scorers()
 
     @router.post("/reward")
     async def reward(batch: Batch, request: Request) -> Rewards:
@@ -62,20 +66,33 @@ def reward_route(tasks: Tasks, shaping: Shaping, limits: Limits, meters: Meters)
         begun = time.perf_counter()
         if len(batch.labels) > limits.answers:
             raise HTTPException(413, f"expected at most {limits.answers} answers")
+        labels = [tasks.known(label) for label in batch.labels]
         paid: list[float] = []
         logs: dict[str, list[float]] = {metric: [] for metric in (*METRICS, PROMPT_NOT_FOUND)}
-        for query, prompt, label in zip(batch.query, batch.prompts, batch.labels, strict=True):
-            one = reward_func([query], [prompt], [tasks.known(label)], shaping=batch.shaping or shaping)
-            paid.append(one["rewards"])
+        left = limits.reward_seconds
+        for start in range(0, len(labels), _TURN):  # between its turns are those of others
+            turn = slice(start, start + _TURN)
+            asked = (batch.query[turn], batch.prompts[turn], labels[turn], batch.shaping or shaping)
+            try:
+                of_turn, took = await scorers.pay(*asked, left)
+            except (TimeoutError, BrokenWorkerProcess) as error:
+                late = f"scoring takes longer than {limits.reward_seconds:g} s"
+                told = late if isinstance(error, TimeoutError) else "a process that scores has died"
+                place = f"answers {start + 1} to {start + len(asked[0])}"
+                raise HTTPException(503, f"{told}: ended at {place}") from error
+            left -= took
+            paid += _each(of_turn["rewards"])
             for metric, values in logs.items():
-                values.append(one["extra_logs"][metric])
-            await asyncio.sleep(0)  # the turn of others
-            if time.perf_counter() - begun > limits.reward_seconds:
-                raise HTTPException(503, f"took longer than {limits.reward_seconds:g} s: send fewer answers")
-            if len(paid) % 64 == 0 and await request.is_disconnected():
+                values += _each(of_turn["extra_logs"][metric])
+            if await request.is_disconnected():
                 break  # nobody waits for the rest
         lost = int(sum(logs[PROMPT_NOT_FOUND]))
         meters.rewarded(len(paid), time.perf_counter() - begun, lost)
         return Rewards(rewards=paid, scores=paid, extra_logs=logs)
 
     return router
+
+
+def _each(values: float | list[float]) -> list[float]:
+    """Values as `reward_func` gives them: of a single answer one that is no list."""
+    return values if isinstance(values, list) else [values]

@@ -1,0 +1,17 @@
+"""A scorer that comes to no end where an answer asks for that; a module that other processes import."""
+
+from __future__ import annotations
+
+import os
+import threading
+from typing import Any
+
+from eai.envs import rewards
+
+
+def reward_func(queries: list[str], *others: Any, **options: Any) -> dict[str, Any]:
+    if any("hang" in query for query in queries):
+        threading.Event().wait()
+    if any("die" in query for query in queries):
+        os._exit(1)
+    return rewards.reward_func(queries, *others, **options)
