@@ -42,7 +42,7 @@ def reward(address: str) -> None:
     plan = json.dumps([{"action": "GO", "object": "ball"}, {"action": "PUT", "object": ["ball", "box"]}])
     prompt = "Put the ball into the box.\n"
     batch = {"query": [prompt + plan], "prompts": [prompt], "labels": [f"{SPLIT}/action_sequencing/pack"]}
-    answer = httpx.post(f"{address}/reward", json=batch).raise_for_status().json()
+    answer = httpx.post(f"{address}/reward", json=batch, timeout=60).raise_for_status().json()
     print(answer["rewards"], {name: values[0] for name, values in answer["extra_logs"].items() if values[0]})
 
 
