@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import pytest
@@ -38,6 +39,14 @@ def test_a_suite_is_a_test_of_so_many_tasks(nine: dict[str, list[dict[str, Any]]
     assert counts == [9, 100, 9, 25, 4]
     assert round(suite["alpha"], 3) == 0.968
     assert suite["held_out_rasch"] > 0.9 > 0.75 > suite["held_out_mean"]
+
+
+def test_null_models_are_no_models() -> None:
+    answers = tables("behavior", Ability.ACTION_SEQUENCING, MODELS[:4]).answers
+    known = [each for each in answers if each.model == MODELS[0]]
+    assert known
+    more = [*answers, *(replace(each, model="eai_copy") for each in known)]
+    assert [table.rows for table in item_tables(more)] == [table.rows for table in item_tables(answers)]
 
 
 def test_models_stand_by_ability_which_is_the_order_of_their_scores(

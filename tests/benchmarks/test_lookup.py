@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections import Counter
+
 import pytest
 
 from benchmarks.generated.worlds import HOUSEHOLDS, tasks
@@ -14,7 +16,7 @@ from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.source import Source
 from eai.benchmarks.suite import open_suite
 from eai.data.store import Store
-from eai.errors import InputError
+from eai.metrics.summary import summarise
 from eai.world import (
     Add,
     Atom,
@@ -81,9 +83,39 @@ def test_the_task_itself_is_left_out() -> None:
     assert named(BOTH) == [("LIGHT", "l2")]
 
 
-def test_other_abilities_are_not_answered() -> None:
-    with pytest.raises(InputError, match="eai/lookup has no answer"):
-        open_lookup_book(find_benchmark("behavior"), Ability.GOAL_INTERPRETATION)
+@pytest.mark.usefixtures("data_store")
+@pytest.mark.parametrize("name", ["virtualhome", "behavior"])
+def test_goals_are_those_of_the_most_similar_instruction(name: str) -> None:
+    benchmark = find_benchmark(name)
+    book = open_lookup_book(benchmark, Ability.GOAL_INTERPRETATION)
+    suite = open_suite(benchmark, Ability.GOAL_INTERPRETATION)
+    verdicts = [suite.score(task_id, book.gold(task_id).text) for task_id in suite.task_ids[::7]]
+    assert not any(v.error and v.error.kind.value == "parsing" for v in verdicts)
+    rates = summarise(verdicts, suite.ability)
+    assert rates["hallucination"].numerator == 0  # what does not exist here is left out
+    assert rates["overall.f1"].numerator > 0
+
+
+@pytest.mark.usefixtures("data_store")
+def test_subgoals_are_about_the_own_objects() -> None:
+    benchmark = find_benchmark("virtualhome")
+    book = open_lookup_book(benchmark, Ability.SUBGOAL_DECOMPOSITION)
+    suite = open_suite(benchmark, Ability.SUBGOAL_DECOMPOSITION)
+    verdicts = [suite.score(task_id, book.gold(task_id).text) for task_id in suite.task_ids[::12]]
+    assert not any(v.error and v.error.kind.value in ("parsing", "hallucination") for v in verdicts)
+    assert summarise(verdicts, suite.ability)["task_success"].numerator > len(verdicts) / 3
+
+
+def test_operators_are_those_that_another_task_asks_for(data_store: Store) -> None:
+    source = Source(data_store)
+    benchmark = find_benchmark("behavior")
+    book = open_lookup_book(benchmark, Ability.TRANSITION_MODELING, source)
+    tasks = benchmark.operators(source)
+    asked = Counter(name for task in tasks.values() for name in task.operators)
+    for task_id, task in tasks.items():
+        known = [name for name in task.operators if asked[name] > 1]
+        assert [part.split()[1] for part in book.gold(task_id).parts] == known
+    assert 1 in asked.values()
 
 
 def test_most_public_plans_are_in_the_table(data_store: Store) -> None:

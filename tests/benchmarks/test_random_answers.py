@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import random
 from collections import Counter
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -16,7 +17,10 @@ from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.source import Source
 from eai.benchmarks.suite import open_suite
 from eai.data.store import Store
-from eai.errors import InputError
+from eai.metrics.summary import summarise
+from eai.pddl.check import check_domain
+from eai.pddl.planning import PlannerChoice
+from eai.pddl.reader import read_action
 from eai.planning.successor_generator import applicable_actions
 from eai.world.execution import execute
 
@@ -58,9 +62,21 @@ def test_any_benchmark_is_answered(lamps: str, ability: Ability) -> None:
         assert not any(verdict.error and verdict.error.kind.value == "parsing" for verdict in verdicts)
 
 
-def test_operators_are_not_answered() -> None:
-    with pytest.raises(InputError, match="eai/random has no answer to behavior transition_modeling"):
-        open_random_answers(find_benchmark("behavior"), Ability.TRANSITION_MODELING)
+@pytest.mark.parametrize("name", ["virtualhome", "behavior"])
+def test_operators_are_of_the_vocabulary_and_seldom_right(name: str, data_store: Store) -> None:
+    source = Source(data_store, planner=PlannerChoice.NONE)
+    suite = open_suite(find_benchmark(name), Ability.TRANSITION_MODELING, source=source)
+    answer = open_random_answers(suite.benchmark, suite.ability, source)
+    tasks = suite.benchmark.operators(source)
+    verdicts = []
+    for task_id in suite.task_ids[::10]:
+        texts = [answer(task_id, str(seed), ()).text for seed in (0, 0, 1)]
+        assert texts[0] == texts[1] != texts[2]
+        verdicts.append(suite.score(task_id, texts[0]))
+        actions = [read_action(text) for text in answer(task_id, "0", ()).parts]
+        assert [each.name for each in actions] == list(tasks[task_id].operators)
+        assert check_domain(replace(tasks[task_id].domain.header, actions=tuple(actions))) == ()
+    assert 0 < (summarise(verdicts, suite.ability)["overall.f1"].percent or 0) < 10
 
 
 def test_a_plan_goes_on_from_what_was_done(data_store: Store) -> None:

@@ -11,9 +11,11 @@ import pytest
 from eai.abilities.protocol import Ability, Protocol
 from eai.metrics.paper_tables import paper_models
 from eai.metrics.published_scores import (
+    NULL_MODELS,
     SCHEMA,
     TABLE,
     PublishedSuite,
+    null_scores,
     published_scores,
     published_scores_sha256,
 )
@@ -57,6 +59,43 @@ def test_every_suite_has_the_same_models_and_all_metrics() -> None:
             assert row.answered <= suite.tasks
             assert len(suite.rates(model)) == len(suite.metrics)
             assert all(0 <= rate.numerator <= rate.denominator for rate in suite.rates(model).values())
+
+
+@pytest.mark.parametrize("protocol", Protocol)
+def test_null_models_have_answers_to_every_suite(protocol: Protocol) -> None:
+    table = null_scores(protocol.value)
+    assert (table.schema, table.protocol) == (SCHEMA, protocol.value)
+    assert table.suites.keys() == published_scores().suites.keys()
+    for name, suite in table.suites.items():
+        assert list(suite.metrics) == list(summarise([], Ability(name.split("/")[1])))
+        assert list(suite.models) == list(NULL_MODELS)
+        for model, row in suite.models.items():
+            assert row.answered == suite.tasks == suite.coverage(model).tasks
+            assert all(0 <= rate.numerator <= rate.denominator for rate in suite.rates(model).values())
+    main = table.suites["virtualhome/action_sequencing"].rates
+    assert main("eai/empty")["task_success"].numerator == 0
+    if protocol is Protocol.STRICT:  # what it does is possible by the declaration as it is meant
+        assert main("eai/random")["execution_success"].percent == 100
+
+
+@pytest.mark.usefixtures("data_store")
+@pytest.mark.parametrize("name", published_scores().suites)
+def test_scoring_the_copy_again_gives_its_row(name: str, tool: ModuleType) -> None:
+    """If it does not, verdicts have changed: run tools/published_scores.py --null-models."""
+    strict = Protocol.STRICT
+    made = tool.null_suite(name, protocol=strict, only=["eai/copy"], planner=PlannerChoice.NONE)
+    shipped: PublishedSuite = null_scores(strict.value).suites[name]
+    again = made["models"]["eai/copy"]
+    assert again["answers_sha256"] == shipped.models["eai/copy"].answers_sha256
+    rates = dict(zip(shipped.metrics, again["rates"], strict=True))
+    for metric, rate in shipped.rates("eai/copy").items():
+        if not metric.endswith(("planner_success", "plan_works")):
+            assert rates[metric] == [rate.numerator, rate.denominator], metric
+
+
+def test_pages_have_the_null_models_rows(tool: ModuleType) -> None:
+    for page, header in tool.FLOORS:
+        assert tool.write_floor(ROOT / page, header, write=False), (page, header)
 
 
 def test_what_is_not_in_the_table() -> None:

@@ -10,7 +10,7 @@ from eai.abilities.record import NOT_ANSWERED, Record
 from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory, SubgoalVerdict
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.abilities.verdict import Confusion, Verdict
-from eai.metrics.published_scores import published_scores
+from eai.metrics.published_scores import NULL_MODELS, null_scores, published_scores
 from eai.metrics.rate import Rate
 from eai.pddl.planning import PlannerOutcome
 from eai.report.row import RowSource
@@ -31,6 +31,17 @@ def run_of(verdicts: list[Verdict], ability: Ability, model: str) -> Run:
 
 
 def table(
+    name: str, runs: list[Run], protocol: Protocol = Protocol.STRICT, *, with_paper: bool = False
+) -> Table | None:
+    """A table without its floor, whose footnotes are the last."""
+    found = whole_table(name, runs, protocol, with_paper=with_paper)
+    if found is None:
+        return None
+    rows = tuple(row for row in found.rows if row.source is not RowSource.FLOOR)
+    return replace(found, rows=rows, notes=tuple(n for n in found.notes if not n.startswith("Floor")))
+
+
+def whole_table(
     name: str, runs: list[Run], protocol: Protocol = Protocol.STRICT, *, with_paper: bool = False
 ) -> Table | None:
     summaries = [summary_of(run) for run in runs]
@@ -70,16 +81,18 @@ def test_columns_without_numbers_are_left_out() -> None:
 
 
 def test_paper_stands_beside_with_notes_on_its_cells() -> None:
-    found = table("overview", [plans(10, "a")], Protocol.EAI_1_0_5, with_paper=True)
+    found = whole_table("overview", [plans(10, "a")], Protocol.EAI_1_0_5, with_paper=True)
     assert found is not None
-    assert len(found.rows) == 19
+    assert len(found.rows) == 19 + len(NULL_MODELS)
     assert found.rows[0].model == "a"
     opus = next(row for row in found.rows if row.model == "Claude-3 Opus")
     assert opus.source is RowSource.PAPER
     assert opus.cells[0].percent == 64.6
     (number,) = opus.cells[0].notes
     assert "64.9" in found.notes[number - 1]
-    used = {n for row in found.rows for cell in row.cells for n in cell.notes}
+    used = {
+        n for row in found.rows for notes in (row.notes, *(cell.notes for cell in row.cells)) for n in notes
+    }
     used |= {n for notes in found.column_notes for n in notes}
     assert used == set(range(1, len(found.notes) + 1))
 
@@ -138,7 +151,7 @@ def test_a_run_whose_missing_answers_count_as_failures_is_ranked_with_a_note() -
         (1, "partial", "5/10"),
         (2, "a", "10/10"),
     ]
-    assert found.notes == ("Action sequencing: 5 of 10 tasks without an answer, counted as failed.",)
+    assert found.notes[0] == "Action sequencing: 5 of 10 tasks without an answer, counted as failed."
 
 
 def test_average_is_the_paper_s_mean_with_an_interval() -> None:
@@ -224,3 +237,49 @@ def test_rows_say_which_planner_judged_where_that_is_not_the_same(
     own = {row.model: row for row in found.rows if row.source is RowSource.RUN}
     notes = [[found.notes[number - 1] for number in own[model].notes] for model in "ab"]
     assert notes == [[f"Planner that judged operators: {name}."] if name else [] for name in told]
+
+
+@pytest.mark.parametrize("protocol", Protocol)
+@pytest.mark.parametrize("with_paper", [False, True])
+def test_null_models_stand_below_every_table_and_compete_with_nobody(
+    protocol: Protocol, with_paper: bool
+) -> None:
+    found = whole_table("overview", [plans(0, "a"), plans(1, "b")], protocol, with_paper=with_paper)
+    assert found is not None
+    floor = found.rows[-len(NULL_MODELS) :]
+    assert [row.model for row in floor] == list(NULL_MODELS)
+    assert {row.source for row in found.rows[: -len(floor)]}.isdisjoint({RowSource.FLOOR})
+    assert not any(row.rank or cell.best for row in floor for cell in row.cells)
+    rates = null_scores(protocol.value).suites["virtualhome/action_sequencing"].rates("eai/lookup")
+    lookup = floor[list(NULL_MODELS).index("eai/lookup")]
+    assert lookup.cells[0].rate == rates["task_success"]
+    assert (lookup.cells[0].percent or 0) > 30  # better than both runs, and first nowhere
+    assert found.rows[0].rank == 1
+    told = found.notes[floor[0].notes[0] - 1]
+    assert "what is earned without deciding anything" in told
+    assert all(model in told for model in NULL_MODELS)
+
+
+def test_a_null_model_that_was_run_has_no_rank_either() -> None:
+    found = whole_table("action_sequencing_trajectory", [plans(3, "a"), plans(9, "eai_lookup")])
+    assert found is not None
+    assert [(row.rank, row.model) for row in found.rows] == [
+        (1, "a"),
+        (None, "eai/copy"),
+        (None, "eai/empty"),
+        (None, "eai/lookup"),
+        (None, "eai/random"),
+        (None, "eai_lookup"),
+    ]
+    assert [row.model for row in found.rows if row.source is RowSource.FLOOR] == [
+        row.model for row in found.rows[1:]
+    ]
+    assert not any(cell.best for row in found.rows[1:] for cell in row.cells)
+
+
+def test_other_benchmarks_have_no_floor_of_ours() -> None:
+    found = make_table(
+        SPECS["overview"], Protocol.STRICT, "lamps", [summary_of(plans(3, "a"))], with_paper=False
+    )
+    assert found is not None
+    assert [row.model for row in found.rows] == ["a"]

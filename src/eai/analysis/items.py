@@ -15,6 +15,7 @@ from eai.analysis.rasch import Rasch, fit_rasch, item_rest, reliability
 from eai.analysis.suites import SUITE, SuiteKey, by_suite, case_of, score_of
 from eai.analysis.table import Cell, Estimate, Table
 from eai.metrics.certainty import LEVEL
+from eai.metrics.published_scores import is_null_model
 from eai.metrics.rate import Rate
 from eai.metrics.student import two_sided_quantile
 
@@ -91,12 +92,13 @@ def item_tables(answers: Sequence[AnswerLine], flags: TellsFlags = no_flags) -> 
     """The tables of the analysis: of suites with answers of at least `FEWEST_MODELS` models.
 
     Args:
-        answers: the answers of all models.
+        answers: the answers of all models; those of null models are left out.
         flags: what the data set says of tasks.
     """
     suites: list[tuple[Cell, ...]] = []
     abilities: list[tuple[Cell, ...]] = []
     items: list[tuple[Cell, ...]] = []
+    answers = [each for each in answers if not is_null_model(each.model)]
     for suite, of_suite in by_suite(answers).items():
         scores = scores_of(of_suite)
         if len(scores.models) < FEWEST_MODELS or not scores.tasks:

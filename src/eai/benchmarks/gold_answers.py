@@ -91,7 +91,7 @@ def open_planned_book(
     """
     source = source or Source()
     if stated:
-        benchmark = _believing(benchmark, stated)
+        benchmark = believing(benchmark, stated)
     match ability:
         case Ability.ACTION_SEQUENCING:
             return _plans(benchmark, source, scripts=False, limits=limits, find=find)
@@ -117,7 +117,7 @@ def planned_answer(
     return WrittenAnswer(benchmark.plans.write(plan, task.scene), benchmark.plans.join)
 
 
-def _believing(benchmark: Benchmark, stated: Mapping[str, str]) -> Benchmark:
+def believing(benchmark: Benchmark, stated: Mapping[str, str]) -> Benchmark:
     """The benchmark whose tasks have the goals that answers state, as far as they mean something."""
 
     def open_tasks(source: Source) -> TaskSet[Task]:
@@ -187,6 +187,11 @@ def _operators(benchmark: Benchmark, source: Source) -> AnswerBook:
     def gold(task_id: str) -> WrittenAnswer:
         task = tasks[task_id]
         parts = tuple(task.domain.operators[name].pddl for name in task.operators)
-        return WrittenAnswer(parts, lambda operators: json.dumps({"output": "\n".join(operators)}))
+        return WrittenAnswer(parts, join_operators)
 
     return AnswerBook(tuple(tasks), gold)
+
+
+def join_operators(operators: Iterable[str]) -> str:
+    """Operators as one answer."""
+    return json.dumps({"output": "\n".join(operators)})

@@ -1,27 +1,35 @@
-"""A lookup table as a baseline: the plan of the public task with the most similar goals, objects renamed.
+"""A lookup table as a baseline: the answer of the most similar public task, objects renamed.
 
 Whoever has seen the public answers can do as much without deciding anything. The task itself is left out.
 """
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 
 import eai.logic.formula as f
+from eai.abilities.goal_interpretation.gold import write_goals
+from eai.abilities.goal_interpretation.lexicon import GoalLexicon
 from eai.abilities.protocol import Ability
+from eai.abilities.subgoal_decomposition.notation import SubgoalNotation
 from eai.abilities.task import Task
+from eai.abilities.transition_modeling.task import TransitionTask
+from eai.abilities.unreadable import Unreadable
 from eai.benchmarks.benchmark import Benchmark
-from eai.benchmarks.gold_answers import AnswerBook, WrittenAnswer
-from eai.benchmarks.source import Source
-from eai.errors import InputError
+from eai.benchmarks.copied_answers import instruction_words
+from eai.benchmarks.gold_answers import AnswerBook, WrittenAnswer, join_operators, open_answer_book
+from eai.benchmarks.source import Source, TaskSet
 from eai.logic.ltl_printer import print_ltl
 from eai.logic.renaming import rename_objects, rename_variables
 from eai.logic.traversal import objects
 from eai.world.domain import Domain
 from eai.world.execution import Action
+
+_NAME = re.compile(r"[\w.]+")
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,18 +43,25 @@ class _Entry:
 def open_lookup_book(benchmark: Benchmark, ability: Ability, source: Source | None = None) -> AnswerBook:
     """What the lookup table answers.
 
+    Plans and subgoals are those of the task with the most similar goals, goals those of the task whose
+    instruction shares most words, operators those of any other task that asks for them.
+
     Raises:
-        InputError: the table has no answers to this ability.
         DataError: the data cannot be had.
     """
-    if ability is not Ability.ACTION_SEQUENCING:
-        raise InputError(
-            f"eai/lookup has no answer to {benchmark.name} {ability.value}: its table is of plans"
-        )
     source = source or Source()
+    if ability is Ability.TRANSITION_MODELING:
+        return _operator_book(benchmark.operators(source))
     tasks = benchmark.tasks_for(ability, source)
-    public = tasks if benchmark.open_public is None else benchmark.open_public(source)
+    known = (
+        benchmark if benchmark.open_public is None else replace(benchmark, open_tasks=benchmark.open_public)
+    )
+    public = known.tasks_for(ability, source)
+    if ability is Ability.GOAL_INTERPRETATION:
+        return _goal_book(benchmark, tasks, list(public.values()))
     table = LookupTable(public.values(), benchmark.domain)
+    if ability is Ability.SUBGOAL_DECOMPOSITION:
+        return _subgoal_book(benchmark, tasks, table, open_answer_book(known, ability, source))
 
     @cache
     def answer(task_id: str) -> WrittenAnswer:
@@ -70,9 +85,73 @@ class LookupTable:
 
     def plan(self, task: Task) -> tuple[Action, ...]:
         """The plan of the nearest other task, about this one's objects; steps of no operator are left out."""
-        nearest = _nearest(task, self._entries)
-        plan = () if nearest is None else tuple(_renamed(nearest.task, task))
+        nearest = self.nearest(task)
+        plan = () if nearest is None else tuple(_renamed(nearest, task))
         return tuple([each for each in plan if self._arities.get(each.operator) == len(each.arguments)])
+
+    def nearest(self, task: Task) -> Task | None:
+        """The other task that shares most goals, of those of either; the first of several."""
+        goals = _lifted(task)
+        others = [entry for entry in self._entries if entry.task.id != task.id]
+        found = max(others, key=lambda entry: _similarity(goals, entry.goals), default=None)
+        return None if found is None else found.task
+
+
+def _subgoal_book(
+    benchmark: Benchmark, tasks: TaskSet[Task], table: LookupTable, known: AnswerBook
+) -> AnswerBook:
+    """The subgoals of the nearest other task, about this one's objects; what is about others is left out."""
+    notation = benchmark.subgoals or SubgoalNotation(benchmark.domain)
+
+    @cache
+    def answer(task_id: str) -> WrittenAnswer:
+        task = tasks[task_id]
+        nearest = table.nearest(task)
+        if nearest is None:
+            return WrittenAnswer((), notation.join)
+        parts, here = known.gold(nearest.id).parts, notation.lexicon(task.scene)
+        there = notation.lexicon(nearest.scene).objects
+        named = [there[word] for part in parts for word in _NAME.findall(part) if word in there]
+        meant = _correspondence(nearest, task, named)
+        names = {word: here.name(meant[index]) for word, index in there.items() if index in meant}
+        kept = [part for part in parts if all(w in names for w in _NAME.findall(part) if w in there)]
+        renamed = [_NAME.sub(lambda match: names.get(match[0], match[0]), part) for part in kept]
+        return WrittenAnswer(tuple(renamed), notation.join)
+
+    return AnswerBook(tuple(tasks), answer)
+
+
+def _goal_book(benchmark: Benchmark, tasks: TaskSet[Task], public: Sequence[Task]) -> AnswerBook:
+    """The goals of the task whose instruction shares most words, but for what does not exist here."""
+    notation = benchmark.goals
+    texts = [(task, Counter(instruction_words(task))) for task in public]
+
+    @cache
+    def answer(task_id: str) -> WrittenAnswer:
+        task = tasks[task_id]
+        words = Counter(instruction_words(task))
+        others = [entry for entry in texts if entry[0].id != task.id]
+        nearest = max(others, key=lambda entry: _similarity(words, entry[1]), default=None)
+        parts = () if nearest is None else write_goals(nearest[0], benchmark.domain, notation)
+        read = notation.read(notation.join(parts))
+        stated = () if isinstance(read, Unreadable) else read.goals
+        lexicon = GoalLexicon(task, benchmark.domain, notation)
+        kept = [goal for goal in stated if lexicon.first_unknown(goal) is None]
+        return WrittenAnswer(notation.write(kept), notation.join)
+
+    return AnswerBook(tuple(tasks), answer)
+
+
+def _operator_book(tasks: TaskSet[TransitionTask]) -> AnswerBook:
+    """The operators that some other task asks for, as it has them."""
+    asked = Counter([name for task in tasks.values() for name in task.operators])
+
+    def answer(task_id: str) -> WrittenAnswer:
+        task = tasks[task_id]
+        known = [name for name in task.operators if asked[name] > 1]
+        return WrittenAnswer(tuple([task.domain.operators[name].pddl for name in known]), join_operators)
+
+    return AnswerBook(tuple(tasks), answer)
 
 
 def _lifted(task: Task) -> Counter[str]:
@@ -88,13 +167,6 @@ def _goals(task: Task) -> Iterator[tuple[f.Formula, str]]:
         yield goal.formula, print_ltl(rename_variables(rename_objects(goal.formula, named)))
 
 
-def _nearest(task: Task, table: Sequence[_Entry]) -> _Entry | None:
-    """The entry of another task that shares most goals, of those of either; the first of several."""
-    goals = _lifted(task)
-    others = [entry for entry in table if entry.task.id != task.id]
-    return max(others, key=lambda entry: _similarity(goals, entry.goals), default=None)
-
-
 def _similarity(goals: Counter[str], others: Counter[str]) -> int:
     """How near goals are to each other: the share of common ones among all, in millionths."""
     return 1_000_000 * (goals & others).total() // max(1, (goals | others).total())
@@ -102,7 +174,7 @@ def _similarity(goals: Counter[str], others: Counter[str]) -> int:
 
 def _renamed(known: Task, asked: Task) -> Iterator[Action]:
     """The plan of a known task about the objects of another, without steps about what the other lacks."""
-    meant = _correspondence(known, asked)
+    meant = _correspondence(known, asked, [index for action in known.script for index in action.arguments])
     for action in known.script:
         arguments = [meant.get(index) for index in action.arguments]
         found = tuple([index for index in arguments if index is not None])
@@ -110,8 +182,8 @@ def _renamed(known: Task, asked: Task) -> Iterator[Action]:
             yield Action(action.operator, found)
 
 
-def _correspondence(known: Task, asked: Task) -> Mapping[int, int]:
-    """For each object of a known task's plan one of another task: of the same goal, or category and name."""
+def _correspondence(known: Task, asked: Task, named: Iterable[int]) -> Mapping[int, int]:
+    """For each named object of a known task one of another task: of the same goal, or category and name."""
     meant: dict[int, int] = {}
     goals = list(_goals(asked))
     for formula, text in _goals(known):
@@ -121,7 +193,7 @@ def _correspondence(known: Task, asked: Task) -> Mapping[int, int]:
             pairs = zip(objects(formula), there, strict=False)
             meant |= {known.scene.index[a]: asked.scene.index[b] for a, b in pairs}
     relevant = dict.fromkeys((*asked.relevant, *range(len(asked.scene.objects))))
-    for index in dict.fromkeys(i for action in known.script for i in action.arguments):
+    for index in dict.fromkeys(named):
         thing = known.scene.objects[index]
         if index not in meant:
             alike = [i for i in relevant if asked.scene.objects[i].category == thing.category]

@@ -1,7 +1,7 @@
-"""Random possible actions as a baseline: what the built-in model `eai/random` answers, whatever is asked for.
+"""Chance as a baseline: what the built-in model `eai/random` answers, mostly random possible actions.
 
-It knows what can be done and nothing of what is wanted; how often it succeeds all the same says how much of a
-task is luck.
+It knows what can be done or said and nothing of what is wanted; how often it succeeds all the same says how
+much of a task is luck.
 """
 
 from __future__ import annotations
@@ -17,13 +17,25 @@ from eai.abilities.goal_interpretation.lexicon import GoalLexicon
 from eai.abilities.protocol import Ability
 from eai.abilities.subgoal_decomposition.notation import SubgoalNotation
 from eai.abilities.task import Task
+from eai.abilities.transition_modeling.task import TransitionTask
 from eai.benchmarks.benchmark import Benchmark
-from eai.benchmarks.gold_answers import WrittenAnswer
-from eai.benchmarks.source import Source
-from eai.errors import InputError
+from eai.benchmarks.gold_answers import WrittenAnswer, join_operators
+from eai.benchmarks.source import Source, TaskSet
 from eai.logic.choice import Literal
-from eai.logic.formula import Atom, Constant, Not
+from eai.logic.formula import And, Atom, Constant, Not, Variable
 from eai.logic.ltl_printer import print_ltl
+from eai.logic.traversal import walk
+from eai.pddl.model import (
+    AddEffect,
+    Both,
+    DeleteEffect,
+    PddlAction,
+    elementary_effects,
+    parents,
+    supertypes,
+    type_of,
+)
+from eai.pddl.writer import write_action
 from eai.planning.successor_generator import applicable_actions
 from eai.prompts.wording import Wording, subjects
 from eai.world.domain import Domain
@@ -33,6 +45,8 @@ from eai.world.state import Fact, State
 
 _TRIES = 5_000
 """How many actions are drawn in vain before all are looked at."""
+
+_EVEN = 0.5
 
 _USUAL_STEPS = 5
 """How long an answer is where no task has a plan."""
@@ -49,17 +63,15 @@ def open_random_answers(
 
     A plan is a random walk: each action is drawn from all that are possible then with the objects that the
     task is about, each equally likely. It is as long as the plan of some task of the data set. Subgoals are
-    one visible change of each of its steps, goals what has come about at its end.
+    one visible change of each of its steps, goals what has come about at its end. Operators have random
+    literals of their parameters, as many on each side as some operator of the data set.
 
     Raises:
-        InputError: a random walk is no answer to this ability.
         DataError: the data cannot be had.
     """
-    if ability is Ability.TRANSITION_MODELING:
-        raise InputError(
-            f"eai/random has no answer to {benchmark.name} {ability.value}: it takes actions at random"
-        )
     source = source or Source()
+    if ability is Ability.TRANSITION_MODELING:
+        return _operators(benchmark.operators(source))
     tasks = benchmark.tasks_for(ability, source)
     public = tasks if benchmark.open_public is None else benchmark.open_public(source)
     lengths = [len(task.script) for task in public.values() if task.script] or [_USUAL_STEPS]
@@ -68,12 +80,16 @@ def open_random_answers(
     def answer(task_id: str, seed: str, done: Sequence[Action] = ()) -> WrittenAnswer:
         task = tasks[task_id]
         task = replace(task, initial=execute(benchmark.domain, task.initial, done).final) if done else task
-        digest = hashlib.sha256(f"{seed} {task_id}".encode()).digest()
-        rng = random.Random(digest)  # noqa: S311 - chance, not secrets
+        rng = _chance(seed, task_id)
         steps = list(random_walk(benchmark.domain, task.initial, task.relevant, rng, rng.choice(lengths)))
         return write(benchmark, task, steps, rng)
 
     return answer
+
+
+def _chance(seed: str, task_id: str) -> random.Random:
+    digest = hashlib.sha256(f"{seed} {task_id}".encode()).digest()
+    return random.Random(digest)  # noqa: S311 - chance, not secrets
 
 
 def random_walk(
@@ -145,6 +161,44 @@ def _changes(wording: Wording, task: Task, before: State, after: State) -> Itera
 
 def _said(fact: Fact, task: Task) -> Atom:
     return Atom(fact.predicate, tuple([Constant(task.scene.objects[i].name) for i in fact.arguments]))
+
+
+def _operators(tasks: TaskSet[TransitionTask]) -> RandomAnswers:
+    """Random operators."""
+    gold = [action for task in tasks.values() for action in task.gold.values()]
+    lengths = [len([part for part in walk(each.precondition) if isinstance(part, Atom)]) for each in gold]
+    changes = [len(list(elementary_effects(each.effect))) for each in gold]
+
+    def answer(task_id: str, seed: str, done: Sequence[Action] = ()) -> WrittenAnswer:
+        task, rng = tasks[task_id], _chance(seed, task_id)
+        written = []
+        for action in task.gold.values():
+            can = list(_sayable(task, action))
+            asked, made = [
+                [_atom(*rng.choice(can), rng) for _ in range(rng.choice(numbers) if can else 0)]
+                for numbers in (lengths, changes)
+            ]
+            needs = And(tuple([atom if rng.random() < _EVEN else Not(atom) for atom in asked]))
+            does = tuple([AddEffect(atom) if rng.random() < _EVEN else DeleteEffect(atom) for atom in made])
+            written.append(write_action(replace(action, precondition=needs, effect=Both(does))))
+        return WrittenAnswer(tuple(written), join_operators)
+
+    return answer
+
+
+def _sayable(task: TransitionTask, action: PddlAction) -> Iterator[tuple[str, list[list[str]]]]:
+    """The predicates that can be said of an operator's parameters, each with those that fit each place."""
+    above = parents(task.domain.header.types)
+    kinds = {given.name: supertypes(above, type_of(given)) for given in action.parameters}
+    for predicate in task.domain.header.predicates:
+        places = [type_of(variable) for variable in predicate.parameters]
+        fitting = [[name for name, known in kinds.items() if place in known] for place in places]
+        if all(fitting):
+            yield predicate.name, fitting
+
+
+def _atom(predicate: str, fitting: Sequence[Sequence[str]], rng: random.Random) -> Atom:
+    return Atom(predicate, tuple([Variable(rng.choice(names)) for names in fitting]))
 
 
 _WRITERS = {

@@ -24,8 +24,9 @@ Models = Annotated[
     typer.Option(
         metavar="NAME",
         help="As Inspect names it, openai/gpt-4o say; built in, without key or network: eai/oracle (gold "
-        "answers), eai/planner (finds plans), eai/lookup (plans of similar public tasks), eai/random "
-        "(random possible actions), eai/noisy (spoilt gold answers), eai/replay (from files).",
+        "answers), eai/planner (finds plans), eai/noisy (spoilt gold answers), eai/replay (from files); the "
+        "null models eai/copy (what the question says), eai/empty, eai/lookup (answers of similar public "
+        "tasks), eai/random (random possible actions).",
         rich_help_panel=_PANEL,
     ),
 ]

@@ -1,6 +1,8 @@
-"""The published answers of the paper's models scored by us, where the paper has no numbers of a protocol.
+"""Scores that come with the package: of the published answers of the paper's models, and of null models.
 
-The table holds numbers only. ``tools/published_scores.py`` writes it from files of answers.
+The paper has no numbers of the protocol that its models' answers are scored under here. Null models decide
+nothing: what they earn is the floor on which every other number stands. The tables hold numbers only;
+``tools/published_scores.py`` writes them.
 """
 
 from __future__ import annotations
@@ -13,12 +15,21 @@ from importlib import resources
 
 from pydantic import TypeAdapter
 
+from eai.abilities.responses import file_name
 from eai.abilities.share import Share
 from eai.metrics.coverage import Coverage
 from eai.metrics.rate import Rate, total
 
 TABLE = "published_strict.json"
 """The name of the table among those of the paper."""
+
+NULL_MODELS = {
+    "eai/copy": "copies what the question says",
+    "eai/empty": "answers nothing, in the form asked for",
+    "eai/lookup": "answers as another task of the data set is answered, the most similar one",
+    "eai/random": "answers at random what is well-formed",
+}
+"""The models that decide nothing, and what they do."""
 
 SCHEMA = 1
 """The version of its format."""
@@ -86,17 +97,33 @@ class PublishedScores:
         return self.suites.get(f"{domain}/{ability}")
 
 
+def is_null_model(name: str) -> bool:
+    """Whether records of this model's name are of a null model, which is no model to compare others with."""
+    return name in {file_name(model) for model in NULL_MODELS}
+
+
 @cache
 def published_scores() -> PublishedScores:
-    """The table."""
-    return TypeAdapter(PublishedScores).validate_json(_content())
+    """The table of the paper's models."""
+    return TypeAdapter(PublishedScores).validate_json(_content(TABLE))
+
+
+@cache
+def null_scores(protocol: str) -> PublishedScores:
+    """The table of the null models under a protocol."""
+    return TypeAdapter(PublishedScores).validate_json(_content(null_table(protocol)))
+
+
+def null_table(protocol: str) -> str:
+    """The name of the file of `null_scores`."""
+    return f"null_models_{protocol}.json"
 
 
 @cache
 def published_scores_sha256() -> str:
-    """Digest of the table's file."""
-    return hashlib.sha256(_content()).hexdigest()
+    """Digest of the file of `published_scores`."""
+    return hashlib.sha256(_content(TABLE)).hexdigest()
 
 
-def _content() -> bytes:
-    return (resources.files("eai.metrics") / "paper" / TABLE).read_bytes()
+def _content(table: str) -> bytes:
+    return (resources.files("eai.metrics") / "paper" / table).read_bytes()

@@ -22,9 +22,10 @@ _INTRODUCTION = """\
 All numbers are in percent. Under each run stand its 95 % intervals; they treat tasks of one name as the near
 copies that they are ([how sure the numbers are](#how-sure-the-numbers-are)). Bold is the best of a column. A
 task without an answer counts as a failure, unless a footnote says otherwise; a run that leaves tasks out is
-neither ranked nor in bold. A protocol says what the numbers mean: `strict` is what the paper defines,
-`eai-1.0.5` gives the verdicts of the reference package, defects included, and is the one to set beside
-published numbers. Each has tables of its own."""
+neither ranked nor in bold. Rows marked *floor* are null models: what is earned without deciding anything. A
+protocol says what the numbers mean: `strict` is what the paper defines, `eai-1.0.5` gives the verdicts of the
+reference package, defects included, and is the one to set beside published numbers. Each has tables of its
+own."""
 _BESIDES = """\
 The paper's tables of a few models, or of other ways to ask, in percent and in the paper's order. A run
 stands above the paper's rows where it measures the same: under `eai-1.0.5`, each answer asked for once."""

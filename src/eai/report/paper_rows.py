@@ -1,4 +1,4 @@
-"""The rows of the paper's models: as the paper prints them, or as their published answers were scored.
+"""The rows that need no run: of the paper's models, as it prints them or scored by us, and of null models.
 
 The paper's figures are of one protocol, and stand only beside runs under it. Beside runs under another one
 stand the published answers, scored under that protocol.
@@ -12,7 +12,14 @@ from eai.abilities.protocol import Ability, Protocol
 from eai.metrics.average import AVERAGE, average_performance
 from eai.metrics.coverage import together
 from eai.metrics.paper_tables import PaperColumn, PaperTable, paper_models
-from eai.metrics.published_scores import PublishedSuite, published_scores, published_scores_sha256
+from eai.metrics.published_scores import (
+    NULL_MODELS,
+    PublishedScores,
+    PublishedSuite,
+    null_scores,
+    published_scores,
+    published_scores_sha256,
+)
 from eai.report.row import Cell, Cells, Notes, Row, RowSource, cell_of
 from eai.report.run_summary import RunSummary
 from eai.report.table_specs import ColumnSpec, ability_title
@@ -21,6 +28,7 @@ _PUBLISHED = (
     "Answers that the paper's authors published, scored by us under this protocol (table {sha256:.12}): "
     "those of {known} of the paper's {all} models; the others are to be added."
 )
+_FLOOR = "Floor: what is earned without deciding anything, by null models; never ranked. {told}."
 _OTHER_DATA = "Scored against other data than the runs: {suites}."
 
 
@@ -59,22 +67,53 @@ def published_rows(
     table = published_scores()
     if table.protocol != protocol.value:
         return
-    abilities = dict.fromkeys(column.ability for column in columns if column.ability)
-    suites = {a: suite for a in abilities if (suite := table.suite(domain, a.value)) is not None}
-    models = tuple(dict.fromkeys(model for suite in suites.values() for model in suite.models))
+    suites = _suites(table, columns, domain)
+    known = len({model for suite in suites.values() for model in suite.models})
     everyone = len(set(paper_models().values()))
-    texts = [_PUBLISHED.format(sha256=published_scores_sha256(), known=len(models), all=everyone)]
-    texts += [note for suite in suites.values() for note in suite.notes]
+    text = _PUBLISHED.format(sha256=published_scores_sha256(), known=known, all=everyone)
+    yield from _scored_rows(suites, columns, runs, notes, RowSource.PUBLISHED, text)
+
+
+def floor_rows(
+    columns: Sequence[ColumnSpec],
+    protocol: Protocol,
+    domain: str,
+    runs: Sequence[RunSummary],
+    notes: Notes,
+) -> Iterator[Row]:
+    """The null models in the suites that come with the package; arguments as for `published_rows`."""
+    suites = _suites(null_scores(protocol.value), columns, domain)
+    told = "; ".join(f"{model} {deed}" for model, deed in NULL_MODELS.items())
+    return _scored_rows(suites, columns, runs, notes, RowSource.FLOOR, _FLOOR.format(told=told))
+
+
+def _suites(
+    table: PublishedScores, columns: Sequence[ColumnSpec], domain: str
+) -> Mapping[Ability, PublishedSuite]:
+    """What a table of scores has of the abilities of columns."""
+    abilities = dict.fromkeys(column.ability for column in columns if column.ability)
+    return {a: suite for a in abilities if (suite := table.suite(domain, a.value)) is not None}
+
+
+def _scored_rows(
+    suites: Mapping[Ability, PublishedSuite],
+    columns: Sequence[ColumnSpec],
+    runs: Sequence[RunSummary],
+    notes: Notes,
+    source: RowSource,
+    text: str,
+) -> Iterator[Row]:
+    """The models of a table of scores, with what it says of itself and its suites as footnotes."""
+    texts = [text, *(note for suite in suites.values() for note in suite.notes)]
     other = [run.key.ability for run in runs if _is_on_other_data(run, suites)]
     if other:
         texts.append(_OTHER_DATA.format(suites=", ".join(map(ability_title, dict.fromkeys(other)))))
-    for model in models:
+    for model in dict.fromkeys(model for suite in suites.values() for model in suite.models):
         cells = _published_cells(model, suites)
         found = tuple(cell_of(cells, column) for column in columns)
         if any(cell.percent is not None for cell in found):
             covered = together(suite.coverage(model) for suite in suites.values() if model in suite.models)
-            numbers = tuple(notes.number(text) for text in texts)
-            yield Row(model, RowSource.PUBLISHED, found, covered, numbers)
+            yield Row(model, source, found, covered, tuple(notes.number(text) for text in texts))
 
 
 def _is_on_other_data(run: RunSummary, suites: Mapping[Ability, PublishedSuite]) -> bool:

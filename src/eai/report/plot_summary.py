@@ -43,6 +43,9 @@ class _Entry(NamedTuple):
     others: dict[str, list[float]]
 
 
+_PAPERS = (RowSource.PAPER, RowSource.PUBLISHED)
+
+
 @dataclass(frozen=True, slots=True)
 class _Panel:
     title: str
@@ -125,9 +128,7 @@ def _entries(
                 heading = ability_title(column.ability) if column.ability else column.group
                 entry = entries.setdefault(column, _Entry(heading, column.label, {}, {}))
                 entry.cells[table.domain] = row.cells[place]
-                others = (
-                    each.cells[place].percent for each in table.rows if each.source is not RowSource.RUN
-                )
+                others = (each.cells[place].percent for each in table.rows if each.source in _PAPERS)
                 entry.others[table.domain] = [percent for percent in others if percent is not None]
     return list(entries.values())
 

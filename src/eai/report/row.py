@@ -53,6 +53,8 @@ class RowSource(str, Enum):
     """As the paper prints them."""
     PUBLISHED = "published"
     """The published answers of one of the paper's models, scored by us."""
+    FLOOR = "floor"
+    """What a null model earns, which decides nothing."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,6 +79,11 @@ class Row:
     def label(self) -> str:
         """The model, and where its numbers are from if not from a run."""
         return self.model if self.source is RowSource.RUN else f"{self.model} ({self.source.value})"
+
+    @property
+    def competes(self) -> bool:
+        """Whether it may have a rank, and the best number of a column."""
+        return self.source is not RowSource.FLOOR and (self.coverage is None or self.coverage.ranked)
 
     @property
     def answered(self) -> str:

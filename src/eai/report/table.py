@@ -10,7 +10,8 @@ from eai.metrics.average import AVERAGE, average_performance, average_weights
 from eai.metrics.certainty import Cases, certainty_of_mean
 from eai.metrics.coverage import together
 from eai.metrics.paper_tables import paper_setting, paper_table
-from eai.report.paper_rows import paper_rows, published_rows
+from eai.metrics.published_scores import is_null_model
+from eai.report.paper_rows import floor_rows, paper_rows, published_rows
 from eai.report.row import Cell, Cells, Notes, Row, RowSource, cell_of
 from eai.report.run_summary import RunSummary
 from eai.report.table_specs import ColumnSpec, TableSpec, ability_title
@@ -48,7 +49,7 @@ def make_table(
     """The table of the runs of one protocol and domain, or None if they have none of its numbers.
 
     The paper's rows stand only among runs under its protocol. Under another one its models stand as their
-    published answers were scored under that protocol.
+    published answers were scored under that protocol. Below them all stand the null models, without a rank.
     """
     known = cells_by_model(runs)
     columns = tuple(
@@ -67,7 +68,9 @@ def make_table(
     elif with_paper:
         rows += published_rows(columns, protocol, domain, runs, notes)
     column_notes = tuple(notes.on_column(papers, place) for place in places)
-    rows = _ranked(spec.primary, columns, [*rows, *paper_rows(places, papers, notes)])
+    rows += paper_rows(places, papers, notes)
+    rows += floor_rows(columns, protocol, domain, runs, notes)
+    rows = _ranked(spec.primary, columns, rows)
     texts = tuple(notes.texts)
     return Table(spec.name, spec.title, protocol, domain, columns, column_notes, tuple(rows), texts)
 
@@ -104,7 +107,8 @@ def run_rows(
                 judged = [", ".join(run.planners) for run in shown if run.planners]
                 remarks += [f"Planner that judged operators: {names}." for names in judged]
             numbers = tuple(notes.number(remark) for remark in remarks)
-            yield Row(model, RowSource.RUN, found, together(run.coverage for run in shown), numbers)
+            source = RowSource.FLOOR if is_null_model(model) else RowSource.RUN
+            yield Row(model, source, found, together(run.coverage for run in shown), numbers)
 
 
 def cells_by_model(runs: Sequence[RunSummary]) -> dict[str, Cells]:
@@ -143,7 +147,7 @@ def _ranked(primary: Sequence[str], columns: Sequence[ColumnSpec], rows: Sequenc
     """The rows by rank, with the best of each column marked."""
     names = [column.metric for column in columns]
     place = next((names.index(name) for name in primary if name in names), 0)
-    values = [row.cells[place].percent if _is_ranked(row) else None for row in rows]
+    values = [row.cells[place].percent if row.competes else None for row in rows]
     ranks = [None if v is None else 1 + sum(_above(other, v) for other in values) for v in values]
     ranked = [
         replace(row, rank=rank) for row, rank in zip(with_best_marked(columns, rows), ranks, strict=True)
@@ -154,21 +158,25 @@ def _ranked(primary: Sequence[str], columns: Sequence[ColumnSpec], rows: Sequenc
     )
 
 
-def _is_ranked(row: Row) -> bool:
-    return row.coverage is None or row.coverage.ranked
-
-
 def with_best_marked(columns: Sequence[ColumnSpec], rows: Sequence[Row]) -> list[Row]:
     """The rows with the best of each column marked if there is something to compare."""
     best = [
-        _best(column, [row.cells[i].percent for row in rows if row.cells[i].ranked])
+        _best(column, [row.cells[i].percent for row in rows if _may_be_best(row, row.cells[i])])
         for i, column in enumerate(columns)
     ]
-    return [replace(row, cells=tuple(map(_marked, row.cells, best))) for row in rows]
+    return [
+        replace(row, cells=tuple([_marked(row, *pair) for pair in zip(row.cells, best, strict=True)]))
+        for row in rows
+    ]
 
 
-def _marked(cell: Cell, best: str | None) -> Cell:
-    return replace(cell, best=best is not None and cell.ranked and _shown(cell.percent) == best)
+def _marked(row: Row, cell: Cell, best: str | None) -> Cell:
+    is_best = best is not None and _may_be_best(row, cell) and _shown(cell.percent) == best
+    return replace(cell, best=is_best)
+
+
+def _may_be_best(row: Row, cell: Cell) -> bool:
+    return cell.ranked and row.source is not RowSource.FLOOR
 
 
 def _above(other: float | None, value: float) -> bool:

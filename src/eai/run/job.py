@@ -24,7 +24,7 @@ PROVIDER = "eai"
 """What stands before the slash in the names of built-in models."""
 
 EYES = "eyes"
-MODELS = ("oracle", "planner", "lookup", "random", "noisy", "replay", EYES)
+MODELS = ("oracle", "planner", "lookup", "copy", "empty", "random", "noisy", "replay", EYES)
 """The built-in models."""
 
 

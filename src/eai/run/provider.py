@@ -28,9 +28,11 @@ from eai.abilities.protocol import Ability
 from eai.abilities.responses import read_responses
 from eai.benchmarks.answer_files import recorded_file
 from eai.benchmarks.benchmark import Benchmark
+from eai.benchmarks.copied_answers import open_copy_book, open_empty_book
 from eai.benchmarks.gold_answers import (
     AnswerBook,
     WrittenAnswer,
+    believing,
     open_answer_book,
     open_planned_book,
     planned_answer,
@@ -66,7 +68,12 @@ Every plan of the households takes less.
 
 T = TypeVar("T")
 
-_BOOKS = {"planner": open_planned_book, "lookup": open_lookup_book}
+_BOOKS = {
+    "planner": open_planned_book,
+    "lookup": open_lookup_book,
+    "copy": open_copy_book,
+    "empty": open_empty_book,
+}
 """The models that have answers of their own."""
 
 _ARGUMENTS = ("rate", "seed", "heed", "path")
@@ -105,8 +112,9 @@ class BuiltInModel(ModelAPI):
     Args:
         model_name: ``oracle`` (the data set's own answers), ``planner`` (plans found by search, for action
             sequencing and subgoal decomposition; in a world that goes on, from its present state, and in a
-            pipeline for the stated goals), ``lookup`` (the plan of the public task with the most similar
-            goals, objects renamed), ``random`` (random possible actions; argument ``seed``), ``noisy``
+            pipeline for the stated goals), ``lookup`` (the answer of the most similar public
+            task, objects renamed), ``copy`` (what the question says), ``empty`` (nothing, in the form asked
+            for), ``random`` (random possible actions; argument ``seed``), ``noisy``
             (the data set's answers, spoilt anew in each attempt; arguments ``rate`` and ``seed``, and
             ``heed``, with which it mends what it is told of with this probability, and else says the same
             again), ``eyes`` (scene graphs of pictures, with errors; arguments ``rate`` and ``seed``) or
@@ -210,10 +218,9 @@ class BuiltInModel(ModelAPI):
             return recorded[asked.task_id]
         if self.model_name == "planner" and asked.done:
             return planned_answer(asked.benchmark, asked.task_id, asked.done, LIMITS, asked.source).text
-        if self.model_name == "planner" and asked.stated is not None:
-            stated = {asked.task_id: asked.stated}
-            book = open_planned_book(asked.benchmark, asked.ability, asked.source, stated)
-            return book.gold(asked.task_id).text
+        if self.model_name in ("planner", "copy") and asked.stated is not None:
+            believed = believing(asked.benchmark, {asked.task_id: asked.stated})
+            return _BOOKS[self.model_name](believed, asked.ability, asked.source).gold(asked.task_id).text
         if self.model_name == "planner" and asked.scene is not None:
             return self._believing(asked, asked.scene)
         if self.model_name == "random":

@@ -79,6 +79,11 @@ class GoalNotation(ABC):
 
     symmetric: ClassVar[frozenset[str]] = frozenset()
 
+    @property
+    def states_actions(self) -> bool:
+        """Whether answers may state actions as goals."""
+        return True
+
     @abstractmethod
     def read(self, text: str) -> WrittenGoals | Unreadable:
         """The goals of an answer, or why there are none."""
@@ -151,6 +156,11 @@ class JsonGoals(GoalNotation):
 
     def __init__(self, sections: Iterable[GoalKind] = GoalKind) -> None:
         self._kinds = {SECTIONS[kind]: kind for kind in sections}
+
+    @property
+    def states_actions(self) -> bool:
+        """Whether there is a section of actions."""
+        return SECTIONS[GoalKind.ACTION] in self._kinds
 
     def read(self, text: str) -> WrittenGoals | Unreadable:
         """The goals in an answer, or why there are none."""
