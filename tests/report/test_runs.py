@@ -1,11 +1,13 @@
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import pytest
 
+from eai.abilities.responses import find_response_files
 from eai.errors import InputError
-from eai.report.runs import read_runs
+from eai.report.runs import find_record_files, read_runs
 from eai.scoring.records import write_records
 from report.samples import action_run, all_runs, goal_run, write_runs
 
@@ -63,3 +65,13 @@ def test_what_cannot_be_used(tmp_path: Path) -> None:
     ):
         with pytest.raises(InputError, match=words):
             list(read_runs(paths))
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="this system has no named pipes")
+def test_a_pipe_in_a_folder_is_passed_over(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "records.jsonl")
+    os.mkfifo(tmp_path / "m_outputs.json")
+    with pytest.raises(InputError, match=r"somewhere below, found none"):
+        find_record_files([tmp_path])
+    with pytest.raises(InputError, match="found none"):
+        find_response_files(tmp_path)

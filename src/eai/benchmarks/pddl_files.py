@@ -59,7 +59,8 @@ def _declare(read: DomainFile) -> DeclaredDomain:
 def _problem_paths(domain_file: Path, problems: Path) -> Sequence[Path]:
     if not problems.is_dir():
         return (problems,)
-    found = sorted(path for path in problems.glob("*.pddl") if path.resolve() != domain_file.resolve())
+    inside = (path for path in problems.glob("*.pddl") if path.is_file())
+    found = sorted(path for path in inside if path.resolve() != domain_file.resolve())
     if not found:
         raise InputError(f"{problems}: expected problems in files *.pddl")
     return found

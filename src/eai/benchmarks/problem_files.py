@@ -15,6 +15,7 @@ from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.generated.words import Words
 from eai.benchmarks.problem_world import DeclaredWorld, ProblemWorld
 from eai.benchmarks.source import Source
+from eai.data.files import files_below
 from eai.errors import InputError
 from eai.logic.bddl import parse_problem
 from eai.logic.ltl_printer import print_ltl
@@ -41,8 +42,8 @@ def problem_files_in(paths: Iterable[Path]) -> list[Path]:
     found: list[Path] = []
     for path in paths:
         if path.is_dir():
-            inside = (each for each in path.rglob("*") if each.suffix in (BDDL, PDDL))
-            files = sorted(each for each in inside if each.name != _DOMAIN_FILE)
+            inside = files_below(path, f"*{BDDL}", f"*{PDDL}")
+            files = [each for each in inside if each.name != _DOMAIN_FILE]
             if not files:
                 raise InputError(f"{path}: expected problems in files *{BDDL} or *{PDDL}")
             found += files

@@ -12,6 +12,7 @@ from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.gold_answers import open_answer_book
 from eai.benchmarks.registry import registered
 from eai.benchmarks.source import Source
+from eai.data.files import files_below
 from eai.errors import InputError
 from eai.prompts.believed import Belief
 from eai.prompts.feedback import Asker
@@ -163,7 +164,7 @@ def _refuse_strangers(folder: Path, benchmark: Benchmark) -> None:
         *(f"{suite}{ending}.json" for suite in of_suites for ending in ("", "_system")),
         *(f"formats/{suite}.txt" for suite in of_suites),
     }
-    for file in sorted([*folder.rglob("*.json"), *folder.rglob("*.txt")]):
+    for file in files_below(folder, "*.json", "*.txt"):
         if file.relative_to(folder).as_posix() not in known:
             raise InputError(
                 f"{file}: replaces nothing; expected <domain>_<ability>.json, "

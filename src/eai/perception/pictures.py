@@ -119,7 +119,8 @@ def images_in(folder: Path, task_ids: Iterable[str]) -> dict[str, tuple[Image, .
     known = list(task_ids)
     files: dict[str, list[Path]] = {}
     for file in sorted(folder.glob("*")):
-        owner = _owner(file.stem, known) if file.suffix.lower() in MEDIA_TYPES else None
+        is_image = file.suffix.lower() in MEDIA_TYPES and file.is_file()
+        owner = _owner(file.stem, known) if is_image else None
         if owner is not None:
             files.setdefault(owner, []).append(file)
     lacking = [task_id for task_id in known if task_id not in files]
