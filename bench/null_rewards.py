@@ -1,0 +1,172 @@
+"""What is paid for nothing: rewards of answers that decide nothing, and a random agent in the environment.
+
+    python bench/null_rewards.py [--suite virtualhome/goal] [--sweeps 10]
+
+An answer is empty, as a text (``""``) or in the form that is asked for; the prompt itself; or what the null
+models say (`eai/copy`, `eai/random`, `eai/lookup`). Goals and operators may also assert all that can be said.
+Printed is the mean over the tasks in which something can be earned, for each shaping, with answers of any
+length read. The agent plays each task once a sweep by commands that are possible then, and the share of
+episodes is printed that it has won after so many steps, beside `DONE` at once under each reward.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
+from itertools import permutations, product
+from statistics import mean
+
+from eai.abilities.goal_interpretation.lexicon import GoalLexicon
+from eai.abilities.goal_interpretation.written import WrittenGoal
+from eai.abilities.protocol import Ability
+from eai.benchmarks.copied_answers import open_copy_book, open_empty_book
+from eai.benchmarks.gold_answers import join_operators
+from eai.benchmarks.lookup import open_lookup_book
+from eai.benchmarks.prompt_library import Library
+from eai.benchmarks.random_answers import open_random_answers
+from eai.benchmarks.source import Source
+from eai.benchmarks.suite import Suite, open_suite
+from eai.envs import TextEnvironment, make
+from eai.envs.agents import RandomAgent
+from eai.envs.command import DONE
+from eai.envs.rules import Feedback, Observe
+from eai.envs.rules import Reward as Paid
+from eai.logic.formula import And, Atom, Variable
+from eai.pddl.model import AddEffect, Both
+from eai.pddl.writer import write_action
+from eai.prompts.prompt import PromptSet
+from eai.scoring.reward import Reward
+from eai.scoring.shaping import Shaping
+from eai.world.episode import Until
+
+HOUSEHOLDS = ("virtualhome", "behavior")
+STEPS = (10, 20, 50, 100)
+
+
+def answers(suite: Suite) -> Iterator[tuple[str, Callable[[str], str]]]:
+    """The null answers of a suite: what each is called, and what it says of a task."""
+    benchmark, ability, source = suite.benchmark, suite.ability, suite.source
+    prompts = Library(PromptSet.OFFICIAL, None, source).open(benchmark, ability)
+    chance = open_random_answers(benchmark, ability, source)
+    yield '""', lambda task_id: ""
+    for name, opened in (
+        ("empty", open_empty_book),
+        ("copy", open_copy_book),
+        ("lookup", open_lookup_book),
+    ):
+        book = opened(benchmark, ability, source)
+        yield name, lambda task_id, book=book: book.gold(task_id).text
+    yield "random", lambda task_id: chance(task_id, "0", ()).text
+    yield "the prompt", lambda task_id: prompts[task_id].user
+    if ability is Ability.GOAL_INTERPRETATION:
+        yield "everything", lambda task_id: all_goals(suite, task_id)
+    if ability is Ability.TRANSITION_MODELING:
+        yield "everything", lambda task_id: all_operators(suite, task_id)
+
+
+def all_goals(suite: Suite, task_id: str) -> str:
+    """Every state of every object, every relation of any two, and every action where answers state any."""
+    notation, task = suite.benchmark.goals, suite.tasks[task_id]
+    lexicon = GoalLexicon(task, suite.benchmark.domain, notation)
+    said = [
+        WrittenGoal(word.spelling, names)
+        for word in lexicon.words
+        for names in permutations(lexicon.objects, word.arity)
+    ]
+    if notation.states_actions:
+        said += [WrittenGoal(name, is_action=True) for name in lexicon.actions]
+    return notation.join(notation.write(said))
+
+
+def all_operators(suite: Suite, task_id: str) -> str:
+    """Operators that need and bring about every predicate of their parameters."""
+    task = suite.benchmark.operators(suite.source)[task_id]
+    written = []
+    for operator in task.gold.values():
+        names = [Variable(each.name) for each in operator.parameters]
+        atoms = tuple(
+            [
+                Atom(predicate.name, terms)
+                for predicate in task.domain.header.predicates
+                for terms in product(names, repeat=len(predicate.parameters))
+            ]
+        )
+        effect = Both(tuple(map(AddEffect, atoms)))
+        written.append(write_action(replace(operator, precondition=And(atoms), effect=effect)))
+    return join_operators(written)
+
+
+def paid(suite: Suite, answer: Callable[[str], str]) -> Mapping[Shaping, float]:
+    """What an answer earns in the mean over the tasks in which something can be earned."""
+    texts = list(map(answer, suite.task_ids))
+    values = {
+        shaping: Reward(suite, shaping, limit=sys.maxsize).batch(suite.task_ids, texts) for shaping in Shaping
+    }
+    return {shaping: mean([each for each in paid if each is not None]) for shaping, paid in values.items()}
+
+
+def playable(environment: TextEnvironment) -> list[str]:
+    """The tasks that have goals."""
+    tasks = environment.benchmark.tasks_for(Ability.ACTION_SEQUENCING, Source())
+    return [task_id for task_id in environment.task_ids if tasks[task_id].left_out is None]
+
+
+def done_at_once(name: str, reward: Paid) -> float:
+    """What an agent is paid in the mean that ends each task at once."""
+    environment, paid = make(name, reward=reward, gamma=0.9, until=Until.DONE), []
+    for task_id in playable(environment):
+        environment.reset(seed=0, options={"task_id": task_id})
+        paid.append(environment.step(DONE)[1])
+    return mean(paid)
+
+
+def steps_to_win(name: str, observe: Observe, sweeps: int) -> list[int]:
+    """After how many steps a random agent won each episode; one more than there are where it did not."""
+    feedback = Feedback.FACTS if observe is Observe.PARTIAL else Feedback.OUTCOME
+    environment = make(name, observe=observe, feedback=feedback, admissible=True, max_steps=STEPS[-1])
+    steps = []
+    for sweep in range(sweeps):
+        agent = RandomAgent(sweep)
+        for task_id in playable(environment):
+            observation, info = environment.reset(seed=sweep, options={"task_id": task_id})
+            taken, over = 0, False
+            while not over:
+                observation, _, terminated, truncated, info = environment.step(agent(observation, info))
+                taken, over = taken + 1, terminated or truncated
+            steps.append(taken if info["won"] else taken + 1)
+    return steps
+
+
+def main() -> None:
+    """Print both tables."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--suite", default="", help="a part of DOMAIN/ABILITY, such as virtualhome/goal")
+    parser.add_argument(
+        "--sweeps", type=int, default=10, help="how often the agent plays each task; 0: never"
+    )
+    arguments = parser.parse_args()
+    print("| suite | answer |", *[f"`{shaping.value}` |" for shaping in Shaping])
+    for name, ability in product(HOUSEHOLDS, Ability):
+        if arguments.suite in f"{name}/{ability.value}":
+            suite = open_suite(name, ability)
+            for called, answer in answers(suite):
+                earned = paid(suite, answer).values()
+                print(
+                    f"| {name} {ability.value} | {called} |",
+                    *[f"{value:.3f} |" for value in earned],
+                    flush=True,
+                )
+    for name in HOUSEHOLDS if arguments.sweeps else ():
+        print(name, {reward.value: done_at_once(name, reward) for reward in Paid})
+        for observe in Observe:
+            steps = steps_to_win(name, observe, arguments.sweeps)
+            won = {most: f"{100 * sum(step <= most for step in steps) / len(steps):.1f} %" for most in STEPS}
+            print(name, observe.value, f"{len(steps)} episodes, won after steps:", won, flush=True)
+
+
+if __name__ == "__main__":
+    main()
