@@ -3,9 +3,9 @@
     pip install 'embodied-agent-interface[analysis,envs,plots]'
     python examples/training/train.py --like behavior --out runs/training
 
-Tasks are generated first: `train` to learn from, `test` to measure with, which no policy learns from. After
-every few updates the policy plays each of `test` once, and what is told is how many it wins. Every seed is a
-policy of its own that begins with random commands, and a curve of its own.
+Tasks are generated first: `train` to learn from, `test` to measure with, whose goals no policy has seen.
+After every few updates the policy plays each of `test` once, and what is told is how many it wins. Every seed
+is a policy of its own that begins with random commands, and a curve of its own.
 """
 
 from __future__ import annotations
@@ -20,10 +20,12 @@ from typing import NamedTuple
 
 from policy import Choice, Reader, Table
 
+from eai.abilities.task import Task
 from eai.benchmarks.generated.generator import Generator, generate
 from eai.benchmarks.generated.outcome import Generated
 from eai.benchmarks.generated.sets import Seeds
-from eai.benchmarks.generated.spec import Spec, Tier
+from eai.benchmarks.generated.spec import Spec, Split, Tier
+from eai.benchmarks.generated.splits import Rivals
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.source import Source
 from eai.benchmarks.task_files import write_task_file
@@ -58,16 +60,18 @@ class Point(NamedTuple):
     tasks: int
 
 
-def make_tasks(like: str, folder: Path, sizes: dict[str, int]) -> None:
-    """Task files with new tasks, no two of them the same."""
+def make_tasks(like: str, folder: Path, sizes: dict[Split, int]) -> None:
+    """Task files with new tasks: no goals of one file are those of another, and no lookup gives any away."""
     base, source = find_benchmark(like), Source()
-    spec = Spec(like, base.tasks(source).sha256, Tier.S, most_objects=OBJECTS)
-    known: set[tuple[str, str]] = set()
+    digest, earlier = base.tasks(source).sha256, list[Task]()
     for split, size in sizes.items():
-        made = generate(Generator(base, spec, source), iter(Seeds(split, 0)), size, known)
+        spec = Spec(like, digest, Tier.S, most_objects=OBJECTS, split=split)
+        generator = Generator(base, spec, source, Rivals(base.domain, earlier))
+        made = generate(generator, iter(Seeds(split.value, 0)), size, set())
         tasks = [each for each in made if isinstance(each, Generated)]
+        earlier += [each.task for each in tasks]
         lines = [written(each.task, like, base.domain, each.about) for each in tasks]
-        write_task_file(folder / f"{split}.jsonl", lines)
+        write_task_file(folder / f"{split.value}.jsonl", lines)
 
 
 def environment(domain: str) -> TextEnvironment:
@@ -168,7 +172,7 @@ def main() -> None:
     parser.add_argument("--tasks", type=int, nargs=2, default=(100, 40), metavar=("TRAIN", "TEST"))
     parser.add_argument("--out", type=Path, default=Path("runs/training"))
     options = parser.parse_args()
-    make_tasks(options.like, options.out, dict(zip(("train", "test"), options.tasks, strict=True)))
+    make_tasks(options.like, options.out, dict(zip((Split.TRAIN, Split.TEST), options.tasks, strict=True)))
     curves: list[list[Point]] = []
     for seed in range(options.seeds):
         begun = time.process_time()

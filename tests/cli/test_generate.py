@@ -46,6 +46,31 @@ def test_a_folder_says_how_it_was_made(eai: Command, tmp_path: Path) -> None:
     assert {task["id"] for task in other}.isdisjoint(task["id"] for task in hidden)
 
 
+def test_splits_have_nothing_in_common_in_whatever_order_they_are_made(eai: Command, tmp_path: Path) -> None:
+    for split in ("test", "train"):
+        made(eai, tmp_path, "--split", split, "--tier", "S", "--seed", 3)
+    overlap = json.loads((tmp_path / "generated.json").read_text())["overlap"]
+    nothing = {"tasks": 3, "same": 0, "same_goals": 0, "solved_by_lookup": 0}
+    assert overlap == {"test": {"train": nothing}}
+    files = [str(tmp_path / f"{split}.jsonl") for split in ("train", "test")]
+    told = eai("tasks", "overlap", *files, "--json")
+    assert json.loads(told.out) == nothing
+    same = eai("tasks", "overlap", files[0], files[0])
+    assert same.out == "of 3 tasks 3 are the same, 3 have the same goals, 0 are solved by lookup\n"
+    away = tmp_path / "elsewhere"
+    made(eai, away, "--split", "test", "--tier", "S", "--seed", 3, "--against", files[1])
+    texts = [(folder / "test.jsonl").read_text().splitlines() for folder in (tmp_path, away)]
+    ids = [{json.loads(line)["id"] for line in lines} for lines in texts]
+    assert ids[0].isdisjoint(ids[1])
+    assert json.loads((away / "generated.json").read_text())["overlap"] == {"test": {files[1]: nothing}}
+
+
+def test_only_three_splits_have_a_name(eai: Command, tmp_path: Path) -> None:
+    outcome = eai("generate", "--like", "behavior", "--out", tmp_path, "--split", "fresh")
+    assert outcome.status == 2
+    assert "'tasks', 'train', 'validation', 'test'" in outcome.err.replace("\n", " ")
+
+
 def test_a_secret_is_revealed_to_prove_what_was_used(eai: Command, tmp_path: Path) -> None:
     made(eai, tmp_path, "--split", "test", "--secret", "only we know", "--tier", "S")
     asked = ("tasks", "reveal", tmp_path, "--split", "test", "--secret")

@@ -301,3 +301,9 @@ def test_no_split_and_no_task_are_refused() -> None:
         Tasks({})
     with pytest.raises(InputError, match="is no benchmark"):
         Tasks({"train": "nowhere"})
+
+
+def test_training_and_testing_with_the_same_goals_is_refused() -> None:
+    with pytest.raises(InputError, match="train and test have 2 goals in common"):
+        Tasks({"train": LAMPS, "test": LAMPS})
+    assert Tasks({"all": LAMPS, "test": LAMPS}).splits == ("all", "test")

@@ -112,9 +112,15 @@ def new(**options: Any) -> HouseholdTaskset:
 
 def test_new_tasks_never_end_and_are_the_same_for_equal_seeds() -> None:
     assert not new().bounded
-    first, again, other = ([task.data for task in islice(new(split=s), 3)] for s in ("a", "a", "b"))
+    asked = ("train", "train", "test")
+    first, again, other = ([task.data for task in islice(new(split=split), 3)] for split in asked)
     assert first == again
     assert len({data.task for data in (*first, *other)}) == 6
+    goals = [
+        {json.loads(data.line or "")["about"]["goals_fingerprint"] for data in each}
+        for each in (first, other)
+    ]
+    assert goals[0].isdisjoint(goals[1])
     assert all(data.prompt and data.line for data in first)
 
 

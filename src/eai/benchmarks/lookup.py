@@ -81,6 +81,10 @@ class LookupTable:
 
     def __init__(self, public: Iterable[Task], domain: Domain) -> None:
         self._entries = [_Entry(task, _lifted(task)) for task in public if task.script]
+        self._of_goal: dict[str, list[int]] = {}
+        for number, entry in enumerate(self._entries):
+            for text in entry.goals:
+                self._of_goal.setdefault(text, []).append(number)
         self._arities = domain.arities
 
     def plan(self, task: Task) -> tuple[Action, ...]:
@@ -92,9 +96,11 @@ class LookupTable:
     def nearest(self, task: Task) -> Task | None:
         """The other task that shares most goals, of those of either; the first of several."""
         goals = _lifted(task)
-        others = [entry for entry in self._entries if entry.task.id != task.id]
-        found = max(others, key=lambda entry: _similarity(goals, entry.goals), default=None)
-        return None if found is None else found.task
+        sharing = sorted({number for text in goals for number in self._of_goal.get(text, ())})
+        others = [each for each in map(self._entries.__getitem__, sharing) if each.task.id != task.id]
+        if not others:
+            return next((each.task for each in self._entries if each.task.id != task.id), None)
+        return max(others, key=lambda entry: _similarity(goals, entry.goals)).task
 
 
 def _subgoal_book(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from itertools import chain
 from pathlib import Path
 from typing import Annotated
 
@@ -10,23 +11,18 @@ import typer
 from rich.progress import Progress
 from rich.table import Table
 
-from eai.abilities.responses import file_name
 from eai.abilities.task import Task
+from eai.benchmarks.generated import fingerprint
 from eai.benchmarks.generated.generator import Generator, generate
 from eai.benchmarks.generated.measures import AtLeast, Measure
 from eai.benchmarks.generated.outcome import Generated, Outcome, Rejected
-from eai.benchmarks.generated.sets import (
-    Seeds,
-    Shape,
-    fingerprints_in,
-    manifest_entry,
-    write_manifest,
-)
-from eai.benchmarks.generated.spec import Forms, Spec, Tier
+from eai.benchmarks.generated.sets import Seeds, Shape, manifest_entry, sets_in, write_manifest
+from eai.benchmarks.generated.spec import Forms, HeldOut, Spec, Split, Tier
+from eai.benchmarks.generated.splits import Overlap, Rivals, is_before
 from eai.benchmarks.plan_validation import verdict_of_val
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.source import Source
-from eai.benchmarks.task_files import task_file_content, write_task_file
+from eai.benchmarks.task_files import open_task_files, task_file_content, write_task_file
 from eai.benchmarks.task_lines import written
 from eai.cli.console import DOMAIN_HELP, counted, data_progress, errors, output, tell
 from eai.cli.options import AsJson
@@ -42,8 +38,25 @@ def generate_tasks(
     n: Annotated[int, typer.Option("--n", min=1, help="How many tasks.")] = 100,
     seed: Annotated[int, typer.Option(help="Of all that is random.")] = 0,
     split: Annotated[
-        str, typer.Option(help="The name of the set, and of its file; each name has tasks of its own.")
-    ] = "tasks",
+        Split,
+        typer.Option(
+            help="Name of the file. train, validation and test have no goals in common; tasks is no split."
+        ),
+    ] = Split.ALL,
+    held_out: Annotated[
+        HeldOut,
+        typer.Option(
+            help="What splits share nothing of: goals, pairs of predicate and kind of thing, titles, scenes."
+        ),
+    ] = HeldOut.GOALS,
+    against: Annotated[
+        list[Path] | None,
+        typer.Option(
+            metavar="PATH",
+            help="Task files elsewhere, say those of train: what is in them, or is solved by looking it up "
+            "there, is refused. Repeatable.",
+        ),
+    ] = None,
     secret: Annotated[
         str | None,
         typer.Option(envvar="EAI_SECRET", help="A secret without which nobody can make the same tasks."),
@@ -124,12 +137,20 @@ def generate_tasks(
         depth=depth,
         difficulty=None if difficulty is None else _between(difficulty),
         at_least=tuple(sorted(map(_at_least, at_least or ()))),
+        split=split,
+        held_out=held_out,
     )
-    seeds = Seeds(file_name(split), seed, secret)
+    seeds = Seeds(split.value, seed, secret)
     file = out / f"{seeds.split}.jsonl{'.gz' if compress else ''}"
-    known = fingerprints_in(out, without=file)
+    others = sets_in(out, like, benchmark.domain, without=file)
+    earlier = {name: made for name, made in others.items() if is_before(name, split.value)}
+    later = {name: made for name, made in others.items() if is_before(split.value, name)}
+    for path in against or ():
+        others[str(path)] = earlier[str(path)] = list(open_task_files(path).tasks(benchmark.domain).values())
+    known = {fingerprint.of_task(task) for tasks in others.values() for task in tasks}
+    rivals = Rivals(benchmark.domain, chain(*earlier.values()), chain(*later.values()))
     _make_folder(out)
-    generator = Generator(benchmark, spec, source, plans_again=planner_steps)
+    generator = Generator(benchmark, spec, source, rivals, plans_again=planner_steps)
     outcomes, stopped = _asked_for(generate(generator, iter(seeds), n, known), n)
     made = [each for each in outcomes if isinstance(each, Generated)]
     rejected = [each for each in outcomes if isinstance(each, Rejected)]
@@ -139,7 +160,11 @@ def generate_tasks(
         _validate(validator, benchmark.domain, [each.task for each in made])
     lines = [written(each.task, like, benchmark.domain, each.about) for each in made]
     write_task_file(file, lines)
-    write_manifest(out, seeds.split, manifest_entry(spec, seeds, task_file_content(lines), made, rejected))
+    entry = manifest_entry(spec, seeds, task_file_content(lines), made, rejected)
+    new, domain = [each.task for each in made], benchmark.domain
+    overlap = {(split.value, name): Overlap.of(new, known, domain) for name, known in earlier.items()}
+    overlap |= {(name, split.value): Overlap.of(known, new, domain) for name, known in later.items()}
+    write_manifest(out, seeds.split, entry, overlap)
     if stopped is not None:
         kept = f"{counted(len(made), 'task')} written to {file}, those that --n {len(made)} gives"
         raise type(stopped)(f"{stopped}; {kept}")

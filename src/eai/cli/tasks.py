@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable
+from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated
 
@@ -13,6 +14,7 @@ from eai.abilities.task import Task
 from eai.abilities.verdict import Json
 from eai.benchmarks.finding import Finding
 from eai.benchmarks.generated.sets import unproven
+from eai.benchmarks.generated.splits import Overlap
 from eai.benchmarks.problem_files import ProblemReader, problem_files_in
 from eai.benchmarks.registry import PDDL, find_benchmark
 from eai.benchmarks.source import Source
@@ -107,6 +109,26 @@ def reveal(
     """
     findings = [Finding(str(folder / split), problem) for problem in unproven(folder, split, secret)]
     tell_findings(findings, "the set was made with this secret", as_json=as_json)
+
+
+@app.command()
+def overlap(
+    known: Annotated[str, typer.Argument(help=f"Say, what was trained on. {DOMAIN_HELP}", metavar="A")],
+    asked: Annotated[str, typer.Argument(help="Say, what is tested with.", metavar="B")],
+    as_json: AsJson = False,
+    data: DataFolder = None,
+) -> None:
+    """Count the tasks of B that A gives away: the same, of the same goals, solved by A's plans (eai/lookup).
+
+    Example: eai tasks overlap tasks/train.jsonl tasks/test.jsonl
+    """
+    with data_progress() as report:
+        source = Source(store(data), report)
+        benchmark, tested = find_benchmark(known), find_benchmark(asked)
+        tasks = [list(each.tasks(source).values()) for each in (benchmark, tested)]
+    found = Overlap.of(tasks[1], tasks[0], benchmark.domain)
+    said = f"of {found.tasks} tasks {found.same} are the same, {found.same_goals} have the same goals, "
+    tell(f"{said}{found.solved_by_lookup} are solved by lookup", value=asdict(found), as_json=as_json)
 
 
 @app.command()

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import random
 from collections.abc import Mapping, Sequence
+from itertools import combinations
 
 from eai.abilities.protocol import Ability
 from eai.abilities.task import Task
+from eai.benchmarks.generated import fingerprint
+from eai.benchmarks.generated.splits import SHARES
 from eai.benchmarks.task_reference import TaskReference
 from eai.errors import InputError
 from eai.scoring.reward import suite_of
@@ -21,7 +24,8 @@ class Tasks:
         splits: for each split the benchmark whose tasks it has, as `eai.open` takes it. They are opened now.
 
     Raises:
-        InputError: there is no split, no such benchmark, or no task in it that can be played.
+        InputError: there is no split, no such benchmark, or no task in it that can be played; or two of
+            train, validation and test have goals in common.
         DataError: the data cannot be had.
     """
 
@@ -41,6 +45,19 @@ class Tasks:
                 raise InputError(f"{benchmark} has no task that can be played")
             self._of_split[split] = played
         self._names = {split: tuple(played) for split, played in self._of_split.items()}
+        self._refuse_common_goals()
+
+    def _refuse_common_goals(self) -> None:
+        """Splits that are called as those of `eai generate` are have no goals in common."""
+        goals = {
+            split: {fingerprint.of_task(task).goals for task in self._of_split[split].values()}
+            for split in SHARES
+            if split in self._of_split
+        }
+        for one, other in combinations(goals, 2):
+            if common := goals[one] & goals[other]:
+                told = f"{one.value} and {other.value} have {len(common)} goals in common"
+                raise InputError(f"{told}: see eai tasks overlap, or give them other names")
 
     @property
     def splits(self) -> Sequence[str]:

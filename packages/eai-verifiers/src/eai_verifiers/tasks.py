@@ -12,7 +12,7 @@ from eai.abilities.protocol import Ability
 from eai.benchmarks.generated.generator import Generator, generate
 from eai.benchmarks.generated.outcome import Generated
 from eai.benchmarks.generated.sets import Seeds
-from eai.benchmarks.generated.spec import Spec, Tier
+from eai.benchmarks.generated.spec import Spec, Split, Tier
 from eai.benchmarks.prompt_library import Library
 from eai.benchmarks.registry import find_benchmark, with_tasks
 from eai.benchmarks.source import Source, given
@@ -51,15 +51,19 @@ def own_tasks(domain: str, ability: Ability, prompts: PromptSet) -> Iterator[Ask
         yield Asked(suite.reference(task_id), asked[task_id])
 
 
-def new_tasks(domain: str, ability: Ability, seeds: Seeds, tier: Tier) -> Iterator[Asked]:
-    """Tasks in the world of a benchmark that nobody has seen, without end; of equal seeds the same ones."""
+def new_tasks(domain: str, ability: Ability, split: Split, seed: int, tier: Tier) -> Iterator[Asked]:
+    """Tasks in the world of a benchmark that nobody has seen, without end; of equal seeds the same ones.
+
+    Two splits have no goals in common. What the plan of a task of another split solves is not left out: of
+    tasks without end nobody knows all.
+    """
     base, source = find_benchmark(domain), Source(planner=PlannerChoice.NONE)
-    spec = Spec(domain, base.tasks(source).sha256, tier)
-    made = generate(Generator(base, spec, source), iter(seeds), sys.maxsize, set())
+    spec = Spec(domain, base.tasks(source).sha256, tier, split=split)
+    made = generate(Generator(base, spec, source), iter(Seeds(split.value, seed)), sys.maxsize, set())
     found = (each for each in made if isinstance(each, Generated))
     while batch := list(islice(found, _TOGETHER)):
         asked = Library(PromptSet.EAI, None, source).open(
-            with_tasks(base, seeds.split, given(*[each.task for each in batch])), ability
+            with_tasks(base, split.value, given(*[each.task for each in batch])), ability
         )
         for each in batch:
             line = written(each.task, domain, base.domain, each.about)

@@ -7,8 +7,7 @@ from collections.abc import Iterator
 import verifiers.v1 as vf
 
 from eai.abilities.protocol import Ability
-from eai.benchmarks.generated.sets import Seeds
-from eai.benchmarks.generated.spec import Tier
+from eai.benchmarks.generated.spec import Split, Tier
 from eai.benchmarks.task_reference import TaskReference
 from eai.envs.rewards import answer_of
 from eai.prompts.prompt import PromptSet
@@ -44,8 +43,8 @@ class HouseholdConfig(vf.TasksetConfig):
     """Instead of the benchmark's own tasks, new ones in its world, without end."""
     seed: int = 0
     """Of new tasks."""
-    split: str = "train"
-    """Of new tasks: splits of different names have nothing in common."""
+    split: Split = Split.TRAIN
+    """Of new tasks: those of ``train``, ``validation`` and ``test`` have no goals in common."""
     tier: Tier = Tier.DATA
     """Of new tasks: how long plans are, from ``S`` to ``XXL``; ``data`` is as in the data set."""
     task: HouseholdTaskConfig = HouseholdTaskConfig()
@@ -85,7 +84,7 @@ class HouseholdTaskset(vf.Taskset[HouseholdTask, HouseholdConfig]):
         """The tasks with their prompts."""
         config = self.config
         if config.generated:
-            yield from new_tasks(config.domain, config.ability, Seeds(config.split, config.seed), config.tier)
+            yield from new_tasks(config.domain, config.ability, config.split, config.seed, config.tier)
         else:
             yield from own_tasks(config.domain, config.ability, config.prompts)
 

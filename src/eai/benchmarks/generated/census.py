@@ -40,6 +40,10 @@ from eai.world.state import Scene, State
 FEW_TARGETS = 1.5
 """Up to so many targets on average, a relation says where a thing is; a thing is next to many others."""
 
+_QUANTIFIED = ("ForAll", "Exists", "Exactly", "ForPairs")
+_WHERE_ALL_ARE_PLAIN = {"Atom": 2, "ForAll": 6, "Exactly": 4, "Exists": 3}
+"""How often each shape is proposed where the data set has no quantified goals, which tell nothing of that."""
+
 _AS_GOAL, _AS_EFFECT, _AS_FOUND = 4.0, 1.0, 0.05
 """What it counts that something is a goal, is brought about by a plan, or is so in a scene."""
 
@@ -76,10 +80,13 @@ class _Census:
         self._kinds: dict[Kind, None] = {}
         self._operators: dict[str, None] = {}
         self._states: list[State] = []
+        self._several: set[str] = set()
 
     def count(self, task: Task) -> None:
         """Take a task into account."""
         self._states.append(task.initial)
+        kinds = Counter([task.scene.objects[i].category for i in _concerned(task)])
+        self._several.update([kind for kind, number in kinds.items() if number > 1])
         self._endings[task.title][_ending(task)] += 1
         self._titles[task.title] += 1
         self._shown[task.title].update({task.scene.objects[i].category for i in _concerned(task)})
@@ -146,6 +153,8 @@ class _Census:
             self._wanted.update(product([each.predicate for each in self._listings], (True, False)))
             for pattern in _conceivable(self._wanted, self._states):
                 self._weights[pattern] += _AS_FOUND
+        places, parts = _relations(self._domain, self._states)
+        is_plain = not any(self._forms[form] for form in _QUANTIFIED)
         patterns: dict[tuple[str, bool], dict[Pattern, float]] = {}
         for pattern, weight in self._weights.items():
             if weight > 0 and (pattern.predicate, pattern.truth) in self._wanted:
@@ -154,14 +163,13 @@ class _Census:
             key: {p: weight for p, weight in known.items() if not self._is_odd(p)}
             for key, known in patterns.items()
         }
-        places, parts = _relations(self._domain, self._states)
         roles = {operator.name: role_of(operator) for operator in self._domain.operators}
         going = (Role.TAKES, Role.MOVEMENT)
         return Prior(
             patterns=patterns,
             wanted=self._wanted,
             themes={title: self._theme(title, told) for title in self._titles},
-            forms=self._forms,
+            forms=_varied(self._forms) if is_plain else self._forms,
             paired=frozenset(self._paired),
             nestings=frozenset(self._nestings),
             combinations=frozenset(self._combinations),
@@ -173,9 +181,17 @@ class _Census:
             used=frozenset({kind.category for kind in self._kinds if roles[kind.operator] not in going}),
             places=places,
             parts=parts,
+            several=frozenset(self._several if is_plain else ()),
             pieces=frozenset(_pieces(self._states, parts)),
             holding=frozenset(_holding(self._domain)),
         )
+
+
+def _varied(forms: Counter[str]) -> Mapping[str, int]:
+    """Shapes of goals where the data set's are all plain; goals for actions are as frequent as they were."""
+    states, shares = forms.total() - forms["Occurs"], sum(_WHERE_ALL_ARE_PLAIN.values())
+    varied = {form: states * share for form, share in _WHERE_ALL_ARE_PLAIN.items()}
+    return {**varied, "Occurs": forms["Occurs"] * shares} if forms["Occurs"] else varied
 
 
 def _sound(plan: Sequence[Action], domain: Domain) -> list[Action]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import random
+from collections import Counter
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
@@ -17,13 +18,15 @@ from eai.benchmarks.generated import fingerprint
 from eai.benchmarks.generated.census import prior_of
 from eai.benchmarks.generated.compatibility import clash, is_idle, subjects_of
 from eai.benchmarks.generated.goals import Proposals
+from eai.benchmarks.generated.hiding import Hiding, Place
 from eai.benchmarks.generated.measures import Measure, Measures
 from eai.benchmarks.generated.objections import Objections
 from eai.benchmarks.generated.outcome import Generated, Outcome, Reason, Rejected
 from eai.benchmarks.generated.over_time import Seeker
 from eai.benchmarks.generated.prior import Prior, Theme
-from eai.benchmarks.generated.scene import closed_scene, with_guests
-from eai.benchmarks.generated.spec import CANARY, LENGTHS, Spec, Tier, tier_of
+from eai.benchmarks.generated.scene import closed_scene, with_guests, with_more_of_a_kind
+from eai.benchmarks.generated.spec import CANARY, LENGTHS, Spec, Split, Tier, tier_of
+from eai.benchmarks.generated.splits import SHARES, Rivals, bases_of, split_of_goals
 from eai.benchmarks.generated.usage import Usage
 from eai.benchmarks.generated.walk import (
     Walk,
@@ -61,8 +64,17 @@ _USUAL_STEPS = 5
 _LONGER = 6
 """How many steps more a certificate may have for the sake of a goal over time."""
 
+_SEARCHED = 40
+"""How many goals are proposed to begin with one about something that is hidden."""
+
+_OFFERS = 2
+"""How much more often those titles are chosen that offer more, twice where they offer both."""
+
+_HIDDEN = 0.7
+"""How often something is put out of sight if it can be, where the data set's goals are all plain."""
+
 _IN_VAIN = 300
-"""After so many seeds in a row that give no task there are no more."""
+"""After so many seeds in a row that give no task there are no more; of a split, by its share, after more."""
 
 _RENEWED = 200
 """After so many tasks the planner begins anew: it keeps every formula that it has read."""
@@ -76,6 +88,7 @@ class Generator:
         benchmark: whose world they are in.
         spec: what is wanted.
         source: where the data set comes from.
+        rivals: the tasks of other splits, none of which is to give a task away.
         plans_again: whether it is also recorded how many steps the planner's own plan for all goals has; the
             tasks are the same.
 
@@ -86,6 +99,7 @@ class Generator:
     benchmark: Benchmark
     spec: Spec
     source: Source
+    rivals: Rivals | None = None
     plans_again: bool = False
     _made: int = field(default=0, init=False)
 
@@ -95,26 +109,56 @@ class Generator:
             raise InputError(f"how difficult tasks of {self.benchmark.name} are is not known")
         self._tasks = list(self.benchmark.tasks(self.source).values())
         self.prior: Prior = prior_of(self.benchmark, self._tasks)
+        self._bases = bases_of(self._tasks, self.spec.split, self.spec.held_out)
+        if not self._bases:
+            raise InputError(
+                f"no public task of {self.benchmark.name} is of split {self.spec.split.value} "
+                f"by {self.spec.held_out.value}"
+            )
+        self._titles = list(dict.fromkeys([task.title for task in self._bases]))
         self._objections = Objections(self.benchmark.domain, self._tasks, by_place=self.spec.by_place)
         self._measures = Measures(self.benchmark.domain)
         self._usage = Usage(self.benchmark.domain, self.prior)
-        self._planner = Planner(self._usage.domain)
+        self._hiding = Hiding(self.benchmark.domain, self.prior)
+        self._weights = list(self._weights_of_bases())
+        self._begin_anew()
         listings = self.benchmark.wording(Ability.ACTION_SEQUENCING).listings
         self._seeker = Seeker(self.benchmark.domain, self._usage.domain, self.prior, listings)
+
+    def _begin_anew(self) -> None:
+        """Have planners that remember nothing: of usual actions, and of all."""
+        self._planner = Planner(self._usage.domain)
+        self._free_planner = Planner(self.benchmark.domain)
+
+    def _weights_of_bases(self) -> Iterator[float]:
+        """How often a public task is begun with: as often as any other, where the data set has varied goals.
+
+        Where all are plain, titles are equally frequent, but for those that offer more: things to put out of
+        sight, and kinds of which there are several.
+        """
+        several = self.prior.several & self.prior.taken
+        numbers = Counter([task.title for task in self._bases])
+        for task in self._bases:
+            offers = not several.isdisjoint(self.prior.themes[task.title].categories)
+            more = _OFFERS * (offers + bool(self._hiding.places(task)))
+            yield (1 + more) / numbers[task.title] if self.prior.several else 1.0
 
     def task(self, seed: str, known: Collection[fingerprint.Prints] = ()) -> Outcome:
         """The task of a seed: the same on every machine; none if its fingerprints are known."""
         self._made += 1
         if self._made % _RENEWED == 0:
-            self._planner = Planner(self._usage.domain)
+            self._begin_anew()
         rng = self.spec.rng(seed)
-        base = rng.choice(self._tasks)
-        initial = self._scene(base, rng)
+        base = rng.choices(self._bases, self._weights)[0]
+        initial, hidden = self._scene(base, rng)
         least, most = self._window(base)
-        walk = self._walk(base, initial, rng, least, most)
+        walk = self._walk(base, initial, hidden, rng, least, most)
         if not walk.goals:
             return Rejected(seed, Reason.NO_GOALS)
         goals, start = list(walk.goals), self._usage.original(initial)
+        split = split_of_goals(goals, start.scene, self.spec.held_out)
+        if self.spec.split not in (Split.ALL, split):
+            return Rejected(seed, Reason.OTHER_SPLIT)
         if not self.spec.over_time and fingerprint.of(goals, start) in known:
             return Rejected(seed, Reason.COPY)
         words = Words.of(self.benchmark, start, by_place=self.spec.by_place)
@@ -125,7 +169,7 @@ class Generator:
             goals,
             certificate(walk),
         )
-        about: dict[str, Json] = {}
+        about: dict[str, Json] = {"split": split.value}
         reason = self._objections.to(task, words, least, most)
         if reason is None and self.spec.over_time:
             proposals = self._proposals(initial, self.prior.themes[base.title])
@@ -139,6 +183,8 @@ class Generator:
             reason = self._objections.to(task, words, least, most + _LONGER)
             if reason is None and fingerprint.of_task(task) in known:
                 reason = Reason.COPY
+        if reason is None and self.rivals is not None and self.rivals.give_away(task):
+            reason = Reason.KNOWN_PLAN
         return self._judged(task, seed, walk, about) if reason is None else Rejected(seed, reason)
 
     def _judged(self, task: Task, seed: str, walk: Walk, about: dict[str, Json]) -> Outcome:
@@ -172,13 +218,20 @@ class Generator:
             "canary": CANARY,
         }
 
-    def _scene(self, base: Task, rng: random.Random) -> State:
-        """A closed scene in which some things were done before, none of which leaves anything in a hand."""
+    def _scene(self, base: Task, rng: random.Random) -> tuple[State, frozenset[int]]:
+        """A closed scene in which some things were done before, and those that were put out of sight.
+
+        Nothing of it leaves anything in a hand.
+        """
         most = self.spec.most_objects
         rich = self.spec.tier in _RICH
-        found = closed_scene(base, self.prior, rng, most, rich=rich)
+        place, pair = self._place(base, rng)
+        found = closed_scene(base, self.prior, rng, most, rich=rich, with_=pair)
+        if self.prior.several:
+            kinds = self.prior.themes[base.title].categories
+            found = with_more_of_a_kind(found, self.prior, rng, most, kinds)
         if rich:
-            found = with_guests(found, self._tasks, self.prior, rng, most)
+            found = with_guests(found, self._bases, self.prior, rng, most)
         closed = self._usage.state(*found)
         proposals = self._proposals(closed)
         walk = Walk(self._usage.domain, self._planner, closed)
@@ -189,7 +242,23 @@ class Generator:
                 walk.conditions.clear()
             if self._held(walk.state) - self._held(before):
                 walk.state = before
-        return self._usage.state(walk.state.scene, walk.state.facts())
+        if place is not None:
+            names = [base.scene.objects[i].name for i in pair]
+            after = self._hiding.hide(
+                self._free_planner, self._usage.original(walk.state), place.relation, *names
+            )
+            if after is not None:
+                return self._usage.state(after.scene, after.facts()), frozenset({after.scene.index[names[0]]})
+        return self._usage.state(walk.state.scene, walk.state.facts()), frozenset()
+
+    def _place(self, base: Task, rng: random.Random) -> tuple[Place | None, Sequence[int]]:
+        """Where something is to be put out of sight, and what into what; often nothing is."""
+        places = self._hiding.places(base) if self.prior.several and rng.random() < _HIDDEN else ()
+        if not places:
+            return None, ()
+        place = rng.choice(places)
+        kinds = (place.thing, place.container)
+        return place, [rng.choice(list(bits(base.scene.category(kind)))) for kind in kinds]
 
     def _held(self, state: State) -> set[int]:
         """The objects in hands."""
@@ -212,13 +281,18 @@ class Generator:
         spec = self.spec
         return Proposals.for_scene(state.scene, self.prior, spec.forms, actions=spec.actions, theme=theme)
 
-    def _walk(self, base: Task, initial: State, rng: random.Random, least: int, most: int) -> Walk:
-        """A walk about as long as is wanted, of which what belongs together is done together."""
+    def _walk(
+        self, base: Task, initial: State, hidden: frozenset[int], rng: random.Random, least: int, most: int
+    ) -> Walk:
+        """A walk about as long as is wanted, of which what belongs together is done together.
+
+        It begins with something that is hidden, where that can be.
+        """
         walk = Walk(self._usage.domain, self._planner, initial)
         is_rich = self.spec.tier in _RICH
         wanted = rng.randint((least + most) // 2, most)
         enough = wanted if is_rich else (least + most) // 2  # for the sake of which nothing else is begun
-        others = [title for title in self.prior.themes if title != base.title]
+        others = [title for title in self._titles if title != base.title]
         ending: list[f.Formula] = []
         begun = occasions = 0
         for title in (base.title, *rng.sample(others, len(others))):
@@ -228,7 +302,7 @@ class Generator:
                 break
             if proposals.patterns:
                 begun, reached, last = begun + 1, len(walk.goals), proposals.ending(theme, rng)
-                self._go_on(walk, proposals, last, rng, wanted)
+                self._go_on(walk, proposals, last, rng, wanted, hidden)
                 if len(walk.goals) > reached or not reached:
                     occasions += len(walk.goals) > reached
                     ending = last if is_rich or occasions < 2 else []
@@ -238,18 +312,30 @@ class Generator:
         return walk
 
     def _go_on(
-        self, walk: Walk, proposals: Proposals, ending: Sequence[f.Formula], rng: random.Random, wanted: int
+        self,
+        walk: Walk,
+        proposals: Proposals,
+        ending: Sequence[f.Formula],
+        rng: random.Random,
+        wanted: int,
+        hidden: frozenset[int],
     ) -> None:
         """Reach goals of one theme until the walk is as long as is wanted, or no more are reached."""
         scene, initial = walk.state.scene, walk.start
         tried: set[f.Formula] = set()
         failures = 0  # one after the other
         tries = _TRIES * (10 if self.spec.tier in _RICH else 1)
-        for _ in range(tries * max(2, wanted // 3)):
+        sought = proposals.about({scene.objects[i].category for i in hidden})
+        searched = 0 if walk.goals or not sought.patterns else _SEARCHED
+        for _ in range(searched + tries * max(2, wanted // 3)):
             if len(walk.trail) >= wanted or failures == max(_GIVEN_UP, wanted // 3):
                 break
-            wish = proposals.goal(rng)
+            searched -= 1
+            is_search = searched >= 0 and not walk.goals
+            wish = (sought if is_search else proposals).goal(rng)
             if wish is None or wish in tried or is_idle(wish, walk.goals, scene, self.prior):
+                continue
+            if is_search and subjects_of(wish, scene).isdisjoint(hidden):
                 continue
             tried.add(wish)
             others = (*walk.goals, *ending)
@@ -285,8 +371,9 @@ def generate(
         known: the fingerprints of tasks that there are already; those of the new ones are added.
     """
     found = in_vain = 0
+    limit = _IN_VAIN if generator.spec.split is Split.ALL else round(_IN_VAIN / min(SHARES.values()))
     while found < number:
-        if in_vain == _IN_VAIN:
+        if in_vain == limit:
             raise InputError(f"only {found} of {number} tasks found: the last {in_vain} seeds gave none")
         outcome = generator.task(next(seeds), known)
         if isinstance(outcome, Generated):

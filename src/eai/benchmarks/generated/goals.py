@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 import random
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import TypeAlias, TypeVar
 
 import eai.logic.formula as f
@@ -20,6 +20,7 @@ X, Y = "x", "y"
 """The variables of goals."""
 
 _SHAPES = ("Atom", "Not", "Or", "ForAll", "Exists", "Exactly", "ForPairs")
+_COUNTED = ("ForAll", "Exists", "Exactly", "ForPairs")
 _MOST_COUNTED = 4
 
 
@@ -55,8 +56,22 @@ class Proposals:
         shapes = {
             shape: n for shape, n in shapes.items() if shape in _SHAPES or (actions and shape == "Occurs")
         }
+        if not _countable(patterns, scene, prior):
+            shapes = {shape: n for shape, n in shapes.items() if shape not in _COUNTED}
         paired = frozenset[Pattern]() if forms is Forms.ALL else prior.paired
         return Proposals(prior, scene, shapes, patterns, paired)
+
+    def about(self, kinds: Collection[str]) -> Proposals:
+        """Those of them that are about things of some kinds alone."""
+        known = {
+            key: {
+                pattern: n
+                for pattern, n in patterns.items()
+                if kinds and pattern.categories[:1] and pattern.categories[0] in kinds
+            }
+            for key, patterns in self.patterns.items()
+        }
+        return replace(self, patterns={key: patterns for key, patterns in known.items() if patterns})
 
     def literal(self, rng: random.Random) -> f.Formula | None:
         """A positive literal, such as the state of something or its place."""
@@ -86,7 +101,9 @@ class Proposals:
         if shape == "Occurs":
             alternatives: tuple[str, ...] = _chosen(self.prior.actions, rng)
             return f.Or(tuple(map(f.Occurs, alternatives)))
-        pattern = self._pattern(rng, truth=shape != "Not")
+        countable = _countable(self.patterns, self.scene, self.prior)
+        known = self if shape not in _COUNTED else replace(self, patterns=countable)
+        pattern = known._pattern(rng, truth=shape != "Not")
         return None if pattern is None else _MAKERS[shape](self, pattern, rng)
 
     def _pattern(
@@ -147,7 +164,7 @@ class Proposals:
             return None
         category, *others = pattern.categories
         members = self._members(category)
-        if len(members) < 2 or category in others:
+        if len(members) < 2 or category in others or not _is_counted(category, self.prior):
             return None
         terms: list[f.Term] = [f.Variable(X)]
         inner: f.Variable | None = None
@@ -190,6 +207,8 @@ class Proposals:
             return None
         if self.paired and pattern not in self.paired:
             return None
+        if not all(_is_counted(category, self.prior) for category in pattern.categories):
+            return None
         sizes = [len(self._members(category)) for category in pattern.categories]
         if not 2 <= sizes[0] <= sizes[1]:
             return None
@@ -212,6 +231,26 @@ _MAKERS: Mapping[str, _Maker] = {
 def _categories(scene: Scene) -> Mapping[str, None]:
     """The categories of a scene's objects, in the order of the first of each."""
     return dict.fromkeys([thing.category for thing in scene.objects])
+
+
+def _is_counted(category: str, prior: Prior) -> bool:
+    """Whether a goal may be about all or some of a kind."""
+    return not prior.several or category in prior.several
+
+
+def _countable(patterns: Patterns, scene: Scene, prior: Prior) -> Patterns:
+    """Those about a kind of which there are several, and all or some of which may be spoken of."""
+    found = {
+        key: {
+            pattern: weight
+            for pattern, weight in known.items()
+            if pattern.categories
+            and _is_counted(pattern.categories[0], prior)
+            and scene.category(pattern.categories[0]).bit_count() > 1
+        }
+        for key, known in patterns.items()
+    }
+    return {key: known for key, known in found.items() if known}
 
 
 def _can_say(pattern: Pattern, scene: Scene, prior: Prior) -> bool:

@@ -25,6 +25,8 @@ class Reason(str, Enum):
     DIFFICULTY = "it is expected to be easier or harder than was asked for"
     TOO_LITTLE = "there is less in it of something than was asked for"
     NO_ORDER = "no goal over time was found that matters"
+    OTHER_SPLIT = "its goals are those of another split"
+    KNOWN_PLAN = "the plan of a task of another split with similar goals solves it, or its plan solves such"
     PUBLIC = "a public task has the same goals"
     PUBLIC_PLAN = "the plan of a public task with similar goals solves it"
     COPY = "another generated task is the same"

@@ -96,6 +96,8 @@ class Prior:
         taken: the categories of what plans take in hand.
         used: the categories of what plans do something with besides going there and taking it.
         parts: the relations that bind a thing for good to one other, which it never goes without.
+        several: where no goal of the data set is about all, some or so many things of a kind, the categories
+            of which some task is about several things; else empty, and all or some of any kind may be wanted.
         pieces: the categories of the parts, which are nothing until they are cut off.
         holding: the predicates by which the agent holds things.
     """
@@ -115,6 +117,7 @@ class Prior:
     parts: tuple[str, ...]
     taken: frozenset[str]
     used: frozenset[str]
+    several: frozenset[str]
     pieces: frozenset[str]
     holding: frozenset[str]
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import random
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from itertools import count
 from typing import NamedTuple, TypeVar
 
@@ -26,8 +26,12 @@ class Closed(NamedTuple):
     facts: tuple[Fact, ...]
 
 
-def closed_scene(task: Task, prior: Prior, rng: random.Random, most: int, *, rich: bool = False) -> Closed:
+def closed_scene(
+    task: Task, prior: Prior, rng: random.Random, most: int, *, rich: bool = False, with_: Sequence[int] = ()
+) -> Closed:
     """Some of a task's objects: those that it is about, and others that plans and goals know.
+
+    Some are there in any case.
 
     A rich one has fewer of its own (`with_guests`), rather those of which something is wanted.
 
@@ -39,6 +43,8 @@ def closed_scene(task: Task, prior: Prior, rng: random.Random, most: int, *, ric
     everything = range(len(state.scene.objects))
     size = most * 2 // 3 if rich else rng.randint(min(LEAST_OBJECTS, most), most)
     chosen: set[int] = set() if state.scene.agent is None else _with_places(state.scene.agent, state, prior)
+    for index in with_:
+        chosen |= _with_places(index, state, prior)
     usual = prior.taken | prior.used
     others = [i for i in everything if not usual or state.scene.objects[i].category in usual]
     usually = (*_shuffled(task.relevant, rng), *_by_category(others, state.scene, rng))
@@ -96,6 +102,31 @@ def with_guests(closed: Closed, tasks: Sequence[Task], prior: Prior, rng: random
     scene = Scene(closed.scene.vocabulary, objects, closed.scene.agent)
     return Closed(scene, tuple(facts))
 
+
+def with_more_of_a_kind(
+    closed: Closed, prior: Prior, rng: random.Random, most: int, kinds: Collection[str]
+) -> Closed:
+    """A scene with some things more of some kinds of which there are several elsewhere, each beside one."""
+    state = closed.scene.state(closed.facts)
+    objects, facts = list(closed.scene.objects), list(closed.facts)
+    usual = prior.several & prior.taken & frozenset(kinds)
+    hosts = [i for i, thing in enumerate(objects) if thing.category in usual and _standing(i, state, prior)]
+    number = rng.randint(1, _MORE)
+    for _ in range(min(number, most - len(objects)) if hosts else 0):
+        host, another = rng.choice(hosts), len(objects)
+        objects.append(WorldObject(_free_name(objects[host].name, objects), objects[host].category))
+        facts += [Fact(name, (another,)) for name in _states(host, state)]
+        facts += [
+            Fact(name, (another, target))
+            for name in prior.places
+            for target in bits(state.relation(name).row(host))
+        ]
+    scene = Scene(closed.scene.vocabulary, objects, closed.scene.agent)
+    return Closed(scene, tuple(facts))
+
+
+_MORE = 5
+"""How many things more of their kinds a scene has at most."""
 
 _ASKED = 30
 """How many things are asked for one that comes."""

@@ -6,20 +6,22 @@ import hashlib
 import json
 import statistics
 from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from itertools import count, islice
 from pathlib import Path
+from typing import Any
 
 from eai.abilities.task import Task
 from eai.abilities.verdict import Json
-from eai.benchmarks.generated.fingerprint import Prints
 from eai.benchmarks.generated.outcome import Generated, Reason, Rejected
 from eai.benchmarks.generated.spec import CANARY, Spec
-from eai.benchmarks.task_files import ENDINGS, lines_in
+from eai.benchmarks.generated.splits import Overlap
+from eai.benchmarks.task_files import ENDINGS, lines_in, open_task_files
 from eai.benchmarks.task_lines import read_line
 from eai.data.files import write_whole
 from eai.errors import InputError
+from eai.world.domain import Domain
 
 MANIFEST = "generated.json"
 """What a folder of generated tasks says of its files."""
@@ -30,7 +32,7 @@ class Seeds:
     """From what the tasks of a set are made, one by one.
 
     Attributes:
-        split: the name of the set; sets of different names have nothing in common.
+        split: the name of the set.
         seed: the user's number.
         secret: what nobody else knows, so that nobody else can make the set; None if anybody may.
     """
@@ -83,19 +85,16 @@ def _spread(numbers: Sequence[int]) -> tuple[int, ...]:
     return (min(numbers), *map(round, statistics.quantiles(numbers, n=4, method="inclusive")), max(numbers))
 
 
-def fingerprints_in(folder: Path, *, without: Path) -> set[Prints]:
-    """The fingerprints of the generated tasks that a folder holds in other files than one.
+def sets_in(folder: Path, base: str, domain: Domain, *, without: Path) -> dict[str, Sequence[Task]]:
+    """The tasks of a world that a folder holds in other files than one, by name of the file.
 
     Raises:
         InputError: a line of them is no task.
     """
-    known: set[Prints] = set()
     files = sorted(folder.iterdir()) if folder.is_dir() else []
     others = [file for file in files if file.name.endswith(ENDINGS) and file != without]
-    for place in (place for file in others for place in lines_in(file)):
-        about = read_line(place.content).about
-        known.add(Prints(str(about.get("goals_fingerprint")), str(about.get("scene_fingerprint"))))
-    return known
+    read = [open_task_files(file) for file in others if file.stat().st_size]
+    return {each.name: list(each.tasks(domain).values()) for each in read if each.base == base}
 
 
 def manifest_entry(
@@ -150,28 +149,37 @@ def unproven(folder: Path, split: str, secret: str) -> Iterator[str]:
         yield f"{len(strange)} of {len(lines)} tasks are of a seed that does not follow from the secret"
 
 
-def _manifest(file: Path) -> dict[str, Json]:
-    """The sets of a manifest.
+def _manifest(file: Path, part: str = "sets") -> dict[str, Any]:
+    """The sets of a manifest, or what they have in common.
 
     Raises:
         InputError: it cannot be read, or is none.
     """
     try:
-        sets = json.loads(file.read_bytes())["sets"]
+        found = json.loads(file.read_bytes())
+        return dict(found["sets"] if part == "sets" else found.get(part, {}))
     except OSError as error:
         raise InputError(f"{file}: cannot be read ({error.strerror})") from error
     except (ValueError, KeyError, TypeError) as error:
         raise InputError(f"{file}: expected the manifest of generated tasks") from error
-    return dict(sets)
 
 
-def write_manifest(folder: Path, split: str, entry: dict[str, Json]) -> None:
-    """Enter a set into the manifest of a folder.
+def write_manifest(
+    folder: Path, split: str, entry: dict[str, Json], overlap: Mapping[tuple[str, str], Overlap]
+) -> None:
+    """Enter a set into the manifest of a folder, and what sets have in common with others: (set, other).
 
     Raises:
         InputError: there is a file of that name that is no manifest, or it cannot be written.
     """
     file = folder / MANIFEST
-    sets = _manifest(file) if file.exists() else {}
-    text = json.dumps({"canary": CANARY, "sets": {**sets, split: entry}}, indent=2)
-    write_whole({file: f"{text}\n"})
+    sets, told = (_manifest(file, part) if file.exists() else {} for part in ("sets", "overlap"))
+    common: dict[str, dict[str, Json]] = {
+        name: {other: found for other, found in others.items() if split not in (name, other)}
+        for name, others in told.items()
+    }
+    for (name, other), found in overlap.items():
+        common.setdefault(name, {})[other] = asdict(found)
+    common = {name: others for name, others in common.items() if others}
+    content = {"canary": CANARY, "sets": {**sets, split: entry}, "overlap": common}
+    write_whole({file: f"{json.dumps(content, indent=2)}\n"})

@@ -10,8 +10,8 @@ from enum import Enum
 
 from eai.benchmarks.generated.measures import AtLeast
 
-VERSION = 4
-"""Of the generator: what an equal specification and seed make may differ from one version to the next."""
+VERSION = 5
+"""Of the generator: an equal specification and seed make other tasks in another version."""
 
 CANARY = "generated tasks of eai; no training data: 6b0f3f6e-8c1d-4f0a-9d35-2f7c51e0a9b4"
 """In every generated task, so that a corpus that holds some can be told."""
@@ -44,6 +44,28 @@ class Forms(str, Enum):
     ALL = "all"
 
 
+class Split(str, Enum):
+    """Which tasks are wanted: all that come, or those of one of three parts that share no goals."""
+
+    ALL = "tasks"
+    TRAIN = "train"
+    VALIDATION = "validation"
+    TEST = "test"
+
+
+class HeldOut(str, Enum):
+    """What the splits have nothing of in common."""
+
+    GOALS = "goals"
+    """All goals of a task together, objects known by kind."""
+    PAIRS = "pairs"
+    """A predicate with a kind of thing: each task of a later split asks for one that no earlier split has."""
+    TITLES = "titles"
+    """Goals, and the titles of public tasks: what belongs together."""
+    SCENES = "scenes"
+    """Goals, and the public tasks from whose scenes those of new ones are made."""
+
+
 @dataclass(frozen=True, slots=True)
 class Spec:
     """What is to be generated.
@@ -61,6 +83,8 @@ class Spec:
         depth: all plans of so many actions are tried, to bound the length of a plan from below.
         difficulty: between which expected difficulties tasks are (`eai.benchmarks.difficulty`); None for any.
         at_least: how much of what a task has at least.
+        split: which part of them.
+        held_out: what the parts have nothing of in common.
         disturbances: how many things are brought about at most in a scene before the task begins.
         version: of the generator.
     """
@@ -76,6 +100,8 @@ class Spec:
     depth: int = 1
     difficulty: tuple[float, float] | None = None
     at_least: tuple[AtLeast, ...] = ()
+    split: Split = Split.ALL
+    held_out: HeldOut = HeldOut.GOALS
     disturbances: int = 4
     version: int = VERSION
 
