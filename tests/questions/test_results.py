@@ -114,3 +114,16 @@ def test_how_even_answers_are() -> None:
         for n, answer in enumerate([("works",), ("goal 1",), ("step 2", "requirement 1")])
     ]
     assert balance_of(plans, Kind.VALIDATION, Form.OPEN).entropy == pytest.approx(1.0)
+
+
+def test_of_what_becomes_of_a_plan_the_step_does_not_count_and_else_every_word_does() -> None:
+    def entropy(kind: Kind, *told: str) -> float | None:
+        asked = [
+            QUESTIONS[0].model_copy(update={"kind": kind, "form": Form.OPEN, "answer": (a,), "options": 0})
+            for a in told
+        ]
+        return balance_of(asked, kind, Form.OPEN).entropy
+
+    for kind in (Kind.COUNTERFACTUAL, Kind.VALIDATION):
+        assert entropy(kind, "fails 1", "fails 2", "fails 3") == 0
+    assert entropy(Kind.STATE, "at ball", "at box") == 1
