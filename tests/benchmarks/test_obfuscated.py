@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import json
 import re
 from pathlib import Path
 
 import pytest
 
+from cli.conftest import Command, eai
 from eai.abilities.protocol import Ability
 from eai.benchmarks.gold_answers import open_answer_book
 from eai.benchmarks.noisy_answers import Noise, noisy_answer
@@ -17,6 +19,8 @@ from eai.benchmarks.source import Source
 from eai.benchmarks.suite import open_suite
 from eai.data.store import Store
 from eai.prompts.prompt import PromptSet
+
+__all__ = ["eai"]
 
 PLANNED = (Ability.ACTION_SEQUENCING, Ability.SUBGOAL_DECOMPOSITION)
 
@@ -66,6 +70,44 @@ def test_prompts_and_right_answers_are_in_the_twins_words(name: str) -> None:
     told = prompts[task_id].user
     assert all(words.encode(task.scene.objects[i].name) in told for i in task.relevant)
     assert open_suite(twin, PLANNED[0]).score(task_id, book.gold(task_id).text).success  # type: ignore[attr-defined]
+
+
+@pytest.mark.parametrize("ability", PLANNED)
+def test_the_same_prompts_in_true_words_differ_in_words_alone(name: str, ability: Ability) -> None:
+    """All that a model could use beside the words is the same, so a difference is theirs."""
+    told, twin = f"rules:{name}", f"obfuscated:{name}"
+    prompts, others = (
+        Library(PromptSet.EAI, source=Source()).open(find_benchmark(each), ability) for each in (told, twin)
+    )
+    assert list(prompts) == list(others)
+    for task_id in list(prompts)[:: max(1, len(prompts) // 6)]:
+        assert "needs: " in prompts[task_id].user
+        assert len(prompts[task_id].user.splitlines()) == len(others[task_id].user.splitlines())
+    wordings = [find_benchmark(each).wording(ability) for each in (told, twin)]
+    assert wordings[1].operators() != wordings[0].operators()
+    ours, theirs = (
+        re.findall(r"^  .*", re.sub(r"(property|kind) [\w.-]+", r"\1", each.operators()), re.MULTILINE)
+        for each in wordings
+    )
+    assert ours == theirs
+    plain, suite = open_suite(name, ability), open_suite(told, ability)
+    book = open_answer_book(plain.benchmark, ability)
+    for task_id in plain.task_ids[:: max(1, len(plain.task_ids) // 6)]:
+        text = noisy_answer(book, task_id, Noise(0.4, "1")).text
+        assert suite.score(task_id, text) == plain.score(task_id, text)
+
+
+def test_the_arms_are_compared(eai: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(Path(__file__).parents[2] / "examples" / "lamps")
+    for arm in ("rules", "obfuscated"):
+        answers = tmp_path / arm / "me_outputs.json"
+        answers.parent.mkdir()
+        answers.write_text('[{"identifier": "light", "llm_output": "[]"}]')
+        about = ("--domain", f"{arm}:lamps:lamps", "--ability", "action_sequencing")
+        assert eai("score", answers, *about, "--out", tmp_path / arm / "scores").status == 0
+    told = eai("compare", tmp_path / "rules" / "scores", tmp_path / "obfuscated" / "scores", "--json")
+    (found,) = json.loads(told.out)
+    assert found["tasks"] == 2
 
 
 def test_prompts_say_exactly_what_actions_need_and_do(monkeypatch: pytest.MonkeyPatch) -> None:

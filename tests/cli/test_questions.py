@@ -55,6 +55,37 @@ def test_kinds_and_forms_can_be_chosen(eai: Command, written: Path, tmp_path: Pa
     assert {question["form"] for question in questions} == {"open"}
 
 
+def test_what_shortcuts_give_is_printed(eai: Command, written: Path, tmp_path: Path) -> None:
+    arguments = ("questions", "--domain", "lamps:lamps", "--n", 72, "--out", tmp_path / "q.jsonl")
+    assert "Right without knowing the world, at best, in percent" in eai(*arguments).out
+    chance = json.loads(eai(*arguments, "--json").out)["chance"]
+    assert len(chance) == 36
+    assert set(chance["inverse.choice"]) == {"guess", "names", "longest", "operator", "text", "unchanged"}
+    assert chance["inverse.choice"]["guess"] == 25
+    assert list(chance["inverse.open"]) == ["guess"]
+    questions = [json.loads(line) for line in written.read_text().splitlines()]
+    assert all(bool(each["shortcuts"]) == (each["form"] != "open") for each in questions)
+
+
+def test_with_and_without_the_rules_are_compared(eai: Command, written: Path, tmp_path: Path) -> None:
+    closed = tmp_path / "closed.jsonl"
+    arguments = ("--domain", "lamps:lamps", "--n", 62, "--no-rules", "--out", closed)
+    assert eai("questions", *arguments).status == 0
+    for name, file in (("told", written), ("closed", closed)):
+        questions = [json.loads(line) for line in file.read_text().splitlines()]
+        answers = tmp_path / f"{name}_outputs.json"
+        rows = [{"identifier": q["id"], "llm_output": json.dumps(q["answer"])} for q in questions]
+        answers.write_text(json.dumps(rows if name == "told" else rows[:20]))
+        assert eai("questions", "score", file, answers, "--out", tmp_path / name).status == 0
+    (found,) = json.loads(eai("compare", tmp_path / "told", tmp_path / "closed", "--json").out)
+    assert found["tasks"] == 62
+    other = tmp_path / "other.jsonl"
+    arguments = ("--domain", "lamps:lamps", "--n", 62, "--seed", 1, "--out", other)
+    assert eai("questions", *arguments).status == 0
+    assert eai("questions", "score", other, answers, "--out", tmp_path / "other").status == 0
+    assert eai("compare", tmp_path / "told", tmp_path / "other").status == 2
+
+
 def test_help_tells_of_every_command(eai: Command) -> None:
     for arguments in (("--help",), ()):
         told = eai("questions", *arguments)

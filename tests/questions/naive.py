@@ -24,7 +24,7 @@ Act = tuple[str, tuple[int, ...]]
 
 _OBJECT = re.compile(r"- (\S+) \[(\S+)\](, the agent)?")
 _FACT = re.compile(r"([\w-]+)\(((?:[^(){}]|\{[^}]*\})*)\)")
-_CHOICE = re.compile(r"^([A-D])\. (.+)$", re.MULTILINE)
+CHOICE = re.compile(r"^([A-D])\. (.+)$", re.MULTILINE)
 
 
 @dataclass(frozen=True)
@@ -139,7 +139,7 @@ def answer_of(question: Question, domain: Domain, goals: list[Formula]) -> froze
     if question.form is Form.OPEN:
         return frozenset(right)
     if question.form is Form.CHOICE:
-        choices = _CHOICE.findall(question.prompt)
+        choices = CHOICE.findall(question.prompt)
         assert len(choices) == question.options
         return frozenset(letter for letter, text in choices if asked.is_right(text))
     return frozenset(["yes" if asked.is_right(asked.statement) else "no"])
@@ -179,8 +179,8 @@ class _Asked:
         return str(found[0])
 
     def listed(self) -> list[str]:
-        """The lines with a dash, in order."""
-        return re.findall(r"^- (.+)$", self.text, re.MULTILINE)
+        """The lines with a dash, in order, before those that are asked about."""
+        return re.findall(r"^- (.+)$", self.text.partition("\nWhich of these can")[0], re.MULTILINE)
 
     def numbered(self, part: int = 0) -> list[str]:
         """The lines with numbers, of one of the lists that have some."""
@@ -280,8 +280,8 @@ class _Asked:
                 ]
             case Kind.REACHABILITY:
                 reached = frozenset().union(*self.reached()[0])
-                texts = self.listed() if self.question.form is Form.OPEN else []
-                facts = [text for text in texts if _is_fact(text, world)]
+                asked = self.text.partition("\nWhich of these can")[2]
+                facts = re.findall(r"^- (.+)$", asked, re.MULTILINE)
                 return [text for text in facts if world.fact(text) in reached]
             case Kind.NEXT_ACTION:
                 return self.first_steps()
@@ -306,8 +306,7 @@ class _Asked:
         return [*plan[:place], (0, self.world.act(text)), *plan[place:]]
 
     def acts(self, without: str | None = None) -> list[Act]:
-        texts = [text for text in self.listed() if text != without]
-        return [self.world.act(text) for text in texts if not _is_fact(text, self.world)]
+        return [self.world.act(text) for text in self.listed() if text != without]
 
     def reached(
         self, start: Facts | None = None, without: str | None = None
@@ -344,7 +343,3 @@ class _Asked:
             if after is not None and distance(after) == best - 1:
                 found.append(self.world.said(act))
         return found
-
-
-def _is_fact(text: str, world: World) -> bool:
-    return text.partition("(")[0] not in world.domain.arities

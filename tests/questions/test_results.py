@@ -67,6 +67,19 @@ def test_chance_is_a_random_choice_or_the_most_common_answer() -> None:
     assert table.by_kind[Kind.BACKWARD].chance.percent == 100
 
 
+def test_chance_is_the_best_shortcut_where_one_is_better_than_guessing() -> None:
+    questions = [
+        asked(n, Form.CHOICE, ("A",), shortcuts={"names": n < 2, "longest": 0.25}) for n in range(4)
+    ] + [asked(4, Form.YES_NO, ("yes",), shortcuts={"longest": 0})]
+    row = tabulate(score(questions, {})).overall
+    assert {name: rate.numerator for name, rate in row.chances.items()} == {
+        "guess": 1.5,
+        "names": 2.5,
+        "longest": 1.0,
+    }
+    assert row.chance == row.chances["names"]
+
+
 def test_the_unit_of_intervals_is_the_task() -> None:
     independent = [asked(2 * n, Form.YES_NO, ("yes",)) for n in range(40)]
     alike = [asked(n, Form.YES_NO, ("yes",)) for n in range(40)]

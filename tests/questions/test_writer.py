@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import re
 from collections import Counter
 from pathlib import Path
 
@@ -77,6 +78,26 @@ def test_every_kind_and_form_has_words_and_own_ones_take_their_place(
     wanted = Wanted((Kind.FORWARD,), (Form.YES_NO,), 1)
     (question,) = Writer(lamps, templates=Templates(tmp_path)).write(wanted)
     assert question.prompt.endswith("Ja oder nein?")
+
+
+def test_without_the_rules_the_questions_are_the_same(lamps: Benchmark) -> None:
+    told = {question.id: question for question in Writer(lamps).write(Wanted(number=108))}
+    closed = {question.id: question for question in Writer(lamps).write(Wanted(number=93, rules=False))}
+    assert (len(told), len(closed)) == (108, 93)
+    left_out = {(told[each].kind, told[each].form) for each in told.keys() - closed.keys()}
+    assert left_out == {
+        *((Kind.WHY_NOT, form) for form in Form),
+        (Kind.COUNTERFACTUAL, Form.OPEN),
+        (Kind.VALIDATION, Form.OPEN),
+    }
+    for name, question in closed.items():
+        assert question.model_copy(update={"prompt": told[name].prompt}) == told[name]
+        assert not re.search(r"^ +(requirement|becomes)| means: ", question.prompt, re.MULTILINE)
+        rules = re.findall(r"^(\w+\(.*?\))(?=:|$)", told[name].prompt, re.MULTILINE)
+        assert all(
+            head in question.prompt for head in rules if head.partition("(")[0] in lamps.domain.arities
+        )
+    assert list(Writer(lamps).write(Wanted((Kind.WHY_NOT,), rules=False))) == []
 
 
 PROMPT = """\

@@ -113,7 +113,8 @@ def test_models_are_compared_by_kind(eai: Command, scored: Path) -> None:
 
 def test_answers_to_other_questions_are_not_compared(eai: Command, scored: Path) -> None:
     other = scored / "unsure" / "records.jsonl"
-    other.write_text(other.read_text().replace('"questions_sha256": "', '"questions_sha256": "0'))
+    changed = other.read_text().replace('"questions_sha256": "', '"questions_sha256": "0')
+    other.write_text(changed.replace('"title": "', '"title": "another '))
     outcome = eai("compare", scored / "sure", scored / "unsure")
     assert outcome.status == 2
     assert "both have records of" in outcome.err

@@ -2,7 +2,8 @@
 
 Who plans needs to know what actions do, not what they are called. In a twin the declared names of predicates,
 operators and kinds of objects are permuted, each among those that are used alike; the world, the tasks and
-their verdicts are those of the benchmark. Prompts say what each word means.
+their verdicts are those of the benchmark. Prompts say what each word means, and tell the exact rules, which
+plain prompts do not. A twin is compared with the same prompts in the true words (`with_rules`).
 """
 
 from __future__ import annotations
@@ -47,6 +48,9 @@ _HOW_TO_READ = (
     'An action is possible if all holds that stands after "needs". What stands after "then" is made so, in '
     "that order; what is asked there is asked of the state before the action. All else stays as it is."
 )
+
+
+_OBFUSCATED, _WITH_RULES = "-obfuscated", "-rules"
 
 
 @dataclass(frozen=True)
@@ -219,7 +223,20 @@ def obfuscated(benchmark: Benchmark, source: Source | None = None) -> Benchmark:
     """The twin of a benchmark: its plans and subgoals are asked for in other words; nothing else is."""
     public = benchmark.open_public or benchmark.open_tasks
     cipher = Cipher.of(benchmark, public(source or Source()).values())
+    return _with_exact_rules(benchmark, cipher, _OBFUSCATED)
 
+
+def with_rules(benchmark: Benchmark) -> Benchmark:
+    """A benchmark in its own words, with the exact rules that the prompts of its twin tell."""
+    return _with_exact_rules(benchmark, Cipher({}), _WITH_RULES)
+
+
+def plain_name(name: str) -> str:
+    """The name of the benchmark that a twin, or one with exact rules, is made of; any other name as it is."""
+    return name.removesuffix(_OBFUSCATED).removesuffix(_WITH_RULES)
+
+
+def _with_exact_rules(benchmark: Benchmark, cipher: Cipher, suffix: str) -> Benchmark:
     def wording(ability: Ability) -> Wording:
         plain = benchmark.wording(ability)
         return _TwinWording(
@@ -236,8 +253,8 @@ def obfuscated(benchmark: Benchmark, source: Source | None = None) -> Benchmark:
 
     return replace(
         benchmark,
-        name=f"{benchmark.name}-obfuscated",
-        title=f"{benchmark.title or benchmark.name}, obfuscated",
+        name=f"{benchmark.name}{suffix}",
+        title=f"{benchmark.title or benchmark.name}, {suffix[1:]}",
         plans=_TwinPlans(benchmark.plans, cipher),
         subgoals=_TwinSubgoals(benchmark.subgoals or SubgoalNotation(benchmark.domain), cipher),
         wordings=wording,

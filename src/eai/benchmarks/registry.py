@@ -29,6 +29,9 @@ PDDL = "pddl"
 OBFUSCATED = "obfuscated"
 """What stands before the colon in a reference to the twin of a benchmark whose words mean other things."""
 
+RULES = "rules"
+"""What stands before the colon in a reference to a benchmark in its own words, with the rules of its twin."""
+
 CAPITALISED = {"virtualhome": "VirtualHome", "behavior": "Behavior"}
 """How identifiers with capitals spell the benchmarks that come with the package."""
 
@@ -56,7 +59,8 @@ def find_benchmark(reference: str) -> Benchmark:
 
     A module is also looked for in the working directory; a domain file in PDDL comes with a file of a problem
     or a folder of them; a task file ends in ``.jsonl`` or ``.jsonl.gz``, or is in a folder, which is known by
-    having a slash in its name. ``obfuscated:`` before any of them is its twin in other words.
+    having a slash in its name. ``obfuscated:`` before any of them is its twin in other words, ``rules:`` the
+    same prompts in its own words.
 
     Raises:
         InputError: there is none, or it cannot be loaded.
@@ -76,10 +80,12 @@ def _find(reference: str) -> Benchmark:
     from eai.benchmarks.task_files import ENDINGS
 
     module, separator, name = reference.partition(":")
-    if module not in (OBFUSCATED, PDDL) and (reference.endswith((*ENDINGS, "/")) or Path(reference).is_dir()):
+    if module not in (OBFUSCATED, RULES, PDDL) and (
+        reference.endswith((*ENDINGS, "/")) or Path(reference).is_dir()
+    ):
         return _open_tasks(Path(reference)).referred_to_as(reference)
-    if module == OBFUSCATED:
-        return _open_obfuscated(name).referred_to_as(reference)
+    if module in (OBFUSCATED, RULES):
+        return _open_explained(name, module).referred_to_as(reference)
     if module == PDDL:
         return _open_pddl(name).referred_to_as(reference)
     if separator:
@@ -89,11 +95,11 @@ def _find(reference: str) -> Benchmark:
     raise InputError(f"{reference!r} is no benchmark: expected {expected}{did_you_mean(reference, known)}")
 
 
-def _open_obfuscated(name: str) -> Benchmark:
-    """The twin of a benchmark whose words mean other things."""
-    from eai.benchmarks.obfuscated import obfuscated
+def _open_explained(name: str, words: str) -> Benchmark:
+    """A benchmark whose prompts tell its rules exactly, in words that mean other things or in its own."""
+    from eai.benchmarks.obfuscated import obfuscated, with_rules
 
-    return obfuscated(find_benchmark(name))
+    return (obfuscated if words == OBFUSCATED else with_rules)(find_benchmark(name))
 
 
 def _open_pddl(files: str) -> Benchmark:

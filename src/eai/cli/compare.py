@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated
@@ -41,7 +42,8 @@ def compare(
 ) -> None:
     """Compare two runs task by task: exact McNemar for success, random exchanges for F1.
 
-    Runs of the same domain, ability and protocol are compared; each side holds one of each.
+    Runs of the same domain, ability and protocol are compared; each side holds one of each. If there are
+    none, runs of the same tasks in other words, or with exact rules, are.
 
     Tasks of one name are near copies and count together; a second line treats them as independent. Answers to
     the same world-model questions are compared, too; there questions about one task count together.
@@ -49,6 +51,8 @@ def compare(
     Example: eai compare scores/gpt-4o scores/o1-mini
     """
     before, after = _runs(first), _runs(second)
+    if not before.keys() & after.keys():
+        before, after = _by_tasks(before), _by_tasks(after)
     shared = [place for place in before if place in after]
     questions = question_pairs(*(find_question_records([path]) for path in (first, second)))
     if not shared and not questions:
@@ -138,6 +142,15 @@ def _runs(path: Path) -> Mapping[_Place, Run]:
             raise InputError(f"{path}: expected one run for {_named(place)}, found {both}")
         found[place] = run
     return dict(sorted(found.items(), key=lambda item: item[1].key.order))
+
+
+def _by_tasks(runs: Mapping[_Place, Run]) -> Mapping[_Place, Run]:
+    """The runs under the names of the benchmarks whose tasks they have, where one name has one run."""
+    from eai.benchmarks.obfuscated import plain_name
+
+    places = {place: (plain_name(place[0]), *place[1:]) for place in runs}
+    alone = Counter(places.values())
+    return {places[place] if alone[places[place]] == 1 else place: run for place, run in runs.items()}
 
 
 def _named(place: _Place) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -11,6 +11,7 @@ import typer
 from typer.core import TyperGroup
 
 from eai.abilities.responses import Response, ResponseFile, file_name, read_responses, write_responses
+from eai.abilities.verdict import Json
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.source import Source
 from eai.cli.console import (
@@ -30,8 +31,9 @@ from eai.cli.store import DataFolder, store
 from eai.cli.table import Column, percent, print_table
 from eai.data.files import write_whole
 from eai.errors import InputError
+from eai.metrics.rate import Rate
 from eai.prompts.template import Templates
-from eai.questions.balance import Balance, balance_of
+from eai.questions.balance import Balance, balance_of, best_chance, chances_of, guesses_of
 from eai.questions.question import Form, Kind, Question, questions_content, read_questions
 from eai.questions.records import QuestionRun, write_results
 from eai.questions.results import (
@@ -81,6 +83,9 @@ def write(
     ] = None,
     n: Annotated[int, typer.Option("--n", min=1, help="How many, evenly of all kinds and forms.")] = 500,
     seed: Annotated[int, typer.Option(help="Of all that is random.")] = 0,
+    rules: Annotated[
+        bool, typer.Option(help="Tell the rules. Without them the same questions are a closed-book test.")
+    ] = True,
     prompts: Annotated[
         Path | None, typer.Option(help="Texts of your own in place of single ones of ours.")
     ] = None,
@@ -93,16 +98,22 @@ def write(
     """
     with data_progress() as report:
         writer = Writer(find_benchmark(domain), Source(store(data), report), Templates(prompts))
-        wanted = Wanted(tuple(kind or Kind), tuple(form or Form), n, seed)
+        wanted = Wanted(tuple(kind or Kind), tuple(form or Form), n, seed, rules)
         questions = list(writer.write(wanted))
     if not questions:
         raise InputError(f"{domain}: no task of it gives a question of these kinds and forms")
     write_whole({out: questions_content(questions)})
     if not as_json:
         _print_balance(questions)
+        _print_chances(questions)
     fewer = "" if len(questions) == n else f"; the tasks give no more than these of {n:,}"
     told = f"{counted(len(questions), 'question')} written to {out}{fewer}"
-    tell(told, value={"file": str(out), "questions": len(questions)}, as_json=as_json)
+    chance: dict[str, Json] = {
+        f"{kind.value}.{form.value}": {name: rate.percent for name, rate in chances.items()}
+        for (kind, form), chances in _chances(questions).items()
+    }
+    value: dict[str, Json] = {"file": str(out), "questions": len(questions), "chance": chance}
+    tell(told, value=value, as_json=as_json)
 
 
 @app.command()
@@ -221,6 +232,35 @@ def _print_balance(questions: Sequence[Question]) -> None:
     print_table(
         output(), "Questions, and how even their answers are (1: entirely)", [Column("kind", kinds)], columns
     )
+
+
+def _print_chances(questions: Sequence[Question]) -> None:
+    """What guessing and shortcuts give, the best of them for each kind and form."""
+    found = _chances(questions)
+    kinds = list(dict.fromkeys([question.kind for question in questions]))
+    columns = [
+        Column(f"{form.value}\n{heading}", [_best(found.get((kind, form), {}), heading) for kind in kinds])
+        for form in dict.fromkeys([question.form for question in questions])
+        for heading in ("chance", "by")
+    ]
+    print_table(
+        output(), "Right without knowing the world, at best, in percent", [Column("kind", kinds)], columns
+    )
+
+
+def _chances(questions: Sequence[Question]) -> dict[tuple[Kind, Form], dict[str, Rate]]:
+    guesses = guesses_of(questions)
+    alike: dict[tuple[Kind, Form], list[Question]] = {}
+    for question in questions:
+        alike.setdefault((question.kind, question.form), []).append(question)
+    return {cell: chances_of(some, guesses) for cell, some in alike.items()}
+
+
+def _best(chances: Mapping[str, Rate], heading: str) -> str:
+    if not chances:
+        return "-"
+    best = best_chance(chances)
+    return best if heading == "by" else percent(chances[best])
 
 
 def _cell(balance: Balance, field: str) -> str:

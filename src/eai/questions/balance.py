@@ -1,14 +1,19 @@
-"""How even the gold answers of questions are: whoever always says the same should not be right often."""
+"""How even the gold answers of questions are, and what can be had of them without knowing the world."""
 
 from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
-from eai.metrics.rate import Rate
+from eai.abilities.share import Share
+from eai.metrics.rate import Rate, rate_of
+from eai.questions.answers import gold_text, grade
 from eai.questions.question import Form, Kind, Question
+
+GUESS = "guess"
+"""What guessing is called beside the shortcuts."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,3 +48,40 @@ def _label(question: Question) -> tuple[str, ...]:
     if question.form is Form.OPEN and question.kind in (Kind.COUNTERFACTUAL, Kind.VALIDATION):
         return (question.answer[0].partition(" ")[0],)
     return question.answer
+
+
+def guesses_of(questions: Sequence[Question]) -> dict[str, float]:
+    """How often guessing hits each question, by id: at random; in open form with the most common answer."""
+    common = _common_answers(questions)
+    return {
+        question.id: Rate(1, question.options).share or float(grade(question, common[question.kind]).exact)
+        for question in questions
+    }
+
+
+def chances_of(questions: Sequence[Question], guesses: Mapping[str, float]) -> dict[str, Rate]:
+    """What guessing gives, and what each shortcut, by name; where there is no shortcut it guesses.
+
+    Args:
+        questions: the questions.
+        guesses: how often guessing hits each, by id.
+    """
+    names = dict.fromkeys([GUESS, *(name for question in questions for name in question.shortcuts)])
+    return {
+        name: rate_of([Share(each.shortcuts.get(name, guesses[each.id]), 1) for each in questions])
+        for name in names
+    }
+
+
+def best_chance(chances: Mapping[str, Rate]) -> str:
+    """The name of what gives most; guessing, if nothing gives more."""
+    return max(chances, key=lambda name: chances[name].numerator)
+
+
+def _common_answers(questions: Iterable[Question]) -> dict[Kind, str]:
+    """The gold answer that most questions in open form of each kind have; of several the first."""
+    answers: dict[Kind, Counter[str]] = {kind: Counter() for kind in Kind}
+    for question in questions:
+        if question.form is Form.OPEN:
+            answers[question.kind][gold_text(question)] += 1
+    return {kind: next(iter(count.most_common(1)), ("", 0))[0] for kind, count in answers.items()}

@@ -18,20 +18,28 @@ ALL = "all"
 
 
 class QuestionPair(NamedTuple):
-    """Two runs on the same file of questions."""
+    """Two runs on the same questions."""
 
     first: QuestionRun
     second: QuestionRun
 
 
 def question_pairs(first: Sequence[Path], second: Sequence[Path]) -> list[QuestionPair]:
-    """The runs in files of records that were asked the same questions.
+    """The runs in files of records that were asked the same questions, be it with the rules or without.
 
     Raises:
         InputError: a file cannot be read, or several on one side were asked the same questions.
     """
     before, after = _by_questions(first), _by_questions(second)
-    return [QuestionPair(before[digest], after[digest]) for digest in before if digest in after]
+    same = [QuestionPair(before[digest], after[digest]) for digest in before if digest in after]
+    return same or [QuestionPair(a, b) for a in before.values() for b in after.values() if _agree(a, b)]
+
+
+def _agree(one: QuestionRun, other: QuestionRun) -> bool:
+    """Whether the questions that both were asked, by their ids, are the same but for their prompts."""
+    questions = {result.question.id: result.question for result in one.results}
+    shared = [r.question for r in other.results if r.question.id in questions]
+    return bool(shared) and all(each == questions[each.id] for each in shared)
 
 
 def _by_questions(paths: Sequence[Path]) -> dict[str, QuestionRun]:

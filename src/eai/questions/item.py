@@ -29,6 +29,7 @@ class Item:
         accept: whether all of these are wanted.
         values: what else the templates speak of.
         formulas: goals that are told, for the sake of the predicates in them.
+        about: the labels of texts that do not begin with their operator or predicate: that operator first.
         actions: whether what is right and wrong are actions: where they are to choose from, no rules but
             theirs are told.
     """
@@ -42,6 +43,7 @@ class Item:
     accept: Accept = Accept.ALL
     values: Mapping[str, str] = field(default_factory=dict)
     formulas: tuple[Formula, ...] = ()
+    about: Mapping[str, Sequence[str]] = field(default_factory=dict)
     actions: bool = False
 
 

@@ -18,6 +18,15 @@ _CANDIDATES = 8
 _DRAWS = 20
 """How often a fact is drawn that never held."""
 
+_BINDINGS = 40
+"""How many actions by one operator are looked at for one with a requirement that is not met."""
+
+_LEAST = 0.5
+"""How often this is the one of them with the fewest such requirements."""
+
+_OWN = 0.2
+"""How often each operator of the way is preferred to those that are not of it."""
+
 _IDLE = 0.3
 """How often an action is asked about that changes nothing."""
 
@@ -99,19 +108,37 @@ def applicability(setting: Setting, rng: random.Random, number: int) -> Item | N
 def why_not(setting: Setting, rng: random.Random, number: int) -> Item | None:
     """Which requirements of an action are not met."""
     state = rng.choice(setting.states)
-    action = setting.some_action(rng, state, possible=False)
-    if action is None or len(setting.checks(action)) < 2:
+    told = [
+        each for each in setting.rules.operators if len(each.checks) > 1 and each.arity <= len(setting.things)
+    ]
+    if not told:
         return None
-    failing = setting.failing(state, action)
-    reasons = [f"requirement {n}" for n in range(1, len(setting.checks(action)) + 1)]
+    own = {step.operator for step in setting.way}
+    operator = rng.choice([each for each in told if each.name in own and rng.random() < _OWN] or told)
+    drawn = [step for step in setting.way if step.operator == operator.name]
+    drawn += [
+        Action(operator.name, tuple(rng.sample(setting.things, operator.arity))) for _ in range(_BINDINGS)
+    ]
+    unmet = {each: setting.failing(state, each) for each in drawn}
+    seen = sorted({n for each in unmet.values() for n in each})
+    if not seen:
+        return None
+    one = rng.choice(seen)  # each as often as any other, also what seldom is not met
+    fitting = [each for each in drawn if one in unmet[each]]
+    least = min(fitting, key=lambda each: len(unmet[each]))
+    action = least if rng.random() < _LEAST else rng.choice(fitting)
+    failing = unmet[action]
+    numbers = range(1, len(operator.checks) + 1)
+    reasons, met = [f"requirement {n}" for n in numbers], [n for n in numbers if n not in failing]
     return Item(
         state,
         {action.operator},
         1,
-        [reasons[n - 1] for n in failing],
-        [reason for n, reason in enumerate(reasons, 1) if n not in failing],
+        [reasons[n - 1] for n in sorted(failing, key=lambda n: n != one)],
+        [reasons[n - 1] for n in sorted(met, key=lambda n: n not in seen)],
         [str(n) for n in failing],
         values={"action": setting.said(action)},
+        about={reason: (f"{action.operator} {reason}", reason) for reason in reasons},
     )
 
 
@@ -174,14 +201,13 @@ def _others(
     action: Action,
     is_wrong: Callable[[State | None], bool],
 ) -> list[Action]:
-    """Wrong actions that look like a right one: with the same objects, by the same operator, or possible."""
+    """Wrong actions that look like a right one, or like each other, and some that are possible."""
     number = len(action.arguments)
+    alike = [operator.name for operator in setting.rules.operators if operator.arity == number]
     drawn: list[Action] = []
     for _ in range(_CANDIDATES):
-        operator = rng.choice(setting.rules.operators)
-        if operator.arity == number:
-            drawn.append(Action(operator.name, action.arguments))
-        drawn.append(Action(action.operator, tuple(rng.sample(setting.things, number))))
+        name, things = rng.choice(alike), tuple(rng.sample(setting.things, number))
+        drawn += [Action(name, action.arguments), Action(action.operator, things), Action(name, things)]
     drawn += _drawn(setting, rng, state, _CHOICES, possible=True)
     return [each for each in dict.fromkeys(drawn) if is_wrong(setting.after(state, each))]
 

@@ -26,6 +26,9 @@ _CHOICES = 3
 _DETOURS = 3
 """How many actions that a plan can do without are put into it."""
 
+_OWN = 0.75
+"""How often these are by operators of the plan: so the operator does not tell what is needed."""
+
 
 class Result(IntEnum):
     """What a plan comes to."""
@@ -33,6 +36,11 @@ class Result(IntEnum):
     WORKS = 0
     MISSES = 1
     FAILS = 2
+
+
+def _wanted(number: int) -> Result:
+    """The result that is asked for: half of the plans fail, as two of four choices name a step that does."""
+    return (Result.WORKS, Result.FAILS, Result.MISSES, Result.FAILS)[number % 4]
 
 
 class Outcome(NamedTuple):
@@ -102,12 +110,11 @@ def counterfactual(setting: Setting, rng: random.Random, number: int) -> Item | 
             continue
         plan = [step.action for step in variant.steps]
         came_to = outcome(setting, setting.states[variant.place], plan, variant.place)
-        if came_to.result == number % len(Result):
-            numbers = [step.number for step in variant.steps]
+        if came_to.result is _wanted(number):
             shown = [setting.said(action) for action in setting.way]
             told = _operators([*plan, *setting.way])
             values = {"plan": numbered(shown), "change": variant.change}
-            return _of_plan(setting, rng, came_to, numbers, told, values)
+            return _of_plan(setting, rng, came_to, variant.steps, told, values)
     return None
 
 
@@ -117,17 +124,18 @@ def validation(setting: Setting, rng: random.Random, number: int) -> Item | None
         return None
     course = _with_detours(setting, rng)
     plan, came_to = course.plan, Outcome(Result.WORKS)
-    if number % len(Result) != Result.WORKS:
+    if _wanted(number) is not Result.WORKS:
         for _ in range(_TRIES):
             place = rng.randrange(len(course.plan))
             plan = _spoilt(setting, course.plan, place, rng)
             came_to = outcome(setting, course.states[place], plan, place)
-            if plan and came_to.result == number % len(Result):
+            if plan and came_to.result is _wanted(number):
                 break
         else:
             return None
     values = {"plan": numbered([setting.said(action) for action in plan])}
-    return _of_plan(setting, rng, came_to, range(1, len(plan) + 1), _operators(plan), values)
+    steps = [_Numbered(n, action) for n, action in enumerate(plan, 1)]
+    return _of_plan(setting, rng, came_to, steps, _operators(plan), values)
 
 
 def justification(setting: Setting, rng: random.Random, number: int) -> Item | None:
@@ -151,6 +159,7 @@ def justification(setting: Setting, rng: random.Random, number: int) -> Item | N
         [str(place + 1) for place in needless],
         values={"plan": numbered([setting.said(action) for action in plan]), "goals": _goals(setting)},
         formulas=setting.goals,
+        about={step: (action.operator,) for step, action in zip(steps, plan, strict=True)},
     )
 
 
@@ -191,22 +200,26 @@ def _of_plan(
     setting: Setting,
     rng: random.Random,
     came_to: Outcome,
-    numbers: Sequence[int],
+    plan: Sequence[_Numbered],
     operators: set[str],
     values: dict[str, str],
 ) -> Item | None:
-    """The item about a plan whose steps have these numbers; none where what fails has no number.
+    """The item about a plan; none where what fails has no number.
 
     Whatever it comes to, the choices are that it works, that it misses a goal, that one of two steps fails.
     """
-    failing = numbers[came_to.step] if came_to.result is Result.FAILS else 0
+    failing = plan[came_to.step].number if came_to.result is Result.FAILS else 0
     if came_to.result is Result.FAILS and not failing:
         return None
     said = {
         Result.WORKS: "every step can be carried out, and all goals hold at the end",
         Result.MISSES: "every step can be carried out, but at the end not all goals hold",
     }
-    fails = {n: f"step {n} is the first that cannot be carried out" for n in numbers if n}
+    fails = {
+        step.number: f"step {step.number} is the first that cannot be carried out"
+        for step in plan
+        if step.number
+    }
     right = fails[failing] if failing else said[came_to.result]
     answer: list[str] = ["works"]
     if came_to.result is Result.FAILS:
@@ -218,12 +231,16 @@ def _of_plan(
     return Item(
         setting.states[0],
         operators,
-        len(numbers),
+        len(plan),
         [right],
         [*classes, *some(rng, steps, _CHOICES - len(classes))],
         answer,
         values={**values, "goals": _goals(setting)},
         formulas=setting.goals,
+        about={
+            **{text: (text,) for text in said.values()},
+            **{fails[number]: (action.operator, "a step fails") for number, action in plan if number},
+        },
     )
 
 
@@ -259,8 +276,9 @@ def _with_detours(setting: Setting, rng: random.Random) -> _Course:
     for _ in range(_TRIES):
         if len(plan) == length:
             break
-        place = rng.randrange(len(plan))
-        action = setting.some_action(rng, states[place], possible=True)
+        place = rng.randrange(len(plan) + 1)
+        own = [step.operator for step in plan] if rng.random() < _OWN else ()
+        action = setting.some_action(rng, states[place], possible=True, operators=own)
         if action is None:
             continue
         rest = [action, *plan[place:]]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
@@ -74,12 +74,14 @@ class Question(BaseModel):
         prompt: what a model is asked.
         answer: the gold answers, each a text: ``yes``, a letter, facts, actions, numbers.
         accept: whether all of them are wanted, or any one.
+        shortcuts: how much of it each shortcut gets right, by name: 1, 0, or a part where it guesses. Empty
+            in open form.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True, title="Question")
 
     id: Annotated[str, Field(min_length=1)]
-    version: Literal[1] = 1
+    version: Literal[2] = 2
     domain: str
     task: str
     title: str
@@ -90,6 +92,7 @@ class Question(BaseModel):
     prompt: Annotated[str, Field(min_length=1)]
     answer: tuple[str, ...]
     accept: Accept = Accept.ALL
+    shortcuts: Mapping[str, Annotated[float, Field(ge=0, le=1)]] = Field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)

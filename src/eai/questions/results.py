@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
@@ -10,7 +9,8 @@ from eai.abilities.share import Share, confusion_shares, of_all
 from eai.abilities.verdict import Json
 from eai.metrics.certainty import Case, Interval, certainty_of_rate
 from eai.metrics.rate import Rate, rate_of
-from eai.questions.answers import Graded, gold_text, grade
+from eai.questions.answers import Graded, grade
+from eai.questions.balance import best_chance, chances_of, guesses_of
 from eai.questions.question import Form, Kind, Question
 
 DEPTHS = ((1, 1), (2, 3), (4, 7), (8, 10**6))
@@ -34,8 +34,9 @@ class Row:
         exact: those that are right in all that is asked, among all; without an answer a question is not.
         interval: of this rate, 95 %, with the task as its unit, as questions about one task are alike. None
             if there is no question.
-        chance: what the same questions give whoever guesses: of those with a choice the share that is hit at
-            random, of those in open form that of the most common answer.
+        chance: the best rate without knowing the world, by guessing (at random; in open form with the most
+            common answer) or by one of the shortcuts.
+        chances: the rates of each of these, by name.
         f1: of all parts of answers in open form, in percent; None if there are none.
         unreadable: answers that cannot be read, among all.
     """
@@ -43,6 +44,7 @@ class Row:
     exact: Rate
     interval: Interval | None
     chance: Rate
+    chances: Mapping[str, Rate]
     f1: Rate
     unreadable: Rate
 
@@ -64,7 +66,7 @@ def score(questions: Sequence[Question], answers: Mapping[str, str]) -> list[Res
 
 def tabulate(results: Sequence[Result]) -> Table:
     """The rates of one model."""
-    guesses = _guesses(results)
+    guesses = guesses_of([result.question for result in results])
     kinds = {kind: [r for r in results if r.question.kind is kind] for kind in Kind}
     forms = {form: [r for r in results if r.question.form is form] for form in Form}
     return Table(
@@ -101,11 +103,13 @@ def depth_text(depth: tuple[int, int]) -> str:
 def _row(results: Sequence[Result], guesses: Mapping[str, float]) -> Row:
     cases = [_case(result, of_all(result.graded.exact)) for result in results]
     certainty = certainty_of_rate(cases)
+    chances = chances_of([result.question for result in results], guesses)
     open_form = [result for result in results if result.question.form is Form.OPEN]
     return Row(
         exact=_exact(results),
         interval=None if certainty is None else certainty.by_task,
-        chance=rate_of([Share(guesses[result.question.id], 1) for result in results]),
+        chance=chances[best_chance(chances)],
+        chances=chances,
         f1=rate_of([confusion_shares("", result.graded.counts)[".f1"] for result in open_form]),
         unreadable=rate_of(
             [of_all(result.text is not None and not result.graded.readable) for result in results]
@@ -121,30 +125,12 @@ def _case(result: Result, share: Share) -> Case:
     return Case(result.question.task, result.question.title, share)
 
 
-def _guesses(results: Sequence[Result]) -> dict[str, float]:
-    """How often guessing hits each question, by id."""
-    questions = [result.question for result in results]
-    common = _common_answers(questions)
-    return {
-        question.id: Rate(1, question.options).share or float(grade(question, common[question.kind]).exact)
-        for question in questions
-    }
-
-
-def _common_answers(questions: Iterable[Question]) -> dict[Kind, str]:
-    """The gold answer that most questions in open form of each kind have; of several the first."""
-    answers: dict[Kind, Counter[str]] = {kind: Counter() for kind in Kind}
-    for question in questions:
-        if question.form is Form.OPEN:
-            answers[question.kind][gold_text(question)] += 1
-    return {kind: next(iter(count.most_common(1)), ("", 0))[0] for kind, count in answers.items()}
-
-
 def _row_json(row: Row) -> dict[str, Json]:
     return {
         "exact": row.exact.to_json(),
         "interval": None if row.interval is None else list(row.interval),
         "chance": row.chance.percent,
+        "chances": {way: rate.percent for way, rate in row.chances.items()},
         "f1": row.f1.to_json(),
         "unreadable": row.unreadable.to_json(),
     }

@@ -95,6 +95,10 @@ class Rules:
         ]
         return "\n".join(lines)
 
+    def heads(self, operators: Collection[str]) -> str:
+        """Some operators with their parameters, and nothing about them."""
+        return "\n".join([_head(each) for each in self.operators if each.name in operators])
+
     @cached_property
     def _texts(self) -> Mapping[str, str]:
         """The text of each operator, by name."""
@@ -128,7 +132,7 @@ class Rules:
         return list(found)
 
     def _operator(self, operator: Operator) -> str:
-        head = f"{operator.name}({', '.join([p.name for p in operator.parameters])})"
+        head = _head(operator)
         lines = [f"{head}: {operator.description}" if operator.description else head]
         names = {parameter.name: parameter.name for parameter in operator.parameters}
         for number, check in enumerate(operator.checks, 1):
@@ -171,6 +175,10 @@ class Rules:
         """What each derived predicate means, as far as a formula says it."""
         derived = [each for each in self.domain.vocabulary.derived if meaning(each) is not None]
         return {each.name: _definition(each) for each in derived}
+
+
+def _head(operator: Operator) -> str:
+    return f"{operator.name}({', '.join([p.name for p in operator.parameters])})"
 
 
 def _definition(derived: DerivedPredicate) -> str:

@@ -125,10 +125,13 @@ class Setting:
         """A fact or an action as text."""
         return action_text(what, self.scene) if isinstance(what, Action) else fact_text(what, self.scene)
 
-    def some_action(self, rng: random.Random, state: State, *, possible: bool) -> Action | None:
-        """An action on different things drawn at random, each operator as often as any other; or None."""
+    def some_action(
+        self, rng: random.Random, state: State, *, possible: bool, operators: Sequence[str] = ()
+    ) -> Action | None:
+        """An action on different things at random, by each operator (or of these) equally often; or None."""
+        among = [each for each in self.rules.operators if each.name in operators] or self.rules.operators
         for _ in range(_TRIES):
-            operator = rng.choice(self.rules.operators)
+            operator = rng.choice(among)
             arguments = tuple(rng.sample(self.things, min(operator.arity, len(self.things))))
             action = Action(operator.name, arguments)
             if len(arguments) < operator.arity or (self.after(state, action) is not None) is not possible:

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import random
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import count, cycle, islice
+from operator import itemgetter
+from typing import NamedTuple
 
 from eai.abilities.protocol import Ability
 from eai.abilities.task import Task
@@ -13,13 +15,14 @@ from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.source import Source
 from eai.planning.planner import Planner
 from eai.prompts.template import Templates
-from eai.questions.item import Maker
+from eai.questions.item import Item, Maker
 from eai.questions.one_step import applicability, backward, forward, inverse, why_not
-from eai.questions.phrasing import phrase, turns
+from eai.questions.phrasing import Phrased, asked_text, can_be_closed, phrase, pose, turns
 from eai.questions.plans import counterfactual, justification, state_tracking, validation
 from eai.questions.question import Form, Kind, Question
 from eai.questions.rules import Rules
 from eai.questions.setting import Setting, open_setting
+from eai.questions.shortcuts import Ledger, Posed
 from eai.questions.ways import landmarks, next_action, reachability
 
 MAKERS: Mapping[Kind, Maker] = {
@@ -44,6 +47,9 @@ _LEAST_OBJECTS = 4
 _TASKS_TRIED = 30
 """How many tasks are tried for one question."""
 
+_ITEMS = 2
+"""How many items of each of these are tried."""
+
 _GIVEN_UP = 5
 """How often in a row none of these gives a question, until there are no more of its kind and form."""
 
@@ -57,12 +63,40 @@ class Wanted:
         forms: how answers are given.
         number: how many, as evenly spread over kinds and forms as can be.
         seed: of all that is random.
+        rules: whether prompts tell the rules. Questions without them are the same, by id; those about the
+            numbers of requirements are left out.
     """
 
     kinds: Sequence[Kind] = tuple(Kind)
     forms: Sequence[Form] = tuple(Form)
     number: int = 500
     seed: int = 0
+    rules: bool = True
+
+
+@dataclass(slots=True)
+class _Cell:
+    """The questions of one kind and form, as far as they are written.
+
+    Attributes:
+        kind: the kind.
+        form: the form.
+        ledger: what shortcuts get of them.
+        failed: how often in a row there was none.
+    """
+
+    kind: Kind
+    form: Form
+    ledger: Ledger
+    failed: int = 0
+
+
+class _Draft(NamedTuple):
+    """What a question could be made of."""
+
+    setting: Setting
+    item: Item
+    posed: Posed | None
 
 
 class Writer:
@@ -90,62 +124,72 @@ class Writer:
         There are fewer where the tasks do not give as many. Equal arguments give equal questions.
         """
         order = _generator(wanted.seed, "tasks").sample(list(self._tasks), len(self._tasks))
-        failed: dict[tuple[Kind, Form], int] = {(k, f): 0 for f in wanted.forms for k in wanted.kinds}
-        seen: set[str] = set()
-        turns = cycle(order) if order else iter(())
+        tasks = cycle(order) if order else iter(())
+        cells = [_Cell(kind, form, Ledger()) for form in wanted.forms for kind in wanted.kinds]
+        written, seen = 0, set[str]()
         for number in count():
-            for kind, form in list(failed):
-                if len(seen) == wanted.number:
-                    return
-                tasks = islice(turns, _TASKS_TRIED)
-                question = self._one(tasks, kind, form, number, wanted.seed, seen)
-                if question is None:
-                    failed[kind, form] += 1
-                    if failed[kind, form] == _GIVEN_UP:
-                        del failed[kind, form]
-                    continue
-                failed[kind, form] = 0
-                seen.add(question.prompt)
-                yield question
-            if not failed:
+            cells = [cell for cell in cells if cell.failed < _GIVEN_UP]
+            if not any(wanted.rules or can_be_closed(cell.kind, cell.form) for cell in cells):
                 return
+            for cell in cells:
+                if written == wanted.number:
+                    return
+                drafts = self._drafts(islice(tasks, _TASKS_TRIED), cell, number, wanted.seed)
+                said = ((draft, self._phrased(draft, cell)) for draft in drafts)
+                found = next((each for each in said if each[1].prompt not in seen), None)
+                cell.failed = cell.failed + 1 if found is None else 0
+                if found is None:
+                    continue
+                draft, phrased = found
+                seen.add(phrased.prompt)
+                shortcuts = {} if draft.posed is None else cell.ledger.add(draft.posed)
+                prompt = phrased.prompt if wanted.rules else phrased.closed
+                if prompt is None:
+                    continue
+                written += 1
+                yield Question(
+                    id=f"{cell.kind.value}-{cell.form.value}-{number}",
+                    domain=self._benchmark.name,
+                    task=draft.setting.task.id,
+                    title=draft.setting.task.title,
+                    kind=cell.kind,
+                    form=cell.form,
+                    depth=draft.item.depth,
+                    options=phrased.options,
+                    prompt=prompt,
+                    answer=phrased.answer,
+                    accept=phrased.accept,
+                    shortcuts=shortcuts,
+                )
 
-    def _one(
-        self,
-        tasks: Iterator[str],
-        kind: Kind,
-        form: Form,
-        number: int,
-        seed: int,
-        seen: Collection[str],
-    ) -> Question | None:
-        """A question that is not there yet, about the first of some tasks that gives one."""
-        rng = _generator(seed, kind.value, form.value, number)
-        order = turns(f"{seed} {kind.value} {form.value}")
-        for task in map(self._tasks.__getitem__, tasks):
+    def _phrased(self, draft: _Draft, cell: _Cell) -> Phrased:
+        return phrase(draft.item, draft.setting, cell.kind, cell.form, self._templates, draft.posed)
+
+    def _drafts(self, tasks: Iterator[str], cell: _Cell, number: int, seed: int) -> Iterator[_Draft]:
+        """Drafts about tasks: those that keep shortcuts near chance, then the others, best first."""
+        rng = _generator(seed, cell.kind.value, cell.form.value, number)
+        order = turns(f"{seed} {cell.kind.value} {cell.form.value}")
+        others: list[tuple[int, _Draft]] = []
+        for task in (self._tasks[each] for each in tasks for _ in range(_ITEMS)):
             setting = self._setting(task, seed)
             if len(setting.scene.objects) < _LEAST_OBJECTS:
                 continue
-            item = MAKERS[kind](setting, rng, number)
+            item = MAKERS[cell.kind](setting, rng, number)
             if item is None:
                 continue
-            turn = order[number % len(order)]
-            phrased = phrase(item, setting, kind, form, self._templates, rng, turn)
-            if phrased is not None and phrased.prompt not in seen:
-                return Question(
-                    id=f"{kind.value}-{form.value}-{number}",
-                    domain=self._benchmark.name,
-                    task=task.id,
-                    title=task.title,
-                    kind=kind,
-                    form=form,
-                    depth=item.depth,
-                    options=phrased.options,
-                    prompt=phrased.prompt,
-                    answer=phrased.answer,
-                    accept=phrased.accept,
-                )
-        return None
+            posed, excess = None, 0
+            if cell.form is not Form.OPEN:
+                asked = asked_text(item, setting, cell.kind, cell.form, self._templates)
+                best = pose(item, setting, cell.form, asked, cell.ledger, rng, order[number % len(order)])
+                if best is None:
+                    continue
+                excess, posed = best
+            if excess:
+                others.append((excess, _Draft(setting, item, posed)))
+            else:
+                yield _Draft(setting, item, posed)
+        for _, draft in sorted(others, key=itemgetter(0)):
+            yield draft
 
     def _setting(self, task: Task, seed: int) -> Setting:
         if (task.id, seed) not in self._settings:

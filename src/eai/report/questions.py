@@ -15,9 +15,10 @@ from eai.report.table_specs import domain_title
 
 _INTRODUCTION = """\
 Right in all that is asked, in percent, with 95 % intervals whose units are the tasks that questions are
-about. Chance is what guessing gives: of a choice the share that is hit at random, in open form that of the
-most common answer. A question without an answer is wrong. Models stand side by side where they were asked
-questions of the same file."""
+about. Chance is the best rate without knowing the world: by guessing (of a choice the share that is hit at
+random, in open form that of the most common answer) or by a shortcut, such as the longest choice;
+`questions.json` has each. A question without an answer is wrong. Models stand side by side where they were
+asked questions of the same file."""
 
 _BESIDES = ("95 %", "of", "chance")
 """What stands beside how many are right."""
@@ -50,7 +51,7 @@ def questions_latex(runs: Sequence[QuestionRun], models: Collection[str] = ()) -
     for title, group in _by_questions(shown):
         yield latex.grouped_latex(
             f"World-model questions, {title}. Percent right, with 95 % intervals by task, of how many, and "
-            "what guessing gives.",
+            "what guessing or a shortcut gives.",
             f"questions:{group[0].questions_sha256[:12]}",
             [run.model for run in group],
             ["kind", *(("right", *_BESIDES) * len(group))],

@@ -87,6 +87,7 @@ def published_questions(reference: str) -> Callable[..., inspect_ai.Task]:
         forms: str | Sequence[str] | None = None,
         n: int = Wanted().number,
         seed: int = 0,
+        rules: bool = True,
         file: str | None = None,
     ) -> inspect_ai.Task:
         with refusing():
@@ -97,6 +98,7 @@ def published_questions(reference: str) -> Callable[..., inspect_ai.Task]:
                 [member(Form, each, "form of question") for each in _listed(forms)] or tuple(Form),
                 n,
                 seed,
+                rules,
             )
             return question_task(list(Writer(find_benchmark(reference)).write(wanted)), name)
 

@@ -1,0 +1,252 @@
+"""Shortcuts: answers that take no knowledge of the world, kept near chance while questions are written."""
+
+from __future__ import annotations
+
+import re
+from bisect import bisect_left, bisect_right, insort
+from collections import Counter
+from collections.abc import Collection, Mapping, Sequence
+from enum import Enum
+from typing import NamedTuple
+
+from eai.metrics.rate import Rate
+
+_NAME = re.compile(r"\w+(?:[.-]\w+)*")
+
+_WHOLE = 12
+"""A trait that one statement has alone; of several that have it in common each has an equal part."""
+
+_SLACK = 6
+"""How far traits may be out of balance all together: the sum of squares of how many questions they are."""
+
+_GROWTH = 10
+"""After how many questions it may be one more."""
+
+_TIMES = 5
+"""From how many times on that names of a statement stand in the text it is all the same how often they do."""
+
+
+class Shortcut(str, Enum):
+    """A way to answer without knowing the world.
+
+    Of several choices: ``names``: the one that shares most names with the others. ``longest``: the longest.
+    ``text``: the one of which most names stand in the text of the question. ``unchanged``: a fact that holds
+    before. ``operator``: the one whose operator, or predicate, was right most often in the questions before.
+
+    Yes or no: what was right more often in the questions before, for statements with this operator, with as
+    many names in the text, longer (or not) than most, or that held before (or not); ``names`` guesses.
+    """
+
+    NAMES = "names"
+    LONGEST = "longest"
+    OPERATOR = "operator"
+    TEXT = "text"
+    UNCHANGED = "unchanged"
+
+
+class Glance:
+    """What can be seen of statements beside a question without thinking of the world.
+
+    Args:
+        asked: the text of the question without them.
+        holding: the facts that hold when it is asked.
+        about: the labels of texts that do not begin with their operator or predicate.
+    """
+
+    def __init__(
+        self, asked: str, holding: Collection[str] = (), about: Mapping[str, Sequence[str]] | None = None
+    ) -> None:
+        self._about = about or {}
+        self._told = Counter(_NAME.findall(asked))
+        self._holding = holding
+        self._known: dict[str, _Look] = {}
+
+    def at(self, text: str) -> _Look:
+        """What can be seen of a statement."""
+        if text not in self._known:
+            names = frozenset(_NAME.findall(text))
+            labels = tuple(self._about.get(text, (text.partition("(")[0],)))
+            self._known[text] = _Look(
+                names,
+                sum([name in self._told for name in names]),
+                sum([self._told[name] for name in names]),
+                len(text),
+                text in self._holding,
+                labels,
+            )
+        return self._known[text]
+
+
+class _Look(NamedTuple):
+    """What can be seen of a statement.
+
+    Attributes:
+        names: the names in it.
+        told: how many of them stand in the text of the question.
+        often: how often they stand there.
+        length: how long it is.
+        holds: whether it holds when it is asked.
+        labels: its operator or predicate, and what else sorts it.
+    """
+
+    names: frozenset[str]
+    told: int
+    often: int
+    length: int
+    holds: bool
+    labels: tuple[str, ...]
+
+
+class Posed(NamedTuple):
+    """A question in closed form.
+
+    Attributes:
+        shown: the texts to choose from, or the one statement that is right or not.
+        right: the place of the one that is right; None if none is.
+        glance: what can be seen of them.
+    """
+
+    shown: Sequence[str]
+    right: int | None
+    glance: Glance
+
+
+class _Trait(NamedTuple):
+    """What a shortcut goes by in a statement; the label tells several of one shortcut apart."""
+
+    shortcut: Shortcut
+    label: str = ""
+
+
+_NAMES, _LONGEST, _TEXT, _UNCHANGED = map(
+    _Trait, (Shortcut.NAMES, Shortcut.LONGEST, Shortcut.TEXT, Shortcut.UNCHANGED)
+)
+_SHORTEST, _OFTEN = _Trait(Shortcut.LONGEST, "not"), _Trait(Shortcut.TEXT, "all times")
+
+
+class Ledger:
+    """How often statements with each visible trait were right, in the questions of one kind and form so far.
+
+    A trait is in balance if such statements are right as often as guesses are.
+    """
+
+    def __init__(self) -> None:
+        self._balance: Counter[_Trait] = Counter()
+        self._right: Counter[_Trait] = Counter()
+        self._times: Counter[_Trait] = Counter()
+        self._lengths: list[int] = []
+        self._questions = 0
+        self._imbalance = 0
+
+    def excess(self, posed: Posed) -> int:
+        """By how much a question would bring traits out of balance beyond what is tolerated, or 0."""
+        step = self._step(posed)
+        if step <= 0:
+            return 0
+        one = (_WHOLE * (_options(posed) - 1)) ** 2
+        return max(0, self._imbalance + step - one * (_SLACK + self._questions // _GROWTH))
+
+    def add(self, posed: Posed) -> Mapping[str, float]:
+        """Take note of a question.
+
+        Returns:
+            How much of it each shortcut, by name, gets right that knows the questions before: all, nothing,
+            or a part where it has to guess among several.
+        """
+        traits = self._traits(posed)
+        hits = {shortcut.value: self._hit(shortcut, posed, traits) for shortcut in Shortcut}
+        self._imbalance += self._step(posed)
+        self._balance.update(_weights(posed, traits))
+        for place, each in enumerate(traits):
+            self._times.update(each.keys())
+            self._right.update(each.keys() if place == posed.right else ())
+        insort(self._lengths, len(posed.shown[0]))
+        self._questions += 1
+        return hits
+
+    def _step(self, posed: Posed) -> int:
+        """By how much a question changes the imbalance."""
+        weights = _weights(posed, self._traits(posed))
+        return sum([weight * (2 * self._balance[trait] + weight) for trait, weight in weights.items()])
+
+    def _hit(self, shortcut: Shortcut, posed: Posed, traits: Sequence[Mapping[_Trait, int]]) -> float:
+        seen = [next((trait for trait in each if trait.shortcut is shortcut), None) for each in traits]
+        if not any(seen):
+            return _share(1, _options(posed))
+        if len(seen) == 1:
+            yes = self._rate(seen[0], 2)
+            scores, right = [yes, 1 - yes], 1 if posed.right is None else 0
+        else:
+            learned = shortcut is Shortcut.OPERATOR
+            alone = _Trait(shortcut)
+            scores = [
+                self._rate(trait, len(seen)) if learned else each.get(alone, 0)
+                for trait, each in zip(seen, traits, strict=True)
+            ]
+            right = posed.right or 0
+        best = max(scores)
+        return _share(scores[right] == best, scores.count(best))
+
+    def _rate(self, trait: _Trait | None, options: int) -> float:
+        """How often statements with a trait were right so far, with chance as if seen once."""
+        if trait is None:
+            return _share(1, options)
+        return _share(self._right[trait] * options + 1, (self._times[trait] + 1) * options)
+
+    def _traits(self, posed: Posed) -> list[dict[_Trait, int]]:
+        """The traits of each statement, with the part that it has of each."""
+        looks = [posed.glance.at(text) for text in posed.shown]
+        found = [
+            dict.fromkeys([_Trait(Shortcut.OPERATOR, label) for label in look.labels], _WHOLE)
+            for look in looks
+        ]
+        if len(looks) == 1:
+            (look,) = looks
+            found[0] |= {
+                _Trait(Shortcut.TEXT, f"{look.told} of {len(look.names)}"): _WHOLE,
+                _Trait(Shortcut.TEXT, f"{min(look.often, _TIMES)} times"): _WHOLE,
+                _Trait(Shortcut.LONGEST, self._size(look.length)): _WHOLE,
+                _Trait(Shortcut.UNCHANGED, str(look.holds)): _WHOLE,
+            }
+            return found
+        marked: Mapping[_Trait, Sequence[int]] = {
+            _NAMES: [
+                sum([len(one.names & other.names) for other in looks]) - len(one.names) for one in looks
+            ],
+            _LONGEST: [look.length for look in looks],
+            _SHORTEST: [-look.length for look in looks],
+            _TEXT: [look.told for look in looks],
+            _OFTEN: [look.often for look in looks],
+            _UNCHANGED: [look.holds for look in looks],
+        }
+        for trait, marks in marked.items():
+            best = max(marks)
+            part = _WHOLE // marks.count(best)
+            for traits, mark in zip(found, marks, strict=True):
+                if mark == best:
+                    traits[trait] = part
+        return found
+
+    def _size(self, length: int) -> str:
+        """Whether a statement is longer or shorter than half of those before."""
+        shorter = bisect_left(self._lengths, length)
+        longer = len(self._lengths) - bisect_right(self._lengths, length)
+        return "long" if shorter > longer else "short" if shorter < longer else "medium"
+
+
+def _weights(posed: Posed, traits: Sequence[Mapping[_Trait, int]]) -> dict[_Trait, int]:
+    """What a question adds to the balance of each trait, so that chance adds up to nothing."""
+    weights: dict[_Trait, int] = {}
+    for place, each in enumerate(traits):
+        for trait, part in each.items():
+            weight = part * (_options(posed) - 1) if place == posed.right else -part
+            weights[trait] = weights.get(trait, 0) + weight
+    return weights
+
+
+def _options(posed: Posed) -> int:
+    return max(2, len(posed.shown))
+
+
+def _share(part: float, whole: float) -> float:
+    return Rate(part, whole).share or 0.0

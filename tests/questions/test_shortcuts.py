@@ -1,0 +1,92 @@
+"""What can be had of questions without knowing the world is no more than chance."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+
+import pytest
+
+from eai.benchmarks.registry import find_benchmark
+from eai.benchmarks.source import Source
+from eai.data.store import Store
+from eai.questions.balance import best_chance, chances_of, guesses_of
+from eai.questions.question import Form, Kind, Question
+from eai.questions.shortcuts import Glance, Ledger, Posed, Shortcut
+from eai.questions.writer import Wanted, Writer
+from questions.naive import CHOICE
+
+SHARED = ["GRAB(cup)", "GRAB(pan)", "OPEN(cup)", "WALK(cup)"]
+"""The first shares a name with each of the others, and none of these shares more."""
+
+
+def posed(shown: list[str], right: int | None, asked: str = "", holding: tuple[str, ...] = ()) -> Posed:
+    return Posed(shown, right, Glance(asked, holding))
+
+
+@pytest.mark.parametrize(
+    ("question", "shortcut", "share"),
+    [
+        (posed(SHARED, 0), Shortcut.NAMES, 1),
+        (posed(SHARED, 2), Shortcut.NAMES, 0),
+        (posed(["GRAB(cup)", "GRAB(pan)", "OPEN(cup)", "OPEN(pan)"], 2), Shortcut.NAMES, 0.25),
+        (posed(["on(cup)", "on(kettle)", "on(pan)", "on(bottle)"], 3), Shortcut.LONGEST, 0.5),
+        (posed(SHARED, 1, "now a pan is in reach"), Shortcut.TEXT, 1),
+        (posed(SHARED, 2, "now a cup is in reach"), Shortcut.TEXT, 1 / 3),
+        (posed(SHARED, 2), Shortcut.OPERATOR, 0.25),
+        (posed(["on(cup)", "in(cup)", "by(cup)", "up(cup)"], 1, "", ("in(cup)",)), Shortcut.UNCHANGED, 1),
+        (posed(["on(cup)"], 0), Shortcut.NAMES, 0.5),
+        (posed(["on(cup)"], None), Shortcut.OPERATOR, 0.5),
+    ],
+)
+def test_what_a_shortcut_gets_right(question: Posed, shortcut: Shortcut, share: float) -> None:
+    assert Ledger().add(question)[shortcut] == pytest.approx(share)
+
+
+def test_what_was_right_before_is_learned() -> None:
+    ledger = Ledger()
+    for place in range(4):
+        ledger.add(posed([f"OPEN({place})", "GRAB(cup)", "WALK(cup)", "SIT(cup)"], 0))
+    assert ledger.add(posed(["SIT(pan)", "OPEN(pan)", "GRAB(pan)", "WALK(pan)"], 1))[Shortcut.OPERATOR] == 1
+    closed = Ledger()
+    for _ in range(3):
+        closed.add(posed(["on(cup)"], None, "the cup"))
+    hits = closed.add(posed(["on(pan)"], 0, "the pan"))
+    assert (hits[Shortcut.OPERATOR], hits[Shortcut.TEXT]) == (0, 0)
+
+
+def test_a_question_that_evens_out_is_always_welcome() -> None:
+    ledger = Ledger()
+    assert ledger.excess(posed(["on(cup)"], 0)) == 0
+    while not ledger.excess(posed(["on(cup)"], 0)):
+        ledger.add(posed(["on(cup)"], 0))
+    assert ledger.excess(posed(["on(cup)"], None)) == 0
+
+
+KINDS = (Kind.BACKWARD, Kind.INVERSE, Kind.LANDMARKS)
+EACH = 40
+
+
+@pytest.mark.parametrize("domain", ["virtualhome", "behavior"])
+def test_no_shortcut_beats_chance(domain: str, data_store: Store) -> None:
+    wanted = Wanted(KINDS, (Form.CHOICE, Form.YES_NO), 2 * EACH * len(KINDS), seed=5)
+    questions = list(Writer(find_benchmark(domain), Source(data_store)).write(wanted))
+    guesses = guesses_of(questions)
+    for kind in KINDS:
+        for form in wanted.forms:
+            some = [each for each in questions if (each.kind, each.form) == (kind, form)]
+            assert len(some) == EACH
+            chances = chances_of(some, guesses)
+            assert set(chances) == {"guess", *Shortcut}
+            assert (chances[best_chance(chances)].share or 0) <= (0.3 if form is Form.CHOICE else 0.55)
+    choices = [each for each in questions if each.form is Form.CHOICE]
+    assert sum(map(most_shared, choices)) == pytest.approx(sum(q.shortcuts["names"] for q in choices))
+
+
+def most_shared(question: Question) -> float:
+    """How much of a choice is right for whoever takes the one that shares most names with the others."""
+    found = [set(re.findall(r"[\w.]+", text)) for _, text in CHOICE.findall(question.prompt)]
+    counts = Counter(name for names in found for name in names)
+    scores = [sum(counts[name] - 1 for name in names) for names in found]
+    best = max(scores)
+    return (scores["ABCD".index(question.answer[0])] == best) / scores.count(best)
