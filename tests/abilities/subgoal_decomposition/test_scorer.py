@@ -9,17 +9,20 @@ import pytest
 
 from eai.abilities.planning import find_plan
 from eai.abilities.subgoal_decomposition.builder import Programs
+from eai.abilities.subgoal_decomposition.declaration import contributions
 from eai.abilities.subgoal_decomposition.notation import SubgoalNotation
 from eai.abilities.subgoal_decomposition.refinement import Refinement
 from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
 from eai.abilities.subgoal_decomposition.search import SearchLimits
 from eai.abilities.subgoal_decomposition.verdict import SubgoalVerdict
 from eai.abilities.task import NO_GOALS, Goal, GoalKind, Task
+from eai.abilities.task import make_task as task_of
 from eai.abilities.verdict import Tally
 from eai.logic.formula import Atom, Constant, Formula, Not, Occurs, Or
 from eai.logic.ltl import parse
 from eai.world.effect import Add, Delete
 from eai.world.operator import Operator, additional
+from eai.world.state import Scene, WorldObject
 from world import toy
 
 START = toy.initial()
@@ -66,18 +69,28 @@ def told(verdict: SubgoalVerdict) -> str:
     ("subgoals", "expected"),
     [
         (["at(red, shed)", "lit(lamp)"], "correct"),
-        (["lit(lamp) and at(red, shed)"], "correct"),
-        (["at(red, shed) then lit(lamp)"], "correct"),
+        (["holding(red)", "lit(lamp) and at(red, shed)"], "correct"),
+        (["holding(red) then at(red, shed)", "lit(lamp)"], "correct"),
         (["lit(lamp)"], "goal_unreachable"),
+        # A subgoal takes two actions at most, however it is written: the goal itself is none.
+        (["lit(lamp) and at(red, shed)"], "runtime missing_step 0"),
+        (["at(red, shed) then lit(lamp)"], "runtime missing_step 0"),
+        (["GO(shed) then GO(hall)", "at(red, shed)", "lit(lamp)"], "correct"),
+        (["GO(shed) then GO(hall) then at(red, shed)", "lit(lamp)"], "runtime missing_step 0"),
+        (["LIFT(blue) and holding(blue)", "at(blue, hall)", "lit(blue)"], "runtime affordance 2"),
+        # What holds already asks for nothing, by whichever alternative; the others are not tried.
+        (["at(red, hall) or at(red, shed)", "lit(lamp)"], "goal_unreachable"),
+        (["exists x. (at(x, shed))", "holding(red)", "at(robot, shed)"], "goal_unreachable"),
+        (["(not lit(lamp)) or lit(red)", "at(red, shed)", "lit(lamp)"], "correct"),
         ([], "goal_unreachable"),
         # Alternatives, variables, classes, negations.
         (["at(red, shed)", "lit(red) or lit(lamp)"], "correct"),
-        (["exists x. (lit(x))", "at(red, shed)"], "correct"),
-        (["at(box, shed) and not at(box, hall)", "lit(lamp)"], "correct"),
+        (["exists x. (lit(x))", "holding(red)", "at(red, shed)"], "correct"),
+        (["at(box, shed) and not at(box, hall)", "lit(lamp)"], "goal_unreachable"),
         (["at(blue, place)", "holding(box)"], "goal_unreachable"),
         (["at(red, place)", "exists x:place. (at(red, x) and at(lamp, x))", "lit(lamp)"], "correct"),
         (["not at(red, hall)", "not not lit(lamp)"], "correct"),
-        (["not (at(red, hall) or not lit(lamp))"], "correct"),
+        (["holding(red)", "not (at(red, hall) or not lit(lamp))"], "correct"),
         # Actions.
         (["LIFT(red)", "GO(shed)", "PRESS(lamp)"], "correct"),
         (["at(red, shed)", "PRESS(lamp)", "not lit(lamp)"], "goal_unreachable"),
@@ -89,9 +102,12 @@ def told(verdict: SubgoalVerdict) -> str:
         (["lit(lamp) implies lit(red)"], "goal_unreachable"),
         (["lit(red)"], "runtime affordance 0"),
         (["forall x. (not lit(x))", "at(red, shed)", "lit(lamp)"], "correct"),
-        (["at(red, shed) and exists x. (lit(x))", "forall x. (lit(x))"], "runtime affordance 1"),
+        (
+            ["holding(red)", "at(red, shed) and exists x. (lit(x))", "forall x. (lit(x))"],
+            "runtime affordance 2",
+        ),
         # Derived predicates.
-        (["beside(lamp)", "at(red, shed)", "lit(lamp)"], "correct"),
+        (["beside(lamp)", "LIFT(red)", "at(red, shed)", "lit(lamp)"], "correct"),
         # Names and syntax.
         (["flies(lamp)"], "hallucination hallucination 0"),
         (["lit(lamp)", "lit(torch)"], "hallucination hallucination 1"),
@@ -124,7 +140,9 @@ DIM = Operator("DIM", (toy.X,), (additional(toy.lit(toy.X), "it is dark"),), (De
         (["LIFT(red) and at(robot, hall)"], "LIFT(red)", 0),
         (["LIFT(blue) and not lit(lamp)"], "GO(shed), LIFT(blue)", 0),
         # It has to hold when all is done, and is brought about before or after it.
-        (["PRESS(lamp) and not lit(lamp)"], "GO(shed), PRESS(lamp), PRESS(lamp)", 0),
+        (["at(robot, shed)", "PRESS(lamp) and not lit(lamp)"], "GO(shed), PRESS(lamp), PRESS(lamp)", 0),
+        (["lit(lamp) or at(robot, hall)"], "GO(hall)", 1),
+        (["at(robot, hall) or not holding(red)"], "", 0),
         (["PRESS(lamp) and lit(lamp)"], "GO(shed), PRESS(lamp)", 0),
         (["lit(lamp)", "not lit(lamp)"], "GO(shed), PRESS(lamp), PRESS(lamp)", 0),
         (["LIFT(red) then at(robot, shed)"], "LIFT(red), GO(shed)", 0),
@@ -196,6 +214,51 @@ def test_an_error_says_which_check_failed_and_of_which_objects(
     assert (error.check, error.objects) == (check, objects)
 
 
+LAMPS = [f"lamp_{i}" for i in range(17)]
+ANY_LAMP = ["exists x. (lit(x))", "lit(lamp)", "exists x. (PRESS(x))"]
+
+
+def among_lamps(goal: str) -> SubgoalDecomposition:
+    """A robot in a hall among lamps, of which one shall be lit."""
+    things = {"robot": "robot", "hall": "place", "shed": "place", **dict.fromkeys(LAMPS, "lamp")}
+    scene = Scene(toy.VOCABULARY, (WorldObject(*thing) for thing in things.items()), agent=0)
+    initial = scene.state(("at", (scene.index[x], scene.index["hall"])) for x in ("robot", *LAMPS))
+    return SubgoalDecomposition(task_of("1", "", initial, atom("lit", goal)), toy.DOMAIN)
+
+
+@pytest.mark.parametrize("goal", [LAMPS[0], LAMPS[15], LAMPS[16]])
+@pytest.mark.parametrize("subgoal", [*ANY_LAMP, " or ".join([f"lit({name})" for name in LAMPS])])
+def test_all_ways_to_carry_out_the_last_subgoal_are_tested(goal: str, subgoal: str) -> None:
+    assert among_lamps(goal).score(answer(subgoal)).success
+
+
+@pytest.mark.parametrize("subgoal", ANY_LAMP)
+def test_of_too_many_ways_the_first_go_on(subgoal: str) -> None:
+    for goal, success in ((LAMPS[0], True), (LAMPS[15], True), (LAMPS[16], False)):
+        verdict = among_lamps(goal).score(answer(subgoal, "at(robot, shed)"))
+        assert (verdict.success, verdict.search) == (success, "complete" if success else "branches")
+
+
+def test_granularity_is_what_was_added_to_one_action_for_each_subgoal() -> None:
+    """Going there is added once, and not where it is a subgoal; what asks for nothing is no subgoal here."""
+    for subgoals, refined, added in (
+        (["lit(lamp)"], 1, 1),
+        (["at(robot, shed)", "lit(lamp)"], 2, 0),
+        (["lit(lamp)", "at(robot, shed)", "holding(blue)", "at(red, hall)"], 2, 1),
+        (["lit(lamp)", "lit(red)"], 2, 1),
+        (["flies(lamp)"], None, None),
+    ):
+        verdict = SCORER.score(answer(*subgoals))
+        assert (verdict.refined, verdict.added_actions) == (refined, added)
+        assert contributions(verdict)["granularity"] == (added or 0, refined or 0)
+
+
+def test_a_subgoal_that_takes_too_long_earns_nothing() -> None:
+    verdict = SCORER.score(answer("lit(lamp) and at(red, shed)"))
+    assert verdict.error is not None
+    assert (verdict.goals_satisfied, verdict.error.check) == ((False, False), "too_many_actions")
+
+
 def test_action_goals_are_met_in_order_where_there_is_no_temporal_goal() -> None:
     task = make_task(Or((Occurs("DROP"), Occurs("PRESS"))), Occurs("LIFT"), atom("lit", "lamp"))
     scorer = SubgoalDecomposition(task, toy.DOMAIN)
@@ -249,11 +312,11 @@ def test_plans_of_the_planner_are_subgoals() -> None:
     ("alternatives", "lit", "elsewhere"),
     [
         # The reported way is the longer one, which meets no goal.
-        (["at(blue, hall) or lit(lamp)"], 1, True),
+        (["(LIFT(red) then DROP(red)) or lit(lamp)"], 1, True),
         # A way that fails counts as far as it goes; what is reported is the one that is carried out.
-        (["at(blue, hall) or (lit(lamp) then DROP(red))"], 1, True),
+        (["at(robot, shed) or (lit(lamp) then DROP(red))"], 1, True),
         # The reported way is as good as any.
-        (["at(blue, hall) or holding(blue)"], 0, False),
+        (["at(robot, shed) or holding(blue)"], 0, False),
         (["lit(lamp) or PRESS(red)"], 1, False),
     ],
 )

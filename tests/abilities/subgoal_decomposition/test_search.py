@@ -119,8 +119,21 @@ def test_what_is_required_must_hold() -> None:
     assert [fault.kind for fault in late.reported.faults] == [FaultKind.WRONG_ORDER]
 
 
+def test_a_subgoal_takes_no_more_actions_than_it_may() -> None:
+    one, two = (do(OPEN, subgoal=0, then=0), do(GO, subgoal=0, then=1))
+    within = run([End(), one._replace(most=2), two._replace(most=2)])
+    assert (done(within), within.reported.executed, within.reported.refined) == ([*GO, *OPEN], 2, 1)
+    beyond = run([End(), one._replace(most=1), two._replace(most=1)])
+    assert beyond.reported.failure is not None
+    assert beyond.reported.failure.check.id == "too_many_actions"
+    at_once = run([End(), do((*GO, *OPEN), subgoal=0, then=0)._replace(most=1)])
+    assert (done(at_once), at_once.reported.errors) == ([], 1), "nothing of too long a plan is executed"
+    apart = run([End(), one._replace(subgoal=1, most=1), two._replace(most=1)])
+    assert (apart.success, apart.reported.refined) == (True, 2)
+
+
 def test_alternatives_are_all_followed() -> None:
-    made = [End(), do(OPEN, subgoal=1, then=0), do(GO, subgoal=0, then=1), Split((1, 2))]
+    made = [End(), do(OPEN, subgoal=1, then=0), do(GO, subgoal=0, then=1), Split((1, 2), 0)]
     outcome = run(made)
     assert outcome.success
     assert done(outcome) == [*GO, *OPEN]

@@ -29,6 +29,8 @@ class Branch(NamedTuple):
         met: the goal's summary of the branch.
         subgoal: the number of the subgoal that was carried out last.
         failure: the fault that ended the branch.
+        executed: how many actions have been executed for that subgoal.
+        refined: for how many subgoals actions have been executed.
     """
 
     past: Past
@@ -37,6 +39,12 @@ class Branch(NamedTuple):
     met: int = 0
     subgoal: int = 0
     failure: Fault | None = None
+    executed: int = 0
+    refined: int = 0
+
+    def executed_for(self, subgoal: int) -> int:
+        """How many actions have been executed for a subgoal, if it is the last one."""
+        return self.executed if self.subgoal == subgoal else 0
 
     @property
     def state(self) -> State:
@@ -84,13 +92,16 @@ class BestBranch:
         return branch.errors, -branch.past.number if self._longer else 0
 
 
-def without_twins(branches: list[Branch]) -> list[Branch]:
-    """Of branches with the same future those to report if they succeed, and if they fail; in order."""
+def without_twins(branches: list[Branch], subgoal: int) -> list[Branch]:
+    """Of branches with the same future those to report if they succeed, and if they fail; in order.
+
+    They go on with the subgoal of a number.
+    """
     if len(branches) < _FEW:
         return branches
-    best: dict[tuple[State, int], tuple[BestBranch, BestBranch]] = {}
+    best: dict[tuple[State, int, int], tuple[BestBranch, BestBranch]] = {}
     for branch in branches:
-        key = (branch.state, branch.met)
+        key = (branch.state, branch.met, branch.executed_for(subgoal))
         if key not in best:
             best[key] = (BestBranch(longer=False), BestBranch(longer=True))
         for each in best[key]:

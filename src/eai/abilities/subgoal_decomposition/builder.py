@@ -17,7 +17,18 @@ from typing import NamedTuple
 import eai.logic.formula as f
 from eai.abilities.subgoal_decomposition.extent import Extent
 from eai.abilities.subgoal_decomposition.lexicon import SubgoalLexicon
-from eai.abilities.subgoal_decomposition.program import Do, End, Instruction, Plans, Program, Require, Split
+from eai.abilities.subgoal_decomposition.program import (
+    MAX_ACTIONS,
+    Do,
+    End,
+    Found,
+    Held,
+    Instruction,
+    Plans,
+    Program,
+    Require,
+    Split,
+)
 from eai.abilities.subgoal_decomposition.progress import StateTest
 from eai.abilities.subgoal_decomposition.refinement import Refinement
 from eai.abilities.subgoal_decomposition.repertoire import Holds
@@ -31,6 +42,7 @@ from eai.planning.subgoal import GroundAtom
 from eai.world.execution import Action
 from eai.world.fault import FaultKind
 from eai.world.operator import Check
+from eai.world.state import State
 
 MAX_INSTRUCTIONS = 20_000
 """The longest program; alternatives multiply where names or variables stand for several objects."""
@@ -93,6 +105,7 @@ class Programs:
         self.brings_about = refinement.brings_about
         self.exclude_each_other = partial(refinement.exclude_each_other, initial=task.initial)
         self.required = lru_cache(_REMEMBERED)(self._required)
+        self.needless = lru_cache(_REMEMBERED)(self._needless)
         self.plans = lru_cache(_REMEMBERED)(self._plans)
         self.plans_to_take = lru_cache(_REMEMBERED)(self._plans_to_take)
 
@@ -123,7 +136,21 @@ class Programs:
         effort = self.extent.literals(formula) // _TESTED_AT_ONCE
         return _Required(StateTest(meaning, self.task.scene), check, effort)
 
-    def _plans(self, literals: tuple[GroundAtom, ...], required: _Required, is_all: bool) -> Plans:
+    def _needless(self, alternatives: tuple[tuple[GroundAtom, ...], ...]) -> Plans:
+        """The actions that say of themselves that they are not needed, where one of the alternatives holds.
+
+        Of several that hold, those of the one with the fewest.
+        """
+        effort = sum(map(len, alternatives)) // _TESTED_AT_ONCE
+
+        def plans(state: State) -> Found:
+            held = [self._refinement.needless(each, state) for each in alternatives]
+            fewest = min([plan for plan in held if plan is not None], key=len, default=())
+            return Found((fewest,) if fewest else (), effort)
+
+        return lru_cache(_STATES)(plans)
+
+    def _plans(self, literals: tuple[GroundAtom, ...], required: _Required) -> Plans:
         """What brings literals about, so that what is required holds."""
         made = cache(
             lambda: self._refinement.plans(
@@ -132,7 +159,6 @@ class Programs:
                 self.task.scene,
                 self.task.relevant,
                 self._told_apart,
-                may_be_needless=is_all,
                 test_effort=required.effort,
             )
         )
@@ -174,7 +200,7 @@ class _Builder:
         match formula:
             case f.Occurs():
                 action = self._lexicon.action(formula)
-                return self._add(Do(self._programs.plans_to_take(action), number, then))
+                return self._add(Do(self._programs.plans_to_take(action), number, then, MAX_ACTIONS))
             case f.Then(parts):
                 for part in reversed(parts):
                     then = self.subgoal(part, number, then)
@@ -182,10 +208,10 @@ class _Builder:
             case f.And(parts):
                 return self._together(parts, number, then)
             case f.Or(parts):
-                return self._split([self.subgoal(each, number, then) for each in parts])
+                return self._any(parts, number, then)
             case f.Exists(variable, body):
                 instances = self._instances(variable, body, self._extent.usable(variable))
-                return self._split([self.subgoal(each, number, then) for each in instances])
+                return self._any(list(instances), number, then)
             case _:
                 raise _impossible(formula)
 
@@ -199,16 +225,21 @@ class _Builder:
         tested = self._add(_requirement(self._programs.required(held, _NOT_DONE), number, then))
         before = self._state(held, number, self.subgoal(actions, number, tested), is_all=False)
         after = self.subgoal(actions, number, self._state(held, number, then, is_all=False))
-        return self._split([before, after])
+        return self._split([before, after], number)
+
+    def _any(self, parts: Sequence[f.Formula], number: int, then: int) -> int:
+        """Several ways to go on, the first of them first."""
+        return self._split([self.subgoal(each, number, then) for each in reversed(parts)], number)
 
     def _state(self, formula: f.Formula, number: int, then: int, *, is_all: bool = True) -> int:
         """What shall hold at one moment: brought about by one of its alternatives, and tested.
 
-        Where it is all that the subgoal says and holds already, the subgoal may be an additional step.
+        Where it holds already, by whichever alternative, nothing is done; if it is all that the subgoal says,
+        the subgoal may be an additional step.
         """
         observed = self._observed(formula)
         self._extent.to_be_done(observed)
-        alternatives = list(self._alternatives(observed))
+        alternatives = tuple(dict.fromkeys(self._alternatives(observed)))
         literals = {literal for alternative in alternatives for literal in alternative}
         why = _NOT_DONE if any(map(self._programs.brings_about, literals)) else _BY_NOTHING
         if alternatives and all(map(self._programs.exclude_each_other, alternatives)):
@@ -216,10 +247,17 @@ class _Builder:
         required = self._programs.required(observed, why)
         tested = self._add(_requirement(required, number, then))
         entries = [
-            self._add(Do(self._programs.plans(each, required, is_all), number, tested)) if each else tested
-            for each in dict.fromkeys(alternatives)
+            self._add(Do(self._programs.plans(each, required), number, tested, MAX_ACTIONS))
+            if each
+            else tested
+            for each in reversed(alternatives)
         ]
-        return self._split(entries)
+        to_do = self._split(entries, number)
+        if to_do == tested:
+            return tested
+        needless = self._programs.needless(alternatives)
+        held = self._add(Do(needless, number, then)) if is_all else then
+        return self._add(Held(required.holds, number, held, to_do, 1 + required.effort))
 
     def _alternatives(self, formula: f.Formula) -> Iterator[tuple[GroundAtom, ...]]:
         """The literals to bring about, all of one alternative; nothing for what is only tested."""
@@ -259,8 +297,8 @@ class _Builder:
         for index in indices:
             yield substitute(body, {f.Variable(variable.name): f.Constant(self._lexicon.name(index))})
 
-    def _split(self, entries: Sequence[int]) -> int:
-        return entries[0] if len(entries) == 1 else self._add(Split(tuple(entries)))
+    def _split(self, entries: Sequence[int], number: int) -> int:
+        return entries[0] if len(entries) == 1 else self._add(Split(tuple(entries), number))
 
     def _add(self, instruction: Instruction) -> int:
         if len(self.program) >= MAX_INSTRUCTIONS:

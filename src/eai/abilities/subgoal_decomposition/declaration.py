@@ -16,7 +16,8 @@ def contributions(verdict: SubgoalVerdict) -> dict[str, Share]:
     """What one answer contributes to each rate.
 
     What cannot be carried out counts by its category, and as a wrong number of arguments where that is the
-    error; what goes wrong on the way counts as the verdict says, or as `Counted`.
+    error; what goes wrong on the way counts as the verdict says, or as `Counted`. ``granularity`` is how many
+    actions had to be added to one for each subgoal that actions were executed for.
     """
     category, counted = verdict.category, verdict.counted
     wrong_arity = verdict.error is not None and verdict.error.kind is FaultKind.ARGUMENT_NUMBER
@@ -30,6 +31,7 @@ def contributions(verdict: SubgoalVerdict) -> dict[str, Share]:
         **{kind.value: of_all(times(verdict, kind)) for kind in _RUNTIME_FAULTS},
         "additional_step": of_all(times_additional(verdict)),
         "goal_unreachable": of_all(category is SubgoalCategory.GOAL_UNREACHABLE),
+        "granularity": Share(verdict.added_actions or 0, verdict.refined or 0),
         **goal_shares(verdict.goals if counted is None else counted.goals),
     }
 

@@ -6,21 +6,31 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from eai.abilities.subgoal_decomposition.ground import Ground
-from eai.abilities.subgoal_decomposition.program import Plan
+from eai.abilities.subgoal_decomposition.program import MAX_ACTIONS, Found, Plan
 from eai.abilities.subgoal_decomposition.refining import Node, Refining
 from eai.world.execution import Action
 from eai.world.state import State
 
+_LOOKED_AT = 16
+"""How many states are looked at for what fails there: where it begins, where most parts are met, others."""
 
-class _Nearest(NamedTuple):
-    """A plan that comes near an aim, and how many checks its last action fails."""
 
+class _Rank(NamedTuple):
+    """How near an attempt comes: the least would meet most parts, lacks least for that, and is the shortest.
+
+    Attributes:
+        met: how many parts would be met, negative.
+        failing: how many checks fail.
+        length: how many actions there are.
+    """
+
+    met: int
     failing: int
-    plan: Plan
+    length: int
 
 
 class _Attempt(NamedTuple):
-    """An action that fails: where, after what, and the numbers of the checks that do."""
+    """An action that is tried: where, after what, and the numbers of the checks that fail."""
 
     node: Node
     ground: Ground
@@ -29,80 +39,110 @@ class _Attempt(NamedTuple):
     failing: list[int]
 
 
-def nearest_of(in_vain: Sequence[Refining]) -> Plan:
-    """Of some searches in vain the plan that meets most parts; of several the first that fails least."""
-    most = max([refining.most_met for refining in in_vain])
-    best: _Nearest | None = None
-    for refining in in_vain:
-        if refining.most_met == most and (best is None or best.failing):
-            nearest = _Failing(refining).nearest()
-            best = nearest if best is None or nearest.failing < best.failing else best
-    return () if best is None else best.plan
+class _Nearest(NamedTuple):
+    """How near an attempt comes, and a plan whose last action fails; None for one that is too long."""
+
+    rank: _Rank
+    plan: Plan | None
+
+
+def nearest_of(in_vain: Sequence[Refining]) -> Found:
+    """Of some searches in vain the plan that comes nearest to the aim, and the action that fails there.
+
+    That is the most direct of those that lack least for what would meet most parts, or another action that
+    would mend what it lacks; none if nothing fails, but it takes too long. Where each part can be reached,
+    but not together with the others, the plan is the shortest that meets most parts.
+    """
+    failing = [_Failing(refining) for refining in in_vain]
+    most_met = max([each.most_met for each in failing])
+    farthest = [each for each in failing if each.most_met == most_met]
+    found = [nearest for each in farthest if (nearest := each.nearest()) is not None]
+    effort = sum([each.effort for each in failing])
+    if found:
+        plan = min(found, key=lambda nearest: nearest.rank).plan
+        return Found((), effort, too_far=True) if plan is None else Found((plan,), effort)
+    nodes = [node for refining in in_vain for node in refining.nodes]
+    most = max(nodes, key=lambda node: (node.met.bit_count(), -len(node.plan)))
+    return Found((most.plan,), effort)
 
 
 class _Failing:
-    """A search that found nothing."""
+    """A search that found nothing.
+
+    Args:
+        refining: the search.
+
+    Attributes:
+        effort: how many actions have been applied to states, or looked at after movement.
+        most_met: how many parts are met in one of its states, at the most.
+    """
 
     def __init__(self, refining: Refining) -> None:
         self._aim = refining.aim
         self._means = refining.means
         self._movement = refining.movement
         self._out_of_reach = refining.out_of_reach
-        most = refining.most_met
-        self._nodes = [node for node in refining.nodes if node.met.bit_count() == most]
+        self.effort = 0
+        start, *others = refining.nodes
+        self.most_met = max([node.met.bit_count() for node in refining.nodes])
+        others.sort(key=lambda node: -node.met.bit_count())
+        self._nodes = [start, *others][:_LOOKED_AT]
 
-    def nearest(self) -> _Nearest:
-        """What comes nearest to the aim, and the action that fails there.
-
-        That is the one which lacks least of those that would help, or another one that would mend what it
-        lacks. No action fails where each part can be reached, but not together with the others.
-        """
-        first = self._nodes[0]
+    def nearest(self) -> _Nearest | None:
+        """The attempt that comes nearest to the aim; None if none brings more of it about than was made."""
         best: _Attempt | None = None
+        rank = _Rank(0, 0, 0)
         for node in self._nodes:
             for ground in (*self._means.wanted, *self._means.moving):
-                missing = ground.parts & ~node.met
-                if not missing or not self._may_lack_less(node, ground, best):
+                met = -self._met_after(node, ground)
+                if not met or (best is not None and self._least(node, ground, met) >= rank):
                     continue
-                if self._aim.met(ground.after(node.state), ground.touched & missing, 0):
-                    attempt = self._attempt(node, ground, best)
-                    if not attempt.failing:
-                        return _Nearest(0, first.plan)
-                    if best is None or len(attempt.failing) < len(best.failing):
-                        best = attempt
+                attempt = self._attempt(node, ground)
+                found = _Rank(met, len(attempt.failing), len(attempt.plan))
+                made = not attempt.failing and len(attempt.plan) <= MAX_ACTIONS
+                if not made and (best is None or found < rank):
+                    best, rank = attempt, found
         if best is not None:
-            return _Nearest(len(best.failing), (self._cause(best) or best).plan)
+            return _Nearest(rank, self._told(best))
+        first = self._nodes[0]
         for ground in self._means.wanted:  # what would help needs something else first, or tries in vain
             attempt = self._attempt(first, ground)
-            vain = attempt if attempt.failing == [len(ground.known.operator.checks)] else None
-            cause = self._cause(attempt) or vain
-            if cause is not None:
-                return _Nearest(len(cause.failing), cause.plan)
-        return _Nearest(0, first.plan)
+            told = self._told(attempt)
+            vain = attempt.failing == [len(ground.known.operator.checks)]
+            if attempt.failing and (vain or told is not attempt.plan):
+                return _Nearest(_Rank(0, len(attempt.failing), len(attempt.plan)), told)
+        return None
 
-    def _may_lack_less(self, node: Node, ground: Ground, other: _Attempt | None) -> bool:
-        """Whether fewer checks may fail of an action, be it after movement, than in another attempt."""
-        if other is None:
-            return True
-        fewest = self._fewest(node, ground, ground.lacking(node.state, len(other.failing)))
-        return fewest < len(other.failing)
+    def _met_after(self, node: Node, ground: Ground) -> int:
+        """How many parts are met after an action that is for one; 0 if there are no more than before."""
+        missing = ground.parts & ~node.met
+        if not missing:
+            return 0
+        self.effort += 1
+        after = ground.after(node.state)
+        if not self._aim.met(after, ground.touched & missing, 0):
+            return 0
+        met = self._aim.met(after, ground.touched, node.met).bit_count()
+        return met if met > node.met.bit_count() else 0
+
+    def _least(self, node: Node, ground: Ground, met: int) -> _Rank:
+        """The least rank that an action may have, be it after movement."""
+        lacking = ground.lacking(node.state, len(ground.known.moved))
+        return _Rank(met, self._fewest(node, ground, lacking), len(node.plan) + 1)
 
     def _fewest(self, node: Node, ground: Ground, lacking: int) -> int:
         """How many checks of an action fail at least, of which so many do: one, where it is out of reach."""
         return lacking or int((node.state, ground.action) in self._out_of_reach)
 
-    def _attempt(self, node: Node, ground: Ground, other: _Attempt | None = None) -> _Attempt:
-        """An action tried where, of all states that movement leads to, the fewest of its checks fail.
-
-        Movement is not looked at where it cannot make fewer fail than in the ``other`` attempt.
-        """
+    def _attempt(self, node: Node, ground: Ground) -> _Attempt:
+        """An action tried where, of all states that movement leads to, the fewest of its checks fail."""
+        self.effort += 1
         failing = ground.failing(node.state)
         best = _Attempt(node, ground, (*node.plan, ground.action), node.state, failing)
         least = self._fewest(node, ground, sum([not ground.known.moved[i] for i in failing]))
-        if other is not None and least >= len(other.failing):
-            return best
         if len(failing) > least:
             for way in self._movement.ways(node.state):
+                self.effort += 1
                 failing = ground.failing(way.state)
                 if len(failing) < len(best.failing):
                     plan = (*node.plan, *way.plan, ground.action)
@@ -111,14 +151,25 @@ class _Failing:
                         break
         return best
 
-    def _cause(self, attempt: _Attempt) -> _Attempt | None:
-        """The attempt at another action that would make a failing check hold, where all of those fail."""
-        if attempt.ground.is_hopeless(attempt.failing):
+    def _told(self, attempt: _Attempt) -> Plan | None:
+        """The attempt, or one at another action that would mend what fails, where all such actions fail.
+
+        None where it does not fail but is too long, or such an action is possible and undoes nothing.
+        """
+        node, ground, plan, state, failing = attempt
+        if not failing:
             return None
-        lacking = len(attempt.failing)
+        if ground.is_hopeless(failing):
+            return plan
         mending = [
-            self._attempt(attempt.node, ground)
-            for ground in self._means.helping
-            if len(attempt.ground.failing(ground.after(attempt.state))) < lacking
+            self._attempt(node, other)
+            for other in self._means.helping
+            if len(ground.failing(other.after(state))) < len(failing)
         ]
-        return mending[0] if mending and all(other.failing for other in mending) else None
+        if any(not each.failing and self._undoes_nothing(each) for each in mending):
+            return None
+        return mending[0].plan if mending and all(each.failing for each in mending) else plan
+
+    def _undoes_nothing(self, attempt: _Attempt) -> bool:
+        node, ground = attempt.node, attempt.ground
+        return self._aim.met(ground.after(attempt.state), ground.touched, node.met) == node.met

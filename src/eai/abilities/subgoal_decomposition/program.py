@@ -11,6 +11,9 @@ from eai.world.state import State
 
 Plan: TypeAlias = Sequence[Action]
 
+MAX_ACTIONS = 2
+"""How many actions carry out one subgoal at most, movement included."""
+
 
 class Found(NamedTuple):
     """What is to be done for a subgoal in a state.
@@ -18,10 +21,12 @@ class Found(NamedTuple):
     Attributes:
         plans: the plans for it, each to be tried; none if nothing is to be done there.
         effort: how many actions were applied to states to find them.
+        too_far: whether nothing is done, since it would take too many actions.
     """
 
     plans: Sequence[Plan]
     effort: int = 0
+    too_far: bool = False
 
 
 Plans: TypeAlias = Callable[[State], Found]
@@ -29,11 +34,25 @@ Plans: TypeAlias = Callable[[State], Found]
 
 
 class Do(NamedTuple):
-    """Carry out a subgoal by one of the plans for it in the state at hand; if there is none, do nothing."""
+    """Carry out a subgoal by one of the plans for it in the state at hand; if there is none, do nothing.
+
+    No more than ``most`` actions are executed for one subgoal, if that is given.
+    """
 
     plans: Plans
     subgoal: int
     then: int
+    most: int | None = None
+
+
+class Held(NamedTuple):
+    """Go on one way if a subgoal holds already, and another way if not; ``effort`` is what the test costs."""
+
+    holds: Callable[[State], bool]
+    subgoal: int
+    then: int
+    otherwise: int
+    effort: int
 
 
 class Require(NamedTuple):
@@ -47,9 +66,10 @@ class Require(NamedTuple):
 
 
 class Split(NamedTuple):
-    """Go on in each of several ways."""
+    """Go on with a subgoal in each of several ways, those with greater numbers first."""
 
     targets: tuple[int, ...]
+    subgoal: int
 
 
 class Halt(NamedTuple):
@@ -62,6 +82,6 @@ class End(NamedTuple):
     """All subgoals are carried out."""
 
 
-Instruction: TypeAlias = Do | Require | Split | Halt | End
+Instruction: TypeAlias = Do | Held | Require | Split | Halt | End
 Program: TypeAlias = Sequence[Instruction]
 """Instructions that lead to earlier ones only; the last one is the first to run, number 0 is the `End`."""

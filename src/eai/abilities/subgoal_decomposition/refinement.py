@@ -1,9 +1,9 @@
 """Refinement: which actions carry out a subgoal, found by a small search on the declared domain.
 
-For each literal of a subgoal at most one *deed* is done, in any order. Three things are no deeds (`Role`) and
-are done as often as the deeds need them: *movement*, *taking* what the subgoal names into a hand, and
-*letting go* of what a hand holds, where nothing else helps. So the goal of a task is no subgoal, unless one
-deed for each of its literals reaches it. The shortest sequence is taken; of equally short ones all are handed
+A subgoal is carried out by `MAX_ACTIONS` at most. An action that changes the world, a *deed*, brings about a
+part of it; three other things (`Role`) may be done for a deed's sake: *movement*, *taking* what the subgoal
+names into a hand, and *letting go* of what a hand holds, where nothing else helps. So the goal of a task is
+no subgoal, unless it is as near as that. The shortest sequence is taken; of equally short ones all are handed
 on, for the search that carries out the whole answer to try. Effort is bounded by a number of applied actions,
 never by time; operators and objects are tried in their order. (Paper, section "Ability Module 2: Subgoal
 Decomposition": a breadth-first search with a bounded number of actions for each subgoal.)
@@ -19,7 +19,7 @@ from typing import NamedTuple
 
 from eai.abilities.subgoal_decomposition.ground import Ground, is_needless
 from eai.abilities.subgoal_decomposition.nearest import nearest_of
-from eai.abilities.subgoal_decomposition.program import Found, Plans
+from eai.abilities.subgoal_decomposition.program import Found, Plan, Plans
 from eai.abilities.subgoal_decomposition.refining import Aim, Means, Refining
 from eai.abilities.subgoal_decomposition.repertoire import Holds, Repertoire, named_in
 from eai.planning.subgoal import GroundAtom
@@ -101,14 +101,12 @@ class Refinement:
         objects: Sequence[int],
         told_apart: Collection[str] = (),
         *,
-        may_be_needless: bool = True,
         test_effort: int = 0,
     ) -> Plans:
-        """What is done in a state so that a subgoal holds.
+        """What is done in a state so that a subgoal holds, where it does not yet.
 
-        Where it holds already, that is nothing, or the actions which would bring it about and say themselves
-        that they are not needed. Where it cannot be made to hold, it is what comes nearest, and then the
-        action that fails, to be diagnosed.
+        Where it cannot be made to hold, it is what comes nearest, and then the action that fails, to be
+        diagnosed; nothing if none fails but there are too many.
 
         Args:
             literals: what the subgoal says of objects.
@@ -116,7 +114,6 @@ class Refinement:
             scene: the scene.
             objects: what actions may be about.
             told_apart: the operators of which it matters that they are taken.
-            may_be_needless: whether actions that are not needed are told where the subgoal holds already.
             test_effort: how many applied actions a test of the subgoal stands for.
         """
         tests = [(1 << i, self._repertoire.test(each, scene)) for i, each in enumerate(literals)]
@@ -134,18 +131,23 @@ class Refinement:
             return found
 
         def plans(state: State) -> Found:
-            at_start = met(state, everything, 0)
-            if at_start == everything and holds(state):
-                needless = self._needless(wanted, state) if may_be_needless else ()
-                return Found((needless,) if needless else ())
-            aim = Aim(at_start, met, everything, holds, len(literals), told_apart, test_effort)
+            aim = Aim(met(state, everything, 0), met, everything, holds, told_apart, test_effort)
             return self._search(aim, _Need(state, wanted, touched, named, objects, {}, wider))
 
         return plans
 
+    def needless(self, literals: Sequence[GroundAtom], state: State) -> Plan | None:
+        """The actions that would bring literals about and say themselves that they are not needed.
+
+        None if one of the literals does not hold.
+        """
+        if not all(self._repertoire.test(each, state.scene)(state) for each in literals):
+            return None
+        return self._needless(self._repertoire.wanted(literals, state.scene), state)
+
     def plans_to_take(self, action: Action, scene: Scene, objects: Sequence[int]) -> Plans:
         """An action, after the shortest sequence that makes it possible; the attempt where there is none."""
-        aim = Aim(0, lambda _, touched, __: touched, 1, lambda _: True, 1, ())
+        aim = Aim(0, lambda _, touched, __: touched, 1, lambda _: True, ())
         named = named_in([action.arguments], scene)
 
         def plans(state: State) -> Found:
@@ -156,17 +158,18 @@ class Refinement:
         return plans
 
     def _search(self, aim: Aim, need: _Need) -> Found:
-        """The shortest plans by the first means that are enough; where none are, the best attempt of all."""
+        """The shortest plans by the first means that are enough; where none are, the best attempt, if any."""
         in_vain: list[Refining] = []
-        effort, budget = 0, min(self._budget * aim.deeds, _MOST_TESTS // aim.deeds)
+        effort, budget = 0, min(self._budget * aim.size, _MOST_TESTS // aim.size)
         for means in self._means(need):
             refining = Refining(aim, means, budget)
             plans = refining.shortest(need.state)
-            effort += refining.effort * (1 + aim.deeds // _TESTED_AT_ONCE)
+            effort += refining.effort * (1 + aim.size // _TESTED_AT_ONCE)
             if plans:
                 return Found(plans, effort)
             in_vain.append(refining)
-        return Found((nearest_of(in_vain),), effort)
+        nearest = nearest_of(in_vain)
+        return nearest._replace(effort=effort + nearest.effort)
 
     def _means(self, need: _Need) -> Iterator[Means]:
         """What may be done, widened step by step.

@@ -9,16 +9,13 @@ from typing import NamedTuple
 
 from eai.abilities.subgoal_decomposition.ground import Ground, told_apart
 from eai.abilities.subgoal_decomposition.movement import Budget, Movement, Way
-from eai.abilities.subgoal_decomposition.program import Plan
+from eai.abilities.subgoal_decomposition.program import MAX_ACTIONS, Plan
 from eai.abilities.subgoal_decomposition.repertoire import Holds
 from eai.world.execution import Action
 from eai.world.state import State
 
 MAX_PLANS = 4
 """The most sequences that are found for one subgoal."""
-
-_A_PART = 4
-"""Actions that a part takes: to go to a thing, take it, go elsewhere and put it there."""
 
 
 class Means(NamedTuple):
@@ -48,7 +45,6 @@ class Aim(NamedTuple):
             it is those of another mask.
         everything: the mask of all parts.
         holds: whether what it asks for besides its parts holds in a state.
-        deeds: how many deeds may be done for it.
         told_apart: the operators of which it matters that they are taken, whatever state they lead to.
         effort: how many applied actions a test of `holds` stands for.
     """
@@ -57,22 +53,25 @@ class Aim(NamedTuple):
     met: Callable[[State, int, int], int]
     everything: int
     holds: Holds
-    deeds: int
     told_apart: Collection[str]
     effort: int = 0
 
+    @property
+    def size(self) -> int:
+        """How many parts it has."""
+        return self.everything.bit_count()
+
 
 class Node(NamedTuple):
-    """A state that was reached, the mask of the parts met there, the deeds that it took, and the way."""
+    """A state that was reached, the mask of the parts met there, and the way."""
 
     state: State
     met: int
-    deeds: int
     plan: tuple[Action, ...]
 
 
 class Refining:
-    """A search by the length of plans.
+    """A search by the length of plans, of which none has more than `MAX_ACTIONS`.
 
     Args:
         aim: what it is for.
@@ -83,7 +82,7 @@ class Refining:
         aim: what it is for.
         means: what may be done.
         movement: where movement leads.
-        nodes: the states that were gone on from, in order.
+        nodes: the states that were reached without what is searched for, the nearest first.
         out_of_reach: what movement does not make possible, and where.
     """
 
@@ -92,7 +91,7 @@ class Refining:
         self.means = means
         self._budget = Budget(budget)
         self.movement = Movement(means.movement, self._budget)
-        self._best: int | None = None
+        self._best = MAX_ACTIONS
         self.nodes: list[Node] = []
         self.out_of_reach: set[tuple[State, Action]] = set()
 
@@ -101,27 +100,18 @@ class Refining:
         """How many actions have been applied to states."""
         return self._budget.spent
 
-    @property
-    def most_met(self) -> int:
-        """How many parts are met in one of the states that were gone on from, at the most."""
-        return max([node.met.bit_count() for node in self.nodes])
-
     def shortest(self, start: State) -> list[Plan]:
-        """The shortest plans, at most `MAX_PLANS`; no two to one state that the goal cannot tell apart.
-
-        What lacks fewer parts is looked at first (`_A_PART` actions stand for a part), so that a plan for
-        many parts may be a little longer than the shortest.
-        """
+        """The shortest plans, at most `MAX_PLANS`; no two to one state that the goal cannot tell apart."""
         grounds = [g for g in (*self.means.wanted, *self.means.helping) if g.is_ever_possible(start)]
         found: dict[object, Plan] = {}
-        queue = [(0, 0, Node(start, self.aim.at_start, 0, ()))]
-        lengths = {(start, 0): 0}
+        queue = [(0, 0, Node(start, self.aim.at_start, ()))]
+        lengths = {start: 0}
         numbers = count(1)
         while queue and self._budget.left > 0:
-            _, _, node = heappop(queue)
-            if self._best is not None and len(node.plan) >= self._best:
-                break
+            length, _, node = heappop(queue)
             self.nodes.append(node)
+            if length >= self._best:
+                continue
             for child in self._children(node, grounds):
                 length = len(child.plan)
                 if child.met == self.aim.everything and self._holds(child.state):
@@ -130,10 +120,9 @@ class Refining:
                     found.setdefault((child.state, told_apart(child.plan, self.aim.told_apart)), child.plan)
                     if len(found) == MAX_PLANS:
                         return list(found.values())
-                elif length < lengths.get((child.state, child.deeds), length + 1):
-                    lengths[child.state, child.deeds] = length
-                    rank = length - _A_PART * child.met.bit_count()
-                    heappush(queue, (rank, next(numbers), child))
+                elif length < lengths.get(child.state, length + 1):
+                    lengths[child.state] = length
+                    heappush(queue, (length, next(numbers), child))
         return list(found.values())
 
     def _holds(self, state: State) -> bool:
@@ -143,10 +132,9 @@ class Refining:
 
     def _children(self, node: Node, grounds: Sequence[Ground]) -> Iterator[Node]:
         """What comes after a node, in plans no longer than the best."""
-        may_be_done = ~node.met if node.deeds < self.aim.deeds else 0
         allowed: dict[str, bool] = {}
         for ground in grounds:
-            is_deed, parts = ground.is_deed, ground.parts & may_be_done
+            is_deed, parts = ground.is_deed, ground.parts & ~node.met
             if is_deed and not parts:
                 continue
             name = ground.action.operator
@@ -162,17 +150,17 @@ class Refining:
             if is_deed and not gained:
                 continue
             met = gained | self.aim.met(after, touched & ~parts if is_deed else touched, node.met)
-            yield Node(after, met, node.deeds + is_deed, (*node.plan, *way.plan, ground.action))
+            yield Node(after, met, (*node.plan, *way.plan, ground.action))
         if self.means.moving:
             for way in self.movement.ways(node.state):
                 if self._is_too_long(len(node.plan) + len(way.plan)):
                     break
                 met = self.aim.met(way.state, self.means.touched, node.met)
                 if met & ~node.met:
-                    yield Node(way.state, met, node.deeds, (*node.plan, *way.plan))
+                    yield Node(way.state, met, (*node.plan, *way.plan))
 
     def _is_too_long(self, length: int) -> bool:
-        return self._best is not None and length > self._best
+        return length > self._best
 
     def _approach(self, node: Node, ground: Ground) -> Way | None:
         """The shortest movement that makes an action possible; None if none does, or it takes too long."""

@@ -125,6 +125,8 @@ class SubgoalDecomposition(Scorer):
             errors=kinds,
             search=outcome.end.value,
             attempts=outcome.attempts,
+            refined=branch.refined,
+            added_actions=len(executed(branch)) - branch.refined,
         )
 
     def _refuse(self, rejected: Rejected, repairs: tuple[str, ...]) -> Assessment:

@@ -19,24 +19,40 @@ from typing_extensions import assert_never
 
 from eai.abilities.subgoal_decomposition.branch import BestBranch, Branch, Tried, without_twins
 from eai.abilities.subgoal_decomposition.program import (
+    MAX_ACTIONS,
     Do,
     End,
     Halt,
+    Held,
     Instruction,
     Plan,
     Program,
     Require,
     Split,
 )
+from eai.logic.formula import TRUE
 from eai.logic.frozen import Frozen
 from eai.world.domain import Domain
 from eai.world.execution import Action, Fault, Step, attempt
 from eai.world.fault import FaultKind
+from eai.world.operator import Check
 from eai.world.past import Past
 from eai.world.state import State
 
 _LOOKED_AT_ONCE = 16
 """How many states of the past are looked at in the time in which an action is applied."""
+
+
+_NONE = -1
+"""The number of no subgoal."""
+
+
+def _too_far(branch: Branch, instruction: Do) -> Branch:
+    """The branch that ends at a subgoal which takes more actions than it may; none is taken for it."""
+    reason = f"it takes more than {MAX_ACTIONS} actions: what lies between is a subgoal, too"
+    check = Check(TRUE, FaultKind.MISSING_STEP, reason, id="too_many_actions")
+    fault = Fault(FaultKind.MISSING_STEP, check)
+    return branch._replace(errors=branch.errors + 1, subgoal=instruction.subgoal, failure=fault)
 
 
 class BranchGoal(Protocol):
@@ -57,7 +73,8 @@ class SearchLimits(Frozen):
 
     Attributes:
         attempts: actions that may be tried, over all branches.
-        branches: branches with which any one subgoal may be begun; of more the first are followed.
+        branches: branches with which any one subgoal may be begun; of more the first are followed. All that
+            carry out the last one are tested for the goal.
         effort: actions that may be applied to states to find out what is to be done, over all branches.
     """
 
@@ -152,13 +169,25 @@ class _Search:
         """Explore all branches."""
         self._waiting[-1].append(start)
         for number in reversed(range(len(self._program))):
-            branches, self._waiting[number] = without_twins(self._waiting[number]), []
-            self._is_cut |= len(branches) > self._limits.branches
-            for branch in branches[: self._limits.branches]:
-                self._go_on(branch, self._program[number])
+            instruction, waiting = self._program[number], self._waiting[number]
+            self._waiting[number] = []
+            for branch in self._followed(waiting, instruction):
+                self._go_on(branch, instruction)
                 if self._end is not SearchEnd.COMPLETE:
                     return self._outcome(branch)
         return self._outcome(start)
+
+    def _followed(self, waiting: list[Branch], instruction: Instruction) -> list[Branch]:
+        """The branches that go on with an instruction: all with a test that ends a subgoal or the answer."""
+        match instruction:
+            case Do() | Held() | Split():
+                branches = without_twins(waiting, instruction.subgoal)
+                self._is_cut |= len(branches) > self._limits.branches
+                return branches[: self._limits.branches]
+            case Require():
+                return without_twins(waiting, instruction.subgoal)
+            case _:
+                return without_twins(waiting, _NONE)
 
     def _outcome(self, fallback: Branch) -> Outcome:
         if self._is_cut and self._end is SearchEnd.COMPLETE and self._successful.branch is None:
@@ -180,6 +209,10 @@ class _Search:
                 self._do(branch, instruction)
             case Require():
                 self._require(branch, instruction)
+            case Held():
+                self._effort += instruction.effort
+                held = instruction.holds(branch.state)
+                self._waiting[instruction.then if held else instruction.otherwise].append(branch)
             case Split(targets):
                 for target in targets:
                     self._waiting[target].append(branch)
@@ -194,26 +227,34 @@ class _Search:
     def _do(self, branch: Branch, instruction: Do) -> None:
         if self._is_exhausted():
             return
-        plans, effort = instruction.plans(branch.state)
-        self._effort += effort
-        if not plans:
+        found = instruction.plans(branch.state)
+        self._effort += found.effort
+        if found.too_far:
+            self._finish(_too_far(branch, instruction), self._failed)
+        elif not found.plans:
             self._waiting[instruction.then].append(branch)
-        for plan in plans:
+        for plan in found.plans:
             if self._is_exhausted():
                 return
-            after = self._follow(branch, plan, instruction.subgoal)
+            after = self._follow(branch, plan, instruction)
             if after.failure is None:
                 self._waiting[instruction.then].append(after)
             else:
                 self._finish(after, self._failed)
 
-    def _follow(self, branch: Branch, plan: Plan, subgoal: int) -> Branch:
-        """The branch after a plan, or after the first step of it that fails."""
+    def _follow(self, branch: Branch, plan: Plan, instruction: Do) -> Branch:
+        """The branch after a plan, or after the first step that fails; of too long a plan none is taken."""
         past, tried, errors, met = branch.past, branch.tried, branch.errors, branch.met
+        subgoal, most = instruction.subgoal, instruction.most
+        executed, refined = branch.executed_for(subgoal), branch.refined
         for action in plan:
             self._attempts += 1
             outcome = attempt(self._domain, past, action)
             if isinstance(outcome, State):
+                if executed == most:
+                    return _too_far(branch, instruction)
+                executed += 1
+                refined += executed == 1
                 met = self._goal.advance(met, past.state, action)
                 past, tried = past.then(outcome), Tried(Step(action, None), tried)
                 continue
@@ -223,8 +264,8 @@ class _Search:
                 self._halt(outcome.check.reason)
             if outcome.kind is not FaultKind.ADDITIONAL_STEP:
                 self._effort += past.number // _LOOKED_AT_ONCE
-                return Branch(past, tried, errors, met, subgoal, outcome)
-        return Branch(past, tried, errors, met, subgoal)
+                return Branch(past, tried, errors, met, subgoal, outcome, executed, refined)
+        return Branch(past, tried, errors, met, subgoal, None, executed, refined)
 
     def _require(self, branch: Branch, instruction: Require) -> None:
         if self._is_exhausted():

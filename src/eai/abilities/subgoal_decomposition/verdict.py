@@ -33,6 +33,8 @@ class SubgoalVerdict(PlanVerdict):
         offences: what is wrong with names, each kind once.
         search: why the search for a way ended, or None if there was none.
         attempts: how many actions it tried.
+        refined: for how many subgoals actions were executed, on the reported way.
+        added_actions: how many more actions than one for each of them.
     """
 
     category: SubgoalCategory | None = None
@@ -41,6 +43,8 @@ class SubgoalVerdict(PlanVerdict):
     offences: tuple[str, ...] = ()
     search: str | None = None
     attempts: int | None = None
+    refined: int | None = None
+    added_actions: int | None = None
 
     def without_answer(self) -> Self:
         """As of any plan; there is no outcome."""

@@ -52,21 +52,32 @@ def write_subgoals(task: Task, plan: Iterable[Action]) -> tuple[str, ...]:
     compiled = virtualhome.as_meant().compiled
     state = task.initial
     subgoals: list[str] = []
+    rising = False
     for action in plan:
         if action.operator != POSTURE:
-            subgoals += [print_ltl(_formula(literal, task.scene)) for literal in _literals(action, state)]
+            literals = dict.fromkeys(_literals(action, state, rising=rising))
+            subgoals += [print_ltl(_formula(literal, task.scene)) for literal in literals]
+        rising = action.operator == POSTURE
         for step in _carry_out(action, state):
             operator = compiled[step.operator]
             state = operator.apply(state, operator.bind(state, step.arguments))
     return tuple(subgoals)
 
 
-def _literals(action: Action, state: State) -> Iterator[Action | Fact]:
-    """What stands for an action; for turning to what is elsewhere also for going there."""
-    if action.operator == "TURNTO" and state.scene.agent is not None:
-        at_hand = Fact("NEXT_TO", (state.scene.agent, *action.arguments))
+def _literals(action: Action, state: State, *, rising: bool) -> Iterator[Action | Fact]:
+    """What stands for an action, and before it for what it needs.
+
+    A subgoal is carried out by few actions under `strict`: going to what is elsewhere in order to turn to it,
+    or after having risen, is one of its own, and so is taking.
+    """
+    first = action.operator == "TURNTO" or (rising and action.arguments and action.operator != "WALK")
+    if first and state.scene.agent is not None:
+        at_hand = Fact("NEXT_TO", (state.scene.agent, action.arguments[0]))
         if not state.has(at_hand.predicate, *at_hand.arguments):
             yield at_hand
+    for step in _carry_out(action, state)[:-1]:
+        if step.operator == "GRAB":
+            yield _literal(step, state)
     yield _literal(action, state)
 
 
