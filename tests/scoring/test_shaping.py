@@ -112,6 +112,18 @@ ONE_OF_TWO = (False, False)
             subgoals(True, False, additional_steps=1), ONE_OF_TWO, (0, 1 / 2, 1 / 2, 1 / 4), id="their steps"
         ),
         pytest.param(
+            subgoals(True, success=True, refined=1, added_actions=1),
+            (False,),
+            (1 / 2, 1 / 2, 1 / 2, 1 / 2),
+            id="a success for which the search added an action",
+        ),
+        pytest.param(
+            subgoals(True, False, refined=9, added_actions=3, additional_steps=1),
+            ONE_OF_TWO,
+            (0, 1 / 8, 1 / 8, 1 / 16),
+            id="what the search added, however many subgoals there are",
+        ),
+        pytest.param(
             subgoals(
                 True,
                 False,

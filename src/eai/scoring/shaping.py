@@ -3,7 +3,7 @@
 All that an answer is worth lies between 0 and 1, and these hold of every answer (``docs/training.md`` has the
 definitions, and what they keep a policy from learning):
 
-    success <= goals <= progress        diagnosis <= progress        a success has progress 1
+    success <= goals <= progress        diagnosis <= progress        a success is paid as much as its progress
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ class Shaping(str, Enum):
     """What an answer is paid for."""
 
     SUCCESS = "success"
-    """1 for an answer that is right as a whole, else 0."""
+    """1 for an answer that is right as a whole, else 0; of subgoals divided as all that they earn."""
     GOALS = "goals"
     """What it gains, if no error ended it; else 0."""
     PROGRESS = "progress"
@@ -48,15 +48,22 @@ class Merit:
         success: whether the answer is right as a whole, which takes a gain of 1.
         ended: whether an error ended it.
         faults: how often each kind of fault was diagnosed; kinds that were not are left out.
+        added: how many actions a search had to add to carry out subgoals. All that they earn is divided by one
+            more, so that the goal copied as a subgoal is not paid for what the search did.
     """
 
     gain: float
     success: bool
     ended: bool
     faults: Mapping[FaultKind, int]
+    added: int = 0
 
     def worth(self, shaping: Shaping) -> float:
         """What the answer is paid."""
+        return self._earned(shaping) / (1 + self.added)
+
+    def _earned(self, shaping: Shaping) -> float:
+        """What the answer earns with all that was done for it."""
         match shaping:
             case Shaping.SUCCESS:
                 return float(self.success)
@@ -125,6 +132,7 @@ def _of_trajectory(verdict: PlanVerdict, at_start: Sequence[bool]) -> Merit | No
         success=bool(verdict.success) and gained == 1,
         ended=not verdict.executable,
         faults=_faults_on_the_way(verdict),
+        added=(verdict.added_actions or 0) if isinstance(verdict, SubgoalVerdict) else 0,
     )
 
 

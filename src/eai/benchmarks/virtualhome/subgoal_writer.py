@@ -52,33 +52,36 @@ def write_subgoals(task: Task, plan: Iterable[Action]) -> tuple[str, ...]:
     compiled = virtualhome.as_meant().compiled
     state = task.initial
     subgoals: list[str] = []
-    rising = False
     for action in plan:
         if action.operator != POSTURE:
-            literals = dict.fromkeys(_literals(action, state, rising=rising))
+            literals = dict.fromkeys(_literals(action, state))
             subgoals += [print_ltl(_formula(literal, task.scene)) for literal in literals]
-        rising = action.operator == POSTURE
         for step in _carry_out(action, state):
             operator = compiled[step.operator]
             state = operator.apply(state, operator.bind(state, step.arguments))
     return tuple(subgoals)
 
 
-def _literals(action: Action, state: State, *, rising: bool) -> Iterator[Action | Fact]:
-    """What stands for an action, and before it for what it needs.
+def _literals(action: Action, state: State) -> Iterator[Action | Fact]:
+    """What stands for an action, and before it for what it needs: going to things, turning and taking.
 
-    A subgoal is carried out by few actions under `strict`: going to what is elsewhere in order to turn to it,
-    or after having risen, is one of its own, and so is taking.
+    So a search has little to add.
     """
-    first = action.operator == "TURNTO" or (rising and action.arguments and action.operator != "WALK")
-    if first and state.scene.agent is not None:
-        at_hand = Fact("NEXT_TO", (state.scene.agent, action.arguments[0]))
-        if not state.has(at_hand.predicate, *at_hand.arguments):
-            yield at_hand
+    first, others = action.arguments[:1], action.arguments[1:]
+    yield from _going_to(first if action.operator != "WALK" else (), state)
     for step in _carry_out(action, state)[:-1]:
-        if step.operator == "GRAB":
+        if step.operator in ("GRAB", "TURNTO") and state.scene.agent not in step.arguments:
             yield _literal(step, state)
+    yield from _going_to(others, state)
     yield _literal(action, state)
+
+
+def _going_to(objects: Iterable[int], state: State) -> Iterator[Fact]:
+    """That the character is next to objects that it is not next to; rooms are gone into by another action."""
+    agent = state.scene.agent
+    for about in objects:
+        if agent is not None and not state.has("ROOM", about) and not state.has("NEXT_TO", agent, about):
+            yield Fact("NEXT_TO", (agent, about))
 
 
 def _literal(action: Action, state: State) -> Action | Fact:
