@@ -29,7 +29,7 @@ PRESS = [
 RIGHT = {
     "action_sequencing": PRESS,
     "goal_interpretation": {"node goals": [["lit", "lamp_1"], ["lit", "lamp_2"]]},
-    "subgoal_decomposition": {"output": ["lit(lamp_1) and lit(lamp_2)"]},
+    "subgoal_decomposition": {"output": ["lit(lamp_1)", "lit(lamp_2)"]},
 }
 """A right answer to the task of light, by ability."""
 

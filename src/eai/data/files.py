@@ -46,7 +46,8 @@ def write_whole(contents: Mapping[Path, Content]) -> None:
     Lone surrogates are written as their escapes, which JSON reads as themselves.
 
     Raises:
-        InputError: one cannot be written; none of them has changed then, but where a name cannot be taken over.
+        InputError: one cannot be written; none of them has changed then, but where a name cannot be taken
+            over.
     """
     parts: dict[Path, Path] = {}
     path = Path()

@@ -48,8 +48,8 @@ class Merit:
         success: whether the answer is right as a whole, which takes a gain of 1.
         ended: whether an error ended it.
         faults: how often each kind of fault was diagnosed; kinds that were not are left out.
-        added: how many actions a search had to add to carry out subgoals. All that they earn is divided by one
-            more, so that the goal copied as a subgoal is not paid for what the search did.
+        added: how many actions a search had to add to carry out subgoals. All that they earn is divided by
+            one more, so that the goal copied as a subgoal is not paid for what the search did.
     """
 
     gain: float

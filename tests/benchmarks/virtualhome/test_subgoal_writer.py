@@ -22,16 +22,28 @@ COFFEE = {"183_2", "229_1", "310_2", "721_2", "764_2"}
 """Tasks whose goal names POUR, which the reference cannot read."""
 
 
+AT_HAND = tuple(
+    f"NEXT_TO character.65 {thing}.{number}"
+    for thing, number in (
+        ("fridge", 10),
+        ("milk", 11),
+        ("table", 12),
+        ("cup", 13),
+        ("shirt", 17),
+        ("bed", 20),
+    )
+)
+
+
 @pytest.mark.parametrize(
     ("step", "subgoal"),
     [
         ("WALK kitchen.1", "INSIDE(character.65, kitchen.1)"),
         ("WALK cup.13", "NEXT_TO(character.65, cup.13)"),
-        ("FIND cup.13", "NEXT_TO(character.65, cup.13)"),
+        ("FIND book.16", "NEXT_TO(character.65, book.16)"),
         ("OPEN fridge.10", "OPEN(fridge.10)"),
         ("SWITCHOFF fridge.10", "OFF(fridge.10)"),
         ("GRAB cup.13", "HOLDS_RH(character.65, cup.13)"),
-        ("PUTIN milk.11 cup.13", "INSIDE(milk.11, cup.13)"),
         ("PUTON shirt.17", "ONTOP(shirt.17, character.65)"),
         ("LIE bed.20", "ONTOP(character.65, bed.20)"),
         ("WASH table.12", "WASH(table.12)"),
@@ -39,8 +51,18 @@ COFFEE = {"183_2", "229_1", "310_2", "721_2", "764_2"}
     ],
 )
 def test_each_step_has_a_subgoal(step: str, subgoal: str) -> None:
-    task = make_task()
+    task = make_task(*AT_HAND)
     assert WORDS.write(task, [flat.action(step, task.scene)]) == (subgoal,)
+
+
+def test_what_a_step_needs_is_stated_before_it() -> None:
+    task = make_task()
+    assert WORDS.write(task, [flat.action("PUTIN milk.11 cup.13", task.scene)]) == (
+        "NEXT_TO(character.65, milk.11)",
+        "HOLDS_RH(character.65, milk.11)",
+        "NEXT_TO(character.65, cup.13)",
+        "INSIDE(milk.11, cup.13)",
+    )
 
 
 def test_what_is_elsewhere_is_gone_to_before_it_is_faced() -> None:
@@ -50,13 +72,14 @@ def test_what_is_elsewhere_is_gone_to_before_it_is_faced() -> None:
 
 
 def test_nothing_stands_for_posture_and_an_action_for_what_holds_already() -> None:
-    task = make_task("SITTING character.65", "INSIDE milk.11 cup.13", "HOLDS_RH character.65 milk.11")
+    near = ("NEXT_TO character.65 cup.13", "NEXT_TO character.65 milk.11", "HOLDS_RH character.65 milk.11")
+    task = make_task("SITTING character.65", "INSIDE milk.11 cup.13", *near)
     plan = [flat.action(step, task.scene) for step in ("STANDUP", "POUR milk.11 cup.13")]
     assert WORDS.write(task, plan) == ("POUR(milk.11, cup.13)",)
 
 
 def test_the_second_thing_is_taken_with_the_left_hand() -> None:
-    task = make_task("HOLDS_RH character.65 book.16")
+    task = make_task("HOLDS_RH character.65 book.16", "NEXT_TO character.65 cup.13")
     assert WORDS.write(task, [flat.action("GRAB cup.13", task.scene)]) == ("HOLDS_LH(character.65, cup.13)",)
 
 

@@ -26,7 +26,8 @@ TASK = replace(
 SCORERS = STRICT, REFERENCE = tuple(
     virtualhome_subgoals(protocol)(TASK) for protocol in (Protocol.STRICT, Protocol.EAI_1_0_5)
 )
-REACHED = ("TOUCH(table.12)", "OPEN(fridge.10)", "ONTOP(cup.13, bed.20)")
+CUP_HELD = "HOLDS_RH(character.65, cup.13)"
+REACHED = ("TOUCH(table.12)", "OPEN(fridge.10)", CUP_HELD, "ONTOP(cup.13, bed.20)")
 
 
 def answer(*subgoals: object) -> str:
@@ -46,8 +47,9 @@ def told(verdict: Verdict) -> str:
     ("subgoals", "strict", "reference"),
     [
         (REACHED, "correct", "correct"),
-        ([" then ".join(REACHED)], "correct", "correct"),
-        ([f"({' and '.join(REACHED)})"], "correct", "correct"),
+        # However it is joined, an entry is one subgoal, which takes two actions at most.
+        ([" then ".join(REACHED)], "runtime missing_step 0", "correct"),
+        ([f"({' and '.join(REACHED)})"], "runtime missing_step 0", "correct"),
         (REACHED[1:], "goal_unreachable", "goal_unreachable"),
         (["HOLDS_RH(character.65, milk.11)"], "runtime missing_step 0", "runtime missing_step 0"),
         (["OPEN(table.12)"], "runtime affordance 0", "runtime affordance 0"),
@@ -67,8 +69,8 @@ def told(verdict: Verdict) -> str:
         # Alternatives: all are tried, or one by lot after the text is cut.
         (["OPEN(table.12) or TOUCH(table.12)", *REACHED[1:]], "correct", None),
         (
-            ["(OPEN(table.12) or TOUCH(table.12)) and OPEN(fridge.10)", REACHED[2]],
-            "correct",
+            ["(OPEN(table.12) or TOUCH(table.12)) and SITTING(character.65)", *REACHED[1:]],
+            "runtime missing_step 0",
             "not_parseable parsing",
         ),
         (["exists x. (TOUCH(x))", *REACHED[1:]], "correct", "not_parseable parsing"),
@@ -76,15 +78,19 @@ def told(verdict: Verdict) -> str:
         ([*REACHED, "not CLOSED(fridge.10)"], "correct", "not_parseable parsing"),
         (["not CLOSED(fridge.10)"], "goal_unreachable", "not_parseable parsing"),
         (
-            ["TOUCH(table.12)", "not (CLOSED(fridge.10) or not ONTOP(cup.13, bed.20))"],
+            [*REACHED[:3], "not (CLOSED(fridge.10) or not ONTOP(cup.13, bed.20))"],
             "correct",
             None,
         ),
         (["not TOUCH(table.12)"], "not_parseable parsing", "not_parseable parsing"),
         (["OPEN(table.12)", "not ON(fridge.10)"], "runtime affordance 0", "runtime affordance 0"),
         # Names without ids.
-        (["TOUCH(table)", "OPEN(fridge)", "ONTOP(cup.13, bed)"], "correct", "not_parseable parsing"),
-        (["TOUCH(table)", "OPEN(fridge)", "ONTOP(cup, bed)"], "correct", "not_parseable parsing"),
+        (
+            ["TOUCH(table)", "OPEN(fridge)", CUP_HELD, "ONTOP(cup.13, bed)"],
+            "correct",
+            "not_parseable parsing",
+        ),
+        (["TOUCH(table)", "OPEN(fridge)", CUP_HELD, "ONTOP(cup, bed)"], "correct", "not_parseable parsing"),
         # What no action brings about.
         ([*REACHED, "SITTING(character.65)"], "correct", "correct"),
         ([*REACHED, "SITTING(character.65) and ONTOP(character.65, bed.20)"], "correct", "correct"),
@@ -95,16 +101,13 @@ def told(verdict: Verdict) -> str:
         ([*REACHED, "forall x. (TOUCH(x))"], "not_parseable parsing", "not_parseable parsing"),
         # The goal must hold at the end, or at any time.
         ([*REACHED, "CLOSED(fridge.10)"], "goal_unreachable", "correct"),
-        (["OPEN(fridge.10)", "ONTOP(cup.13, bed.20)", "TOUCH(table.12)"], "correct", "correct"),
+        ([*REACHED[1:], "TOUCH(table.12)"], "correct", "correct"),
     ],
 )
 def test_the_category_and_the_error(subgoals: list[object], strict: str, reference: str | None) -> None:
     assert told(STRICT.score(answer(*subgoals))) == strict
     if reference is not None:
         assert told(REFERENCE.score(answer(*subgoals))) == reference
-
-
-CUP_HELD = "HOLDS_RH(character.65, cup.13)"
 
 
 @pytest.mark.parametrize(
@@ -198,7 +201,7 @@ def test_a_goal_that_the_reference_cannot_read_makes_every_plan_unparseable() ->
     [
         ("OPEN(fridge.10) and CLOSED(fridge.10)", True),
         ("OPEN(fridge.10) and not OPEN(fridge.10)", True),
-        ("HOLDS_RH(character.65, cup.13) and HOLDS_LH(character.65, cup.13)", True),
+        ("HOLDS_RH(character.65, cup.13) and HOLDS_LH(character.65, cup.13)", False),  # SWITCH_HANDS fails
         ("CLOSED(fridge.10) and (OPEN(fridge.10) or not CLOSED(fridge.10))", True),
         ("OPEN(fridge.10) and INSIDE(table.12, bed.20)", False),
         ("ONTOP(cup.13, bed.20) and ONTOP(cup.13, table.12) and HOLDS_RH(character.65, cup.13)", False),
@@ -237,7 +240,7 @@ def test_the_end_of_the_search_is_told() -> None:
 def test_too_many_alternatives_are_refused() -> None:
     four = " and ".join(f"exists {v}. (TOUCH({v}))" for v in "abcd")
     nested = "exists a. (exists b. (exists c. (exists d. (TOUCH(a) and TOUCH(b) and TOUCH(c) and TOUCH(d)))))"
-    assert told(STRICT.score(answer(four, *REACHED[1:]))) == "correct"
+    assert STRICT.score(answer(four, *REACHED[1:])).category is SubgoalCategory.RUNTIME
     verdict = STRICT.score(answer(nested))
     assert verdict.error is not None
     assert "alternatives" in verdict.error.detail
