@@ -112,7 +112,8 @@ def worse(dice: Dice, text: str) -> str:
 
 def quantified(dice: Dice, formula: str) -> str:
     """A formula within up to five quantifiers of any kind, and about what they bind."""
-    heads, names = [], []
+    heads: list[str] = []
+    names: list[str] = []
     for level in range(1 + dice.below(5)):
         bound = (f"v{level}", f"w{level}")
         quantifier = dice.one(QUANTIFIERS)

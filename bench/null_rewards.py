@@ -22,7 +22,7 @@ from eai.abilities.goal_interpretation.lexicon import GoalLexicon
 from eai.abilities.goal_interpretation.written import WrittenGoal
 from eai.abilities.protocol import Ability
 from eai.benchmarks.copied_answers import open_copy_book, open_empty_book
-from eai.benchmarks.gold_answers import join_operators
+from eai.benchmarks.gold_answers import AnswerBook, join_operators
 from eai.benchmarks.lookup import open_lookup_book
 from eai.benchmarks.prompt_library import Library
 from eai.benchmarks.random_answers import open_random_answers
@@ -56,14 +56,18 @@ def answers(suite: Suite) -> Iterator[tuple[str, Callable[[str], str]]]:
         ("copy", open_copy_book),
         ("lookup", open_lookup_book),
     ):
-        book = opened(benchmark, ability, source)
-        yield name, lambda task_id, book=book: book.gold(task_id).text
+        yield name, answers_of(opened(benchmark, ability, source))
     yield "random", lambda task_id: chance(task_id, "0", ()).text
     yield "the prompt", lambda task_id: prompts[task_id].user
     if ability is Ability.GOAL_INTERPRETATION:
         yield "everything", lambda task_id: all_goals(suite, task_id)
     if ability is Ability.TRANSITION_MODELING:
         yield "everything", lambda task_id: all_operators(suite, task_id)
+
+
+def answers_of(book: AnswerBook) -> Callable[[str], str]:
+    """The text of a null model's answer to a task."""
+    return lambda task_id: book.gold(task_id).text
 
 
 def all_goals(suite: Suite, task_id: str) -> str:
