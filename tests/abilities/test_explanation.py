@@ -54,7 +54,7 @@ def test_what_no_prompt_may_mention_is_not_told() -> None:
     (step,) = explain('{"GRAB": ["cup"]}', task).steps
     assert "HOLDS_RH(character.65, cup.13)" in step.added
     assert not any(fact.startswith("TAKEN_FROM") for fact in step.added)
-    assert step.hidden_changes == 0, "the memory of where it was is no change to other objects"
+    assert step.hidden_changes == 0, "the memory of where it was is no change that is hidden"
 
 
 def test_what_a_thing_was_next_to_is_only_counted_unless_a_goal_names_it() -> None:

@@ -166,7 +166,7 @@ def _print_step(console: Console, number: int, step: StepReport, width: int) -> 
             _print_hanging(console, f"{indent}{sign} ", Text(fact, style=f"dim {style}"))
     if step.hidden_changes:
         more = counted(step.hidden_changes, "more change")
-        console.print(Text(f"{indent}{more} to other objects", style="dim"))
+        console.print(Text(f"{indent}{more}, not shown", style="dim"))
 
 
 def _print_hanging(console: Console, before: str, text: Text) -> None:

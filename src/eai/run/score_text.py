@@ -49,7 +49,7 @@ def _of_step(step: StepReport) -> Iterator[str]:
     for sign, facts in (("+", step.added), ("-", step.removed)):
         yield from (f"{sign} `{fact}`" for fact in facts)
     if step.hidden_changes:
-        yield f"{step.hidden_changes} more change{'' if step.hidden_changes == 1 else 's'} to other objects"
+        yield f"{step.hidden_changes} more change{'' if step.hidden_changes == 1 else 's'}, not shown"
 
 
 def _part(part: PartReport, number: int) -> str:

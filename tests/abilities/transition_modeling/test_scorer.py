@@ -208,8 +208,8 @@ def test_an_explanation_names_the_repairs_of_each_operator() -> None:
     short = OPEN.pddl.replace("(near ?o))", "(near ?o)")
     text = f"{short}\n{LIGHT.pddl}"
     notes = scorer.explain(text).notes
-    assert notes[0] == "the answer: read after repairs: no_json"
-    assert "open: read after repairs: closing_parenthesis" in notes
+    assert notes[0] == "the answer: read with repair: no_json"
+    assert "open: read with repair: closing_parenthesis" in notes
     verdict = scorer.score(text)
     assert verdict.repairs == ("no_json", "closing_parenthesis")
     assert counts(verdict) == GOLD_COUNTS

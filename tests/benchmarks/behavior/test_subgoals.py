@@ -46,7 +46,7 @@ def told(verdict: Verdict) -> str:
     ("subgoals", "strict", "reference"),
     [
         (REACHED, "correct", "correct"),
-        ([" then ".join(REACHED)], "correct", "correct"),
+        ([" then ".join(REACHED)], "runtime missing_step 0", "correct"),
         (REACHED[:2], "goal_unreachable", "goal_unreachable"),
         ([], "goal_unreachable", "not_parseable parsing"),
         (["inside(peach.1, saucepan.1)"], "runtime missing_step 0", "runtime missing_step 0"),
@@ -69,7 +69,7 @@ def told(verdict: Verdict) -> str:
         (["onfloor(agent_n_01.1, room_floor_kitchen.0)"], "goal_unreachable", "not_parseable parsing"),
         ([7], "not_parseable parsing", "not_parseable parsing"),
         # What no action brings about is skipped there; actions are, too.
-        (["stained(fridge.1)"], "runtime affordance 0", "goal_unreachable"),
+        (["stained(fridge.1)"], "runtime missing_step 0", "goal_unreachable"),
         (["dusty(plate.1)", "isInKitchen(rag.1)"], "goal_unreachable", "goal_unreachable"),
         (["inHandOfRobot(rag.1)"], "goal_unreachable", "goal_unreachable"),
         (["inHandOfRobot(rag.1) and holds_rh(rag.1)"], "goal_unreachable", "goal_unreachable"),
@@ -199,10 +199,12 @@ def test_an_answer_that_is_not_carried_out_meets_no_goal() -> None:
 
 
 def test_explanations_tell_subgoals_and_what_failed() -> None:
-    notes = STRICT.explain(answer("inside(peach.1, saucepan.1)")).notes
+    notes = STRICT.explain(answer("holds_rh(peach.1)")).notes
     assert notes[0] == "runtime"
-    assert notes[1] == "subgoal 1: inside(peach.1, saucepan.1)"
+    assert notes[1] == "subgoal 1: holds_rh(peach.1)"
     assert notes[2].startswith("subgoal 1 fails: missing_step, peach_1 is inside something that is closed")
+    too_far = STRICT.explain(answer("inside(peach.1, saucepan.1)")).notes
+    assert too_far[2].startswith("subgoal 1 fails: missing_step, it takes more than 2 actions")
     assert REFERENCE.explain("?").notes[0] == "not_parseable"
 
 

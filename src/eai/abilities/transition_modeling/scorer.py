@@ -92,11 +92,11 @@ def _notes(judgement: Judgement) -> Iterator[str]:
     of_operators = {repair for repairs in judgement.repaired.values() for repair in repairs}
     of_answer = [repair for repair in judgement.repairs if repair not in of_operators]
     if of_answer:
-        yield f"the answer: read after repairs: {', '.join(of_answer)}"
+        yield f"the answer: read with repair: {', '.join(of_answer)}"
     for report in judgement.operators:
         yield f"{report.name}: {report.status.value}"
         if report.name in judgement.repaired:
-            yield f"{report.name}: read after repairs: {', '.join(judgement.repaired[report.name])}"
+            yield f"{report.name}: read with repair: {', '.join(judgement.repaired[report.name])}"
         yield from _sides(report)
         for finding in report.offences:
             yield f"{report.name}: {finding.offence.value} in the {finding.place}: {finding.name}"

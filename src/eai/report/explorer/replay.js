@@ -58,7 +58,7 @@ function changes(added, removed, hidden) {
   return element('ul', { class: 'changes' },
     added.map((fact) => element('li', { class: 'added' }, element('span', { class: 'unseen' }, 'becomes true: '), fact)),
     removed.map((fact) => element('li', { class: 'removed' }, element('span', { class: 'unseen' }, 'becomes false: '), fact)),
-    hidden ? element('li', { class: 'hidden-changes' }, `${plural(hidden, 'more change')} elsewhere`) : null);
+    hidden ? element('li', { class: 'hidden-changes' }, `${plural(hidden, 'more change')}, not shown`) : null);
 }
 
 // The net change from the start to a step.
