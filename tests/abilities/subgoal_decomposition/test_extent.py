@@ -79,6 +79,15 @@ def test_a_category_bounds_what_any_quantifier_ranges_over(quantifier: str) -> N
     assert EXTENT.literals(formula(text)) == places ** (2 if "pairs" in text else 1)
 
 
+@pytest.mark.parametrize("inner", QUANTIFIERS)
+def test_what_ranges_over_nothing_costs_a_look_wherever_it_stands(inner: str) -> None:
+    """A kind without objects made the whole count 0, and such a subgoal ran for minutes."""
+    nothing = inner.format("c: unicorn", "d: unicorn", "lit(c)")
+    assert EXTENT.literals(formula(nothing)) == 1
+    assert EXTENT.literals(formula(f"forall a. (forpairs b, e. ({nothing}))")) == OBJECTS**3
+    assert EXTENT.literals(formula("forpairs a, b: unicorn. (lit(a))")) == OBJECTS
+
+
 def test_an_exists_tries_the_objects_of_the_task() -> None:
     variable = next(iter([formula("exists x. (lit(x))")])).variable  # type: ignore[attr-defined]
     assert EXTENT.usable(variable) == [1, 2, 3]

@@ -42,16 +42,20 @@ class Extent:
         return [i for i in self._relevant if mask >> i & 1] or tuple(bits(mask))
 
     def literals(self, formula: f.Formula) -> int:
-        """How many literals a test of a formula may look at.
+        """How many literals a test of a formula may look at; at least one, also where nothing is of a kind.
+
+        A pairing looks at all objects of both kinds before it pairs any, so that pairing all things with none
+        is not for nothing.
 
         Raises:
             InputError: there are more than `MAX_LITERALS`.
         """
         match formula:
             case f.Exists(variable, body) | f.ForAll(variable, body) | f.Exactly(_, variable, body):
-                number = self._size(variable) * self.literals(body)
+                number = self._size(variable) * self.literals(body) or 1
             case f.ForPairs(first, second, body):
-                number = self._size(first) * self._size(second) * self.literals(body)
+                one, other = self._size(first), self._size(second)
+                number = max(one * other * self.literals(body), one + other, 1)
             case _:
                 number = sum(map(self.literals, children(formula))) or 1
         return _few(number)
