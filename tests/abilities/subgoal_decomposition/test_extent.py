@@ -88,6 +88,14 @@ def test_what_ranges_over_nothing_costs_a_look_wherever_it_stands(inner: str) ->
     assert EXTENT.literals(formula("forpairs a, b: unicorn. (lit(a))")) == OBJECTS
 
 
+def test_alternatives_of_nothing_are_counted() -> None:
+    """Three choices for each pair of objects, none of which asks for anything, were unfolded one by one."""
+    nothing = "exists b. (forall c: unicorn. (at(b, c)))"
+    assert EXTENT.to_be_done(formula(nothing)) == 3
+    with pytest.raises(InputError, match="more than 100,000 literals"):
+        EXTENT.to_be_done(formula(f"forall a. (forall e. ({nothing}))"))
+
+
 def test_an_exists_tries_the_objects_of_the_task() -> None:
     variable = next(iter([formula("exists x. (lit(x))")])).variable  # type: ignore[attr-defined]
     assert EXTENT.usable(variable) == [1, 2, 3]

@@ -66,10 +66,12 @@ class Extent:
     def to_be_done(self, formula: f.Formula) -> int:
         """How many literals the alternatives of a formula in negation normal form have, all together.
 
+        An alternative counts as one at least, also if it asks for nothing of a kind of which there is none.
+
         Raises:
             InputError: there are more than `MAX_LITERALS`.
         """
-        return _few(self._choices(formula) * self._longest(formula))
+        return _few(self._choices(formula) * max(1, self._longest(formula)))
 
     def _choices(self, formula: f.Formula) -> int:
         """How many alternatives there are, counted no further than is allowed."""
