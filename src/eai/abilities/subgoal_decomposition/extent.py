@@ -42,26 +42,24 @@ class Extent:
         return [i for i in self._relevant if mask >> i & 1] or tuple(bits(mask))
 
     def literals(self, formula: f.Formula) -> int:
-        """How many literals a test of a formula may look at; at least one, also where nothing is of a kind.
+        """How many literals a test of a formula may look at.
 
-        A pairing looks at all objects of both kinds before it pairs any, so that pairing all things with none
-        is not for nothing.
+        A kind of which there is nothing counts as one thing: what stands within or around is looked at.
 
         Raises:
             InputError: there are more than `MAX_LITERALS`.
         """
         match formula:
             case f.Exists(variable, body) | f.ForAll(variable, body) | f.Exactly(_, variable, body):
-                number = self._size(variable) * self.literals(body) or 1
+                number = self._size(variable) * self.literals(body)
             case f.ForPairs(first, second, body):
-                one, other = self._size(first), self._size(second)
-                number = max(one * other * self.literals(body), one + other, 1)
+                number = self._size(first) * self._size(second) * self.literals(body)
             case _:
                 number = sum(map(self.literals, children(formula))) or 1
         return _few(number)
 
     def _size(self, variable: f.Variable) -> int:
-        return self._scene.category(variable.category).bit_count()
+        return max(1, self._scene.category(variable.category).bit_count())
 
     def to_be_done(self, formula: f.Formula) -> int:
         """How many literals the alternatives of a formula in negation normal form have, all together.
@@ -69,8 +67,9 @@ class Extent:
         An alternative counts as one at least, also if it asks for nothing of a kind of which there is none.
 
         Raises:
-            InputError: there are more than `MAX_LITERALS`.
+            InputError: there are more than `MAX_LITERALS`, or a test looks at more.
         """
+        self.literals(formula)
         return _few(self._choices(formula) * max(1, self._longest(formula)))
 
     def _choices(self, formula: f.Formula) -> int:
