@@ -64,9 +64,9 @@ EQUIVALENT: dict[str, str] = {
     "past is never looked up, as no step led to it",
     "abilities/subgoal_decomposition/refining.py: 1 is 2 in `numbers = count(1)`": "only their order counts",
     "abilities/subgoal_decomposition/refining.py: 0 is 1 in `queue = [(0, 0, Node(start, self.aim.at_start, "
-    "0, ()))]`": "the first is alone in the queue",
+    "()))]`": "the first is alone in the queue",
     "abilities/subgoal_decomposition/refining.py: 0 is 1 in `queue = [(0, 0, Node(start, self.aim.at_start, "
-    "0, ()))]`, place 2": "the first is alone in the queue",
+    "()))]`, place 2": "the first is alone in the queue",
     "envs/rollout.py: 0 is 1 in `executable=True, success=all(reached), additional_steps=0, "
     "goals_satisfied=reached`": "the faults of an episode stand in the place of the verdict's",
     "logic/ltl.py: 0 is 1 in `self._stack.append(_Pending(_PREFIX, make, [], 0, self._scope))`": "a "
