@@ -93,12 +93,7 @@ def with_guests(closed: Closed, tasks: Sequence[Task], prior: Prior, rng: random
             number = len(objects)
             objects.append(WorldObject(_free_name(thing.name, objects), thing.category))
             facts += [Fact(name, (number,)) for name in _states(guest, home.initial)]
-            host = rng.choice(hosts[standing])
-            facts += [
-                Fact(name, (number, target))
-                for name in prior.places
-                for target in bits(state.relation(name).row(host))
-            ]
+            facts += _beside(rng.choice(hosts[standing]), number, state, prior)
     scene = Scene(closed.scene.vocabulary, objects, closed.scene.agent)
     return Closed(scene, tuple(facts))
 
@@ -116,13 +111,18 @@ def with_more_of_a_kind(
         host, another = rng.choice(hosts), len(objects)
         objects.append(WorldObject(_free_name(objects[host].name, objects), objects[host].category))
         facts += [Fact(name, (another,)) for name in _states(host, state)]
-        facts += [
-            Fact(name, (another, target))
-            for name in prior.places
-            for target in bits(state.relation(name).row(host))
-        ]
+        facts += _beside(host, another, state, prior)
     scene = Scene(closed.scene.vocabulary, objects, closed.scene.agent)
     return Closed(scene, tuple(facts))
+
+
+def _beside(host: int, thing: int, state: State, prior: Prior) -> list[Fact]:
+    """The places of a thing that stands where another one does."""
+    return [
+        Fact(name, (thing, target))
+        for name in prior.places
+        for target in bits(state.relation(name).row(host))
+    ]
 
 
 _MORE = 5
