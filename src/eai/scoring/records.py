@@ -8,7 +8,6 @@ from pathlib import Path
 
 from eai.abilities.codec import SCHEMA, record_from_json, record_to_json
 from eai.abilities.record import Record
-from eai.benchmarks.reference import schema_1
 from eai.data.files import write_whole
 from eai.errors import InputError
 
@@ -28,7 +27,7 @@ def line_of(record: Record) -> str:
 
 
 def read_records(path: Path) -> Iterator[Record]:
-    """Read a file of records, of this schema or of the one before.
+    """Read a file of records.
 
     Raises:
         InputError: the file cannot be read, a line is not a record, or its answer is not the one that was
@@ -51,9 +50,9 @@ def _parse(place: str, line: str) -> Record:
     if not isinstance(values, dict):
         raise InputError(f"{place}: expected a JSON object")
     schema = values.get("schema")
-    if schema not in (SCHEMA, schema_1.SCHEMA):
-        raise InputError(f"{place}: schema {schema!r}, expected {schema_1.SCHEMA} or {SCHEMA}")
+    if schema != SCHEMA:
+        raise InputError(f"{place}: schema {schema!r}, expected {SCHEMA}")
     try:
-        return record_from_json(values) if schema == SCHEMA else schema_1.record_from_json(values)
+        return record_from_json(values)
     except InputError as error:
         raise InputError(f"{place}: {error}") from error
