@@ -31,11 +31,11 @@ from eai.abilities.verdict import PlanVerdict, Verdict
 from eai.benchmarks.behavior.evidence import GroundRelation, load_evidence
 from eai.benchmarks.behavior.tasks import BehaviorTask, initial_relations, initial_states, open_tasks
 from eai.benchmarks.packs import fetch_published
-from eai.benchmarks.reference.behavior_plans import BehaviorActionSequencing
-from eai.benchmarks.reference.behavior_subgoals import BehaviorSubgoalDecomposition
-from eai.benchmarks.reference.truncated_options import truncated_options
 from eai.logic.formula import Atom, Formula, Not
 from eai.logic.traversal import walk
+from eai.reference.behavior_plans import BehaviorActionSequencing
+from eai.reference.behavior_subgoals import BehaviorSubgoalDecomposition
+from eai.reference.truncated_options import truncated_options
 from eai.world.execution import Action
 from eai.world.scene_objects import SceneObjects
 from eai.world.state import Scene

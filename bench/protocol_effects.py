@@ -22,14 +22,6 @@ from eai.abilities.unreadable import Unreadable
 from eai.abilities.verdict import Counted, ErrorReport, GoalTallies, PlanVerdict
 from eai.benchmarks.errata import errata_of
 from eai.benchmarks.identifiers import task_id_of
-from eai.benchmarks.reference import virtualhome_domain
-from eai.benchmarks.reference.virtualhome_goal_test import VirtualHomeGoalTest
-from eai.benchmarks.reference.virtualhome_plans import (
-    LIST_IS_NOT_JSON,
-    VirtualHomeActionSequencing,
-    written_with_ids,
-)
-from eai.benchmarks.reference.virtualhome_quirks import QUIRKS
 from eai.benchmarks.source import TaskSet
 from eai.benchmarks.virtualhome import domain as virtualhome
 from eai.benchmarks.virtualhome.operators import declared_operators
@@ -38,6 +30,14 @@ from eai.benchmarks.virtualhome.predicates import VOCABULARY
 from eai.benchmarks.virtualhome.tasks import VirtualHomeTask, open_tasks
 from eai.metrics.rate import Rate
 from eai.metrics.summary import summarise
+from eai.reference import virtualhome_domain
+from eai.reference.virtualhome_goal_test import VirtualHomeGoalTest
+from eai.reference.virtualhome_plans import (
+    LIST_IS_NOT_JSON,
+    VirtualHomeActionSequencing,
+    written_with_ids,
+)
+from eai.reference.virtualhome_quirks import QUIRKS
 from eai.world.domain import Domain as Simulator
 from eai.world.execution import Trajectory, execute
 from eai.world.fault import FaultKind

@@ -5,8 +5,8 @@ from __future__ import annotations
 from eai.abilities.protocol import Protocol
 from eai.abilities.transition_modeling.judgement import Rules
 from eai.abilities.transition_modeling.rules import PaperRules
-from eai.benchmarks.reference.operator_rules import ReferenceRules
 from eai.pddl.planning import PddlPlanner
+from eai.reference.operator_rules import ReferenceRules
 
 
 def rules_of(protocol: Protocol, planner: PddlPlanner | None) -> Rules:

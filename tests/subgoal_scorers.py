@@ -12,10 +12,10 @@ from eai.abilities.task import Task
 from eai.benchmarks.behavior import domain as behavior
 from eai.benchmarks.behavior.subgoal_notation import BehaviorSubgoals
 from eai.benchmarks.behavior.tasks import BehaviorTask
-from eai.benchmarks.reference.behavior_subgoals import BehaviorSubgoalDecomposition
-from eai.benchmarks.reference.virtualhome_subgoals import VirtualHomeSubgoalDecomposition
 from eai.benchmarks.virtualhome import domain as virtualhome
 from eai.benchmarks.virtualhome.subgoal_notation import VirtualHomeSubgoals
+from eai.reference.behavior_subgoals import BehaviorSubgoalDecomposition
+from eai.reference.virtualhome_subgoals import VirtualHomeSubgoalDecomposition
 
 
 def virtualhome_subgoals(

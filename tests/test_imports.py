@@ -31,7 +31,7 @@ LAYERS: tuple[frozenset[str], ...] = tuple(
         "data",
         "abilities",
         "prompts metrics",
-        "benchmarks",
+        "benchmarks reference",
         "scoring",
         "analysis annotation perception questions",
         "run envs report",
@@ -40,7 +40,7 @@ LAYERS: tuple[frozenset[str], ...] = tuple(
         "__main__",
     )
 )
-ALLOWED_SIBLINGS: frozenset[tuple[str, str]] = frozenset()
+ALLOWED_SIBLINGS = frozenset({("benchmarks", "reference"), ("reference", "benchmarks")})
 ONLY_IMPORTER = {"gymnasium": "envs", "inspect_ai": "run", "ray": "envs"}
 OF_EXTRAS = frozenset(ONLY_IMPORTER.values())
 """Packages that load a library that not everybody installs."""

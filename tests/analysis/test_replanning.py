@@ -17,11 +17,11 @@ from eai.abilities.experiment import Experiment, Feedback, World
 from eai.abilities.record import Record
 from eai.analysis.replanning import arms_of, remarks, success_by_attempt, tables
 from eai.analysis.table import Estimate
-from eai.benchmarks.reference.replanning import counted_as_published
 from eai.cli import app
 from eai.errors import InputError
 from eai.metrics.attempts import after, by_attempt
 from eai.metrics.summary import summarise
+from eai.reference.replanning import counted_as_published
 from eai.scoring.records import write_records
 from eai.scoring.trials import record_of_trial
 

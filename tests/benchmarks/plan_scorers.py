@@ -8,10 +8,10 @@ from eai.abilities.protocol import Protocol
 from eai.abilities.task import Task
 from eai.benchmarks.behavior import domain as behavior
 from eai.benchmarks.behavior.tasks import BehaviorTask
-from eai.benchmarks.reference.behavior_plans import BehaviorActionSequencing
-from eai.benchmarks.reference.virtualhome_plans import VirtualHomeActionSequencing
 from eai.benchmarks.virtualhome import domain as virtualhome
 from eai.benchmarks.virtualhome.plan_notation import VirtualHomePlans
+from eai.reference.behavior_plans import BehaviorActionSequencing
+from eai.reference.virtualhome_plans import VirtualHomeActionSequencing
 
 
 def virtualhome_scorer(task: Task, protocol: Protocol, *, with_ids: bool | None = None) -> ActionSequencing:

@@ -13,7 +13,6 @@ import pytest
 from eai.abilities.task import GoalKind, Task
 from eai.benchmarks.behavior.domain import as_meant as behavior
 from eai.benchmarks.behavior.tasks import BehaviorTasks
-from eai.benchmarks.reference.virtualhome_domain import as_in_reference
 from eai.benchmarks.virtualhome.domain import as_meant as virtualhome
 from eai.benchmarks.virtualhome.tasks import VirtualHomeTasks
 from eai.errors import DataError
@@ -22,6 +21,7 @@ from eai.pddl.execute import Executor
 from eai.pddl.export import export
 from eai.pddl.fast_downward import FastDownward, PlannerLimits
 from eai.pddl.planning import PlannerOutcome, PlanningTask
+from eai.reference.virtualhome_domain import as_in_reference
 from eai.world.domain import Domain
 from eai.world.execution import Fault, attempt, execute
 from eai.world.fault import FaultKind

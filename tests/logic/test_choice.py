@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import pytest
 
-from eai.benchmarks.reference.truncated_options import truncated_options
 from eai.errors import InputError
 from eai.logic.choice import AllOf, AnyOf, Choose, Leaf, Pairing, ground, literals
 from eai.logic.formula import And, Atom, Constant, Not, Variable
 from eai.logic.ltl import parse
 from eai.logic.options import options
+from eai.reference.truncated_options import truncated_options
 from logic.activities import universe
 
 

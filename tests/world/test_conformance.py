@@ -5,10 +5,10 @@ from itertools import cycle
 
 import pytest
 
-from eai.benchmarks.reference import virtualhome_domain
 from eai.benchmarks.virtualhome import domain as virtualhome
 from eai.benchmarks.virtualhome.tasks import VirtualHomeTasks
 from eai.logic.formula import TRUE, Atom, Formula, Variable
+from eai.reference import virtualhome_domain
 from eai.world.conformance import check
 from eai.world.derived import Computed, Defined
 from eai.world.domain import Domain

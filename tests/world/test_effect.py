@@ -4,11 +4,11 @@ import random
 
 import pytest
 
-from eai.benchmarks.reference import virtualhome_domain
 from eai.benchmarks.virtualhome import domain as virtualhome
 from eai.benchmarks.virtualhome.tasks import VirtualHomeTasks
 from eai.errors import DomainError
 from eai.logic.formula import Variable
+from eai.reference import virtualhome_domain
 from eai.world.domain import Domain
 from eai.world.effect import ANYTHING, Add, Delete, Effects
 from eai.world.execution import Action, Fault, attempt

@@ -1,1 +1,1 @@
-"""Benchmarks: what each one declares, and the wing of the reference package."""
+"""Benchmarks: what each one declares, and how its tasks are opened."""

@@ -13,12 +13,12 @@ from rich.table import Table as Grid
 from eai.abilities.responses import file_name
 from eai.analysis.replanning import Arm, arms_of, remarks, tables
 from eai.analysis.table import Cell, Estimate, Table, write_tables
-from eai.benchmarks.reference.replanning import counted_as_published
 from eai.cli.analyzed import Figures, Plots, Records, Written, draw_figures, of_run, say
 from eai.cli.console import output
 from eai.cli.options import AsJson
 from eai.errors import InputError
 from eai.metrics.paper_tables import paper_setting, paper_table
+from eai.reference.replanning import counted_as_published
 from eai.report import plot_attempts
 from eai.report.runs import Run, RunKey, read_runs
 

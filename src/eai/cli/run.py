@@ -11,7 +11,6 @@ import typer
 from eai.abilities.declarations import DECLARATIONS
 from eai.abilities.experiment import FeedbackForm, World, chosen_experiment
 from eai.benchmarks.prompt_library import Library
-from eai.benchmarks.reference.replanning import preset_experiment
 from eai.benchmarks.registry import registered
 from eai.benchmarks.source import ErrataChoice, Source
 from eai.benchmarks.suite import DEFAULT_PROTOCOL, Suite, open_suite
@@ -108,6 +107,7 @@ from eai.pddl.planning import PlannerChoice
 from eai.perception.noise import noise_of
 from eai.perception.showing import Scene, SceneChoice
 from eai.prompts.prompt import Prompt, PromptSet
+from eai.reference.replanning import preset_experiment
 from eai.run.job import Decoding, Endpoint, Pace
 from eai.scoring.batch import Settings
 from eai.world.episode import Notice

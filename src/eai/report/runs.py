@@ -12,10 +12,10 @@ from typing import NamedTuple
 from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.record import Record
-from eai.benchmarks.reference.older_wording import as_the_paper_asked
 from eai.benchmarks.registry import registered
 from eai.errors import InputError
 from eai.questions.records import are_of_questions
+from eai.reference.older_wording import as_the_paper_asked
 from eai.scoring.records import read_records
 
 RECORDS = "records.jsonl"

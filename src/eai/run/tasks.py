@@ -22,7 +22,6 @@ from eai.abilities.verdict import Json
 from eai.benchmarks.benchmark import Benchmark
 from eai.benchmarks.gold_answers import open_answer_book
 from eai.benchmarks.prompt_library import Library
-from eai.benchmarks.reference.replanning import preset_experiment
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.source import ErrataChoice, Source, errata_choice, planner_choice
 from eai.benchmarks.suite import DEFAULT_PROTOCOL, Suite, open_suite
@@ -42,6 +41,7 @@ from eai.perception.showing import (
 )
 from eai.prompts.prompt import Prompt, PromptSet
 from eai.prompts.template import Templates
+from eai.reference.replanning import preset_experiment
 from eai.run.messages import ERRATA, messages_of
 from eai.run.refusal import refusing
 from eai.run.scorer import EXPERIMENT, SCORERS

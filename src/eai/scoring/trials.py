@@ -11,11 +11,11 @@ from eai.abilities.action_sequencing.trial import Trial
 from eai.abilities.experiment import Experiment, Feedback
 from eai.abilities.protocol import Ability
 from eai.abilities.record import Attempt, Record, Usage
-from eai.benchmarks.reference.replanning import begin_trial
 from eai.benchmarks.suite import Suite
 from eai.errors import InputError
 from eai.prompts.feedback import Asker
 from eai.prompts.prompt import Prompt
+from eai.reference.replanning import begin_trial
 from eai.scoring.answer import Answer
 from eai.world.execution import Action
 

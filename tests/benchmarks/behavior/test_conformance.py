@@ -7,7 +7,7 @@ import pytest
 from benchmarks.behavior.kitchen import make_task
 from eai.benchmarks.behavior import domain as behavior
 from eai.benchmarks.behavior.tasks import BehaviorTasks
-from eai.benchmarks.reference import behavior_domain
+from eai.reference import behavior_domain
 from eai.world.conformance import check
 from eai.world.domain import Domain
 from eai.world.state import State

@@ -15,7 +15,7 @@ from eai.abilities.verdict import Confusion, Verdict
 from eai.benchmarks.behavior import domain
 from eai.benchmarks.behavior.goal_notation import BehaviorGoals
 from eai.benchmarks.behavior.tasks import BehaviorTasks
-from eai.benchmarks.reference import behavior_goals as reference_goals
+from eai.reference import behavior_goals as reference_goals
 
 TASK = make_task()
 DOMAIN = domain.as_meant()

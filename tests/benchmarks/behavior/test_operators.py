@@ -4,9 +4,9 @@ import pytest
 
 from benchmarks.behavior.kitchen import actions, make_task
 from eai.benchmarks.behavior import domain as behavior
-from eai.benchmarks.reference import behavior_domain
-from eai.benchmarks.reference.behavior_quirks import QUIRKS
-from eai.benchmarks.reference.quirk import Quirk
+from eai.reference import behavior_domain
+from eai.reference.behavior_quirks import QUIRKS
+from eai.reference.quirk import Quirk
 from eai.world.domain import Domain
 from eai.world.execution import Trajectory, execute
 from eai.world.fault import FaultKind

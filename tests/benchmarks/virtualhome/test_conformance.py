@@ -5,9 +5,9 @@ from dataclasses import replace
 import pytest
 
 from benchmarks.virtualhome import flat
-from eai.benchmarks.reference.quirk import Quirk
-from eai.benchmarks.reference.virtualhome_quirks import QUIRKS
 from eai.benchmarks.virtualhome.domain import as_meant
+from eai.reference.quirk import Quirk
+from eai.reference.virtualhome_quirks import QUIRKS
 from eai.world.conformance import check
 from eai.world.domain import Domain
 from eai.world.fault import FaultKind

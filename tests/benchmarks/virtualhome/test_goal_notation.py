@@ -12,10 +12,10 @@ from eai.abilities.goal_interpretation.gold import write_goals
 from eai.abilities.goal_interpretation.scorer import GoalInterpretation
 from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.verdict import Verdict
-from eai.benchmarks.reference.virtualhome_goals import ByLargestId
 from eai.benchmarks.virtualhome import domain
 from eai.benchmarks.virtualhome.goal_notation import VirtualHomeGoals
 from eai.benchmarks.virtualhome.tasks import VirtualHomeTasks
+from eai.reference.virtualhome_goals import ByLargestId
 from eai.world.fault import FaultKind
 
 TASK = make_task(

@@ -3,8 +3,8 @@ from __future__ import annotations
 import pytest
 
 from benchmarks.virtualhome import flat
-from eai.benchmarks.reference import virtualhome_domain
 from eai.benchmarks.virtualhome import domain as virtualhome
+from eai.reference import virtualhome_domain
 from eai.world.domain import Domain
 from eai.world.execution import Fault, attempt
 from eai.world.fault import FaultKind

@@ -5,12 +5,12 @@ import random
 import pytest
 
 from benchmarks.virtualhome import flat
-from eai.benchmarks.reference import virtualhome_domain
-from eai.benchmarks.reference.virtualhome_order import IN_SLOT_ORDER, relevant_objects
 from eai.benchmarks.virtualhome import domain as virtualhome
 from eai.benchmarks.virtualhome.predicates import VOCABULARY
 from eai.benchmarks.virtualhome.tasks import VirtualHomeTasks
 from eai.logic.formula import Atom, Constant, Formula
+from eai.reference import virtualhome_domain
+from eai.reference.virtualhome_order import IN_SLOT_ORDER, relevant_objects
 from eai.world.domain import Domain
 from eai.world.execution import attempt
 from eai.world.past import Past

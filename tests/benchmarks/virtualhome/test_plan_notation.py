@@ -9,8 +9,8 @@ from benchmarks.virtualhome.household import make_task
 from eai.abilities.action_sequencing.plan import TOO_LONG, WrittenPlan
 from eai.abilities.json_text import MAX_LENGTH, Pairs
 from eai.abilities.unreadable import Unreadable
-from eai.benchmarks.reference.virtualhome_plans import VirtualHomePlansInReference
 from eai.benchmarks.virtualhome.plan_notation import Identified, VirtualHomePlans, read_steps
+from eai.reference.virtualhome_plans import VirtualHomePlansInReference
 from eai.world.execution import Action
 
 Steps = list[tuple[str, tuple[object, ...]]]

@@ -10,7 +10,7 @@ from benchmarks.virtualhome.household import make_task
 from eai.abilities.protocol import Protocol
 from eai.abilities.task import NO_GOALS, Task
 from eai.abilities.verdict import Counted, PlanVerdict, Verdict
-from eai.benchmarks.reference.virtualhome_plans import GOLD_TEST, NOT_ACCEPTED, written_with_ids
+from eai.reference.virtualhome_plans import GOLD_TEST, NOT_ACCEPTED, written_with_ids
 from eai.world.fault import FaultKind
 
 STRICT, REFERENCE = Protocol.STRICT, Protocol.EAI_1_0_5

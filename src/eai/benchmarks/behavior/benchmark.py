@@ -20,9 +20,9 @@ from eai.benchmarks.formats import formats_of
 from eai.benchmarks.gold_operators import open_behavior
 from eai.benchmarks.identifiers import published_task
 from eai.benchmarks.published_prompts import OfficialPrompts
-from eai.benchmarks.reference.behavior_goal_section import GOAL_SECTIONS
-from eai.benchmarks.reference.wing import behavior_wing
 from eai.benchmarks.source import Source, TaskSet, once_per_store
+from eai.reference.behavior_goal_section import GOAL_SECTIONS
+from eai.reference.wing import behavior_wing
 
 NAME = "behavior"
 

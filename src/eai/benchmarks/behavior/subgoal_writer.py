@@ -11,8 +11,8 @@ from collections.abc import Iterable, Iterator
 from eai.abilities.task import Task
 from eai.benchmarks.behavior import domain as behavior
 from eai.benchmarks.behavior.subgoal_vocabulary import object_names
-from eai.benchmarks.reference.behavior_translation import held
 from eai.planning.planner import Planner
+from eai.reference.behavior_translation import held
 from eai.world.execution import Action, attempt
 from eai.world.past import Past
 from eai.world.state import State

@@ -14,7 +14,6 @@ from eai.benchmarks.formats import formats_of
 from eai.benchmarks.gold_operators import open_virtualhome
 from eai.benchmarks.identifiers import published_task
 from eai.benchmarks.published_prompts import OfficialPrompts
-from eai.benchmarks.reference.wing import virtualhome_wing
 from eai.benchmarks.source import Source, TaskSet, once_per_store
 from eai.benchmarks.virtualhome.counts import annotated_figures
 from eai.benchmarks.virtualhome.domain import as_meant, with_either_hand
@@ -28,6 +27,7 @@ from eai.benchmarks.virtualhome.tasks import open_tasks as open_virtualhome_task
 from eai.benchmarks.virtualhome.wording import wording
 from eai.data.progress import Report
 from eai.data.store import Store
+from eai.reference.wing import virtualhome_wing
 
 NAME = "virtualhome"
 

@@ -10,10 +10,10 @@ from collections.abc import Iterable, Mapping, Sequence
 
 from eai.benchmarks.packs import RESOURCES, TEMPLATES, open_published, open_virtualhome
 from eai.benchmarks.published_files import TEMPLATE_MEMBER
-from eai.benchmarks.reference.slot_order import union_order
 from eai.benchmarks.virtualhome.records import ObjectRecord, TaskRecord
 from eai.data.progress import Report, silent
 from eai.data.store import Store
+from eai.reference.slot_order import union_order
 
 
 def goal_interpretation_prompts(store: Store | None = None, *, report: Report = silent) -> dict[str, str]:

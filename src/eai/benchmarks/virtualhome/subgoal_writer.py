@@ -11,15 +11,15 @@ from collections.abc import Iterable, Iterator
 
 from eai.abilities.subgoal_decomposition.program import Plan
 from eai.abilities.task import Task
-from eai.benchmarks.reference.virtualhome_translation import (
-    BROUGHT_ABOUT_BY,
-    plans_of_action,
-    plans_of_state,
-)
 from eai.benchmarks.virtualhome import domain as virtualhome
 from eai.logic.formula import Atom, Constant, Formula, Occurs
 from eai.logic.ltl_printer import print_ltl
 from eai.planning.planner import Planner
+from eai.reference.virtualhome_translation import (
+    BROUGHT_ABOUT_BY,
+    plans_of_action,
+    plans_of_state,
+)
 from eai.world.execution import Action
 from eai.world.state import Fact, Scene, State
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from functools import cache, reduce
 
-from eai.benchmarks.reference.virtualhome_quirks import QUIRKS
 from eai.benchmarks.virtualhome.domain import as_declared
+from eai.reference.virtualhome_quirks import QUIRKS
 from eai.world.domain import Domain
 
 

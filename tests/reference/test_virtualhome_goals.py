@@ -9,9 +9,9 @@ import pytest
 
 from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.verdict import Verdict
-from eai.benchmarks.reference.virtualhome_goals import ByLargestId
 from eai.benchmarks.virtualhome import domain
 from eai.benchmarks.virtualhome.tasks import VirtualHomeTasks
+from eai.reference.virtualhome_goals import ByLargestId
 from oracle import MODELS, Oracle
 
 DOMAIN = domain.as_meant()

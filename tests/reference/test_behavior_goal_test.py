@@ -10,9 +10,9 @@ from eai.abilities.goal_test import GoalTest
 from eai.abilities.verdict import Tally
 from eai.benchmarks.behavior import domain as behavior
 from eai.benchmarks.behavior.tasks import BehaviorTask, BehaviorTasks
-from eai.benchmarks.reference.behavior_goal_test import SceneObjects, behavior_goal_test
-from eai.benchmarks.reference.truncated_options import truncated_options
 from eai.logic.formula import Atom, Formula, Not
+from eai.reference.behavior_goal_test import SceneObjects, behavior_goal_test
+from eai.reference.truncated_options import truncated_options
 from eai.world.execution import execute
 from eai.world.state import State
 from oracle import read_shared

@@ -9,12 +9,12 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 
-from eai.benchmarks.reference.quirk import Quirk
-from eai.benchmarks.reference.virtualhome_order import IN_SLOT_ORDER
 from eai.benchmarks.virtualhome import operators as o
 from eai.benchmarks.virtualhome import predicates as p
 from eai.benchmarks.virtualhome.predicates import R, X, Y
 from eai.logic.formula import FALSE, Exists, Formula
+from eai.reference.quirk import Quirk
+from eai.reference.virtualhome_order import IN_SLOT_ORDER
 from eai.world.domain import Domain
 from eai.world.effect import Add, ForEach, Let, both_ways
 from eai.world.fault import FaultKind

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 
-from eai.benchmarks.reference.slot_order import slot_order, union_order
 from eai.benchmarks.virtualhome.places import PLACES, Values, object_id, origins
 from eai.benchmarks.virtualhome.predicates import VOCABULARY
 from eai.benchmarks.virtualhome.tasks import VirtualHomeTask
+from eai.reference.slot_order import slot_order, union_order
 from eai.world.derived import Lookup
 from eai.world.relation import bits
 from eai.world.state import State

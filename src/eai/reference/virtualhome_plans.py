@@ -17,13 +17,13 @@ from eai.abilities.scorer import Assessment
 from eai.abilities.task import Task
 from eai.abilities.unreadable import Unreadable
 from eai.abilities.verdict import Counted, ErrorReport, PlanVerdict
-from eai.benchmarks.reference import virtualhome_domain
-from eai.benchmarks.reference.plans import ReferencePlans
-from eai.benchmarks.reference.virtualhome_goal_test import VirtualHomeGoalTest
-from eai.benchmarks.reference.virtualhome_order import relevant_objects
 from eai.benchmarks.virtualhome.domain import as_meant
 from eai.benchmarks.virtualhome.plan_notation import Identified, VirtualHomePlans, has_ids, identified
 from eai.benchmarks.virtualhome.tasks import VirtualHomeTask
+from eai.reference import virtualhome_domain
+from eai.reference.plans import ReferencePlans
+from eai.reference.virtualhome_goal_test import VirtualHomeGoalTest
+from eai.reference.virtualhome_order import relevant_objects
 from eai.world.domain import Domain
 from eai.world.execution import Action
 from eai.world.fault import FaultKind

@@ -21,16 +21,16 @@ def virtualhome_wing(benchmark: Benchmark, ability: Ability, form: Form, source:
     tasks, task_ids = open_tasks(source), tuple(benchmark.tasks_for(ability, source))
     match ability:
         case Ability.ACTION_SEQUENCING:
-            from eai.benchmarks.reference.virtualhome_plans import VirtualHomeActionSequencing as Plans
-            from eai.benchmarks.reference.virtualhome_plans import written_with_ids
+            from eai.reference.virtualhome_plans import VirtualHomeActionSequencing as Plans
+            from eai.reference.virtualhome_plans import written_with_ids
 
             return Opened(task_ids, tasks.sha256, lambda i: Plans(tasks[i], with_ids=form), written_with_ids)
         case Ability.GOAL_INTERPRETATION:
-            from eai.benchmarks.reference.virtualhome_goals import ByLargestId
+            from eai.reference.virtualhome_goals import ByLargestId
 
             return Opened(task_ids, tasks.sha256, lambda i: ByLargestId(tasks[i], benchmark.domain))
         case Ability.SUBGOAL_DECOMPOSITION:
-            from eai.benchmarks.reference.virtualhome_subgoals import (
+            from eai.reference.virtualhome_subgoals import (
                 VirtualHomeSubgoalDecomposition as Subgoals,
             )
 
@@ -50,15 +50,15 @@ def behavior_wing(benchmark: Benchmark, ability: Ability, form: Form, source: So
     tasks = open_tasks(source)
     match ability:
         case Ability.ACTION_SEQUENCING:
-            from eai.benchmarks.reference.behavior_plans import BehaviorActionSequencing as Plans
+            from eai.reference.behavior_plans import BehaviorActionSequencing as Plans
 
             return Opened(tuple(tasks), tasks.sha256, lambda task_id: Plans(tasks[task_id]))
         case Ability.GOAL_INTERPRETATION:
-            from eai.benchmarks.reference.behavior_goals import ByFirstOption as Goals
+            from eai.reference.behavior_goals import ByFirstOption as Goals
 
             return Opened(tuple(tasks), tasks.sha256, lambda task_id: Goals(tasks[task_id]))
         case Ability.SUBGOAL_DECOMPOSITION:
-            from eai.benchmarks.reference.behavior_subgoals import BehaviorSubgoalDecomposition as Subgoals
+            from eai.reference.behavior_subgoals import BehaviorSubgoalDecomposition as Subgoals
 
             return Opened(tuple(tasks), tasks.sha256, lambda task_id: Subgoals(tasks[task_id]))
 
@@ -66,7 +66,7 @@ def behavior_wing(benchmark: Benchmark, ability: Ability, form: Form, source: So
 def _transition_modeling(benchmark: Benchmark, tasks: TaskSet[TransitionTask], source: Source) -> Opened:
     from eai.abilities.transition_modeling.planners import make_planner
     from eai.abilities.transition_modeling.scorer import TransitionModeling
-    from eai.benchmarks.reference.operator_rules import ReferenceRules
+    from eai.reference.operator_rules import ReferenceRules
 
     rules = ReferenceRules.with_planner(make_planner(source.planner, benchmark.planner_seconds, source.terms))
     return Opened(tuple(tasks), tasks.sha256, lambda task_id: TransitionModeling(tasks[task_id], rules))

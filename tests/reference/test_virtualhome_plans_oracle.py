@@ -12,15 +12,15 @@ import pytest
 
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.verdict import PlanVerdict, Verdict
-from eai.benchmarks.reference.virtualhome_quirks import QUIRKS
 from eai.benchmarks.source import Source
 from eai.benchmarks.suite import open_suite
 from eai.data.store import Store
 from eai.metrics.rate import Rate
 from eai.metrics.summary import summarise
+from eai.reference.virtualhome_quirks import QUIRKS
 from oracle import MODELS, Oracle, read_shared
 
-ROOT = Path(__file__).parents[3]
+ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs" / "protocols.md"
 
 WITHOUT_IDS = "helm_gpt-4o-2024-05-13.eai-1.0.5"

@@ -9,8 +9,8 @@ import pytest
 from abilities.action_sequencing.test_trial import BOTH, LAMP, SHED, TORCH, came_to, plan, scorer
 from eai.abilities.experiment import Experiment, Feedback, World
 from eai.abilities.record import Attempt
-from eai.benchmarks.reference.replanning import begin_trial, preset_experiment
 from eai.errors import InputError
+from eai.reference.replanning import begin_trial, preset_experiment
 from eai.world.episode import Until
 
 

@@ -2,7 +2,7 @@
 
 Each quirk replaces checks or effects of the declaration; together they turn the declared domain into that of
 `eai-1.0.5`. The engine knows nothing of them. Further quirks are in how goals are checked
-(`eai.benchmarks.reference.behavior_goal_test`).
+(`eai.reference.behavior_goal_test`).
 """
 
 from __future__ import annotations
@@ -15,8 +15,8 @@ from typing_extensions import assert_never
 from eai.benchmarks.behavior import operators as o
 from eai.benchmarks.behavior import predicates as p
 from eai.benchmarks.behavior.predicates import X, Y
-from eai.benchmarks.reference.quirk import Quirk
 from eai.logic.formula import FALSE, Exists, Formula
+from eai.reference.quirk import Quirk
 from eai.world.domain import Domain
 from eai.world.effect import Add, Delete, Effect, ForEach, Let, When
 from eai.world.fault import FaultKind

@@ -19,14 +19,14 @@ from eai.abilities.subgoal_decomposition.progress import GoalProgress
 from eai.abilities.subgoal_decomposition.search import Outcome, SearchLimits, uncategorised
 from eai.abilities.task import Task
 from eai.abilities.unreadable import Unreadable
-from eai.benchmarks.reference import virtualhome_domain
-from eai.benchmarks.reference.lots import Lots
-from eai.benchmarks.reference.subgoals import ReferenceSubgoals, literals, parse_at_once, read_output
-from eai.benchmarks.reference.virtualhome_translation import plans_for, plans_to_take
 from eai.benchmarks.virtualhome.subgoal_notation import ACTIONS, VirtualHomeSubgoals
 from eai.logic.formula import FALSE, Atom, Formula, Occurs
 from eai.logic.ltl import Dialect, parse
 from eai.logic.ltl_printer import print_ltl
+from eai.reference import virtualhome_domain
+from eai.reference.lots import Lots
+from eai.reference.subgoals import ReferenceSubgoals, literals, parse_at_once, read_output
+from eai.reference.virtualhome_translation import plans_for, plans_to_take
 from eai.world.execution import Fault
 
 _PRIMITIVE = re.compile(r"\w+\(.*?\)")

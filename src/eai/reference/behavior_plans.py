@@ -21,9 +21,9 @@ from eai.abilities.unreadable import Unreadable
 from eai.abilities.verdict import ErrorReport
 from eai.benchmarks.behavior.domain import as_meant
 from eai.benchmarks.behavior.tasks import BehaviorTask
-from eai.benchmarks.reference import behavior_domain
-from eai.benchmarks.reference.behavior_goal_test import behavior_goal_test
-from eai.benchmarks.reference.plans import ReferencePlans
+from eai.reference import behavior_domain
+from eai.reference.behavior_goal_test import behavior_goal_test
+from eai.reference.plans import ReferencePlans
 from eai.world.fault import FaultKind
 
 _NO_ACTIONS = Unreadable("no actions were found")

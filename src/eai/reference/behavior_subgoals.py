@@ -29,15 +29,15 @@ from eai.benchmarks.behavior.subgoal_vocabulary import (
     published_names,
 )
 from eai.benchmarks.behavior.tasks import BehaviorTask
-from eai.benchmarks.reference import behavior_domain
-from eai.benchmarks.reference.behavior_goal_test import behavior_goal_test
-from eai.benchmarks.reference.behavior_translation import are_done_together, plans_for
-from eai.benchmarks.reference.lots import Lots
-from eai.benchmarks.reference.subgoals import ReferenceSubgoals, literals, parse_at_once, read_output
 from eai.logic.formula import Atom, Formula, Occurs
 from eai.logic.signature import Signature, takes
 from eai.logic.traversal import walk
 from eai.planning.subgoal import GroundAtom
+from eai.reference import behavior_domain
+from eai.reference.behavior_goal_test import behavior_goal_test
+from eai.reference.behavior_translation import are_done_together, plans_for
+from eai.reference.lots import Lots
+from eai.reference.subgoals import ReferenceSubgoals, literals, parse_at_once, read_output
 from eai.world.fault import FaultKind
 from eai.world.state import Scene
 

@@ -7,7 +7,7 @@ from random import Random
 from hypothesis import given
 from hypothesis import strategies as st
 
-from eai.benchmarks.reference.lots import SEED, Lots
+from eai.reference.lots import SEED, Lots
 
 
 @given(st.lists(st.integers(1, 4).map(range), max_size=12))

@@ -10,7 +10,7 @@ from eai.abilities.action_sequencing.plan import TOO_LONG, WrittenPlan
 from eai.abilities.json_text import MAX_LENGTH
 from eai.abilities.protocol import Protocol
 from eai.abilities.unreadable import Unreadable
-from eai.benchmarks.reference.virtualhome_plans import LIST_IS_NOT_JSON, read_plan
+from eai.reference.virtualhome_plans import LIST_IS_NOT_JSON, read_plan
 
 Steps = list[tuple[str, tuple[object, ...]]]
 

@@ -20,11 +20,11 @@ from eai.abilities.subgoal_decomposition.search import Outcome
 from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory, SubgoalVerdict
 from eai.abilities.unreadable import Unreadable
 from eai.abilities.verdict import Counted
-from eai.benchmarks.reference.lots import Lots
 from eai.errors import ParseError
 from eai.logic.ltl import Dialect, parse
 from eai.logic.signature import Signature
 from eai.logic.traversal import children, temporal_parts
+from eai.reference.lots import Lots
 from eai.world.fault import FaultKind
 
 _OBJECT = re.compile(r"{[^{}]*}")

@@ -6,7 +6,7 @@ from benchmarks.virtualhome.household import make_task
 from eai.abilities.goal_test import GoalTest
 from eai.abilities.task import Task
 from eai.abilities.verdict import GoalTallies, Tally
-from eai.benchmarks.reference.virtualhome_goal_test import VirtualHomeGoalTest
+from eai.reference.virtualhome_goal_test import VirtualHomeGoalTest
 
 OPEN_FRIDGE = "state OPEN fridge.10"
 TWO_RELATIONS = ("relation ONTOP cup.13 table.12", "relation ONTOP bread.14 table.12")

@@ -5,7 +5,7 @@ import gc
 import pytest
 
 from eai.abilities.unreadable import Unreadable
-from eai.benchmarks.reference.behavior_plans import read_plan
+from eai.reference.behavior_plans import read_plan
 
 OPEN = ("OPEN", ("jar_0",))
 

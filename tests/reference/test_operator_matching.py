@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from eai.benchmarks.reference.operator_matching import NOTHING, CountingQuirk, compare_as_reference
+from eai.reference.operator_matching import NOTHING, CountingQuirk, compare_as_reference
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,7 @@ from dataclasses import replace
 from functools import cache, reduce
 
 from eai.benchmarks.behavior.domain import as_declared
-from eai.benchmarks.reference.behavior_quirks import QUIRKS, half_done_transfers
+from eai.reference.behavior_quirks import QUIRKS, half_done_transfers
 from eai.world.domain import Domain
 from eai.world.execution import Action
 from eai.world.fault import FaultKind

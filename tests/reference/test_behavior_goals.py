@@ -9,7 +9,7 @@ import pytest
 from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.verdict import Confusion
 from eai.benchmarks.behavior.tasks import BehaviorTasks
-from eai.benchmarks.reference.behavior_goals import ByFirstOption
+from eai.reference.behavior_goals import ByFirstOption
 from oracle import MODELS, Oracle, read_shared
 
 SETS = (*MODELS, "gt_lastoption", "gt_option0", "perturb0", "perturb1")

@@ -17,14 +17,14 @@ from eai.abilities.transition_modeling.judgement import NOT_RUN, UNREADABLE, Jud
 from eai.abilities.transition_modeling.memory import Memory
 from eai.abilities.transition_modeling.report import OperatorReport, OperatorStatus
 from eai.abilities.transition_modeling.task import TransitionTask
-from eai.benchmarks.reference.operator_extraction import extract_as_reference
-from eai.benchmarks.reference.operator_matching import compare_as_reference
 from eai.pddl.match import SideMatch
 from eai.pddl.model import PddlAction
 from eai.pddl.normalise import Dropped, normalise, read_operator
 from eai.pddl.offence import PddlFinding
 from eai.pddl.operator_text import OperatorText
 from eai.pddl.planning import PddlPlanner, PlannerResult, PlanningTask, refusal
+from eai.reference.operator_extraction import extract_as_reference
+from eai.reference.operator_matching import compare_as_reference
 
 FORMAT_ERROR = "the reference leaves out answers that it cannot search for operators"
 

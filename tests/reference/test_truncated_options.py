@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from eai.benchmarks.reference.truncated_options import truncated_options
 from eai.logic.bddl import parse_condition
 from eai.logic.options import count_options, options
+from eai.reference.truncated_options import truncated_options
 from logic.activities import as_list, records, universe
 
 

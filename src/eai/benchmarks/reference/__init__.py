@@ -1,1 +1,0 @@
-"""The wing of protocol `eai-1.0.5`: what the reference package does otherwise, quirk by quirk."""
