@@ -10,7 +10,6 @@ from eai.abilities.codec import SCHEMA, record_from_json, record_to_json
 from eai.abilities.record import Record
 from eai.data.files import write_whole
 from eai.errors import InputError
-from eai.reference import schema_1
 
 
 def write_records(path: Path, records: Iterable[Record]) -> None:
