@@ -6,8 +6,11 @@ A change of code that is meant to change no verdict leaves them equal.
     python bench/digests.py --write      writes digests.json
     python bench/digests.py --rows DIR   also writes every verdict, one a line, to compare with `diff`
     python bench/digests.py --only behavior/action_sequencing
+    python bench/digests.py --only /plan       planners alone
 
-Operators are compared with the gold ones, and no planner is asked: its outcomes have tests of their own.
+The verdicts are those without a planner. What planners find has digests of its own: of the built-in planner's
+outcomes with the operators of all answers (gold ones among them), of its plans, and of the plans for all
+tasks of a household. Effort is no part of them; how many outcomes there are of each kind is printed.
 """
 
 from __future__ import annotations
@@ -17,15 +20,20 @@ import hashlib
 import json
 import re
 import sys
-from collections.abc import Iterator, Mapping
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from functools import cache, partial
+from itertools import product
 from pathlib import Path
 from typing import Any
 
 from eai.abilities.codec import fields_of
+from eai.abilities.planning import find_plan
 from eai.abilities.protocol import Ability, Protocol
 from eai.benchmarks.source import Source
 from eai.benchmarks.suite import open_suite
 from eai.pddl.planning import PlannerChoice
+from eai.planning.planner import Planner
 from oracle_answers import answer_files, oracle_answers, require_oracle
 
 DIGESTS = Path(__file__).with_name("digests.json")
@@ -64,32 +72,80 @@ OWN_FIELDS: Mapping[str, tuple[str, ...]] = {
 """What else a verdict of a suite has said from the beginning."""
 
 
+HOUSEHOLDS = ("virtualhome", "behavior")
+"""Those whose planners have digests."""
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--write", action="store_true")
     parser.add_argument("--rows", type=Path)
-    parser.add_argument("--only", default="", help="a part of DOMAIN/ABILITY")
+    parser.add_argument("--only", default="", help="a part of DOMAIN/ABILITY, or of DOMAIN/plans or planner")
     arguments = parser.parse_args()
     require_oracle()
     known = json.loads(DIGESTS.read_text()) if DIGESTS.exists() else {}
     found: dict[str, str] = {}
-    for suite in [suite for suite in OWN_FIELDS if arguments.only in suite]:
-        for protocol in Protocol:
-            name = f"{suite} {protocol.value}"
-            lines = list(_lines(suite, protocol))
-            found[name] = hashlib.sha256("".join(lines).encode()).hexdigest()
-            same = "" if arguments.write else "equal" if known.get(name) == found[name] else "DIFFERS"
-            print(f"{name:48} {len(lines):6} {found[name][:16]} {same}", flush=True)
-            if arguments.rows:
-                path = arguments.rows / f"{name.replace('/', '-').replace(' ', '-')}.jsonl"
-                path.parent.mkdir(parents=True, exist_ok=True)
-                path.write_text("".join(lines))
+    for name, make in _digested().items():
+        if arguments.only not in name.partition(" ")[0]:
+            continue
+        lines = list(make())
+        found[name] = hashlib.sha256("".join(lines).encode()).hexdigest()
+        same = "" if arguments.write else "equal" if known.get(name) == found[name] else "DIFFERS"
+        print(f"{name:48} {len(lines):6} {found[name][:16]} {same}", flush=True)
+        if "/plan" in name:
+            outcomes = Counter(str(json.loads(line)[2]) for line in lines)
+            print(f"    {', '.join(f'{number} {each}' for each, number in sorted(outcomes.items()))}")
+        if arguments.rows:
+            path = arguments.rows / f"{name.replace('/', '-').replace(' ', '-')}.jsonl"
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_text("".join(lines))
     if arguments.write:
         DIGESTS.write_text(json.dumps({**known, **found}, indent=1) + "\n")
     elif any(known.get(name) != digest for name, digest in found.items()):
         sys.exit(1)
+
+
+def _digested() -> dict[str, Callable[[], Iterable[str]]]:
+    """All that has a digest, by name."""
+    found: dict[str, Callable[[], Iterable[str]]] = {}
+    for suite, protocol in product(OWN_FIELDS, Protocol):
+        found[f"{suite} {protocol.value}"] = partial(_lines, suite, protocol)
+    for household, protocol in product(HOUSEHOLDS, Protocol):
+        planned = partial(_planned, household, protocol)
+        found[f"{household}/planner {protocol.value}"] = partial(_without_plans, planned)
+        found[f"{household}/planner {protocol.value} with plans"] = planned
+    return {**found, **{f"{household}/plans": partial(_plans, household) for household in HOUSEHOLDS}}
+
+
+@cache
+def _planned(household: str, protocol: Protocol) -> Sequence[str]:
+    """What comes of the operators of all answers, file by file, and with which plan."""
+    ability, lines = Ability.TRANSITION_MODELING, []
+    for path in answer_files(f"{household}/{ability.value}"):
+        opened = open_suite(household, ability, protocol, source=Source(planner=PlannerChoice.BUILT_IN))
+        for answer in oracle_answers(path):
+            fields = fields_of(opened.score(answer.task_id, answer.text))
+            outcome = fields.get("planner"), fields.get("success"), fields.get("plan")
+            lines.append(json.dumps([path.name, answer.identifier, *outcome]) + "\n")
+    return lines
+
+
+def _without_plans(planned: Callable[[], Sequence[str]]) -> Iterator[str]:
+    for line in planned():
+        yield json.dumps(json.loads(line)[:-1]) + "\n"
+
+
+def _plans(household: str) -> Iterator[str]:
+    """The plan for each task of a household."""
+    source = Source(planner=PlannerChoice.NONE)
+    opened = open_suite(household, Ability.ACTION_SEQUENCING, Protocol.STRICT, source=source)
+    planner = Planner(opened.benchmark.domain)
+    for task_id, task in opened.tasks.items():
+        found = find_plan(task, planner)
+        plan = [[action.operator, *action.arguments] for action in found.plan]
+        yield json.dumps([household, task_id, found.end.value, plan]) + "\n"
 
 
 def _lines(suite: str, protocol: Protocol) -> Iterator[str]:
