@@ -27,24 +27,16 @@ class ParseError(InputError):
     """A text that does not parse.
 
     Args:
-        text: the whole text.
         line: the offending line, counted from 1.
         column: the offending column, counted from 1.
         expected: what could have stood there, in words.
     """
 
-    def __init__(self, text: str, line: int, column: int, expected: str) -> None:
+    def __init__(self, line: int, column: int, expected: str) -> None:
         super().__init__(f"line {line}, column {column}: expected {expected}")
-        self.text = text
         self.line = line
         self.column = column
         self.expected = expected
-
-    def caret(self, width: int = 100) -> str:
-        """The offending line with a caret below the offending column; of a long line, ``width`` of it."""
-        line = self.text.split("\n")[self.line - 1]
-        start = 0 if len(line) <= width else max(0, self.column - 1 - width // 2)
-        return f"{line[start : start + width]}\n{' ' * (self.column - 1 - start)}^"
 
 
 class DataError(EaiError):

@@ -18,12 +18,12 @@ from eai.abilities.explanation import (
 )
 from eai.abilities.protocol import Protocol
 from eai.abilities.task import Task
-from eai.logic.bddl import parse_condition
 from eai.logic.formula import Atom, Constant, Occurs, Or, Then
 from eai.logic.ltl import parse
 from eai.logic.renaming import rename_variables
 from eai.world import Action, Episode, Luck, Slips
 from eai.world.execution import execute
+from logic.bddl_text import read_condition
 
 BOTH = pytest.mark.parametrize("protocol", list(Protocol), ids=lambda protocol: protocol.value)
 
@@ -258,6 +258,6 @@ def test_a_goal_as_text(formula: Atom | Occurs | Or, text: str) -> None:
     ],
 )
 def test_a_quantified_goal_is_a_text_that_can_be_read(condition: str, text: str) -> None:
-    formula = parse_condition(condition).formula
+    formula = read_condition(condition)
     assert formula_text(formula) == text
     assert parse(text).formula == rename_variables(formula)

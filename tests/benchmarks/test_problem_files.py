@@ -13,11 +13,11 @@ from eai.benchmarks.problem_files import ProblemReader, problem_files_in
 from eai.benchmarks.registry import find_benchmark
 from eai.benchmarks.source import Source
 from eai.errors import InputError
-from eai.logic.bddl_printer import print_problem
 from eai.logic.ltl_printer import print_ltl
 from eai.pddl.export import export
 from eai.pddl.writer import write_problem
 from eai.world.state import State
+from logic.bddl_text import print_problem
 
 __all__ = ["eai"]
 

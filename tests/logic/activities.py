@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from eai.logic.bddl import parse_condition
 from eai.logic.choice import Literal
 from eai.logic.formula import Atom, Formula, Not
+from logic.bddl_text import read_condition
 from logic.naive import Facts
 
 
@@ -26,7 +26,7 @@ def records(oracle: Any) -> dict[str, tuple[list[Formula], Facts, int]]:
     """Task -> its goals, its objects, and the reference's number of goal options."""
     found = {}
     for task, record in oracle("behavior", "", "reconstructed").items():
-        goals = [parse_condition(as_text(goal)).formula for goal in record["bddl_goal"]]
+        goals = [read_condition(as_text(goal)) for goal in record["bddl_goal"]]
         objects = tuple((thing["bddl_instance"], thing["category"]) for thing in record["objects"])
         found[task] = (goals, Facts(frozenset(), objects), record["n_goal_options"])
     return found

@@ -212,17 +212,5 @@ def test_errors_beyond_the_paper_say_where_and_what(text: str, column: int, expe
     assert (caught.value.line, caught.value.column, caught.value.expected) == (1, column, expected)
 
 
-def test_the_caret_points_at_the_place() -> None:
-    with pytest.raises(ParseError) as caught:
-        parse("open(x) and\nopen(y")
-    assert caught.value.caret() == "open(y\n      ^"
-    with pytest.raises(ParseError) as caught:
-        parse("p(x) and " * 1000 + "! and " + "p(x) and " * 1000)
-    line, caret = caught.value.caret(width=20).split("\n")
-    assert caret == " " * 10 + "^"
-    assert line[10] == "!"
-    assert len(line) == 20
-
-
 def test_non_ascii_letters_may_follow_the_first() -> None:
     assert read("is_süß(kuchen)") == Atom("is_süß", (Constant("kuchen"),))

@@ -10,13 +10,13 @@ import pytest
 from hypothesis import HealthCheck, assume, given, settings
 
 from eai.errors import InputError
-from eai.logic.bddl import parse_condition
 from eai.logic.formula import Exactly, Formula, Occurs
 from eai.logic.options import Option, count_options, options
-from eai.logic.semantics import holds_in
-from eai.logic.trace import TakenAction
+from eai.logic.semantics import holds
+from eai.logic.trace import TakenAction, Trace
 from eai.logic.traversal import walk
 from logic.activities import as_list, records, universe
+from logic.bddl_text import read_condition
 from logic.naive import Facts
 from logic.random_formulas import SCENE, formulas, traces
 
@@ -35,9 +35,9 @@ def test_a_goal_holds_where_one_of_its_options_does(
     formula: Formula, given_: tuple[list[Facts], list[TakenAction]]
 ) -> None:
     assume(not any(isinstance(part, (Exactly, Occurs)) for part in walk(formula)))
-    state = given_[0][0]
-    found = listed(formula, state)
-    assert holds_in(formula, state) == any(all(holds_in(c, state) for c in option) for option in found)
+    state = Trace([given_[0][0]])
+    found = listed(formula, given_[0][0])
+    assert holds(formula, state) == any(all(holds(c, state) for c in option) for option in found)
 
 
 @given(formulas(depth=2, temporal=False))
@@ -70,13 +70,13 @@ def test_counting_agrees_with_listing(formula: Formula) -> None:
     ],
 )
 def test_numbers_of_options(text: str, count: int) -> None:
-    formula = parse_condition(text).formula
+    formula = read_condition(text)
     objects = universe(a=2, b=5)
     assert count_options(formula, objects) == count == len(list(options(formula, objects)))
 
 
 def test_options_come_in_order_of_the_formula_and_the_objects() -> None:
-    formula = parse_condition("(and (or (p a) (q a)) (forpairs (?x - b) (?y - c) (not (in ?x ?y))))").formula
+    formula = read_condition("(and (or (p a) (q a)) (forpairs (?x - b) (?y - c) (not (in ?x ?y))))")
     found = [[as_list(c) for c in option] for option in options(formula, universe(b=1, c=2))]
     assert found == [
         [["p", "a"], ["not", ["in", "b0", "c0"]]],
@@ -88,7 +88,7 @@ def test_options_come_in_order_of_the_formula_and_the_objects() -> None:
 
 def test_huge_numbers_of_options_are_counted_and_listed_lazily() -> None:
     objects = universe(a=40, b=40)
-    formula = parse_condition("(forpairs (?x - a) (?y - b) (in ?x ?y))").formula
+    formula = read_condition("(forpairs (?x - a) (?y - b) (in ?x ?y))")
     assert count_options(formula, objects) == factorial(40)
     assert len(list(islice(options(formula, objects), 3))) == 3
 
@@ -97,10 +97,10 @@ def test_huge_goals_are_decided_by_matching() -> None:
     names = [f"{kind}{i}" for kind in "ab" for i in range(100)]
     everything = tuple((name, name[0]) for name in names)
     pairs = {("in", (f"a{i}", f"b{j}")) for i in range(100) for j in (i, (i + 1) % 100)}
-    formula = parse_condition("(forpairs (?x - a) (?y - b) (in ?x ?y))").formula
-    assert holds_in(formula, Facts(frozenset(pairs), everything))
+    formula = read_condition("(forpairs (?x - a) (?y - b) (in ?x ?y))")
+    assert holds(formula, Trace([Facts(frozenset(pairs), everything)]))
     crowded = {("in", (a, b)) for _, (a, b) in pairs if b not in ("b0", "b1")} | {("in", ("a0", "b0"))}
-    assert not holds_in(formula, Facts(frozenset(crowded), everything))
+    assert not holds(formula, Trace([Facts(frozenset(crowded), everything)]))
 
 
 def test_numbers_of_options_are_those_of_the_reference(oracle: Any) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from eai.logic.place import either, error_at, place
+from eai.logic.place import either, place
 
 
 @pytest.mark.parametrize(
@@ -20,7 +20,6 @@ def test_a_text_may_begin_with_an_empty_line() -> None:
 
 def test_only_newlines_end_lines() -> None:
     assert place("a\fb\x85c\rd", 6) == (1, 7)
-    assert error_at("a\fb\n!", 4, "x").caret() == "!\n^"
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,6 @@ import pickle
 import pytest
 
 from eai.errors import InputError, ParseError
-from eai.logic.bddl import parse_condition
 from eai.logic.evidence import explain
 from eai.logic.formula import (
     Formula,
@@ -18,6 +17,7 @@ from eai.logic.options import count_options, options
 from eai.logic.trace import Trace
 from eai.logic.traversal import MAX_DEPTH
 from logic.activities import universe
+from logic.bddl_text import read_condition
 
 
 def read(text: str, dialect: Dialect = Dialect.LTLF) -> Formula:
@@ -94,7 +94,7 @@ def test_long_broken_texts_are_parse_errors(text: str) -> None:
 @pytest.mark.parametrize("text", ["true", "(and)"])
 def test_too_deep_constants_are_an_error(text: str) -> None:
     with pytest.raises(ParseError, match="at most 100 levels of nesting"):
-        parse("not " * MAX_DEPTH + text) if text == "true" else parse_condition(
+        parse("not " * MAX_DEPTH + text) if text == "true" else read_condition(
             "(not " * MAX_DEPTH + text + ")" * MAX_DEPTH
         )
 

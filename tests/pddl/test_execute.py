@@ -4,7 +4,7 @@ import pytest
 
 from eai.logic.formula import Atom, Constant, Eventually, Variable
 from eai.pddl.execute import Executor, PlanFlaw, PlanStep
-from eai.pddl.reader import read_domain, read_formula, read_problem
+from eai.pddl.reader import read_action, read_domain, read_problem
 
 DOMAIN = read_domain(
     """(define (domain d) (:types room) (:predicates (at ?r - room) (lit ?r - room) (held ?x))
@@ -79,7 +79,8 @@ def test_what_is_deleted_and_added_is_true() -> None:
     ],
 )
 def test_conditions(text: str, value: bool) -> None:
-    assert EXECUTOR.holds(read_formula(text), EXECUTOR.initial, {}) is value
+    condition = read_action(f"(:action a :precondition {text})").precondition
+    assert EXECUTOR.holds(condition, EXECUTOR.initial, {}) is value
 
 
 def test_what_has_no_meaning_is_an_error() -> None:

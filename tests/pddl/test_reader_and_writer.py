@@ -5,10 +5,10 @@ from hypothesis import given, settings
 
 from eai.benchmarks.packs import BEHAVIOR_PDDL, RESOURCES
 from eai.data.store import Store
-from eai.logic.formula import TRUE, And, Atom, Constant, Exists, ForAll, Not, Variable
+from eai.logic.formula import TRUE, And, Atom, Constant, Exists, ForAll, Formula, Not, Variable
 from eai.pddl.model import NO_EFFECT, AddEffect, DeleteEffect, PddlDomain, PddlProblem, TypedName, WhenEffect
 from eai.pddl.offence import Offence, PddlError
-from eai.pddl.reader import read_action, read_domain, read_effect, read_formula, read_problem
+from eai.pddl.reader import read_action, read_domain, read_problem
 from eai.pddl.writer import write_action, write_domain, write_problem
 from pddl.random_pddl import DOMAINS, PROBLEMS
 
@@ -63,6 +63,10 @@ def test_an_operator_as_a_value() -> None:
     assert action.effect.parts == (AddEffect(Atom("open", (Variable("o"),))), closed)  # type: ignore[union-attr]
 
 
+def condition(text: str) -> Formula:
+    return read_action(f"(:action a :precondition {text})").precondition
+
+
 def test_absent_and_empty_parts_mean_nothing_is_asked_or_done() -> None:
     for text in ("(:action a)", "(:action a :parameters () :precondition () :effect ())"):
         action = read_action(text)
@@ -72,8 +76,8 @@ def test_absent_and_empty_parts_mean_nothing_is_asked_or_done() -> None:
 def test_quantifiers_over_several_variables_are_nested_and_over_none_vanish() -> None:
     body = Atom("p", (Variable("x"),))
     text = "(forall (?x ?y - t) (exists () (p ?x)))"
-    assert read_formula(text) == ForAll(Variable("x", "t"), ForAll(Variable("y", "t"), body))
-    assert read_formula("(exists (?x) (p ?x))") == Exists(Variable("x"), body)
+    assert condition(text) == ForAll(Variable("x", "t"), ForAll(Variable("y", "t"), body))
+    assert condition("(exists (?x) (p ?x))") == Exists(Variable("x"), body)
 
 
 def test_types_of_a_list_reach_back_to_the_type_before() -> None:
@@ -103,7 +107,7 @@ def test_types_of_a_list_reach_back_to_the_type_before() -> None:
 )
 def test_a_malformed_condition_is_refused_by_name(text: str, offence: Offence) -> None:
     with pytest.raises(PddlError) as raised:
-        read_formula(text)
+        condition(text)
     assert raised.value.offence is offence
 
 
@@ -122,7 +126,7 @@ def test_a_malformed_condition_is_refused_by_name(text: str, offence: Offence) -
 )
 def test_a_malformed_effect_is_refused_by_name(text: str, offence: Offence) -> None:
     with pytest.raises(PddlError) as raised:
-        read_effect(text)
+        read_action(f"(:action a :effect {text})")
     assert raised.value.offence is offence
 
 
@@ -149,7 +153,7 @@ def test_only_literals_are_initial_facts() -> None:
 def test_derived_predicates_are_read_and_written() -> None:
     text = "(define (domain d) (:predicates (p ?x) (q ?x)) (:derived (q ?x - object) (not (p ?x))))"
     domain = read_domain(text)
-    assert [(axiom.name, axiom.condition) for axiom in domain.axioms] == [("q", read_formula("(not (p ?x))"))]
+    assert [(axiom.name, axiom.condition) for axiom in domain.axioms] == [("q", condition("(not (p ?x))"))]
     assert read_domain(write_domain(domain)) == domain
     with pytest.raises(PddlError, match="derived"):
         read_domain("(define (domain d) (:derived (q)))")

@@ -25,7 +25,6 @@ ABILITY = typer.Option(
     rich_help_panel=ANSWERS,
 )
 
-Domain = Annotated[str, DOMAIN]
 OfAbility = Annotated[Ability, typer.Option("--ability", parser=ability_of, help=f"{ABILITIES}.")]
 
 Rules = Annotated[

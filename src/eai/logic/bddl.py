@@ -1,4 +1,4 @@
-"""BDDL, the language of household activity definitions: conditions and whole problem files.
+"""BDDL, the language of household activity definitions: problem files.
 
 Words are what stands between blanks and parentheses; a semicolon begins a comment, to the end of its line. A
 name with a ``?`` is a variable if a quantifier around it binds it, otherwise the object of that name.
@@ -15,7 +15,7 @@ from typing import Final
 import eai.logic.formula as f
 from eai.errors import ParseError
 from eai.logic.place import error_at
-from eai.logic.signature import NameChecker, Reading, Signature, term
+from eai.logic.signature import term
 from eai.logic.traversal import MAX_COUNT_DIGITS, MAX_DEPTH
 
 _TOKEN: Final = re.compile(r"[()]|[^\s();]+|;[^\n]*")
@@ -60,19 +60,6 @@ class Problem:
         return self.goal.operands if isinstance(self.goal, f.And) else (self.goal,)
 
 
-def parse_condition(text: str, signature: Signature | None = None) -> Reading:
-    """Read one BDDL condition.
-
-    Args:
-        text: a condition, such as ``(forall (?tray.n.01 - tray.n.01) (not (stained ?tray.n.01)))``.
-        signature: the names to check against; None checks nothing and knows no actions.
-
-    Raises:
-        ParseError: the text is no condition, or nested too deep (`traversal.MAX_DEPTH`).
-    """
-    return _BddlReader(text, signature).reading()
-
-
 def parse_problem(text: str) -> Problem:
     """Read a whole problem file; line ends and comments do not matter.
 
@@ -86,19 +73,11 @@ def parse_problem(text: str) -> Problem:
 class _BddlReader:
     """Reads one text from left to right, token by token. A scope is the names that quantifiers bind there."""
 
-    def __init__(self, text: str, signature: Signature | None = None) -> None:
+    def __init__(self, text: str) -> None:
         self._text = text
-        self._signature = signature
-        self._checker = NameChecker(text, signature)
         self._tokens: list[str] = [token for token in _TOKEN.findall(text.lower()) if token[0] != ";"]
         self._tokens.append(_END)
         self._next = 0
-
-    def reading(self) -> Reading:
-        """The formula of the whole text, and what is wrong with its names."""
-        formula = self._condition()
-        self._take(_END, "the end")
-        return Reading(formula, tuple(self._checker.offences))
 
     def problem(self) -> Problem:
         """The problem that the whole text defines."""
@@ -224,14 +203,9 @@ class _BddlReader:
         return f.Variable(name, category)
 
     def _primitive(self, scope: frozenset[str]) -> f.Formula:
-        """A predicate or action with its arguments; the parenthesis behind is taken."""
-        start = self._next
+        """A predicate with its arguments; the parenthesis behind is taken."""
         name = self._word("a name or a connective")
-        terms = tuple([term(argument, scope) for argument in self._arguments()])
-        if self._signature is None:
-            return f.Atom(name, terms)
-        self._checker.check(name, terms, lambda index: self._offsets[start + index])
-        return f.Occurs(name, terms) if self._signature.is_action(name) else f.Atom(name, terms)
+        return f.Atom(name, tuple([term(argument, scope) for argument in self._arguments()]))
 
     def _arguments(self) -> list[str]:
         """Any number of arguments; the parenthesis behind is taken."""

@@ -9,8 +9,7 @@ from eai.errors import ParseError
 
 def error_at(text: str, position: int, expected: str) -> ParseError:
     """The error for an offset into the text."""
-    line, column = place(text, position)
-    return ParseError(text, line, column, expected)
+    return ParseError(*place(text, position), expected)
 
 
 def place(text: str, position: int) -> tuple[int, int]:

@@ -25,7 +25,7 @@ import eai.logic.formula as f
 from eai.errors import InputError
 from eai.logic.matching import maximum_matching
 from eai.logic.support import support
-from eai.logic.trace import Interpretation, Trace, positions_in
+from eai.logic.trace import Trace, positions_in
 from eai.logic.traversal import monotony, temporal_parts
 
 Binding: TypeAlias = Mapping[str, str]
@@ -42,15 +42,6 @@ def holds(formula: f.Formula, trace: Trace) -> bool:
     """
     evaluator = Evaluator(formula, trace)
     return bool(evaluator.on(formula, {}, trace.length - 1) & 1)
-
-
-def holds_in(formula: f.Formula, state: Interpretation) -> bool:
-    """Whether a closed state formula holds in one state; pairings are decided by matching.
-
-    Raises:
-        InputError: a variable is not bound by any quantifier.
-    """
-    return holds(formula, Trace((state,)))
 
 
 class Evaluator:

@@ -1,4 +1,4 @@
-"""Walking over formulas: their parts, size, variables and kind. Nothing here recurses."""
+"""Walking over formulas: their parts, variables and kind. Nothing here recurses."""
 
 from __future__ import annotations
 
@@ -76,16 +76,6 @@ def free_variables(formula: f.Formula) -> frozenset[str]:
             case _:
                 pending += [(child, bound) for child in children(part)]
     return frozenset(found)
-
-
-def depth(formula: f.Formula) -> int:
-    """The number of levels; an atom has 1."""
-    deepest = 0
-    level = [formula]
-    while level:
-        deepest += 1
-        level = [part for current in level for part in children(current)]
-    return deepest
 
 
 def temporal_parts(formula: f.Formula) -> frozenset[int]:

@@ -83,7 +83,6 @@ class Guarded(Frozen):
 
 Clause: TypeAlias = Literal | Joined | Denied | Bound | Guarded
 
-NOTHING = Joined(Connective.ALL, ())
 
 _HEAD = re.compile(r"\(([^\s()?]+)")
 _CONNECTIVES = frozenset({*(word.value for word in (*Connective, *Scope)), "not", "when"})

@@ -73,13 +73,11 @@ class PddlError(ParseError):
 
     Args:
         offence: its kind.
-        text: the whole text.
         line: the offending line, counted from 1.
         column: the offending column, counted from 1.
         expected: what could have stood there, in words.
     """
 
-    def __init__(self, offence: Offence, text: str, line: int, column: int, expected: str) -> None:
-        super().__init__(text, line, column, expected)
+    def __init__(self, offence: Offence, line: int, column: int, expected: str) -> None:
+        super().__init__(line, column, expected)
         self.offence = offence
-        self.expected = expected

@@ -34,16 +34,6 @@ def read_action(text: str) -> m.PddlAction:
     return PddlReader(text).action(read_group(text))
 
 
-def read_formula(text: str) -> f.Formula:
-    """The condition with which a text begins."""
-    return PddlReader(text).formula(read_group(text))
-
-
-def read_effect(text: str) -> m.PddlEffect:
-    """The effect with which a text begins."""
-    return PddlReader(text).effect(read_group(text))
-
-
 class _Typed(NamedTuple):
     """A name of a typed list; ``type`` is None where none is written."""
 

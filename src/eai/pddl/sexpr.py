@@ -11,6 +11,7 @@ from __future__ import annotations
 import re
 from typing import ClassVar, TypeAlias
 
+from eai.logic.place import place
 from eai.pddl.offence import Offence, PddlError
 
 _WORD = re.compile(r"[()]|\??[^\s();?]+|\?|;[^\n]*")
@@ -47,22 +48,7 @@ SExpr: TypeAlias = Symbol | Group
 
 def error_at(text: str, offset: int, offence: Offence, expected: str) -> PddlError:
     """The error for a place in a text."""
-    line_start = text.rfind("\n", 0, offset) + 1
-    return PddlError(offence, text, text.count("\n", 0, offset) + 1, offset - line_start + 1, expected)
-
-
-def read_all(text: str) -> tuple[SExpr, ...]:
-    """Every expression of a text, in order.
-
-    Raises:
-        PddlError: a parenthesis is unbalanced, or the nesting too deep.
-    """
-    items: list[SExpr] = []
-    offset = 0
-    while (found := _read(text, offset)) is not None:
-        items.append(found)
-        offset = found.end if isinstance(found, Group) else found.offset + len(found.text)
-    return tuple(items)
+    return PddlError(offence, *place(text, offset), expected)
 
 
 def read_group(text: str, offset: int = 0) -> Group:
@@ -105,10 +91,3 @@ def _read(text: str, offset: int) -> SExpr | None:
     if pending:
         raise error_at(text, pending[-1][0], Offence.UNBALANCED, "a partner for this opening parenthesis")
     return None
-
-
-def show(expression: SExpr) -> str:
-    """The expression as text on one line."""
-    if isinstance(expression, Symbol):
-        return expression.text
-    return f"({' '.join(show(item) for item in expression.items)})"

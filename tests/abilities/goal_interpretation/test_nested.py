@@ -5,9 +5,9 @@ from typing import Any
 import pytest
 
 from eai.abilities.goal_interpretation.nested import read_nested
-from eai.logic.bddl_printer import print_condition
 from eai.logic.formula import Atom, Formula
 from eai.logic.signature import term
+from logic.bddl_text import print_condition
 
 JAR = ["jar", "-", "jar"]
 OPEN = ["open", "jar"]

@@ -14,7 +14,7 @@ from eai.benchmarks.behavior.tasks import (
     listed_relations,
     standing_relations,
 )
-from eai.logic.bddl_printer import print_condition
+from logic.bddl_text import print_condition
 from oracle import read_shared
 
 

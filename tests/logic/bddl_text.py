@@ -1,4 +1,4 @@
-"""Formulas and problems printed as BDDL."""
+"""BDDL for tests: single conditions are read, formulas and problems printed."""
 
 from __future__ import annotations
 
@@ -6,17 +6,26 @@ from collections.abc import Iterator
 
 import eai.logic.formula as f
 from eai.errors import InputError
-from eai.logic.bddl import Problem
+from eai.logic.bddl import Problem, parse_problem
+
+
+def read_condition(text: str) -> f.Formula:
+    """The condition that a text is; in errors it begins on line 2.
+
+    Raises:
+        ParseError: it is none.
+    """
+    return parse_problem(f"(define (problem p) (:domain d) (:objects) (:init) (:goal\n{text}\n))").goal
 
 
 def print_condition(formula: f.Formula) -> str:
     """The formula as one BDDL condition on one line.
 
     Raises:
-        InputError: it has a temporal operator, an equation or a variable of no category; BDDL has none.
+        InputError: it has a temporal operator, an action, an equation or a variable of no category.
     """
     match formula:
-        case f.Atom(name, arguments) | f.Occurs(name, arguments):
+        case f.Atom(name, arguments):
             return _list(name, *map(_term, arguments))
         case f.Not(operand):
             return _list("not", print_condition(operand))
