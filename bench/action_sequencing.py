@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import answers
-from eai.benchmarks.packs import fetch_published
+from eai.households.packs import fetch_published
 from reference import (
     CACHE,
     REFERENCE,

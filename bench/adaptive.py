@@ -21,12 +21,12 @@ import numpy as np
 
 from eai.abilities.declarations import DECLARATIONS
 from eai.abilities.protocol import Ability
-from eai.analysis.adaptive import Estimated, NearCopies, ability_of, next_tasks
-from eai.analysis.items import Scores, scores_of
-from eai.analysis.rasch import fit_rasch, variance_between
-from eai.analysis.suites import by_suite
 from eai.cli.adaptive import ROUND
 from eai.cli.analyzed import tables_of
+from eai.results.suites import by_suite
+from eai.studies.items.adaptive import Estimated, NearCopies, ability_of, next_tasks
+from eai.studies.items.analysis import Scores, scores_of
+from eai.studies.items.rasch import fit_rasch, variance_between
 
 TARGETS = (0.5, 0.4, 0.3)
 DRAWS = 5

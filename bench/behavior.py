@@ -28,9 +28,9 @@ from typing import Any, NamedTuple
 from eai.abilities.action_sequencing.notation import JsonPlans
 from eai.abilities.scorer import Scorer
 from eai.abilities.verdict import PlanVerdict, Verdict
-from eai.benchmarks.behavior.evidence import GroundRelation, load_evidence
-from eai.benchmarks.behavior.tasks import BehaviorTask, initial_relations, initial_states, open_tasks
-from eai.benchmarks.packs import fetch_published
+from eai.households.behavior.evidence import GroundRelation, load_evidence
+from eai.households.behavior.tasks import BehaviorTask, initial_relations, initial_states, open_tasks
+from eai.households.packs import fetch_published
 from eai.logic.formula import Atom, Formula, Not
 from eai.logic.traversal import walk
 from eai.reference.behavior_plans import BehaviorActionSequencing

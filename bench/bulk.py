@@ -23,9 +23,9 @@ from statistics import quantiles
 
 from eai.abilities.protocol import Ability
 from eai.abilities.responses import find_response_files, read_responses
-from eai.benchmarks.gold_answers import open_answer_book
-from eai.benchmarks.noisy_answers import Noise, noisy_answer
-from eai.benchmarks.suite import Suite, open_suite
+from eai.benchmark.gold_answers import open_answer_book
+from eai.benchmark.noisy_answers import Noise, noisy_answer
+from eai.benchmark.suite import Suite, open_suite
 from eai.scoring.batch import Scoring
 from eai.scoring.reward import Reward
 from eai.scoring.undisturbed import undisturbed

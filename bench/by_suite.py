@@ -28,10 +28,10 @@ from typing import NamedTuple
 
 import reference
 from eai.abilities.protocol import Ability, Protocol
-from eai.benchmarks.source import Source
-from eai.benchmarks.suite import Suite, available_suites, open_suite
+from eai.benchmark.suite import Suite, available_suites, open_suite
 from eai.pddl.planning import PlannerChoice
 from eai.scoring.undisturbed import undisturbed
+from eai.tasks.source import Source
 from oracle_answers import ORACLE, oracle_answers, require_oracle
 
 MODELS = ("gpt-4o-2024-05-13", "claude-3-5-sonnet-20240620", "llama-3-8b-chat", "mixtral-8x22b-instruct-v0.1")

@@ -17,8 +17,8 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from statistics import fmean, quantiles
 
-from eai.metrics import deviation
-from eai.metrics.certainty import (
+from eai.results import deviation
+from eai.results.certainty import (
     Case,
     Certainty,
     Interval,
@@ -29,9 +29,9 @@ from eai.metrics.certainty import (
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "tests"))
 
-from analysis.effects import ability, answers, correlation, log_odds
-from metrics.near_copies import SIZES as NAME_SIZES
-from metrics.near_copies import expected_f1, matches, successes
+from results.near_copies import SIZES as NAME_SIZES
+from results.near_copies import expected_f1, matches, successes
+from studies.effects import ability, answers, correlation, log_odds
 
 DRAWS = 200
 RATES = (0.01, 0.02, 0.05, 0.1, 0.17, 0.25, 0.5, 0.75, 0.83, 0.9, 0.95, 0.98, 0.99)

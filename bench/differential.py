@@ -31,10 +31,10 @@ from behavior import ALSO_IMPORTED, described
 from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.verdict import Verdict
-from eai.benchmarks.behavior.tasks import listed_relations, open_tasks
-from eai.benchmarks.source import Source
-from eai.benchmarks.suite import Suite, open_suite
+from eai.benchmark.suite import Suite, open_suite
+from eai.households.behavior.tasks import listed_relations, open_tasks
 from eai.pddl.planning import PlannerChoice
+from eai.tasks.source import Source
 from mutated_answers import maker
 from mutations import Dice
 from reference import CACHE, REFERENCE, environment

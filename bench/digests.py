@@ -30,10 +30,10 @@ from typing import Any
 from eai.abilities.codec import fields_of
 from eai.abilities.planning import find_plan
 from eai.abilities.protocol import Ability, Protocol
-from eai.benchmarks.source import Source
-from eai.benchmarks.suite import open_suite
+from eai.benchmark.suite import open_suite
 from eai.pddl.planning import PlannerChoice
 from eai.planning.planner import Planner
+from eai.tasks.source import Source
 from oracle_answers import answer_files, oracle_answers, require_oracle
 
 DIGESTS = Path(__file__).with_name("digests.json")

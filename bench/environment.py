@@ -24,9 +24,9 @@ from eai.abilities.action_sequencing.scorer import ActionSequencing
 from eai.abilities.explanation import action_text, fact_text
 from eai.abilities.protocol import Ability
 from eai.abilities.task import Task
-from eai.benchmarks.gold_answers import open_answer_book
-from eai.benchmarks.registry import FIRST
-from eai.benchmarks.suite import open_suite
+from eai.benchmark.gold_answers import open_answer_book
+from eai.benchmark.registry import FIRST
+from eai.benchmark.suite import open_suite
 from eai.envs import TextEnvironment, make
 from eai.envs.rules import Feedback, Observe
 from eai.world.domain import Domain

@@ -29,10 +29,10 @@ from typing import NamedTuple
 
 from eai.abilities.codec import fields_of
 from eai.abilities.protocol import Ability, Protocol
-from eai.benchmarks.source import Source
-from eai.benchmarks.suite import Suite, open_suite
+from eai.benchmark.suite import Suite, open_suite
 from eai.pddl.planning import PlannerChoice
 from eai.scoring.undisturbed import undisturbed
+from eai.tasks.source import Source
 from mutated_answers import maker
 from mutations import Dice
 

@@ -23,20 +23,20 @@ from pathlib import Path
 
 from eai.abilities.goal_test import solves
 from eai.abilities.task import Task
-from eai.benchmarks.generated import fingerprint
-from eai.benchmarks.generated.census import prior_of
-from eai.benchmarks.generated.generator import Generator, generate
-from eai.benchmarks.generated.outcome import Generated
-from eai.benchmarks.generated.prior import Prior, kinds_of
-from eai.benchmarks.generated.sets import Seeds
-from eai.benchmarks.generated.spec import Spec, Tier
-from eai.benchmarks.plan_validation import verdict_of_val
-from eai.benchmarks.registry import FIRST, find_benchmark
-from eai.benchmarks.source import Source
-from eai.benchmarks.task_files import open_task_files
-from eai.benchmarks.task_lines import written
+from eai.benchmark.plan_validation import verdict_of_val
+from eai.benchmark.registry import FIRST, find_benchmark
 from eai.errors import DataError
+from eai.generator import fingerprint
+from eai.generator.census import prior_of
+from eai.generator.generator import Generator, generate
+from eai.generator.outcome import Generated
+from eai.generator.prior import Prior, kinds_of
+from eai.generator.sets import Seeds
+from eai.generator.spec import Spec, Tier
 from eai.pddl.val import Val
+from eai.tasks.source import Source
+from eai.tasks.task_files import open_task_files
+from eai.tasks.task_lines import written
 from eai.world.domain import Domain
 
 

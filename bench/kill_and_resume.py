@@ -27,16 +27,16 @@ from typing import NamedTuple
 from eai.abilities.experiment import Experiment, Feedback
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import Json
-from eai.benchmarks.gold_answers import open_answer_book
-from eai.benchmarks.prompt_library import Library
-from eai.benchmarks.suite import open_suite
+from eai.benchmark.gold_answers import open_answer_book
+from eai.benchmark.prompt_library import Library
+from eai.benchmark.suite import open_suite
 from eai.prompts.prompt import PromptSet
 from eai.run.evaluation import obtain_answers
 from eai.run.job import Endpoint, Job, Pace
 from eai.scoring.batch import Settings
 from eai.scoring.epochs import Obtained, settle
-from eai.scoring.stage_one import BelievedGoals, Interpretations, believe
 from eai.scoring.trials import open_trials
+from eai.studies.pipeline.stage_one import BelievedGoals, Interpretations, believe
 
 EXPERIMENT = Experiment(3, feedback=Feedback.EXPLAINED, slip=0.05, slip_seed=0)
 MODEL = "eai/noisy"

@@ -6,9 +6,9 @@ import json
 from collections.abc import Mapping, Sequence
 from functools import partial
 
-from eai.benchmarks.behavior.goal_notation import RELATIONS, STATES
-from eai.benchmarks.behavior.tasks import BehaviorTask
-from eai.benchmarks.virtualhome.tasks import PREDICATE_OF_RELATION, VirtualHomeTask
+from eai.households.behavior.goal_notation import RELATIONS, STATES
+from eai.households.behavior.tasks import BehaviorTask
+from eai.households.virtualhome.tasks import PREDICATE_OF_RELATION, VirtualHomeTask
 from mutations import Dice, rearranged, slightly_spoilt
 
 SECTIONS = ("node goals", "edge goals", "action goals")

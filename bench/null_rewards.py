@@ -21,13 +21,12 @@ from statistics import mean
 from eai.abilities.goal_interpretation.lexicon import GoalLexicon
 from eai.abilities.goal_interpretation.written import WrittenGoal
 from eai.abilities.protocol import Ability
-from eai.benchmarks.copied_answers import open_copy_book, open_empty_book
-from eai.benchmarks.gold_answers import AnswerBook, join_operators
-from eai.benchmarks.lookup import open_lookup_book
-from eai.benchmarks.prompt_library import Library
-from eai.benchmarks.random_answers import open_random_answers
-from eai.benchmarks.source import Source
-from eai.benchmarks.suite import Suite, open_suite
+from eai.benchmark.copied_answers import open_copy_book, open_empty_book
+from eai.benchmark.gold_answers import AnswerBook, join_operators
+from eai.benchmark.lookup import open_lookup_book
+from eai.benchmark.prompt_library import Library
+from eai.benchmark.random_answers import open_random_answers
+from eai.benchmark.suite import Suite, open_suite
 from eai.envs import TextEnvironment, make
 from eai.envs.agents import RandomAgent
 from eai.envs.command import DONE
@@ -39,6 +38,7 @@ from eai.pddl.writer import write_action
 from eai.prompts.prompt import PromptSet
 from eai.scoring.reward import Reward
 from eai.scoring.shaping import Shaping
+from eai.tasks.source import Source
 from eai.world.episode import Until
 
 HOUSEHOLDS = ("virtualhome", "behavior")

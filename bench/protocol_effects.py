@@ -20,16 +20,13 @@ from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.responses import ResponseFile, find_response_files, read_responses
 from eai.abilities.unreadable import Unreadable
 from eai.abilities.verdict import Counted, ErrorReport, GoalTallies, PlanVerdict
-from eai.benchmarks.errata import errata_of
-from eai.benchmarks.identifiers import task_id_of
-from eai.benchmarks.source import TaskSet
-from eai.benchmarks.virtualhome import domain as virtualhome
-from eai.benchmarks.virtualhome.operators import declared_operators
-from eai.benchmarks.virtualhome.plan_notation import VirtualHomePlans
-from eai.benchmarks.virtualhome.predicates import VOCABULARY
-from eai.benchmarks.virtualhome.tasks import VirtualHomeTask, open_tasks
-from eai.metrics.rate import Rate
-from eai.metrics.summary import summarise
+from eai.benchmark.errata import errata_of
+from eai.households.identifiers import task_id_of
+from eai.households.virtualhome import domain as virtualhome
+from eai.households.virtualhome.operators import declared_operators
+from eai.households.virtualhome.plan_notation import VirtualHomePlans
+from eai.households.virtualhome.predicates import VOCABULARY
+from eai.households.virtualhome.tasks import VirtualHomeTask, open_tasks
 from eai.reference import virtualhome_domain
 from eai.reference.virtualhome_goal_test import VirtualHomeGoalTest
 from eai.reference.virtualhome_plans import (
@@ -38,6 +35,9 @@ from eai.reference.virtualhome_plans import (
     written_with_ids,
 )
 from eai.reference.virtualhome_quirks import QUIRKS
+from eai.results.rate import Rate
+from eai.results.summary import summarise
+from eai.tasks.source import TaskSet
 from eai.world.domain import Domain as Simulator
 from eai.world.execution import Trajectory, execute
 from eai.world.fault import FaultKind

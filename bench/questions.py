@@ -10,7 +10,7 @@ from __future__ import annotations
 import argparse
 import time
 
-from eai.benchmarks.registry import FIRST, find_benchmark
+from eai.benchmark.registry import FIRST, find_benchmark
 from eai.questions.balance import balance_of, best_chance, chances_of, guesses_of
 from eai.questions.question import Form, Kind
 from eai.questions.writer import Wanted, Writer

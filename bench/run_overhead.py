@@ -28,12 +28,11 @@ from inspect_ai.solver import generate
 from eai.abilities.codec import record_to_json
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.responses import Response, ResponseFile
-from eai.benchmarks.benchmark import Benchmark
-from eai.benchmarks.gold_answers import open_answer_book
-from eai.benchmarks.prompt_library import Library
-from eai.benchmarks.registry import find_benchmark
-from eai.benchmarks.source import Source
-from eai.benchmarks.suite import Suite, open_suite
+from eai.benchmark.benchmark import Benchmark
+from eai.benchmark.gold_answers import open_answer_book
+from eai.benchmark.prompt_library import Library
+from eai.benchmark.registry import find_benchmark
+from eai.benchmark.suite import Suite, open_suite
 from eai.pddl.planning import PlannerChoice
 from eai.prompts.prompt import Prompt, PromptSet
 from eai.run.evaluation import obtain_answers
@@ -41,6 +40,7 @@ from eai.run.job import Endpoint, Job
 from eai.run.tasks import build_task
 from eai.scoring.batch import score_batch
 from eai.scoring.undisturbed import undisturbed
+from eai.tasks.source import Source
 
 MODEL = "eai/oracle"
 WARM_UP = 5

@@ -24,10 +24,10 @@ from eai.abilities.explanation import fact_text
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.record import Record
 from eai.abilities.task import Task
-from eai.benchmarks.source import Source
-from eai.benchmarks.suite import Suite, open_suite
+from eai.benchmark.suite import Suite, open_suite
 from eai.cli.explain import print_record
 from eai.pddl.planning import PlannerChoice
+from eai.tasks.source import Source
 from oracle_answers import model_files, oracle_answers, require_oracle
 
 FAILURES = 2 / 3

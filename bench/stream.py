@@ -29,7 +29,7 @@ from typing import NamedTuple
 
 from eai.abilities.protocol import Ability
 from eai.abilities.responses import Response
-from eai.benchmarks.suite import open_suite
+from eai.benchmark.suite import open_suite
 from eai.scoring.batch import Scoring
 from eai.scoring.records import write_records
 from eai.scoring.undisturbed import undisturbed

@@ -15,7 +15,7 @@ import json
 import time
 
 from eai.abilities.protocol import Ability, Protocol
-from eai.benchmarks.suite import open_suite
+from eai.benchmark.suite import open_suite
 from eai.scoring.undisturbed import undisturbed
 from oracle_answers import OracleAnswer, model_files, oracle_answers, require_oracle
 

@@ -26,9 +26,9 @@ def main(ability: str, paths: list[Path]) -> None:
         for row in json.loads(path.read_text(encoding="utf-8"))
     ]
     from eai.abilities.protocol import Ability
-    from eai.benchmarks.virtualhome import domain as virtualhome
-    from eai.benchmarks.virtualhome.tasks import open_tasks
     from eai.errors import ParseError
+    from eai.households.virtualhome import domain as virtualhome
+    from eai.households.virtualhome.tasks import open_tasks
     from eai.logic.ltl import Dialect, parse
     from eai.reference import virtualhome_domain
     from eai.reference.virtualhome_goals import ByLargestId

@@ -22,13 +22,13 @@ from typing import TypeVar
 from eai.abilities.goal_interpretation.gold import write_goals
 from eai.abilities.protocol import Ability
 from eai.abilities.task import Task
-from eai.benchmarks.gold_answers import AnswerBook, WrittenAnswer
-from eai.benchmarks.noisy_answers import Noise, noisy_answer
-from eai.benchmarks.packs import fetch_published
-from eai.benchmarks.virtualhome.domain import as_meant
-from eai.benchmarks.virtualhome.goal_notation import VirtualHomeGoals
-from eai.benchmarks.virtualhome.subgoal_notation import ACTIONS, VirtualHomeSubgoals
-from eai.benchmarks.virtualhome.tasks import open_tasks
+from eai.benchmark.gold_answers import AnswerBook, WrittenAnswer
+from eai.benchmark.noisy_answers import Noise, noisy_answer
+from eai.households.packs import fetch_published
+from eai.households.virtualhome.domain import as_meant
+from eai.households.virtualhome.goal_notation import VirtualHomeGoals
+from eai.households.virtualhome.subgoal_notation import ACTIONS, VirtualHomeSubgoals
+from eai.households.virtualhome.tasks import open_tasks
 from eai.logic.ltl import parse
 from reference import CACHE, REFERENCE, Response, environment, evaluate, read_responses, write_responses
 from reference import Ability as Evaluated

@@ -23,7 +23,7 @@ from statistics import median
 from eai.abilities.transition_modeling.planners import make_planner
 from eai.abilities.transition_modeling.scorer import TransitionModeling
 from eai.abilities.transition_modeling.task import TransitionTask
-from eai.benchmarks.gold_operators import open_virtualhome
+from eai.households.gold_operators import open_virtualhome
 from eai.pddl.fast_downward import FastDownward, PlannerLimits
 from eai.pddl.planning import PddlPlanner, PlannerChoice
 from eai.reference.operator_rules import ReferenceRules

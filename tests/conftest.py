@@ -11,12 +11,12 @@ import pytest
 from hypothesis import settings
 
 from browsing import quiet_page, started_browser
-from eai.benchmarks.behavior.tasks import BehaviorTasks
-from eai.benchmarks.behavior.tasks import open_tasks as open_behavior_tasks
-from eai.benchmarks.packs import fetch_published
-from eai.benchmarks.virtualhome.tasks import VirtualHomeTasks, open_tasks
 from eai.data.store import Store
 from eai.errors import DataError
+from eai.households.behavior.tasks import BehaviorTasks
+from eai.households.behavior.tasks import open_tasks as open_behavior_tasks
+from eai.households.packs import fetch_published
+from eai.households.virtualhome.tasks import VirtualHomeTasks, open_tasks
 from oracle import Oracle, read_oracle
 
 settings.register_profile("any machine", deadline=None)

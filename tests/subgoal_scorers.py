@@ -9,11 +9,11 @@ from eai.abilities.subgoal_decomposition.refinement import Refinement
 from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
 from eai.abilities.subgoal_decomposition.search import SearchLimits
 from eai.abilities.task import Task
-from eai.benchmarks.behavior import domain as behavior
-from eai.benchmarks.behavior.subgoal_notation import BehaviorSubgoals
-from eai.benchmarks.behavior.tasks import BehaviorTask
-from eai.benchmarks.virtualhome import domain as virtualhome
-from eai.benchmarks.virtualhome.subgoal_notation import VirtualHomeSubgoals
+from eai.households.behavior import domain as behavior
+from eai.households.behavior.subgoal_notation import BehaviorSubgoals
+from eai.households.behavior.tasks import BehaviorTask
+from eai.households.virtualhome import domain as virtualhome
+from eai.households.virtualhome.subgoal_notation import VirtualHomeSubgoals
 from eai.reference.behavior_subgoals import BehaviorSubgoalDecomposition
 from eai.reference.virtualhome_subgoals import VirtualHomeSubgoalDecomposition
 

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from eai.abilities.protocol import Ability
-from eai.benchmarks.gold_answers import AnswerBook, open_answer_book, open_planned_book
-from eai.benchmarks.prompt_library import Library
-from eai.benchmarks.registry import find_benchmark
-from eai.benchmarks.source import ErrataChoice, Source
+from eai.benchmark.gold_answers import AnswerBook, open_answer_book, open_planned_book
+from eai.benchmark.prompt_library import Library
+from eai.benchmark.registry import find_benchmark
 from eai.data.store import Store
 from eai.prompts.prompt import Prompt, PromptSet
 from eai.prompts.published import PromptFiles
+from eai.tasks.source import ErrataChoice, Source
 
 
 def official_prompts(

@@ -30,17 +30,19 @@ LAYERS: tuple[frozenset[str], ...] = tuple(
         "planning pddl",
         "data",
         "abilities",
-        "prompts metrics",
-        "benchmarks reference",
+        "prompts",
+        "english tasks",
+        "benchmark",
+        "results",
+        "generator households reference",
         "scoring",
-        "analysis annotation perception questions",
+        "questions studies",
         "run envs report",
-        "human",
         "cli",
         "__main__",
     )
 )
-ALLOWED_SIBLINGS = frozenset({("benchmarks", "reference"), ("reference", "benchmarks")})
+ALLOWED_SIBLINGS = frozenset({("households", "reference"), ("reference", "households")})
 ONLY_IMPORTER = {"gymnasium": "envs", "inspect_ai": "run", "ray": "envs"}
 OF_EXTRAS = frozenset(ONLY_IMPORTER.values())
 """Packages that load a library that not everybody installs."""
@@ -137,7 +139,7 @@ def write_package(root: Path, files: dict[str, str]) -> Path:
             "eai/logic/__init__.py:1: logic must not import world",
         ),
         ("pddl/bad.py", "from eai.planning import x", "eai/pddl/bad.py:1: pddl must not import planning"),
-        ("metrics/bad.py", "import eai.analysis", "eai/metrics/bad.py:1: metrics must not import analysis"),
+        ("results/bad.py", "import eai.studies", "eai/results/bad.py:1: results must not import studies"),
         ("world/bad.py", "from inspect_ai import Task", "eai/world/bad.py:1: only run imports inspect_ai"),
         ("run/bad.py", "import gymnasium.spaces", "eai/run/bad.py:1: only envs imports gymnasium"),
         ("run/bad.py", "import eai.envs", "eai/run/bad.py:1: run must not import envs"),
@@ -152,9 +154,9 @@ def test_checker_finds(tmp_path: Path, place: str, text: str, found: str) -> Non
     ("place", "text"),
     [
         ("world/good.py", "from eai.logic import formula\nfrom . import other\nimport json"),
-        ("analysis/good.py", "from eai.metrics import rate"),
+        ("studies/good.py", "from eai.results import rate"),
         ("run/good.py", "import inspect_ai"),
-        ("envs/good.py", "import gymnasium\nfrom eai.benchmarks import registry"),
+        ("envs/good.py", "import gymnasium\nfrom eai.benchmark import registry"),
         ("cli/good.py", "from eai import __version__, run, world"),
     ],
 )

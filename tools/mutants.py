@@ -7,7 +7,7 @@ A mutant is a module with one small change: a comparison, an operator or a conne
 is one more, a condition is negated. Annotations are left alone, decorators, which say whether instances have
 slots, and ``strict`` of `zip`, which says what holds already. It lies in a copy of the sources, in which run,
 until one notices something, the module's own test file, all tests of its package, the tests elsewhere that
-import the module, and those of the benchmarks, where its callers meet real data. Prints what becomes of each,
+import the module, and those of the households, where its callers meet real data. Prints what becomes of each,
 and how many are noticed; exits with status 1 if those are fewer than nine in ten. Survivors that no test can
 notice, since they mean the same, are listed in `EQUIVALENT`, with the reason.
 """
@@ -34,11 +34,11 @@ PACKAGES = (
     "world",
     "logic",
     "abilities",
-    "metrics",
+    "results",
     "scoring",
     "envs",
     "questions",
-    "benchmarks/generated",
+    "generator",
 )
 WANTED = 0.9
 SECONDS = 900
@@ -71,8 +71,8 @@ EQUIVALENT: dict[str, str] = {
     "goals_satisfied=reached`": "the faults of an episode stand in the place of the verdict's",
     "logic/ltl.py: 0 is 1 in `self._stack.append(_Pending(_PREFIX, make, [], 0, self._scope))`": "a "
     "quantifier has one part, and that has one level at least",
-    "metrics/certainty.py: 0 is 1 in `if len(known[0]) < len(parts):`": "what is of no task is of no name",
-    "metrics/randomisation.py: GtE is Gt in `extreme += _distance(one, other) >= observed - _ROUNDING`": "no "
+    "results/certainty.py: 0 is 1 in `if len(known[0]) < len(parts):`": "what is of no task is of no name",
+    "results/randomisation.py: GtE is Gt in `extreme += _distance(one, other) >= observed - _ROUNDING`": "no "
     "distance is less than the observed one by just this rounding",
 }
 """A mutant, as it is printed but for the number of its line -> why it means the same."""
@@ -190,7 +190,7 @@ def _tests_of(path: Path) -> Iterator[list[Path]]:
         for file in sorted(tests.rglob("test_*.py"))
         if near not in file.parents and re.search(rf"\b{name}\b", file.read_text(encoding="utf-8"))
     ]
-    yield [tests / "benchmarks"]
+    yield [tests / "households"]
 
 
 def _pass(tests: list[Path], sources: Path) -> bool:

@@ -29,23 +29,23 @@ from eai.abilities.codec import sha256_of
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.record import Record
 from eai.abilities.responses import SUFFIX, Response, ResponseFile, read_responses
-from eai.benchmarks.benchmark import Benchmark
-from eai.benchmarks.copied_answers import open_copy_book, open_empty_book
-from eai.benchmarks.lookup import open_lookup_book
-from eai.benchmarks.random_answers import open_random_answers
-from eai.benchmarks.registry import FIRST
-from eai.benchmarks.source import Source
-from eai.benchmarks.suite import DEFAULT_PROTOCOL, Suite, open_suite
-from eai.metrics.coverage import coverage_of
-from eai.metrics.paper_tables import paper_models
-from eai.metrics.published_scores import NULL_MODELS, SCHEMA, TABLE, null_scores, null_table
-from eai.metrics.summary import summarise
+from eai.benchmark.benchmark import Benchmark
+from eai.benchmark.copied_answers import open_copy_book, open_empty_book
+from eai.benchmark.lookup import open_lookup_book
+from eai.benchmark.random_answers import open_random_answers
+from eai.benchmark.registry import FIRST
+from eai.benchmark.suite import DEFAULT_PROTOCOL, Suite, open_suite
 from eai.pddl.planning import PlannerChoice
+from eai.results.coverage import coverage_of
+from eai.results.paper_tables import paper_models
+from eai.results.published_scores import NULL_MODELS, SCHEMA, TABLE, null_scores, null_table
+from eai.results.summary import summarise
 from eai.run.job import PROVIDER
 from eai.scoring.batch import NO_ROW, Settings, score_run
+from eai.tasks.source import Source
 
 ROOT = Path(__file__).resolve().parents[1]
-PAPER = ROOT / "src" / "eai" / "metrics" / "paper"
+PAPER = ROOT / "src" / "eai" / "results" / "paper"
 ANSWERS = ROOT.parent / "shared" / "oracle"
 PACKED = ".json.gz"
 RANDOM_SEED = "0 1 1"

@@ -15,15 +15,15 @@ from typing import Any
 
 from eai.abilities.declarations import DECLARATIONS
 from eai.abilities.protocol import Ability
-from eai.analysis.items import Scores, scores_of
-from eai.analysis.rasch import fit_rasch, variance_between
-from eai.analysis.short_test import choose, cross_validate
-from eai.analysis.suites import by_suite
-from eai.benchmarks import item_difficulties, short_tests
-from eai.benchmarks.suite import DEFAULT_PROTOCOL
+from eai.benchmark.suite import DEFAULT_PROTOCOL
 from eai.cli.analyzed import tables_of
+from eai.results.suites import by_suite
+from eai.studies.items import item_difficulties, short_tests
+from eai.studies.items.analysis import Scores, scores_of
+from eai.studies.items.rasch import fit_rasch, variance_between
+from eai.studies.items.short_test import choose, cross_validate
 
-FOLDER = Path(__file__).resolve().parents[1] / "src" / "eai" / "benchmarks"
+FOLDER = Path(__file__).resolve().parents[1] / "src" / "eai" / "studies" / "items"
 
 
 def main() -> None:

@@ -1,7 +1,7 @@
 """Fits how difficult tasks are expected to be by plan and goals: `python tools/task_difficulty.py`.
 
 A ridge regression of the public tasks' difficulties in action sequencing, written to ``difficulty.json`` of
-``eai.benchmarks``. R squared, rank correlation and error are those of each title by the others alone,
+``eai.benchmark``. R squared, rank correlation and error are those of each title by the others alone,
 as tasks of one title are near copies.
 """
 
@@ -16,12 +16,12 @@ import numpy as np
 from scipy.stats import spearmanr
 
 from eai.abilities.protocol import Ability
-from eai.benchmarks.difficulty import FEATURES, FILE, features_of
-from eai.benchmarks.item_difficulties import item_difficulties
-from eai.benchmarks.registry import FIRST, find_benchmark
-from eai.benchmarks.source import Source
+from eai.benchmark.registry import FIRST, find_benchmark
+from eai.generator.difficulty import FEATURES, FILE, features_of
+from eai.studies.items.item_difficulties import item_difficulties
+from eai.tasks.source import Source
 
-PATH = Path(__file__).resolve().parents[1] / "src" / "eai" / "benchmarks" / FILE
+PATH = Path(__file__).resolve().parents[1] / "src" / "eai" / "generator" / FILE
 RIDGE = 5.0
 
 

@@ -17,9 +17,9 @@ import datasets
 import eai
 from eai import Ability, Suite
 from eai.abilities.declarations import DECLARATIONS
-from eai.benchmarks.prompt_library import Library
-from eai.metrics.summary import contributions
+from eai.benchmark.prompt_library import Library
 from eai.prompts.prompt import PromptSet
+from eai.results.summary import contributions
 
 
 @cache

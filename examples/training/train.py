@@ -21,16 +21,16 @@ from typing import NamedTuple
 from policy import Choice, Reader, Table
 
 from eai.abilities.task import Task
-from eai.benchmarks.generated.generator import Generator, generate
-from eai.benchmarks.generated.outcome import Generated
-from eai.benchmarks.generated.sets import Seeds
-from eai.benchmarks.generated.spec import Spec, Split, Tier
-from eai.benchmarks.generated.splits import Rivals
-from eai.benchmarks.registry import find_benchmark
-from eai.benchmarks.source import Source
-from eai.benchmarks.task_files import write_task_file
-from eai.benchmarks.task_lines import written
+from eai.benchmark.registry import find_benchmark
 from eai.envs import TextEnvironment, make
+from eai.generator.generator import Generator, generate
+from eai.generator.outcome import Generated
+from eai.generator.sets import Seeds
+from eai.generator.spec import Spec, Split, Tier
+from eai.generator.splits import Rivals
+from eai.tasks.source import Source
+from eai.tasks.task_files import write_task_file
+from eai.tasks.task_lines import written
 
 TURNS = 12
 """How many actions an episode has; certificates of tier S take 3 to 6."""

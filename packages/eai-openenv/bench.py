@@ -22,9 +22,9 @@ import httpx
 from openenv import GenericEnvClient
 
 from eai.abilities.protocol import Ability
-from eai.benchmarks.gold_answers import open_answer_book
-from eai.benchmarks.task_reference import TaskReference
+from eai.benchmark.gold_answers import open_answer_book
 from eai.scoring.reward import suite_of
+from eai.tasks.task_reference import TaskReference
 
 PORT = 8765
 

@@ -16,20 +16,20 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from eai.abilities.protocol import Ability, Protocol
     from eai.abilities.task import Goal, GoalKind, Task, goal, make_task
-    from eai.benchmarks.benchmark import Benchmark
-    from eai.benchmarks.registry import find_benchmark, registered
-    from eai.benchmarks.source import Source, given
-    from eai.benchmarks.suite import Suite
+    from eai.benchmark.benchmark import Benchmark
+    from eai.benchmark.registry import find_benchmark, registered
+    from eai.benchmark.suite import Suite
     from eai.errors import DataError, DomainError, EaiError, InputError, ParseError
     from eai.scoring.batch import Scoring
     from eai.scoring.reward import Grade, Reward, reward
     from eai.scoring.shaping import Shaping
+    from eai.tasks.source import Source, given
 
 __version__ = "0.1.0"
 
 _PLACES = {
     "Ability": "eai.abilities.protocol",
-    "Benchmark": "eai.benchmarks.benchmark",
+    "Benchmark": "eai.benchmark.benchmark",
     "DataError": "eai.errors",
     "DomainError": "eai.errors",
     "EaiError": "eai.errors",
@@ -42,14 +42,14 @@ _PLACES = {
     "Reward": "eai.scoring.reward",
     "Scoring": "eai.scoring.batch",
     "Shaping": "eai.scoring.shaping",
-    "Source": "eai.benchmarks.source",
-    "Suite": "eai.benchmarks.suite",
+    "Source": "eai.tasks.source",
+    "Suite": "eai.benchmark.suite",
     "Task": "eai.abilities.task",
-    "find_benchmark": "eai.benchmarks.registry",
-    "given": "eai.benchmarks.source",
+    "find_benchmark": "eai.benchmark.registry",
+    "given": "eai.tasks.source",
     "goal": "eai.abilities.task",
     "make_task": "eai.abilities.task",
-    "registered": "eai.benchmarks.registry",
+    "registered": "eai.benchmark.registry",
     "reward": "eai.scoring.reward",
 }
 """The public names -> the modules that define them."""
@@ -103,7 +103,7 @@ def open(
         DataError: the data cannot be had.
     """
     from eai.abilities.protocol import ability_of, protocol_of
-    from eai.benchmarks.suite import open_suite
+    from eai.benchmark.suite import open_suite
 
     return open_suite(benchmark, ability_of(ability), protocol_of(protocol), source=source)
 

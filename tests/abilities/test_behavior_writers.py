@@ -3,9 +3,9 @@ from __future__ import annotations
 import pytest
 
 from eai.abilities.protocol import Protocol
-from eai.benchmarks.behavior.subgoal_notation import BehaviorSubgoals
-from eai.benchmarks.behavior.tasks import BehaviorTasks, open_tasks
 from eai.data.store import Store
+from eai.households.behavior.subgoal_notation import BehaviorSubgoals
+from eai.households.behavior.tasks import BehaviorTasks, open_tasks
 from subgoal_scorers import behavior_subgoals
 
 WORDS = BehaviorSubgoals()

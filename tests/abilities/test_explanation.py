@@ -5,8 +5,7 @@ from dataclasses import replace
 
 import pytest
 
-from benchmarks.plan_scorers import virtualhome_scorer
-from benchmarks.virtualhome.household import make_task
+from benchmark.plan_scorers import virtualhome_scorer
 from eai.abilities.codec import dataclass_to_json
 from eai.abilities.explanation import (
     Explanation,
@@ -23,6 +22,7 @@ from eai.logic.ltl import parse
 from eai.logic.renaming import rename_variables
 from eai.world import Action, Episode, Luck, Slips
 from eai.world.execution import execute
+from households.virtualhome.household import make_task
 from logic.bddl_text import read_condition
 
 BOTH = pytest.mark.parametrize("protocol", list(Protocol), ids=lambda protocol: protocol.value)

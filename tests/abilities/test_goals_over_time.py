@@ -16,11 +16,11 @@ from eai.abilities.planning import planning_goal
 from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
 from eai.abilities.task import GoalKind, Task
 from eai.abilities.verdict import PlanVerdict
-from eai.benchmarks.benchmark import Benchmark
-from eai.benchmarks.registry import find_benchmark
-from eai.benchmarks.task_lines import TaskLine, task_of, written
+from eai.benchmark.benchmark import Benchmark
+from eai.benchmark.registry import find_benchmark
 from eai.envs.game import Game, Stage
 from eai.envs.rules import Rules
+from eai.tasks.task_lines import TaskLine, task_of, written
 from eai.world.episode import Until
 from eai.world.execution import Action
 

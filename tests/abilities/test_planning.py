@@ -1,13 +1,13 @@
 from __future__ import annotations
 
-from benchmarks.plan_scorers import virtualhome_scorer
-from benchmarks.virtualhome.household import make_task
+from benchmark.plan_scorers import virtualhome_scorer
 from eai.abilities.planning import find_plan, planning_goal
 from eai.abilities.protocol import Protocol
-from eai.benchmarks.virtualhome import domain as virtualhome
-from eai.benchmarks.virtualhome.tasks import VirtualHomeTasks
+from eai.households.virtualhome import domain as virtualhome
+from eai.households.virtualhome.tasks import VirtualHomeTasks
 from eai.logic.formula import Atom, Constant
 from eai.planning.planner import Planner, PlanningEnd, PlanningGoal
+from households.virtualhome.household import make_task
 
 UNREACHABLE = {"688_1"}
 """Tasks whose goal no plan reaches (docs/planner.md)."""

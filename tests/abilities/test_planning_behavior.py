@@ -2,13 +2,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from benchmarks.plan_scorers import behavior_scorer
+from benchmark.plan_scorers import behavior_scorer
 from eai.abilities.planning import find_plan
 from eai.abilities.protocol import Protocol
-from eai.benchmarks.behavior import domain as behavior
-from eai.benchmarks.behavior.subgoal_notation import BehaviorSubgoals
-from eai.benchmarks.behavior.subgoal_writer import carried_out
-from eai.benchmarks.behavior.tasks import BehaviorTask, BehaviorTasks
+from eai.households.behavior import domain as behavior
+from eai.households.behavior.subgoal_notation import BehaviorSubgoals
+from eai.households.behavior.subgoal_writer import carried_out
+from eai.households.behavior.tasks import BehaviorTask, BehaviorTasks
 from eai.planning.planner import Planner
 from eai.world.execution import Action, attempt
 from eai.world.past import Past

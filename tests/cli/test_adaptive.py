@@ -10,15 +10,15 @@ import pytest
 from eai.abilities.protocol import Ability
 from eai.abilities.record import Record
 from eai.abilities.verdict import PlanVerdict
-from eai.benchmarks.item_difficulties import item_difficulties
-from eai.benchmarks.source import Source
-from eai.benchmarks.suite import Suite, open_suite
+from eai.benchmark.suite import Suite, open_suite
 from eai.cli import adaptive
 from eai.cli.order import Order
 from eai.data.store import Store
 from eai.run.job import Decoding, Endpoint, Pace
 from eai.scoring.batch import Settings
-from metrics.verdicts import SUCCEEDED, record
+from eai.studies.items.item_difficulties import item_difficulties
+from eai.tasks.source import Source
+from results.verdicts import SUCCEEDED, record
 
 SUITE = ("behavior", Ability.ACTION_SEQUENCING)
 

@@ -7,15 +7,15 @@ from urllib.parse import parse_qs, unquote, urlsplit
 
 import pytest
 
-from analysis.told import read_table, told_tables
 from cli.conftest import Command
 from eai.abilities.protocol import Ability
-from eai.benchmarks.source import Source
-from eai.benchmarks.suite import open_suite
+from eai.benchmark.suite import open_suite
 from eai.data.store import Store
 from eai.pddl.planning import PlannerChoice
-from metrics.verdicts import record
+from eai.tasks.source import Source
 from report.samples import action_run, goal_run, operator_run, write_runs
+from results.verdicts import record
+from studies.told import read_table, told_tables
 from suites import answer_book
 
 

@@ -15,9 +15,9 @@ import pytest
 
 from cli.conftest import Command
 from eai.abilities.transition_modeling.planners import make_planner
-from eai.annotation.decisions import read_decisions
 from eai.pddl.planning import PlannerChoice, PlannerOutcome, PlanningTask
 from eai.pddl.reader import read_domain, read_problem
+from eai.studies.annotation.decisions import read_decisions
 
 TESTS = Path(__file__).parents[1]
 SHELVES = ("--domain", "annotation.demonstrated:shelves")

@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 
 from cli.conftest import Command
-from eai.benchmarks.generated.fingerprint import Prints
-from eai.benchmarks.generated.generator import Generator
-from eai.benchmarks.generated.outcome import Outcome
+from eai.generator.fingerprint import Prints
+from eai.generator.generator import Generator
+from eai.generator.outcome import Outcome
 from eai.pddl.val import Val, ValVerdict
 
 pytestmark = pytest.mark.usefixtures("data_store")

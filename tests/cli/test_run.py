@@ -11,8 +11,8 @@ import pytest
 from inspect_ai.log import read_eval_log
 
 from eai.abilities.protocol import Ability
-from eai.benchmarks.short_tests import short_test
 from eai.data.store import Store
+from eai.studies.items.short_tests import short_test
 from processes import Outcome, eai
 from run.server import Reply, serve
 from suites import answer_book, official_prompts

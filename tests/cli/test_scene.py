@@ -8,11 +8,11 @@ from typing import Any
 
 import pytest
 
-from analysis.told import told_tables
 from cli.conftest import Command
 from eai.abilities.codec import record_from_json
 from eai.data.store import Store
 from processes import eai as run_eai
+from studies.told import told_tables
 
 JARS = "bottling_fruit_0_Wainscott_0_int_0_2021-05-24_19-46-46"
 HOW = ("run", "--domain", "behavior", "--tasks", JARS, "--set", "eai", "--model")

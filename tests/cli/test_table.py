@@ -7,8 +7,8 @@ from rich.console import Console
 
 from eai.abilities.declarations import DECLARATIONS
 from eai.cli.table import Result, heading, print_rates
-from eai.metrics.coverage import Coverage
-from eai.metrics.rate import Rate
+from eai.results.coverage import Coverage
+from eai.results.rate import Rate
 
 METRICS = [metric for declared in DECLARATIONS.values() for metric in declared.terminal]
 LONG = ("claude-3-5-sonnet-20240620", "a-provider_with-a-long-name/meta-llama-3.1-405b-instruct-turbo")

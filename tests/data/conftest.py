@@ -2,6 +2,6 @@
 
 from __future__ import annotations
 
-from benchmarks.published import index, packs, store, wheel
+from households.published import index, packs, store, wheel
 
 __all__ = ["index", "packs", "store", "wheel"]

@@ -13,14 +13,14 @@ from tempfile import TemporaryDirectory
 import pytest
 from filelock import FileLock
 
-from eai.benchmarks.packs import BEHAVIOR_PDDL, PROMPTS, RESOURCES, TEMPLATES, Pack
-from eai.benchmarks.virtualhome.pack import PACK, VirtualHome
 from eai.data.bundle import Bundle
 from eai.data.dataset import fetch, info, open_pack
 from eai.data.progress import Progress, Report, Stage
 from eai.data.source import Archive
 from eai.data.store import Store
 from eai.errors import DataError
+from eai.households.packs import BEHAVIOR_PDDL, PROMPTS, RESOURCES, TEMPLATES, Pack
+from eai.households.virtualhome.pack import PACK, VirtualHome
 
 NAMES = (PACK, RESOURCES, PROMPTS, BEHAVIOR_PDDL, TEMPLATES)
 
@@ -28,9 +28,9 @@ FETCH = """
 import sys
 from pathlib import Path
 sys.path.insert(0, sys.argv[1])
-from benchmarks.synthetic import Archive
+from benchmark.synthetic import Archive
 from eai.data.dataset import fetch
-from eai.benchmarks.packs import published_packs
+from eai.households.packs import published_packs
 from eai.data.store import Store
 name, version, filename, sha256, size = sys.argv[4:]
 place = Path(sys.argv[3]) if sys.argv[3] else None

@@ -10,13 +10,13 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.synthetic import build_sdist
-from eai.benchmarks.packs import EAI_EVAL
+from benchmark.synthetic import build_sdist
 from eai.data import source
 from eai.data.bundle import open_bundle
 from eai.data.progress import Progress, Stage, silent
 from eai.data.source import Archive, download, find, installer
 from eai.errors import DataError
+from eai.households.packs import EAI_EVAL
 
 PIP = (sys.executable, "-m", "pip")
 

@@ -14,10 +14,10 @@ import pytest
 from gymnasium.error import ResetNeeded
 from gymnasium.utils.env_checker import check_env
 
-from eai.benchmarks.source import Source
 from eai.data.store import Store
 from eai.envs import ANY, IDS, AnyText, make
 from eai.errors import InputError
+from eai.tasks.source import Source
 from envs.switches import SWITCHES, WON
 
 LAMPS = Path(__file__).parents[2] / "examples" / "lamps" / "lamps.py"

@@ -8,11 +8,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from eai.benchmarks.source import Source
 from eai.data.store import Store
 from eai.envs import TextEnvironment, make
 from eai.envs.rules import Feedback, Observe, Reward, Rules
 from eai.errors import InputError
+from eai.tasks.source import Source
 from eai.world.episode import Until
 from envs.switches import SWITCHES, WON
 

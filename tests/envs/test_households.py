@@ -15,14 +15,14 @@ from eai.abilities.explanation import action_text
 from eai.abilities.protocol import Ability
 from eai.abilities.unreadable import Unreadable
 from eai.abilities.verdict import PlanVerdict
-from eai.benchmarks.source import Source
-from eai.benchmarks.suite import open_suite
+from eai.benchmark.suite import open_suite
 from eai.data.store import Store
 from eai.envs import TextEnvironment, make
 from eai.envs.game import Stage
 from eai.envs.rules import Reward as Paid
 from eai.scoring.reward import Reward
 from eai.scoring.shaping import Shaping, gain
+from eai.tasks.source import Source
 from suites import answer_book
 
 SOLVED = {"virtualhome": 337, "behavior": 100}

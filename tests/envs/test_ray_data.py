@@ -13,8 +13,8 @@ import pytest
 
 import eai
 from eai.abilities.responses import Response
-from eai.benchmarks.gold_answers import open_answer_book
-from eai.benchmarks.suite import Suite
+from eai.benchmark.gold_answers import open_answer_book
+from eai.benchmark.suite import Suite
 from eai.data.store import Store
 from eai.envs.ray_data import Scores
 from eai.errors import InputError

@@ -10,7 +10,7 @@ import pytest
 
 import eai
 from eai.abilities.responses import Response
-from eai.benchmarks.gold_answers import open_answer_book
+from eai.benchmark.gold_answers import open_answer_book
 from eai.data.store import Store
 from eai.errors import InputError, WorkerError
 from eai.scoring.batch import Scoring

@@ -16,7 +16,7 @@ import pytest
 
 import eai
 from eai import Ability
-from eai.benchmarks.gold_answers import open_answer_book
+from eai.benchmark.gold_answers import open_answer_book
 from eai.data.store import Store
 from eai.envs.rewards import (
     SkyRlTask,

@@ -5,12 +5,12 @@ import random
 import pytest
 
 from eai.abilities.protocol import Ability
-from eai.benchmarks.registry import find_benchmark
-from eai.benchmarks.source import Source
+from eai.benchmark.registry import find_benchmark
 from eai.data.store import Store
 from eai.envs.rules import Observe
 from eai.envs.view import View
 from eai.planning.successor_generator import applicable_actions
+from eai.tasks.source import Source
 from eai.world.episode import Episode
 from eai.world.state import State, change
 

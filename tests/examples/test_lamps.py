@@ -14,7 +14,7 @@ import eai as library
 from cli.conftest import Command
 from eai.abilities.declarations import DECLARATIONS
 from eai.abilities.protocol import Ability
-from eai.metrics.published_scores import NULL_MODELS
+from eai.results.published_scores import NULL_MODELS
 from eai.world import Action, Episode, check, execute
 from processes import eai as in_own_process
 

@@ -3,8 +3,8 @@ from __future__ import annotations
 import pytest
 from hypothesis import given, settings
 
-from eai.benchmarks.packs import BEHAVIOR_PDDL, RESOURCES
 from eai.data.store import Store
+from eai.households.packs import BEHAVIOR_PDDL, RESOURCES
 from eai.logic.formula import TRUE, And, Atom, Constant, Exists, ForAll, Formula, Not, Variable
 from eai.pddl.model import NO_EFFECT, AddEffect, DeleteEffect, PddlDomain, PddlProblem, TypedName, WhenEffect
 from eai.pddl.offence import Offence, PddlError

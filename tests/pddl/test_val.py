@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 
 from eai.abilities.transition_modeling.task import TransitionTask
-from eai.benchmarks.gold_operators import open_behavior, open_virtualhome
 from eai.data.store import Store
 from eai.errors import DataError
+from eai.households.gold_operators import open_behavior, open_virtualhome
 from eai.pddl.check import check_problem
 from eai.pddl.normalise import normalise
 from eai.pddl.planning import PlanningTask

@@ -2,7 +2,7 @@ from __future__ import annotations
 
 import pytest
 
-from eai.benchmarks.registry import find_benchmark
+from eai.benchmark.registry import find_benchmark
 from eai.planning.spatial import SpatialRoles, spatial_roles
 from world import toy
 

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from eai.benchmarks.benchmark import Benchmark
-from eai.benchmarks.registry import find_benchmark
+from eai.benchmark.benchmark import Benchmark
+from eai.benchmark.registry import find_benchmark
 
 LAMPS = Path(__file__).parents[2] / "examples" / "lamps"
 

@@ -8,13 +8,13 @@ from pathlib import Path
 import pytest
 
 from eai.abilities.task import GoalKind
-from eai.benchmarks.benchmark import Benchmark
-from eai.benchmarks.registry import find_benchmark
-from eai.benchmarks.source import Source
+from eai.benchmark.benchmark import Benchmark
+from eai.benchmark.registry import find_benchmark
 from eai.data.store import Store
 from eai.logic.traversal import objects
 from eai.questions.question import Form, Kind, Question
 from eai.questions.writer import Wanted, Writer
+from eai.tasks.source import Source
 from questions.naive import answer_of, read_world
 
 CELLS = len(Kind) * len(Form)

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from eai.benchmarks.benchmark import Benchmark
-from eai.benchmarks.registry import find_benchmark
+from eai.benchmark.benchmark import Benchmark
+from eai.benchmark.registry import find_benchmark
 from eai.data.store import Store
 from eai.questions.question import Form, Kind, Question, questions_content
 from eai.questions.writer import Wanted, Writer

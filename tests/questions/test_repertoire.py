@@ -1,11 +1,11 @@
 from __future__ import annotations
 
-from eai.benchmarks.benchmark import Benchmark
-from eai.benchmarks.source import Source
+from eai.benchmark.benchmark import Benchmark
 from eai.planning.planner import Planner
 from eai.questions.repertoire import Edge, exhaust
 from eai.questions.rules import Rules
 from eai.questions.setting import Setting, open_setting
+from eai.tasks.source import Source
 from eai.world.execution import Action
 from eai.world.state import Fact
 

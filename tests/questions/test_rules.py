@@ -3,8 +3,8 @@ from __future__ import annotations
 import pytest
 
 import eai.world as w
-from eai.benchmarks.benchmark import Benchmark
-from eai.benchmarks.registry import find_benchmark
+from eai.benchmark.benchmark import Benchmark
+from eai.benchmark.registry import find_benchmark
 from eai.questions.rules import Rules
 
 PUT = """\

@@ -7,13 +7,13 @@ from collections import Counter
 
 import pytest
 
-from eai.benchmarks.registry import find_benchmark
-from eai.benchmarks.source import Source
+from eai.benchmark.registry import find_benchmark
 from eai.data.store import Store
 from eai.questions.balance import best_chance, chances_of, guesses_of
 from eai.questions.question import Form, Kind, Question
 from eai.questions.shortcuts import Glance, Ledger, Posed, Shortcut
 from eai.questions.writer import Wanted, Writer
+from eai.tasks.source import Source
 from questions.naive import CHOICE
 
 SHARED = ["GRAB(cup)", "GRAB(pan)", "OPEN(cup)", "WALK(cup)"]

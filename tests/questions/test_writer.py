@@ -6,14 +6,14 @@ from pathlib import Path
 
 import pytest
 
-from eai.benchmarks.benchmark import Benchmark
-from eai.benchmarks.registry import find_benchmark
-from eai.benchmarks.source import Source
+from eai.benchmark.benchmark import Benchmark
+from eai.benchmark.registry import find_benchmark
 from eai.data.store import Store
 from eai.prompts.template import Templates, template_names
 from eai.questions.balance import balance_of
 from eai.questions.question import Form, Kind, questions_content
 from eai.questions.writer import Wanted, Writer
+from eai.tasks.source import Source
 
 CELLS = [(kind, form) for kind in Kind for form in Form]
 

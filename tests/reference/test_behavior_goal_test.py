@@ -5,16 +5,16 @@ from typing import Any
 
 import pytest
 
-from benchmarks.behavior.kitchen import actions, make_task
 from eai.abilities.goal_test import GoalTest
 from eai.abilities.verdict import Tally
-from eai.benchmarks.behavior import domain as behavior
-from eai.benchmarks.behavior.tasks import BehaviorTask, BehaviorTasks
+from eai.households.behavior import domain as behavior
+from eai.households.behavior.tasks import BehaviorTask, BehaviorTasks
 from eai.logic.formula import Atom, Formula, Not
 from eai.reference.behavior_goal_test import SceneObjects, behavior_goal_test
 from eai.reference.truncated_options import truncated_options
 from eai.world.execution import execute
 from eai.world.state import State
+from households.behavior.kitchen import actions, make_task
 from oracle import read_shared
 
 

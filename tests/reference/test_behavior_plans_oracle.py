@@ -6,11 +6,11 @@ from typing import Any
 
 import pytest
 
-from benchmarks.plan_scorers import behavior_scorer
+from benchmark.plan_scorers import behavior_scorer
 from eai.abilities.action_sequencing.notation import JsonPlans
 from eai.abilities.protocol import Protocol
 from eai.abilities.verdict import PlanVerdict, Verdict
-from eai.benchmarks.behavior.tasks import BehaviorTasks
+from eai.households.behavior.tasks import BehaviorTasks
 from oracle import MODELS, Oracle
 
 SETS = (*MODELS, "gt", "perturb")

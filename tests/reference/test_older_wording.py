@@ -10,9 +10,9 @@ from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.record import Record
 from eai.abilities.subgoal_decomposition.verdict import SubgoalVerdict
 from eai.abilities.verdict import Counted, GoalTallies, PlanVerdict, Tally
-from eai.metrics.paper_tables import PaperColumn, paper_models, paper_table
-from eai.metrics.summary import summarise
 from eai.reference.older_wording import TASK, as_the_paper_asked
+from eai.results.paper_tables import PaperColumn, paper_models, paper_table
+from eai.results.summary import summarise
 from oracle import MODELS, Oracle
 
 ALL_THREE = GoalTallies(Tally(0, 0), Tally(3, 3), Tally(0, 0))

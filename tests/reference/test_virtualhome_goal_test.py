@@ -2,11 +2,11 @@ from __future__ import annotations
 
 import pytest
 
-from benchmarks.virtualhome.household import make_task
 from eai.abilities.goal_test import GoalTest
 from eai.abilities.task import Task
 from eai.abilities.verdict import GoalTallies, Tally
 from eai.reference.virtualhome_goal_test import VirtualHomeGoalTest
+from households.virtualhome.household import make_task
 
 OPEN_FRIDGE = "state OPEN fridge.10"
 TWO_RELATIONS = ("relation ONTOP cup.13 table.12", "relation ONTOP bread.14 table.12")

@@ -4,13 +4,13 @@ import time
 
 import pytest
 
-from benchmarks.plan_scorers import virtualhome_scorer
-from benchmarks.virtualhome.household import make_task
+from benchmark.plan_scorers import virtualhome_scorer
 from eai.abilities.action_sequencing.plan import TOO_LONG, WrittenPlan
 from eai.abilities.json_text import MAX_LENGTH
 from eai.abilities.protocol import Protocol
 from eai.abilities.unreadable import Unreadable
 from eai.reference.virtualhome_plans import LIST_IS_NOT_JSON, read_plan
+from households.virtualhome.household import make_task
 
 Steps = list[tuple[str, tuple[object, ...]]]
 

@@ -12,12 +12,12 @@ import pytest
 
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.verdict import PlanVerdict, Verdict
-from eai.benchmarks.source import Source
-from eai.benchmarks.suite import open_suite
+from eai.benchmark.suite import open_suite
 from eai.data.store import Store
-from eai.metrics.rate import Rate
-from eai.metrics.summary import summarise
 from eai.reference.virtualhome_quirks import QUIRKS
+from eai.results.rate import Rate
+from eai.results.summary import summarise
+from eai.tasks.source import Source
 from oracle import MODELS, Oracle, read_shared
 
 ROOT = Path(__file__).parents[2]

@@ -20,7 +20,7 @@ from eai.pddl.offence import Offence, PddlFinding
 from eai.pddl.planning import PlannerOutcome
 from eai.scoring.records import write_records
 from eai.world.fault import FaultKind
-from metrics.verdicts import goals, record, whole
+from results.verdicts import goals, record, whole
 
 HOSTILE = (
     "</script><script>document.title='owned'</script>"

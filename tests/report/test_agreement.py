@@ -10,8 +10,8 @@ from eai.abilities.verdict import Verdict
 from eai.report.agreement import Agreement, agreements
 from eai.report.run_summary import summary_of
 from eai.report.runs import Run, RunKey
-from metrics.verdicts import record, whole
 from oracle import Oracle
+from results.verdicts import record, whole
 
 GPT_4O = "gpt-4o-2024-05-13"
 

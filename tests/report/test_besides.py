@@ -7,7 +7,6 @@ import pytest
 
 from eai.abilities.protocol import Protocol
 from eai.abilities.record import Record
-from eai.metrics.paper_tables import OTHER_TABLES, paper_table
 from eai.report.besides import tables_besides
 from eai.report.data_files import tables_csv, tables_json
 from eai.report.latex import table_latex
@@ -15,8 +14,9 @@ from eai.report.row import RowSource
 from eai.report.run_summary import RunSummary, summary_of
 from eai.report.runs import Run, RunKey
 from eai.report.table import Table
-from metrics.verdicts import whole
+from eai.results.paper_tables import OTHER_TABLES, paper_table
 from report.samples import action_run, goal_run, operator_run
+from results.verdicts import whole
 
 
 def summary(records: Sequence[Record], protocol: Protocol = Protocol.EAI_1_0_5) -> RunSummary:

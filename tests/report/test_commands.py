@@ -10,16 +10,16 @@ from typer.testing import CliRunner
 
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.responses import Response, ResponseFile
-from eai.benchmarks.gold_answers import open_answer_book
-from eai.benchmarks.source import Source
-from eai.benchmarks.suite import open_suite
+from eai.benchmark.gold_answers import open_answer_book
+from eai.benchmark.suite import open_suite
 from eai.cli import app
 from eai.data.store import Store
 from eai.reference.older_wording import TASK
 from eai.scoring.batch import score_batch
 from eai.scoring.records import write_records
-from metrics.verdicts import SUCCEEDED, record, whole
+from eai.tasks.source import Source
 from report.samples import action_run, goal_run, write_runs
+from results.verdicts import SUCCEEDED, record, whole
 
 RUNNER = CliRunner(env={"COLUMNS": "100"})
 

@@ -10,11 +10,11 @@ import pytest
 from browsing import needs_browser
 from eai.abilities.protocol import Ability
 from eai.abilities.record import Record
-from eai.perception.course import Course
-from eai.perception.tiles import Kind, Tile
 from eai.report.explorer import explorer_html
 from eai.report.explorer_data import Background, ExplorerData
 from eai.report.runs import read_runs
+from eai.studies.perception.course import Course
+from eai.studies.perception.tiles import Kind, Tile
 from report.samples import HOSTILE, all_runs, write_runs
 
 pytestmark = needs_browser

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from eai.benchmarks.distributions import Distribution
 from eai.report.plot_distributions import binned, save
+from eai.results.data_set.distributions import Distribution
 
 pytest.importorskip("matplotlib")
 

@@ -10,11 +10,11 @@ from typer.testing import CliRunner
 from eai.abilities.protocol import Protocol
 from eai.cli import app
 from eai.report import plot_summary
-from eai.report.plot_analyses import PAGE
 from eai.report.run_summary import summary_of
 from eai.report.runs import read_runs
 from eai.report.table import Table
 from eai.report.writer import make_tables
+from eai.results.plot_analyses import PAGE
 from report.samples import action_run, all_runs, write_runs
 
 pytest.importorskip("matplotlib")

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from cli.conftest import Command, eai
-from eai.benchmarks.registry import find_benchmark
+from eai.benchmark.registry import find_benchmark
 from eai.errors import InputError
 from eai.questions.answers import gold_text, noisy_text
 from eai.questions.question import Question, questions_content

@@ -10,16 +10,16 @@ from eai.abilities.record import NOT_ANSWERED, Record
 from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory, SubgoalVerdict
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.abilities.verdict import Confusion, Verdict
-from eai.metrics.published_scores import NULL_MODELS, null_scores, published_scores
-from eai.metrics.rate import Rate
 from eai.pddl.planning import PlannerOutcome
 from eai.report.row import RowSource
 from eai.report.run_summary import summary_of
 from eai.report.runs import Run, RunKey
 from eai.report.table import Table, make_table
 from eai.report.table_specs import TABLES
+from eai.results.published_scores import NULL_MODELS, null_scores, published_scores
+from eai.results.rate import Rate
 from eai.world.fault import FaultKind
-from metrics.verdicts import SUCCEEDED, failed, record, whole
+from results.verdicts import SUCCEEDED, failed, record, whole
 
 BAD = failed(FaultKind.AFFORDANCE)
 SPECS = {spec.name: spec for spec in TABLES}

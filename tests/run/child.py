@@ -15,11 +15,10 @@ from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.record import Record
 from eai.abilities.responses import file_name
 from eai.abilities.verdict import Json
-from eai.benchmarks.registry import find_benchmark
-from eai.benchmarks.source import ErrataChoice, Source
-from eai.benchmarks.suite import Suite, open_suite
-from eai.metrics.rate import Rate
+from eai.benchmark.registry import find_benchmark
+from eai.benchmark.suite import Suite, open_suite
 from eai.pddl.planning import PlannerChoice
+from eai.results.rate import Rate
 from eai.run.evaluation import Answers, obtain_answers
 from eai.run.job import EYES, Endpoint, Job
 from eai.run.logs import write_scores
@@ -27,6 +26,7 @@ from eai.run.registry import TASKS
 from eai.run.scorer import SCORERS
 from eai.scoring.batch import Settings
 from eai.scoring.epochs import Obtained, settle
+from eai.tasks.source import ErrataChoice, Source
 from suites import official_prompts
 
 PLANNER = PlannerChoice.BUILT_IN

@@ -13,7 +13,7 @@ from inspect_ai import list_tasks
 import eai
 from eai.abilities.declarations import DECLARATIONS
 from eai.abilities.protocol import Ability
-from eai.benchmarks.gold_answers import open_answer_book
+from eai.benchmark.gold_answers import open_answer_book
 from eai.data.store import Store
 from eai.run.registry import TASKS
 

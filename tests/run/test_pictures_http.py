@@ -10,12 +10,12 @@ from pathlib import Path
 import pytest
 
 from eai.abilities.protocol import Ability
-from eai.benchmarks.registry import find_benchmark
-from eai.benchmarks.source import Source
+from eai.benchmark.registry import find_benchmark
 from eai.data.store import Store
-from eai.perception.belief import scene_words
-from eai.perception.drawing import png
-from eai.perception.pictures import Clutter, picture_of, picture_words
+from eai.studies.perception.belief import scene_words
+from eai.studies.perception.drawing import png
+from eai.studies.perception.pictures import Clutter, picture_of, picture_words
+from eai.tasks.source import Source
 from processes import eai
 from run.server import Reply, serve
 

@@ -7,13 +7,13 @@ import inspect_ai
 import pytest
 from inspect_ai.util import registry_info
 
-from eai.benchmarks.registry import find_benchmark
-from eai.benchmarks.source import Source
+from eai.benchmark.registry import find_benchmark
 from eai.data.store import Store
 from eai.errors import InputError
 from eai.questions.question import Kind, questions_content
 from eai.questions.writer import Wanted, Writer
 from eai.run.registry import QUESTIONS
+from eai.tasks.source import Source
 
 pytestmark = pytest.mark.filterwarnings("ignore")  # Inspect's are none of ours
 

@@ -18,15 +18,15 @@ from eai.abilities.codec import record_to_json
 from eai.abilities.experiment import Experiment, Feedback
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.record import Record
-from eai.benchmarks.noisy_answers import Noise, heeding_answer, noisy_answer
-from eai.benchmarks.prompt_library import Library
-from eai.benchmarks.source import Source
-from eai.benchmarks.suite import open_suite
+from eai.benchmark.noisy_answers import Noise, heeding_answer, noisy_answer
+from eai.benchmark.prompt_library import Library
+from eai.benchmark.suite import open_suite
 from eai.data.store import Store
 from eai.prompts.feedback import REASONS
 from eai.prompts.prompt import PromptSet
 from eai.scoring.records import read_records
 from eai.scoring.trials import open_trials
+from eai.tasks.source import Source
 from processes import eai
 from run.child import Asked, Whom, evaluate_experiment_in_child, score_in_child
 from run.server import Reply, serve

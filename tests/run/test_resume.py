@@ -13,7 +13,7 @@ import pytest
 from inspect_ai.log import read_eval_log
 
 from eai.abilities.protocol import Ability
-from eai.benchmarks.registry import find_benchmark
+from eai.benchmark.registry import find_benchmark
 from eai.data.store import Store
 from eai.errors import EaiError
 from eai.run.evaluation import obtain_answers

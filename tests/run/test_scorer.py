@@ -16,17 +16,17 @@ from eai.abilities.codec import record_from_json
 from eai.abilities.declarations import DECLARATIONS
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.responses import file_name, read_responses
-from eai.benchmarks.errata import published_errata
-from eai.benchmarks.gold_answers import open_answer_book
-from eai.benchmarks.registry import find_benchmark
-from eai.benchmarks.source import ErrataChoice, Source
-from eai.benchmarks.suite import Suite
+from eai.benchmark.errata import published_errata
+from eai.benchmark.gold_answers import open_answer_book
+from eai.benchmark.registry import find_benchmark
+from eai.benchmark.suite import Suite
 from eai.data.store import Store
-from eai.metrics.breakdown import outcome
-from eai.metrics.rate import Rate
-from eai.metrics.summary import summarise
+from eai.results.breakdown import outcome
+from eai.results.rate import Rate
+from eai.results.summary import summarise
 from eai.run.logs import read_answers
 from eai.scoring.batch import score_batch
+from eai.tasks.source import ErrataChoice, Source
 from run.child import (
     PLANNER,
     Asked,

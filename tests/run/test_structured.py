@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from eai.abilities.protocol import Ability
-from eai.benchmarks.registry import find_benchmark
+from eai.benchmark.registry import find_benchmark
 from eai.prompts.prompt import Prompt
 from eai.run.job import Decoding, Endpoint, Job
 from processes import eai

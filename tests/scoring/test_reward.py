@@ -18,13 +18,13 @@ import eai
 from eai import Ability, Benchmark, InputError, Suite, Task, given, make_task
 from eai.abilities.goal_test import GoalTest
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
-from eai.benchmarks.gold_answers import open_answer_book
-from eai.benchmarks.task_reference import TaskReference
+from eai.benchmark.gold_answers import open_answer_book
 from eai.data.store import Store
 from eai.pddl.planning import PlannerOutcome
 from eai.planning.successor_generator import applicable_actions
 from eai.scoring.reward import METRICS, Reward, reward_of
 from eai.scoring.shaping import Shaping
+from eai.tasks.task_reference import TaskReference
 from eai.world import Action, Constant, Episode, State
 from threading_tests import asked_by_threads
 from world import toy

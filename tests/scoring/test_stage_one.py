@@ -14,20 +14,20 @@ from eai.abilities.protocol import Ability
 from eai.abilities.record import Record
 from eai.abilities.responses import Response, ResponseFile
 from eai.abilities.verdict import Confusion
-from eai.benchmarks.registry import find_benchmark
-from eai.benchmarks.source import Source
-from eai.benchmarks.suite import Suite, open_suite
+from eai.benchmark.registry import find_benchmark
+from eai.benchmark.suite import Suite, open_suite
 from eai.data.store import Store
 from eai.errors import InputError
 from eai.scoring.batch import Settings, score_run
 from eai.scoring.records import write_records
-from eai.scoring.stage_one import (
+from eai.studies.pipeline.stage_one import (
     BelievedGoals,
     Interpretations,
     believe,
     read_believed,
     read_interpretations,
 )
+from eai.tasks.source import Source
 from suites import answer_book
 
 BEHAVIOR = find_benchmark("behavior")

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 import eai
-from eai.benchmarks.gold_answers import open_answer_book
+from eai.benchmark.gold_answers import open_answer_book
 from eai.data.store import Store
 from eai.errors import WorkerError
 from eai.scoring.batch import Scoring

@@ -4,9 +4,9 @@ import random
 
 import pytest
 
-from eai.benchmarks.virtualhome import domain as virtualhome
-from eai.benchmarks.virtualhome.tasks import VirtualHomeTasks
 from eai.errors import DomainError
+from eai.households.virtualhome import domain as virtualhome
+from eai.households.virtualhome.tasks import VirtualHomeTasks
 from eai.logic.formula import Variable
 from eai.reference import virtualhome_domain
 from eai.world.domain import Domain

@@ -28,13 +28,13 @@ from page import page_of
 from published_scores import ANSWERS, find_answers
 
 from eai.abilities.protocol import Ability, Protocol
-from eai.benchmarks.registry import FIRST
-from eai.benchmarks.source import Source
-from eai.benchmarks.suite import open_suite
-from eai.metrics.paper_tables import paper_models
+from eai.benchmark.registry import FIRST
+from eai.benchmark.suite import open_suite
 from eai.pddl.planning import PlannerChoice
 from eai.report.runs import read_runs
+from eai.results.paper_tables import paper_models
 from eai.scoring.batch import NO_ROW, Settings, score_run
+from eai.tasks.source import Source
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "study.md"
 CLAIMS: Sequence[Claim] = (*difficulty.CLAIMS, *errors.CLAIMS, *elsewhere.CLAIMS, *printed.CLAIMS)

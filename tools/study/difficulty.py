@@ -22,10 +22,10 @@ from evidence import (
     told,
 )
 
-from eai.analysis.lines import AnswerLine
-from eai.analysis.suites import goals_of, score_of
-from eai.analysis.table import Estimate
-from eai.benchmarks.registry import find_benchmark
+from eai.benchmark.registry import find_benchmark
+from eai.results.lines import AnswerLine
+from eai.results.suites import goals_of, score_of
+from eai.results.table import Estimate
 
 SUITE = Suite(B, AS)
 PLACE = "appendix, “Correlation with Action Length and Goal Complexity”"

@@ -8,12 +8,12 @@ from collections.abc import Sequence
 from claim import Claim, Finding, Row, Status, by_degree, fisher
 from evidence import GPT_4O, NAMED, TM, B, Evidence, Suite, V
 
-from eai.analysis.sensitivity import OVERALL
-from eai.benchmarks.registry import find_benchmark
-from eai.benchmarks.statistics import table_of
-from eai.metrics.average import average_performance, average_weights
-from eai.metrics.paper_tables import PaperColumn, paper_table
-from eai.metrics.rate import Rate
+from eai.benchmark.registry import find_benchmark
+from eai.results.average import average_performance, average_weights
+from eai.results.data_set.statistics import table_of
+from eai.results.paper_tables import PaperColumn, paper_table
+from eai.results.rate import Rate
+from eai.studies.sensitivity.analysis import OVERALL
 
 PRINTED_V = {
     ("non_spatial_relations", "grab"): 0.97,

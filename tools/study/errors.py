@@ -8,10 +8,10 @@ from claim import Claim, Finding, Row, Status, by_degree
 from evidence import AS, GI, GPT_4O, NAMED, PLANS, SD, TM, B, Evidence, Suite, V, rate, told
 
 from eai.abilities.share import Share
-from eai.analysis.lines import AnswerLine
-from eai.analysis.suites import case_of
-from eai.analysis.table import Estimate
-from eai.metrics.paper_tables import paper_models
+from eai.results.lines import AnswerLine
+from eai.results.paper_tables import paper_models
+from eai.results.suites import case_of
+from eai.results.table import Estimate
 
 SEATED = ("the_character_is_sitting_or_lying",)
 CLOSED = ("is_closed", "is_inside_something_that_is_closed")

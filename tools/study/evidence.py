@@ -12,18 +12,18 @@ from eai.abilities.protocol import Ability
 from eai.abilities.record import Record
 from eai.abilities.share import Share
 from eai.abilities.transition_modeling.scorer import TransitionModeling
-from eai.analysis.correlation import rank_correlation
-from eai.analysis.lines import AnswerLine, Line
-from eai.analysis.sensitivity import Trial, cells_of, try_operators
-from eai.analysis.suites import case_of
-from eai.analysis.table import Estimate
-from eai.analysis.tidy import TableMaker, Tables
-from eai.benchmarks.source import ErrataChoice, Source
-from eai.benchmarks.suite import Suite as ScoredSuite
-from eai.benchmarks.suite import open_suite
-from eai.metrics.paper_tables import paper_models
-from eai.metrics.rate import Rate, rate_of
+from eai.benchmark.suite import Suite as ScoredSuite
+from eai.benchmark.suite import open_suite
 from eai.pddl.planning import PlannerChoice
+from eai.results.lines import AnswerLine, Line
+from eai.results.paper_tables import paper_models
+from eai.results.rate import Rate, rate_of
+from eai.results.suites import case_of
+from eai.results.table import Estimate
+from eai.results.tidy import TableMaker, Tables
+from eai.studies.cofactors.correlation import rank_correlation
+from eai.studies.sensitivity.analysis import Trial, cells_of, try_operators
+from eai.tasks.source import ErrataChoice, Source
 
 V, B = "virtualhome", "behavior"
 NAMED = {V: "VirtualHome", B: "BEHAVIOR"}

@@ -9,7 +9,7 @@ from pathlib import Path
 from claim import Claim, Finding, Status
 from evidence import Evidence
 
-from eai.metrics.paper_tables import paper_models
+from eai.results.paper_tables import paper_models
 
 HEAD = (Path(__file__).parent / "head.md").read_text(encoding="utf-8")
 

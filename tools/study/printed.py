@@ -9,7 +9,7 @@ from claim import Claim, Finding, Row, Status, by_degree, fisher, sign_test
 from elsewhere import NOTHING
 from evidence import AS, GI, NAMED, SD, TM, B, Evidence, V
 
-from eai.metrics.paper_tables import PaperColumn, PaperTable, paper_table
+from eai.results.paper_tables import PaperColumn, PaperTable, paper_table
 
 SOLVED = "task_success"
 EXECUTED = "execution_success"

@@ -1,4 +1,4 @@
-"""What one answer contributes to a metric: a numerator and a denominator, for `eai.metrics` to divide."""
+"""What one answer contributes to a metric: a numerator and a denominator, for `eai.results` to divide."""
 
 from __future__ import annotations
 

@@ -7,16 +7,16 @@ from collections.abc import Mapping, Sequence
 
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import PlanVerdict
-from eai.analysis.adaptive import Estimated, NearCopies, ability_of, next_tasks
-from eai.analysis.table import write_files
-from eai.benchmarks.item_difficulties import item_difficulties, variance_between_names
-from eai.benchmarks.suite import DEFAULT_PROTOCOL, Suite
+from eai.benchmark.suite import DEFAULT_PROTOCOL, Suite
 from eai.cli.console import say
 from eai.cli.order import Order, obtain_and_score
 from eai.errors import InputError
 from eai.prompts.prompt import Prompt
+from eai.results.table import write_files
 from eai.run.job import Endpoint
 from eai.scoring.epochs import SuiteResult
+from eai.studies.items.adaptive import Estimated, NearCopies, ability_of, next_tasks
+from eai.studies.items.item_difficulties import item_difficulties, variance_between_names
 
 ROUND = 5
 """How many tasks are asked at a time, which costs hardly a task more than one by one."""

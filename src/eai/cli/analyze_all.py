@@ -8,15 +8,6 @@ from typing import Annotated
 
 import typer
 
-from eai.analysis.cofactors import cofactor_tables
-from eai.analysis.error_leaves import error_tables
-from eai.analysis.goal_atoms import goal_tables
-from eai.analysis.item_flags import ItemFlags
-from eai.analysis.items import item_tables
-from eai.analysis.suites import Measure
-from eai.analysis.table import Table
-from eai.analysis.tidy import Tables
-from eai.benchmarks.source import Source
 from eai.cli import analyze_cofactors, analyze_errors, analyze_goals, analyze_items
 from eai.cli.analyzed import (
     Explorer,
@@ -32,7 +23,16 @@ from eai.cli.analyzed import (
 )
 from eai.cli.options import AsJson
 from eai.cli.store import DataFolder, store
+from eai.results.suites import Measure
+from eai.results.table import Table
+from eai.results.tidy import Tables
 from eai.scoring.undisturbed import undisturbed
+from eai.studies.cofactors.analysis import cofactor_tables
+from eai.studies.errors.analysis import error_tables
+from eai.studies.goals.analysis import goal_tables
+from eai.studies.items.analysis import item_tables
+from eai.studies.items.item_flags import ItemFlags
+from eai.tasks.source import Source
 
 
 def everything(

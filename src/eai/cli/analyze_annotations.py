@@ -9,12 +9,12 @@ from typing import Annotated
 import typer
 
 from eai.abilities.verdict import Json
-from eai.analysis.annotations import PAPER, Quality, histogram_table, quality, quality_table, read_ratings
-from eai.analysis.table import write_tables
 from eai.cli.analyzed import Figures, draw_figures
 from eai.cli.console import counted, tell
 from eai.cli.options import AsJson
-from eai.report import plot_ratings
+from eai.results.table import write_tables
+from eai.studies.ratings import plots as plot_ratings
+from eai.studies.ratings.analysis import PAPER, Quality, histogram_table, quality, quality_table, read_ratings
 
 
 def rate_annotations(

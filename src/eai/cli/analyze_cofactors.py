@@ -7,13 +7,14 @@ from typing import Annotated
 
 import typer
 
-from eai.analysis.cofactors import cofactor_tables
-from eai.analysis.suites import Measure
-from eai.analysis.table import Table
 from eai.cli.analyzed import Figures, Plots, Records, of_suite, say, tables_of, with_extra, write_analysis
 from eai.cli.options import AsJson
 from eai.cli.store import DataFolder
-from eai.report import plot_analyses, plot_cofactors
+from eai.results import plot_analyses
+from eai.results.suites import Measure
+from eai.results.table import Table
+from eai.studies.cofactors import plots as plot_cofactors
+from eai.studies.cofactors.analysis import cofactor_tables
 
 
 def cofactors(

@@ -9,12 +9,12 @@ from typing import Annotated
 import typer
 
 from eai.abilities.declarations import DECLARATIONS
-from eai.analysis.contamination import REMARKS, Pair, contamination_table
-from eai.analysis.table import write_tables
 from eai.cli.analyzed import Records, Written, say
 from eai.cli.options import AsJson
 from eai.errors import InputError
 from eai.report.runs import Run, read_runs
+from eai.results.table import write_tables
+from eai.studies.contamination.analysis import REMARKS, Pair, contamination_table
 
 
 def contamination(

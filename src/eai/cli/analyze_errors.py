@@ -7,8 +7,6 @@ from typing import Annotated
 
 import typer
 
-from eai.analysis.error_leaves import error_tables
-from eai.analysis.table import Table
 from eai.cli.analyzed import (
     Explorer,
     Figures,
@@ -22,7 +20,10 @@ from eai.cli.analyzed import (
 )
 from eai.cli.options import AsJson
 from eai.cli.store import DataFolder
-from eai.report import plot_analyses, plot_leaves
+from eai.results import plot_analyses
+from eai.results.table import Table
+from eai.studies.errors import plots as plot_leaves
+from eai.studies.errors.analysis import error_tables
 
 
 def errors(

@@ -7,12 +7,12 @@ from typing import Annotated
 
 import typer
 
-from eai.analysis.goal_atoms import goal_tables
-from eai.analysis.table import Table
 from eai.cli.analyzed import Figures, Plots, Records, of_suite, say, tables_of, write_analysis
 from eai.cli.options import AsJson
 from eai.cli.store import DataFolder
-from eai.report import plot_analyses
+from eai.results import plot_analyses
+from eai.results.table import Table
+from eai.studies.goals.analysis import goal_tables
 
 
 def goals(

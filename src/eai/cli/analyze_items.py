@@ -7,15 +7,16 @@ from typing import Annotated
 
 import typer
 
-from eai.analysis.item_flags import ItemFlags
-from eai.analysis.items import FEWEST_MODELS, item_tables
-from eai.analysis.table import Table
-from eai.benchmarks.source import Source
 from eai.cli.analyzed import Figures, Plots, Records, of_suite, say, tables_of, with_extra, write_analysis
 from eai.cli.options import AsJson
 from eai.cli.store import DataFolder, store
 from eai.errors import InputError
-from eai.report import plot_analyses, plot_items
+from eai.results import plot_analyses
+from eai.results.table import Table
+from eai.studies.items import plots as plot_items
+from eai.studies.items.analysis import FEWEST_MODELS, item_tables
+from eai.studies.items.item_flags import ItemFlags
+from eai.tasks.source import Source
 
 
 def items(

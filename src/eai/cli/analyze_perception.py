@@ -9,12 +9,12 @@ from typing import Annotated
 import typer
 
 from eai.abilities.responses import file_name
-from eai.analysis.perception import PerceptionRuns, perception_runs, perception_tables
 from eai.cli.analyzed import Figures, Plots, Records, of_run, say, write_analysis
 from eai.cli.options import AsJson
 from eai.errors import InputError
-from eai.report import plot_perception
 from eai.report.runs import Run, RunKey, read_runs
+from eai.studies.perception import plots as plot_perception
+from eai.studies.perception.analysis import PerceptionRuns, perception_runs, perception_tables
 
 _NAME = "perception"
 

@@ -14,22 +14,22 @@ from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.protocol import Ability
 from eai.abilities.responses import file_name
 from eai.abilities.verdict import Verdict
-from eai.analysis.pipeline import Pipeline, pooled
-from eai.analysis.table import Estimate, Table, write_tables
-from eai.benchmarks.benchmark import Benchmark
-from eai.benchmarks.gold_answers import open_planned_book
-from eai.benchmarks.registry import find_benchmark
-from eai.benchmarks.source import Source
-from eai.benchmarks.suite import open_suite
+from eai.benchmark.benchmark import Benchmark
+from eai.benchmark.gold_answers import open_planned_book
+from eai.benchmark.registry import find_benchmark
+from eai.benchmark.suite import open_suite
 from eai.cli.analyzed import Written, say
 from eai.cli.console import data_progress, errors, output
 from eai.cli.options import AsJson
 from eai.cli.store import DataFolder, store
 from eai.errors import InputError
-from eai.metrics.paper_tables import paper_models, paper_setting, paper_table
 from eai.planning.planner import PlanningLimits
 from eai.report.runs import Run, RunKey, read_runs
-from eai.scoring.stage_one import read_interpretations
+from eai.results.paper_tables import paper_models, paper_setting, paper_table
+from eai.results.table import Estimate, Table, write_tables
+from eai.studies.pipeline.analysis import Pipeline, pooled
+from eai.studies.pipeline.stage_one import read_interpretations
+from eai.tasks.source import Source
 
 _NAME = "pipeline"
 

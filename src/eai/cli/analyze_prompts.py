@@ -10,14 +10,14 @@ import typer
 
 from eai.abilities.responses import file_name
 from eai.abilities.verdict import Json
-from eai.analysis.prompts import PLAIN, Matrix, matrix_of, prompt_tables
-from eai.analysis.table import write_tables
 from eai.cli.analyzed import Figures, Records, draw_figures
 from eai.cli.console import counted, tell
 from eai.cli.options import AsJson
 from eai.errors import InputError
-from eai.report import plot_prompts
 from eai.report.runs import Run, read_runs
+from eai.results.table import write_tables
+from eai.studies.prompts import plots as plot_prompts
+from eai.studies.prompts.analysis import PLAIN, Matrix, matrix_of, prompt_tables
 
 
 def prompts(

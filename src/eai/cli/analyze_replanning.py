@@ -11,16 +11,16 @@ import typer
 from rich.table import Table as Grid
 
 from eai.abilities.responses import file_name
-from eai.analysis.replanning import Arm, arms_of, remarks, tables
-from eai.analysis.table import Cell, Estimate, Table, write_tables
 from eai.cli.analyzed import Figures, Plots, Records, Written, draw_figures, of_run, say
 from eai.cli.console import output
 from eai.cli.options import AsJson
 from eai.errors import InputError
-from eai.metrics.paper_tables import paper_setting, paper_table
 from eai.reference.replanning import counted_as_published
-from eai.report import plot_attempts
 from eai.report.runs import Run, RunKey, read_runs
+from eai.results.paper_tables import paper_setting, paper_table
+from eai.results.table import Cell, Estimate, Table, write_tables
+from eai.studies.attempts import plots as plot_attempts
+from eai.studies.attempts.analysis import Arm, arms_of, remarks, tables
 
 _NAME = "replanning"
 _PAPER = ("replanning", "replanning_prose", "replanning_stochastic")

@@ -12,10 +12,7 @@ from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.record import Record
 from eai.abilities.transition_modeling.judgement import Replaced
 from eai.abilities.transition_modeling.scorer import TransitionModeling
-from eai.analysis.sensitivity import OVERALL, Trial, sensitivity_tables, try_operators
-from eai.analysis.table import Table
-from eai.benchmarks.source import Source
-from eai.benchmarks.suite import Suite, open_suite
+from eai.benchmark.suite import Suite, open_suite
 from eai.cli.analyzed import Figures, Plots, Records, of_suite, say, write_analysis
 from eai.cli.console import data_progress, note_planner
 from eai.cli.options import AsJson, Planner
@@ -23,8 +20,11 @@ from eai.cli.progress import scoring_progress
 from eai.cli.store import DataFolder, store
 from eai.errors import InputError
 from eai.pddl.planning import PlannerChoice
-from eai.report import plot_analyses
 from eai.report.runs import read_runs
+from eai.results import plot_analyses
+from eai.results.table import Table
+from eai.studies.sensitivity.analysis import OVERALL, Trial, sensitivity_tables, try_operators
+from eai.tasks.source import Source
 
 
 def sensitivity(

@@ -9,12 +9,12 @@ from typing import Annotated
 import typer
 
 from eai.abilities.verdict import Json
-from eai.analysis.lines import TABLES
-from eai.analysis.table import lines_csv, write_files, write_parquet
 from eai.cli.analyzed import Records, tables_of
 from eai.cli.console import counted, tell
 from eai.cli.options import AsJson
 from eai.cli.store import DataFolder
+from eai.results.lines import TABLES
+from eai.results.table import lines_csv, write_files, write_parquet
 
 
 class Format(str, Enum):

@@ -12,17 +12,17 @@ from urllib.parse import quote
 import typer
 
 from eai.abilities.verdict import Json
-from eai.analysis.suites import SuiteKey
-from eai.analysis.table import Table, write_tables
-from eai.analysis.tidy import TableMaker, Tables
-from eai.benchmarks.source import ErrataChoice, Source
 from eai.cli.console import counted, data_progress, errors, tell
 from eai.cli.store import store
 from eai.errors import EaiError, InputError, how_to_install
-from eai.report.plot_files import entitle, styled, write
-from eai.report.plot_text import clipped
 from eai.report.runs import RunKey, read_runs
+from eai.results.plot_files import entitle, styled, write
+from eai.results.plot_text import clipped
+from eai.results.suites import SuiteKey
+from eai.results.table import Table, write_tables
+from eai.results.tidy import TableMaker, Tables
 from eai.scoring.undisturbed import undisturbed
+from eai.tasks.source import ErrataChoice, Source
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -13,21 +13,21 @@ import typer
 
 from eai.abilities.task import Task
 from eai.abilities.verdict import Json
-from eai.annotation.annotated import Annotation, annotate, by_title, check, differences
-from eai.annotation.choosing import HELP, Listing, decide
-from eai.annotation.decisions import Chosen, Decisions, read_decisions, write_decisions
-from eai.annotation.frequency import frequencies
-from eai.benchmarks.benchmark import Benchmark
-from eai.benchmarks.registry import find_benchmark
-from eai.benchmarks.source import ErrataChoice, Source
-from eai.benchmarks.task_files import write_task_file
-from eai.benchmarks.task_lines import written
+from eai.benchmark.benchmark import Benchmark
+from eai.benchmark.registry import find_benchmark
 from eai.cli import annotate_problems
 from eai.cli.console import DOMAIN_HELP, counted, data_progress, note, print_json, say, tell_findings
 from eai.cli.options import AsJson
 from eai.cli.store import DataFolder, store
 from eai.errors import InputError, InterruptError, did_you_mean
 from eai.logic.ltl_printer import print_ltl
+from eai.studies.annotation.annotated import Annotation, annotate, by_title, check, differences
+from eai.studies.annotation.choosing import HELP, Listing, decide
+from eai.studies.annotation.decisions import Chosen, Decisions, read_decisions, write_decisions
+from eai.studies.annotation.frequency import frequencies
+from eai.tasks.source import ErrataChoice, Source
+from eai.tasks.task_files import write_task_file
+from eai.tasks.task_lines import written
 from eai.world.state import Fact, Scene
 
 app = typer.Typer(help="From demonstrations to goals and planning problems.", no_args_is_help=True)

@@ -9,10 +9,8 @@ from typing import Annotated
 import typer
 
 from eai.abilities.transition_modeling.planners import make_planner
-from eai.annotation.problems import Problem, domain_of, make_problem, with_one_domain
-from eai.benchmarks.benchmark import Benchmark
-from eai.benchmarks.registry import find_benchmark
-from eai.benchmarks.source import Source
+from eai.benchmark.benchmark import Benchmark
+from eai.benchmark.registry import find_benchmark
 from eai.cli.console import DOMAIN_HELP, counted, data_progress, note, print_json, say
 from eai.cli.options import AsJson, Planner
 from eai.cli.progress import scoring_progress
@@ -21,6 +19,8 @@ from eai.data.files import write_whole
 from eai.errors import InputError
 from eai.pddl.model import PddlDomain
 from eai.pddl.planning import PlannerChoice, PlannerOutcome
+from eai.studies.annotation.problems import Problem, domain_of, make_problem, with_one_domain
+from eai.tasks.source import Source
 
 DOMAIN_FILE = "domain.pddl"
 

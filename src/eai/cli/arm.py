@@ -8,16 +8,16 @@ from functools import partial
 
 from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import Ability
-from eai.benchmarks.prompt_library import Library
-from eai.benchmarks.suite import Suite
+from eai.benchmark.prompt_library import Library
+from eai.benchmark.suite import Suite
 from eai.cli.first_stage import FirstStage, stage_two
 from eai.cli.order import Order, ask_for_scene_graphs, obtain_and_score
 from eai.cli.scene_stage import Scenes
 from eai.errors import InputError
-from eai.perception.showing import Scene, SceneChoice, refuse_besides, scene_abilities
 from eai.prompts.prompt import Prompt
 from eai.run.job import Endpoint
 from eai.scoring.trials import Trials, open_trials
+from eai.studies.perception.showing import Scene, SceneChoice, refuse_besides, scene_abilities
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,15 +12,15 @@ from eai.abilities.record import Record
 from eai.abilities.task import Task
 from eai.abilities.unreadable import Unreadable
 from eai.abilities.verdict import ErrorReport, PlanVerdict
-from eai.benchmarks.gold_answers import open_answer_book
-from eai.benchmarks.packs import published_packs
-from eai.benchmarks.registry import registered
-from eai.benchmarks.source import ErrataChoice, Source
-from eai.benchmarks.suite import Suite, open_suite
+from eai.benchmark.gold_answers import open_answer_book
+from eai.benchmark.registry import registered
+from eai.benchmark.suite import Suite, open_suite
 from eai.data import dataset
 from eai.data.store import Store
 from eai.errors import EaiError
+from eai.households.packs import published_packs
 from eai.planning.planner import Planner
+from eai.tasks.source import ErrataChoice, Source
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence, Set
 
-from eai.benchmarks.prompt_library import Library
-from eai.benchmarks.short_tests import SHORT, short_test
-from eai.benchmarks.suite import Suite
+from eai.benchmark.prompt_library import Library
+from eai.benchmark.suite import Suite
 from eai.cli.options import listed
 from eai.errors import InputError, did_you_mean
 from eai.prompts.prompt import Prompt
+from eai.studies.items.short_tests import SHORT, short_test
 
 
 def _named(tasks: str, suites: Sequence[Suite]) -> frozenset[str]:

@@ -17,13 +17,13 @@ from eai.cli.console import note, output, print_json, print_remark
 from eai.cli.options import AsJson
 from eai.cli.table import Column, print_table
 from eai.errors import InputError
-from eai.metrics.certainty import Certainty, Interval
-from eai.metrics.comparison import Comparison, Difference
-from eai.metrics.comparison import compare as compare_runs
-from eai.metrics.coverage import coverage_of, planners_of
 from eai.questions.comparison import ALL, QuestionPair, compare_questions, question_pairs
 from eai.questions.records import ABILITY
 from eai.report.runs import Run, find_question_records, read_runs
+from eai.results.certainty import Certainty, Interval
+from eai.results.comparison import Comparison, Difference
+from eai.results.comparison import compare as compare_runs
+from eai.results.coverage import coverage_of, planners_of
 
 _SURE = 0.05
 _UNNAMED = (
@@ -146,7 +146,7 @@ def _runs(path: Path) -> Mapping[_Place, Run]:
 
 def _by_tasks(runs: Mapping[_Place, Run]) -> Mapping[_Place, Run]:
     """The runs under the names of the benchmarks whose tasks they have, where one name has one run."""
-    from eai.benchmarks.obfuscated import plain_name
+    from eai.benchmark.obfuscated import plain_name
 
     places = {place: (plain_name(place[0]), *place[1:]) for place in runs}
     alone = Counter(places.values())

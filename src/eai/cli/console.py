@@ -15,15 +15,15 @@ from rich.segment import Segment
 
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import Json
-from eai.benchmarks.finding import Finding
-from eai.benchmarks.suite import Suite
+from eai.benchmark.suite import Suite
 from eai.data.files import printable
 from eai.data.progress import Progress as Step
 from eai.data.progress import Report, Stage
 from eai.errors import EaiError, how_to_install
-from eai.metrics.coverage import Coverage
-from eai.metrics.errata_effect import ErrataEffect
 from eai.pddl.planning import PlannerChoice
+from eai.results.coverage import Coverage
+from eai.results.errata_effect import ErrataEffect
+from eai.tasks.finding import Finding
 
 DOMAIN_HELP = (
     "A benchmark: virtualhome, behavior, another one by its name, module:object, pddl:FILE,DIR, "

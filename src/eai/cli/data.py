@@ -8,13 +8,7 @@ from typing import Annotated
 import typer
 
 from eai.abilities.verdict import Json
-from eai.annotation.quality import check_annotations
-from eai.benchmarks.croissant import write_croissant
-from eai.benchmarks.packs import fetch_published, published_packs
-from eai.benchmarks.registry import find_benchmark, registered
-from eai.benchmarks.source import ErrataChoice, Source
-from eai.benchmarks.statistics import table_of
-from eai.benchmarks.validation import validate as check
+from eai.benchmark.registry import find_benchmark, registered
 from eai.cli.console import DOMAIN_HELP, counted, data_progress, output, print_json, say, tell, tell_findings
 from eai.cli.data_stats import print_statistics, write_distributions, write_tasks
 from eai.cli.options import AsJson, Errata
@@ -22,7 +16,13 @@ from eai.cli.store import DataFolder, store
 from eai.cli.table import Column, print_table
 from eai.data import dataset
 from eai.data.dataset import PackStatus
+from eai.households.croissant import write_croissant
+from eai.households.packs import fetch_published, published_packs
+from eai.households.validation import validate as check
 from eai.pddl.planning import PlannerChoice
+from eai.results.data_set.statistics import table_of
+from eai.studies.annotation.quality import check_annotations
+from eai.tasks.source import ErrataChoice, Source
 
 app = typer.Typer(help="The data set: fetch it, say where it is, count it, check it.", no_args_is_help=True)
 

@@ -8,15 +8,15 @@ from typing import Any
 
 from rich.table import Table
 
-from eai.analysis.table import csv_text
-from eai.benchmarks.benchmark import Benchmark
-from eai.benchmarks.distributions import distributions
-from eai.benchmarks.profiles import profiles_of
-from eai.benchmarks.source import Source
-from eai.benchmarks.statistics import StatRow, StatTable
+from eai.benchmark.benchmark import Benchmark
 from eai.cli.console import output
 from eai.data.files import write_whole
 from eai.report import plot_distributions
+from eai.results.data_set.distributions import distributions
+from eai.results.data_set.profiles import profiles_of
+from eai.results.data_set.statistics import StatRow, StatTable
+from eai.results.table import csv_text
+from eai.tasks.source import Source
 
 
 def print_statistics(counted: StatTable) -> None:

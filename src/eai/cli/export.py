@@ -16,11 +16,9 @@ import typer
 from eai.abilities.protocol import Ability, ability_of
 from eai.abilities.record import Record
 from eai.abilities.verdict import Json
-from eai.benchmarks.prompt_library import Library
-from eai.benchmarks.registry import find_benchmark, registered
-from eai.benchmarks.source import Source
-from eai.benchmarks.suite import open_suite
-from eai.benchmarks.task_files import task_files_in
+from eai.benchmark.prompt_library import Library
+from eai.benchmark.registry import find_benchmark, registered
+from eai.benchmark.suite import open_suite
 from eai.cli.console import DOMAIN_HELP, counted, data_progress, tell
 from eai.cli.options import ABILITIES, AsJson
 from eai.cli.store import DataFolder, store
@@ -40,6 +38,8 @@ from eai.scoring.training_data import (
     rewarded,
     verified_rows,
 )
+from eai.tasks.source import Source
+from eai.tasks.task_files import task_files_in
 
 app = typer.Typer(
     help="Data sets for training: prompts, verified answers, preferences.", no_args_is_help=True

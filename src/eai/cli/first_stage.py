@@ -9,14 +9,14 @@ from typing import NamedTuple
 
 from eai.abilities.protocol import Ability
 from eai.abilities.responses import file_name
-from eai.benchmarks.prompt_library import Library
-from eai.benchmarks.suite import Suite, open_suite
+from eai.benchmark.prompt_library import Library
+from eai.benchmark.suite import Suite, open_suite
 from eai.cli.experiment import OWN
 from eai.errors import InputError
 from eai.prompts.prompt import Prompt
 from eai.run.job import Endpoint
 from eai.scoring.epochs import SuiteResult
-from eai.scoring.stage_one import (
+from eai.studies.pipeline.stage_one import (
     STAGE_TWO,
     BelievedGoals,
     Interpretations,

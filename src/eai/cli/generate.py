@@ -12,23 +12,23 @@ from rich.progress import Progress
 from rich.table import Table
 
 from eai.abilities.task import Task
-from eai.benchmarks.generated import fingerprint
-from eai.benchmarks.generated.generator import Generator, generate
-from eai.benchmarks.generated.measures import AtLeast, Measure
-from eai.benchmarks.generated.outcome import Generated, Outcome, Rejected
-from eai.benchmarks.generated.sets import Seeds, Shape, manifest_entry, sets_in, write_manifest
-from eai.benchmarks.generated.spec import Forms, HeldOut, Spec, Split, Tier
-from eai.benchmarks.generated.splits import Overlap, Rivals, is_before
-from eai.benchmarks.plan_validation import verdict_of_val
-from eai.benchmarks.registry import find_benchmark
-from eai.benchmarks.source import Source
-from eai.benchmarks.task_files import open_task_files, task_file_content, write_task_file
-from eai.benchmarks.task_lines import written
+from eai.benchmark.plan_validation import verdict_of_val
+from eai.benchmark.registry import find_benchmark
 from eai.cli.console import DOMAIN_HELP, counted, data_progress, errors, output, tell
 from eai.cli.options import AsJson
 from eai.cli.store import DataFolder, store
 from eai.errors import EaiError, InputError, InterruptError, did_you_mean
+from eai.generator import fingerprint
+from eai.generator.generator import Generator, generate
+from eai.generator.measures import AtLeast, Measure
+from eai.generator.outcome import Generated, Outcome, Rejected
+from eai.generator.sets import Seeds, Shape, manifest_entry, sets_in, write_manifest
+from eai.generator.spec import Forms, HeldOut, Spec, Split, Tier
+from eai.generator.splits import Overlap, Rivals, is_before
 from eai.pddl.val import Val, ValVerdict
+from eai.tasks.source import Source
+from eai.tasks.task_files import open_task_files, task_file_content, write_task_file
+from eai.tasks.task_lines import written
 from eai.world.domain import Domain
 
 

@@ -9,16 +9,16 @@ from typing import Annotated
 import typer
 
 from eai.abilities.verdict import Json
-from eai.benchmarks.prompt_library import Library
-from eai.benchmarks.registry import find_benchmark
-from eai.benchmarks.source import Source
+from eai.benchmark.prompt_library import Library
+from eai.benchmark.registry import find_benchmark
 from eai.cli.console import DOMAIN_HELP, counted, data_progress, tell
 from eai.cli.options import AsJson, OfAbility, listed
 from eai.cli.store import DataFolder, store
 from eai.data.files import write_whole
 from eai.errors import InputError
-from eai.human.form import form_html
 from eai.prompts.prompt import PromptSet
+from eai.studies.human.form import form_html
+from eai.tasks.source import Source
 
 app = typer.Typer(no_args_is_help=True, help="People who answer the questions that models get.")
 

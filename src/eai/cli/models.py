@@ -11,8 +11,8 @@ import typer
 
 from eai.abilities.responses import file_name
 from eai.abilities.verdict import Json
-from eai.benchmarks.answer_files import recorded_file
-from eai.benchmarks.suite import Suite
+from eai.benchmark.answer_files import recorded_file
+from eai.benchmark.suite import Suite
 from eai.errors import InputError
 from eai.run.job import EYES, PROVIDER, Effort, Endpoint, check_model
 

@@ -7,9 +7,9 @@ from typing import Annotated
 import typer
 
 from eai.abilities.protocol import Ability, Protocol, ability_of, protocol_of
-from eai.benchmarks.source import ErrataChoice, errata_choice, planner_choice
 from eai.cli.console import DOMAIN_HELP, MISSING_HELP
 from eai.pddl.planning import PlannerChoice
+from eai.tasks.source import ErrataChoice, errata_choice, planner_choice
 
 ANSWERS, SCORING, OUTPUT = "What is scored", "Scoring", "Output"
 """The panels of the help of commands that score."""

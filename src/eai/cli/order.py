@@ -11,7 +11,7 @@ import typer
 from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import Ability
 from eai.abilities.responses import file_name
-from eai.benchmarks.suite import Suite
+from eai.benchmark.suite import Suite
 from eai.cli.console import counted, dollars, note, print_json, say, without_inspect
 from eai.cli.first_stage import FirstStage
 from eai.cli.progress import run_progress, scoring_progress

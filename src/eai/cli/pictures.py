@@ -9,15 +9,15 @@ from typing import Annotated
 import typer
 
 from eai.abilities.protocol import Ability
-from eai.benchmarks.source import Source
-from eai.benchmarks.suite import open_suite
+from eai.benchmark.suite import open_suite
 from eai.cli.chosen_tasks import tasks_of
 from eai.cli.console import DOMAIN_HELP, counted, data_progress, tell
 from eai.cli.options import AsJson
 from eai.cli.store import DataFolder, store
 from eai.data.files import write_whole
-from eai.perception.drawing import png, svg
-from eai.perception.pictures import Clutter, picture_of, picture_words
+from eai.studies.perception.drawing import png, svg
+from eai.studies.perception.pictures import Clutter, picture_of, picture_words
+from eai.tasks.source import Source
 
 
 class Format(str, Enum):

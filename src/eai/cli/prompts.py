@@ -7,15 +7,15 @@ from typing import Annotated
 
 import typer
 
-from eai.benchmarks.prompt_library import Library
-from eai.benchmarks.registry import find_benchmark
-from eai.benchmarks.source import ErrataChoice, Source
+from eai.benchmark.prompt_library import Library
+from eai.benchmark.registry import find_benchmark
 from eai.cli.console import DOMAIN_HELP, data_progress, tell
 from eai.cli.options import AsJson, Errata, OfAbility
 from eai.cli.store import DataFolder, store
 from eai.data.files import write_whole
 from eai.prompts.prompt import PromptSet, prompt_file, system_file
-from eai.scoring.stage_one import read_believed
+from eai.studies.pipeline.stage_one import read_believed
+from eai.tasks.source import ErrataChoice, Source
 
 
 def prompts(

@@ -12,8 +12,7 @@ from typer.core import TyperGroup
 
 from eai.abilities.responses import Response, ResponseFile, file_name, read_responses, write_responses
 from eai.abilities.verdict import Json
-from eai.benchmarks.registry import find_benchmark
-from eai.benchmarks.source import Source
+from eai.benchmark.registry import find_benchmark
 from eai.cli.console import (
     DOMAIN_HELP,
     counted,
@@ -31,7 +30,6 @@ from eai.cli.store import DataFolder, store
 from eai.cli.table import Column, percent, print_table
 from eai.data.files import write_whole
 from eai.errors import InputError
-from eai.metrics.rate import Rate
 from eai.prompts.template import Templates
 from eai.questions.balance import Balance, balance_of, best_chance, chances_of, guesses_of
 from eai.questions.question import Form, Kind, Question, questions_content, read_questions
@@ -47,8 +45,10 @@ from eai.questions.results import (
     tabulate,
 )
 from eai.questions.writer import Wanted, Writer
+from eai.results.rate import Rate
 from eai.run.job import Endpoint, Pace, check_model
 from eai.run.journal import sole_run
+from eai.tasks.source import Source
 
 WRITE = "write"
 

@@ -10,11 +10,9 @@ from typing import Annotated
 import typer
 
 from eai.abilities.protocol import Ability
-from eai.benchmarks.benchmark import Benchmark
-from eai.benchmarks.packs import published_packs
-from eai.benchmarks.prompt_library import Library
-from eai.benchmarks.registry import find_benchmark, registered
-from eai.benchmarks.source import Source
+from eai.benchmark.benchmark import Benchmark
+from eai.benchmark.prompt_library import Library
+from eai.benchmark.registry import find_benchmark, registered
 from eai.cli.console import counted, note, print_json, say
 from eai.cli.options import AsJson, listed
 from eai.cli.store import DataFolder, store
@@ -22,8 +20,7 @@ from eai.data import dataset
 from eai.data.files import write_whole
 from eai.data.store import Store
 from eai.errors import EaiError, InputError
-from eai.metrics.cost import read_price_list
-from eai.perception.course import courses
+from eai.households.packs import published_packs
 from eai.prompts.prompt import PromptSet
 from eai.questions.records import read_question_runs
 from eai.report.document import Plot
@@ -35,6 +32,9 @@ from eai.report.run_summary import RunSummary, plain_runs, summary_of
 from eai.report.runs import as_asked_in_paper, find_question_records, read_runs
 from eai.report.table import Table
 from eai.report.writer import make_tables, write_tables
+from eai.results.cost import read_price_list
+from eai.studies.perception.course import courses
+from eai.tasks.source import Source
 
 PLOTS = "plots"
 EXPLORER = "explorer.html"

@@ -10,10 +10,9 @@ import typer
 
 from eai.abilities.declarations import DECLARATIONS
 from eai.abilities.experiment import FeedbackForm, World, chosen_experiment
-from eai.benchmarks.prompt_library import Library
-from eai.benchmarks.registry import registered
-from eai.benchmarks.source import ErrataChoice, Source
-from eai.benchmarks.suite import DEFAULT_PROTOCOL, Suite, open_suite
+from eai.benchmark.prompt_library import Library
+from eai.benchmark.registry import registered
+from eai.benchmark.suite import DEFAULT_PROTOCOL, Suite, open_suite
 from eai.cli.adaptive import adaptive_suites, obtain_adaptively
 from eai.cli.arm import Arm
 from eai.cli.asked import (
@@ -102,14 +101,15 @@ from eai.cli.scene import (
 from eai.cli.scene_stage import Scenes
 from eai.cli.store import DataFolder, store
 from eai.cli.table import Result, print_rates
-from eai.metrics.errata_effect import errata_effect
 from eai.pddl.planning import PlannerChoice
-from eai.perception.noise import noise_of
-from eai.perception.showing import Scene, SceneChoice
 from eai.prompts.prompt import Prompt, PromptSet
 from eai.reference.replanning import preset_experiment
+from eai.results.errata_effect import errata_effect
 from eai.run.job import Decoding, Endpoint, Pace
 from eai.scoring.batch import Settings
+from eai.studies.perception.noise import noise_of
+from eai.studies.perception.showing import Scene, SceneChoice
+from eai.tasks.source import ErrataChoice, Source
 from eai.world.episode import Notice
 
 

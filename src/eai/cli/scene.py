@@ -7,8 +7,8 @@ from typing import Annotated
 
 import typer
 
-from eai.perception.pictures import Clutter
-from eai.perception.showing import Scene
+from eai.studies.perception.pictures import Clutter
+from eai.studies.perception.showing import Scene
 
 PANEL = "Perception (with --set eai)"
 

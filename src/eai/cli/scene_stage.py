@@ -11,22 +11,22 @@ from pathlib import Path
 from typing import NamedTuple, TypeAlias
 
 from eai.abilities.responses import file_name
-from eai.benchmarks.prompt_library import Library
-from eai.benchmarks.suite import Suite
-from eai.perception.belief import scene_words
-from eai.perception.results import in_words, write_scene_graphs
-from eai.perception.scene_graph import read_scene_graph
-from eai.perception.scenes import SCENE_GRAPH, PerceivedScenes, perceived_scenes, scene_graph_question
-from eai.perception.showing import (
+from eai.benchmark.prompt_library import Library
+from eai.benchmark.suite import Suite
+from eai.prompts.prompt import Prompt
+from eai.prompts.template import Templates
+from eai.run.job import Endpoint
+from eai.studies.perception.belief import scene_words
+from eai.studies.perception.results import in_words, write_scene_graphs
+from eai.studies.perception.scene_graph import read_scene_graph
+from eai.studies.perception.scenes import SCENE_GRAPH, PerceivedScenes, perceived_scenes, scene_graph_question
+from eai.studies.perception.showing import (
     SceneChoice,
     pictures_for,
     refuse_published,
     showing_prompts,
     shown_scenes,
 )
-from eai.prompts.prompt import Prompt
-from eai.prompts.template import Templates
-from eai.run.job import Endpoint
 
 
 class SceneStage(NamedTuple):

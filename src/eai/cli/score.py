@@ -16,9 +16,8 @@ from eai.abilities.protocol import Ability
 from eai.abilities.record import Record
 from eai.abilities.responses import Response, ResponseFile, find_response_files, read_responses
 from eai.abilities.verdict import Json
-from eai.benchmarks.answer_files import SuiteFile, files_of_suite, suite_files, unpacked
-from eai.benchmarks.source import ErrataChoice, Source
-from eai.benchmarks.suite import DEFAULT_PROTOCOL, Suite, open_suite
+from eai.benchmark.answer_files import SuiteFile, files_of_suite, suite_files, unpacked
+from eai.benchmark.suite import DEFAULT_PROTOCOL, Suite, open_suite
 from eai.cli.console import (
     counted,
     data_progress,
@@ -54,17 +53,18 @@ from eai.cli.progress import scoring_progress
 from eai.cli.store import DataFolder, store
 from eai.cli.table import Result, print_rates, result_json
 from eai.errors import InputError, InterruptError, how_to_install
-from eai.metrics.coverage import coverage_of
-from eai.metrics.errata_effect import ErrataEffect, errata_effect
-from eai.metrics.summary import summarise
 from eai.pddl.planning import PlannerChoice
+from eai.results.coverage import coverage_of
+from eai.results.errata_effect import ErrataEffect, errata_effect
+from eai.results.summary import summarise
 from eai.run.journal import sole_run
 from eai.scoring.batch import NO_ROW, Scoring, Settings, score_run
 from eai.scoring.records import read_records
 from eai.scoring.results import RECORDS, write_results
 from eai.scoring.shards import Shard, write_shard
-from eai.scoring.stage_one import BelievedGoals, read_believed, refuse_no_stage_two
 from eai.scoring.undisturbed import undisturbed
+from eai.studies.pipeline.stage_one import BelievedGoals, read_believed, refuse_no_stage_two
+from eai.tasks.source import ErrataChoice, Source
 
 Goals = Annotated[
     Path | None,

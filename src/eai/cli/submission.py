@@ -7,10 +7,10 @@ from typing import Annotated
 
 import typer
 
-from eai.benchmarks.submission import build_submission, check_submission
 from eai.cli.console import say, tell_findings
 from eai.cli.options import AsJson
 from eai.cli.store import DataFolder, store
+from eai.households.submission import build_submission, check_submission
 
 Phase = Annotated[
     Path | None,

@@ -15,9 +15,9 @@ from rich.text import Text
 from eai.abilities.record import Record
 from eai.abilities.verdict import Json
 from eai.cli.console import SafeConsole
-from eai.metrics.coverage import Coverage, planners_of
-from eai.metrics.errata_effect import ErrataEffect
-from eai.metrics.rate import Rate
+from eai.results.coverage import Coverage, planners_of
+from eai.results.errata_effect import ErrataEffect
+from eai.results.rate import Rate
 
 _SHORT = {"precision": "P", "recall": "R", "f1": "F1", "planner_success": "planner"}
 _NAMES = 0.4

@@ -12,18 +12,18 @@ import typer
 
 from eai.abilities.task import Task
 from eai.abilities.verdict import Json
-from eai.benchmarks.finding import Finding
-from eai.benchmarks.generated.sets import unproven
-from eai.benchmarks.generated.splits import Overlap
-from eai.benchmarks.problem_files import ProblemReader, problem_files_in
-from eai.benchmarks.registry import PDDL, find_benchmark
-from eai.benchmarks.source import Source
-from eai.benchmarks.task_files import check_task_files, write_task_file
-from eai.benchmarks.task_lines import json_schema, written
+from eai.benchmark.registry import PDDL, find_benchmark
 from eai.cli.console import DOMAIN_HELP, counted, data_progress, tell, tell_findings
 from eai.cli.options import AsJson
 from eai.cli.store import DataFolder, store
 from eai.errors import InputError
+from eai.generator.problem_files import ProblemReader, problem_files_in
+from eai.generator.sets import unproven
+from eai.generator.splits import Overlap
+from eai.tasks.finding import Finding
+from eai.tasks.source import Source
+from eai.tasks.task_files import check_task_files, write_task_file
+from eai.tasks.task_lines import json_schema, written
 from eai.world.domain import Domain
 
 app = typer.Typer(help="Task files: check and write them, print their schema.", no_args_is_help=True)

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from typing import NoReturn
 
-from eai.benchmarks.registry import CAPITALISED
+from eai.benchmark.registry import CAPITALISED
 from eai.errors import how_to_install
 
 __all__ = ["ANY", "IDS", "AnyText", "TextEnvironment", "make"]

@@ -12,14 +12,14 @@ from gymnasium.error import ResetNeeded
 
 from eai.abilities.protocol import Ability, member
 from eai.abilities.task import Task
-from eai.benchmarks.benchmark import Benchmark
-from eai.benchmarks.registry import find_benchmark
-from eai.benchmarks.source import Source
+from eai.benchmark.benchmark import Benchmark
+from eai.benchmark.registry import find_benchmark
 from eai.envs.command import MAX_LENGTH
 from eai.envs.game import Game, Stage, manual
 from eai.envs.rules import Feedback, Observe, Reward, Rules
 from eai.errors import InputError
-from eai.perception.pictures import pixels
+from eai.studies.perception.pictures import pixels
+from eai.tasks.source import Source
 from eai.world.episode import Until
 
 MAX_OBSERVATION = 1 << 16

@@ -10,7 +10,7 @@ from typing_extensions import TypedDict, assert_never
 from eai.abilities.goal_test import GoalTest
 from eai.abilities.task import Task
 from eai.abilities.verdict import ErrorReport
-from eai.benchmarks.benchmark import Benchmark
+from eai.benchmark.benchmark import Benchmark
 from eai.envs.command import DONE, Commands
 from eai.envs.rules import Feedback, Observe, Rules, Standing
 from eai.envs.view import Look, View

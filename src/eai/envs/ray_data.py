@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from eai.abilities.responses import COLUMNS, Response
-from eai.benchmarks.suite import Suite
+from eai.benchmark.suite import Suite
 from eai.errors import InputError
 from eai.scoring.batch import Scoring
 from eai.scoring.records import line_of

@@ -14,10 +14,10 @@ from dataclasses import dataclass
 from typing import Any, TypeAlias
 
 from eai.abilities.protocol import member
-from eai.benchmarks.task_reference import TaskReference
 from eai.envs.rollout import Rollout, stage_of
 from eai.scoring.reward import METRICS, Grade, reward_of
 from eai.scoring.shaping import Shaping
+from eai.tasks.task_reference import TaskReference
 
 Completion: TypeAlias = str | Sequence[Mapping[str, Any]]
 """What a policy wrote: a text, or messages of which the last is its answer."""

@@ -9,12 +9,12 @@ from functools import lru_cache
 
 from eai.abilities.protocol import Ability, member
 from eai.abilities.verdict import PlanVerdict
-from eai.benchmarks.task_reference import TaskReference
 from eai.envs.game import Game, Stage, Turn, manual
 from eai.envs.rules import Rules
 from eai.errors import InputError
 from eai.scoring.reward import metrics_of, suite_of
 from eai.scoring.shaping import Merit, Shaping, merit
+from eai.tasks.task_reference import TaskReference
 from eai.world.fault import FaultKind
 
 RULES = Rules(max_steps=50)

@@ -8,9 +8,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from eai.abilities.share import Share
-from eai.metrics.rate import Rate, rate_of
 from eai.questions.answers import gold_text, grade
 from eai.questions.question import Form, Kind, Question
+from eai.results.rate import Rate, rate_of
 
 GUESS = "guess"
 """What guessing is called beside the shortcuts."""

@@ -8,10 +8,10 @@ from typing import NamedTuple
 
 from eai.abilities.share import of_all
 from eai.errors import InputError
-from eai.metrics.certainty import Case, Cases
-from eai.metrics.comparison import Comparison, difference
 from eai.questions.question import Kind
 from eai.questions.records import QuestionRun, read_question_runs
+from eai.results.certainty import Case, Cases
+from eai.results.comparison import Comparison, difference
 
 ALL = "all"
 """What questions of all kinds together are called."""

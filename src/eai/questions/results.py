@@ -7,11 +7,11 @@ from dataclasses import dataclass
 
 from eai.abilities.share import Share, confusion_shares, of_all
 from eai.abilities.verdict import Json
-from eai.metrics.certainty import Case, Interval, certainty_of_rate
-from eai.metrics.rate import Rate, rate_of
 from eai.questions.answers import Graded, grade
 from eai.questions.balance import best_chance, chances_of, guesses_of
 from eai.questions.question import Form, Kind, Question
+from eai.results.certainty import Case, Interval, certainty_of_rate
+from eai.results.rate import Rate, rate_of
 
 DEPTHS = ((1, 1), (2, 3), (4, 7), (8, 10**6))
 """How many actions questions of a column are about: least and most."""

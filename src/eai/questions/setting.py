@@ -11,7 +11,7 @@ from itertools import takewhile
 from eai.abilities.explanation import action_text, fact_text
 from eai.abilities.planning import find_plan
 from eai.abilities.task import Goal, GoalKind, Task
-from eai.benchmarks.generated.scene import restricted
+from eai.generator.scene import restricted
 from eai.logic.formula import Formula
 from eai.logic.traversal import objects
 from eai.planning.planner import Planner, PlanningLimits

@@ -9,7 +9,7 @@ from collections.abc import Collection, Mapping, Sequence
 from enum import Enum
 from typing import NamedTuple
 
-from eai.metrics.rate import Rate
+from eai.results.rate import Rate
 
 _NAME = re.compile(r"\w+(?:[.-]\w+)*")
 

@@ -11,8 +11,7 @@ from typing import NamedTuple
 
 from eai.abilities.protocol import Ability
 from eai.abilities.task import Task
-from eai.benchmarks.benchmark import Benchmark
-from eai.benchmarks.source import Source
+from eai.benchmark.benchmark import Benchmark
 from eai.planning.planner import Planner
 from eai.prompts.template import Templates
 from eai.questions.item import Item, Maker
@@ -24,6 +23,7 @@ from eai.questions.rules import Rules
 from eai.questions.setting import Setting, open_setting
 from eai.questions.shortcuts import Ledger, Posed
 from eai.questions.ways import landmarks, next_action, reachability
+from eai.tasks.source import Source
 
 MAKERS: Mapping[Kind, Maker] = {
     Kind.FORWARD: forward,

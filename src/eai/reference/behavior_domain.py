@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from functools import cache, reduce
 
-from eai.benchmarks.behavior.domain import as_declared
+from eai.households.behavior.domain import as_declared
 from eai.reference.behavior_quirks import QUIRKS, half_done_transfers
 from eai.world.domain import Domain
 from eai.world.execution import Action

@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterator, Mapping
 
 from eai.abilities.goal_interpretation.nested import parts_of
 from eai.abilities.protocol import Ability
-from eai.benchmarks.behavior.goal_notation import BehaviorGoals
+from eai.households.behavior.goal_notation import BehaviorGoals
 from eai.prompts.believed import Belief, GoalSection
 
 _NOTATION = BehaviorGoals()

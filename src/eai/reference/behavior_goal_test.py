@@ -11,7 +11,7 @@ from dataclasses import replace
 
 from eai.abilities.goal_test import GoalTest
 from eai.abilities.task import Task
-from eai.benchmarks.behavior import predicates as p
+from eai.households.behavior import predicates as p
 from eai.logic.formula import And, Atom, Formula, Not, Or
 from eai.reference.truncated_options import truncated_options
 from eai.world.scene_objects import SceneObjects

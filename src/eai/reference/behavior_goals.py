@@ -16,8 +16,8 @@ from eai.abilities.scorer import Assessment, Scorer
 from eai.abilities.task import GoalKind
 from eai.abilities.unreadable import Unreadable
 from eai.abilities.verdict import ALL, Confusion, ErrorReport
-from eai.benchmarks.behavior.goal_notation import RELATIONS, STATES
-from eai.benchmarks.behavior.tasks import BehaviorTask
+from eai.households.behavior.goal_notation import RELATIONS, STATES
+from eai.households.behavior.tasks import BehaviorTask
 from eai.reference.aborting import Aborting
 from eai.world.fault import FaultKind
 

@@ -19,8 +19,8 @@ from eai.abilities.action_sequencing.plan import WrittenPlan, WrittenStep
 from eai.abilities.action_sequencing.scorer import ActionSequencing
 from eai.abilities.unreadable import Unreadable
 from eai.abilities.verdict import ErrorReport
-from eai.benchmarks.behavior.domain import as_meant
-from eai.benchmarks.behavior.tasks import BehaviorTask
+from eai.households.behavior.domain import as_meant
+from eai.households.behavior.tasks import BehaviorTask
 from eai.reference import behavior_domain
 from eai.reference.behavior_goal_test import behavior_goal_test
 from eai.reference.plans import ReferencePlans

@@ -12,9 +12,9 @@ from dataclasses import replace
 
 from typing_extensions import assert_never
 
-from eai.benchmarks.behavior import operators as o
-from eai.benchmarks.behavior import predicates as p
-from eai.benchmarks.behavior.predicates import X, Y
+from eai.households.behavior import operators as o
+from eai.households.behavior import predicates as p
+from eai.households.behavior.predicates import X, Y
 from eai.logic.formula import FALSE, Exists, Formula
 from eai.reference.quirk import Quirk
 from eai.world.domain import Domain

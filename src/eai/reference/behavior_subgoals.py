@@ -20,15 +20,15 @@ from eai.abilities.subgoal_decomposition.search import SearchLimits
 from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory
 from eai.abilities.unreadable import Unreadable
 from eai.abilities.verdict import ErrorReport
-from eai.benchmarks.behavior.subgoal_notation import BehaviorSubgoals
-from eai.benchmarks.behavior.subgoal_vocabulary import (
+from eai.households.behavior.subgoal_notation import BehaviorSubgoals
+from eai.households.behavior.subgoal_vocabulary import (
     ACTIONS,
     STATES,
     category_predicates,
     meant,
     published_names,
 )
-from eai.benchmarks.behavior.tasks import BehaviorTask
+from eai.households.behavior.tasks import BehaviorTask
 from eai.logic.formula import Atom, Formula, Occurs
 from eai.logic.signature import Signature, takes
 from eai.logic.traversal import walk

@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from eai.abilities.subgoal_decomposition.program import Found, Plan, Plans
-from eai.benchmarks.behavior import predicates as p
+from eai.households.behavior import predicates as p
 from eai.planning.subgoal import GroundAtom
 from eai.world.execution import Action
 from eai.world.state import Scene, State

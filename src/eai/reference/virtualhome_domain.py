@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import cache, reduce
 
-from eai.benchmarks.virtualhome.domain import as_declared
+from eai.households.virtualhome.domain import as_declared
 from eai.reference.virtualhome_quirks import QUIRKS
 from eai.world.domain import Domain
 

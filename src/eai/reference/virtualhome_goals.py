@@ -19,8 +19,8 @@ from eai.abilities.goal_interpretation.written import (
 from eai.abilities.task import GoalKind, Task
 from eai.abilities.unreadable import Unreadable
 from eai.abilities.verdict import ALL, Confusion
-from eai.benchmarks.virtualhome.goal_notation import FIELDS, VirtualHomeGoals, goal_of
-from eai.benchmarks.virtualhome.places import object_id
+from eai.households.virtualhome.goal_notation import FIELDS, VirtualHomeGoals, goal_of
+from eai.households.virtualhome.places import object_id
 from eai.logic.choice import literals
 from eai.reference.aborting import Aborting
 from eai.world.domain import Domain

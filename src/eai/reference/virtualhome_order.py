@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 
-from eai.benchmarks.virtualhome.places import PLACES, Values, object_id, origins
-from eai.benchmarks.virtualhome.predicates import VOCABULARY
-from eai.benchmarks.virtualhome.tasks import VirtualHomeTask
+from eai.households.virtualhome.places import PLACES, Values, object_id, origins
+from eai.households.virtualhome.predicates import VOCABULARY
+from eai.households.virtualhome.tasks import VirtualHomeTask
 from eai.reference.slot_order import slot_order, union_order
 from eai.world.derived import Lookup
 from eai.world.relation import bits

@@ -17,9 +17,9 @@ from eai.abilities.scorer import Assessment
 from eai.abilities.task import Task
 from eai.abilities.unreadable import Unreadable
 from eai.abilities.verdict import Counted, ErrorReport, PlanVerdict
-from eai.benchmarks.virtualhome.domain import as_meant
-from eai.benchmarks.virtualhome.plan_notation import Identified, VirtualHomePlans, has_ids, identified
-from eai.benchmarks.virtualhome.tasks import VirtualHomeTask
+from eai.households.virtualhome.domain import as_meant
+from eai.households.virtualhome.plan_notation import Identified, VirtualHomePlans, has_ids, identified
+from eai.households.virtualhome.tasks import VirtualHomeTask
 from eai.reference import virtualhome_domain
 from eai.reference.plans import ReferencePlans
 from eai.reference.virtualhome_goal_test import VirtualHomeGoalTest

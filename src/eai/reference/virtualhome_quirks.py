@@ -9,9 +9,9 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 
-from eai.benchmarks.virtualhome import operators as o
-from eai.benchmarks.virtualhome import predicates as p
-from eai.benchmarks.virtualhome.predicates import R, X, Y
+from eai.households.virtualhome import operators as o
+from eai.households.virtualhome import predicates as p
+from eai.households.virtualhome.predicates import R, X, Y
 from eai.logic.formula import FALSE, Exists, Formula
 from eai.reference.quirk import Quirk
 from eai.reference.virtualhome_order import IN_SLOT_ORDER

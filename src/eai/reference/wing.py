@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from eai.abilities.protocol import Ability
-from eai.benchmarks.benchmark import Benchmark, Form, Opened
-from eai.benchmarks.source import Source, TaskSet
+from eai.benchmark.benchmark import Benchmark, Form, Opened
+from eai.tasks.source import Source, TaskSet
 
 if TYPE_CHECKING:
     from eai.abilities.transition_modeling.task import TransitionTask
@@ -16,7 +16,7 @@ def virtualhome_wing(benchmark: Benchmark, ability: Ability, form: Form, source:
     """A suite of VirtualHome. All answers to plans have ids, or none has: ``form`` says which."""
     if ability is Ability.TRANSITION_MODELING:
         return _transition_modeling(benchmark, benchmark.operators(source), source)
-    from eai.benchmarks.virtualhome.benchmark import open_tasks
+    from eai.households.virtualhome.benchmark import open_tasks
 
     tasks, task_ids = open_tasks(source), tuple(benchmark.tasks_for(ability, source))
     match ability:
@@ -45,7 +45,7 @@ def behavior_wing(benchmark: Benchmark, ability: Ability, form: Form, source: So
     """
     if ability is Ability.TRANSITION_MODELING:
         return _transition_modeling(benchmark, benchmark.operators(source), source)
-    from eai.benchmarks.behavior.benchmark import open_tasks
+    from eai.households.behavior.benchmark import open_tasks
 
     tasks = open_tasks(source)
     match ability:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from eai.metrics.paper_tables import PaperTable, paper_models, paper_setting, paper_table
 from eai.report.run_summary import RunSummary
+from eai.results.paper_tables import PaperTable, paper_models, paper_setting, paper_table
 
 DIGIT = 0.056
 """A difference that the printed digit hides; the paper rounds to two digits and then to one."""

@@ -8,12 +8,12 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from eai.abilities.protocol import Protocol
-from eai.metrics.paper_tables import OTHER_TABLES, PaperTable, paper_setting, paper_table
 from eai.report.paper_rows import paper_rows
 from eai.report.row import Notes, Row
 from eai.report.run_summary import RunSummary
 from eai.report.table import Table, cells_of_run, run_rows, with_best_marked
 from eai.report.table_specs import COLUMNS_BESIDES, ColumnSpec
+from eai.results.paper_tables import OTHER_TABLES, PaperTable, paper_setting, paper_table
 
 _OTHER_SUBSET = ("human", "replanning_stochastic")
 """Tables on tasks that no run is on, or where actions fail that are possible."""

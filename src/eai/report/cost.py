@@ -7,11 +7,11 @@ from dataclasses import dataclass
 
 from eai.abilities.protocol import Ability
 from eai.abilities.responses import file_name
-from eai.analysis.table import Plain, csv_text
-from eai.metrics.cost import PriceList, Spent, each, paper_cost
 from eai.report.markdown import escaped, grid
 from eai.report.run_summary import RunSummary
 from eai.report.table_specs import ability_title, domain_title
+from eai.results.cost import PriceList, Spent, each, paper_cost
+from eai.results.table import Plain, csv_text
 
 COLUMNS = (
     "model",

@@ -6,11 +6,11 @@ import json
 from collections.abc import Sequence
 
 from eai.abilities.verdict import Json
-from eai.analysis.table import csv_text
-from eai.metrics.certainty import Certainty
 from eai.report.row import Cell, Row
 from eai.report.table import Table
 from eai.report.table_specs import ColumnSpec
+from eai.results.certainty import Certainty
+from eai.results.table import csv_text
 
 CSV_COLUMNS = (
     "table",

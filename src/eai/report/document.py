@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from eai.abilities.declaration import AnswerOutcome, label_of
 from eai.abilities.declarations import DECLARATIONS
 from eai.abilities.protocol import Ability, Protocol
-from eai.metrics.paper_tables import paper_setting
 from eai.questions.records import QuestionRun
 from eai.report.agreement import DIGIT, Agreement
 from eai.report.certainty import certainty_section
@@ -17,6 +16,7 @@ from eai.report.questions import question_section
 from eai.report.run_summary import RunSummary, plain_runs
 from eai.report.table import Table
 from eai.report.table_specs import ability_title, domain_title
+from eai.results.paper_tables import paper_setting
 
 _INTRODUCTION = """\
 All numbers are in percent. Under each run stand its 95 % intervals; they treat tasks of one name as the near

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from eai.report.page import build_page
+from eai.results.page import build_page
 
 SCRIPTS = (
     "data.js",

@@ -19,13 +19,13 @@ from eai.abilities.subgoal_decomposition.verdict import SubgoalVerdict
 from eai.abilities.transition_modeling.report import OperatorReport
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.abilities.verdict import Json, PlanVerdict, Verdict
-from eai.benchmarks.registry import title_of
-from eai.metrics.attempts import after
-from eai.metrics.breakdown import outcome
-from eai.perception.course import Course
-from eai.perception.tiles import Tile
-from eai.report.page import for_script
+from eai.benchmark.registry import title_of
 from eai.report.runs import Run, RunKey
+from eai.results.attempts import after
+from eai.results.breakdown import outcome
+from eai.results.page import for_script
+from eai.studies.perception.course import Course
+from eai.studies.perception.tiles import Tile
 
 VERSION = 3
 """The version of the format."""

@@ -9,10 +9,13 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 
 from eai.abilities.protocol import Ability, Protocol
-from eai.metrics.average import AVERAGE, average_performance
-from eai.metrics.coverage import together
-from eai.metrics.paper_tables import PaperColumn, PaperTable, paper_models
-from eai.metrics.published_scores import (
+from eai.report.row import Cell, Cells, Notes, Row, RowSource, cell_of
+from eai.report.run_summary import RunSummary
+from eai.report.table_specs import ColumnSpec, ability_title
+from eai.results.average import AVERAGE, average_performance
+from eai.results.coverage import together
+from eai.results.paper_tables import PaperColumn, PaperTable, paper_models
+from eai.results.published_scores import (
     NULL_MODELS,
     PublishedScores,
     PublishedSuite,
@@ -20,9 +23,6 @@ from eai.metrics.published_scores import (
     published_scores,
     published_scores_sha256,
 )
-from eai.report.row import Cell, Cells, Notes, Row, RowSource, cell_of
-from eai.report.run_summary import RunSummary
-from eai.report.table_specs import ColumnSpec, ability_title
 
 _PUBLISHED = (
     "Answers that the paper's authors published, scored by us under this protocol (table {sha256:.12}): "

@@ -7,12 +7,12 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from eai.metrics.breakdown import Breakdown
-from eai.metrics.certainty import Case, Cases, certainty_of_rate
-from eai.metrics.rate import rate_of
-from eai.report.palette import LINES, RULE
-from eai.report.plot_text import clipped
 from eai.report.run_summary import RunSummary
+from eai.results.breakdown import Breakdown
+from eai.results.certainty import Case, Cases, certainty_of_rate
+from eai.results.palette import LINES, RULE
+from eai.results.plot_text import clipped
+from eai.results.rate import rate_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

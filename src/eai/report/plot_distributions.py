@@ -6,10 +6,10 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeGuard
 
-from eai.benchmarks.distributions import Distribution
-from eai.report.palette import ACCENT, INK, RULE
-from eai.report.plot_files import styled, write
-from eai.report.plot_text import clipped
+from eai.results.data_set.distributions import Distribution
+from eai.results.palette import ACCENT, INK, RULE
+from eai.results.plot_files import styled, write
+from eai.results.plot_text import clipped
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 from eai.abilities.declaration import AnswerOutcome
-from eai.metrics.breakdown import Flow
-from eai.metrics.rate import Rate
-from eai.report.palette import INK, OUTCOME_COLORS
-from eai.report.plot_text import clipped
 from eai.report.run_summary import RunSummary
+from eai.results.breakdown import Flow
+from eai.results.palette import INK, OUTCOME_COLORS
+from eai.results.plot_analyses import Band, draw_band
+from eai.results.plot_text import clipped
+from eai.results.rate import Rate
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -33,14 +34,6 @@ _LINE = 9.0
 """Percent that a line of text takes; what would stand on the line of the loss before stands below it."""
 
 _SMALLEST_LABELLED = 0.5
-
-
-class Band(NamedTuple):
-    """A band that leads from one height to another of the same thickness, in percent."""
-
-    start: float
-    end: float
-    thickness: float
 
 
 def draw(runs: Sequence[RunSummary]) -> Figure | None:
@@ -80,27 +73,3 @@ def _draw_model(panel: Axes, model: str, flow: Flow) -> None:
     for stage, (name, share) in enumerate(zip(_STAGES, shares, strict=True)):
         panel.text(stage, 104, f"{share:.0f}", fontsize=7.5, weight="bold", ha="center")
         panel.text(stage, 115, name, fontsize=5.8, ha="center", color="#55575e")
-
-
-def draw_band(panel: Axes, stage: int, band: Band, color: str) -> None:
-    """A bent band from one stage to the next."""
-    from matplotlib.patches import PathPatch
-    from matplotlib.path import Path
-
-    left, right, bend = stage, stage + 1.0, 0.5
-    low, high = band.start, band.start + band.thickness
-    low_end, high_end = band.end, band.end + band.thickness
-    points = [
-        (left, low),
-        (left + bend, low),
-        (right - bend, low_end),
-        (right, low_end),
-        (right, high_end),
-        (right - bend, high_end),
-        (left + bend, high),
-        (left, high),
-        (left, low),
-    ]
-    curve = [Path.CURVE4] * 3
-    codes = [Path.MOVETO, *curve, Path.LINETO, *curve, Path.CLOSEPOLY]
-    panel.add_patch(PathPatch(Path(points, codes), facecolor=color, linewidth=0, alpha=0.9))

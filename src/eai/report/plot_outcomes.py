@@ -7,11 +7,11 @@ from itertools import groupby
 from typing import TYPE_CHECKING
 
 from eai.abilities.declaration import AnswerOutcome, label_of
-from eai.metrics.rate import Rate
-from eai.report.palette import OUTCOME_COLORS
-from eai.report.plot_text import clipped
 from eai.report.run_summary import RunSummary
 from eai.report.table_specs import ability_title
+from eai.results.palette import OUTCOME_COLORS
+from eai.results.plot_text import clipped
+from eai.results.rate import Rate
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -7,9 +7,9 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from eai.abilities.declarations import DECLARATIONS
-from eai.report.palette import ACCENT, MUTED, RULE
-from eai.report.plot_text import clipped
 from eai.report.run_summary import RunSummary
+from eai.results.palette import ACCENT, MUTED, RULE
+from eai.results.plot_text import clipped
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

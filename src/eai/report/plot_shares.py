@@ -6,11 +6,11 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from eai.abilities.protocol import Ability
-from eai.analysis.suites import MODEL
-from eai.analysis.table import Cell, Estimate
-from eai.metrics.rate import Rate
-from eai.report.plot_analyses import draw_matrix
 from eai.report.run_summary import RunSummary
+from eai.results.plot_analyses import draw_matrix
+from eai.results.rate import Rate
+from eai.results.suites import MODEL
+from eai.results.table import Cell, Estimate
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.trajectory_metrics import GRAMMAR, RUNTIME
-from eai.report.palette import LINES, MUTED, RULE
-from eai.report.plot_analyses import PAGE
-from eai.report.plot_text import clipped
 from eai.report.row import Cell, Row, RowSource
 from eai.report.table import Table
 from eai.report.table_specs import ColumnSpec, ability_title, domain_title
+from eai.results.palette import LINES, MUTED, RULE
+from eai.results.plot_analyses import PAGE
+from eai.results.plot_text import clipped
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -13,10 +13,10 @@ from eai.abilities.responses import file_name
 from eai.report import plot_difficulty, plot_flow, plot_outcomes, plot_radar, plot_shares, plot_summary
 from eai.report.document import Plot
 from eai.report.markdown import escaped
-from eai.report.plot_files import entitle, styled, write
 from eai.report.run_summary import RunSummary
 from eai.report.table import Table
 from eai.report.table_specs import ability_title, domain_title
+from eai.results.plot_files import entitle, styled, write
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 from enum import Enum
 
 from eai.abilities.protocol import Ability
-from eai.metrics.certainty import Certainty, Interval
-from eai.metrics.coverage import Coverage
-from eai.metrics.paper_tables import PaperColumn, PaperTable
-from eai.metrics.rate import Rate
 from eai.report.table_specs import ColumnSpec
+from eai.results.certainty import Certainty, Interval
+from eai.results.coverage import Coverage
+from eai.results.paper_tables import PaperColumn, PaperTable
+from eai.results.rate import Rate
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,14 +7,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from eai.abilities.declarations import DECLARATIONS
-from eai.metrics.breakdown import Breakdown, break_down
-from eai.metrics.certainty import Cases, Certainty, certainty_of_rate
-from eai.metrics.cost import Spent, spent
-from eai.metrics.coverage import Coverage, coverage_of, planners_of
-from eai.metrics.errata_effect import ErrataEffect, errata_effect
-from eai.metrics.rate import Rate, total
-from eai.metrics.summary import cases_of, contributions
 from eai.report.runs import Run, RunKey
+from eai.results.breakdown import Breakdown, break_down
+from eai.results.certainty import Cases, Certainty, certainty_of_rate
+from eai.results.cost import Spent, spent
+from eai.results.coverage import Coverage, coverage_of, planners_of
+from eai.results.errata_effect import ErrataEffect, errata_effect
+from eai.results.rate import Rate, total
+from eai.results.summary import cases_of, contributions
 
 
 @dataclass(frozen=True, slots=True)

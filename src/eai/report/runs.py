@@ -12,7 +12,7 @@ from typing import NamedTuple
 from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.record import Record
-from eai.benchmarks.registry import registered
+from eai.benchmark.registry import registered
 from eai.errors import InputError
 from eai.questions.records import are_of_questions
 from eai.reference.older_wording import as_the_paper_asked

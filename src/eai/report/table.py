@@ -6,15 +6,15 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from eai.abilities.protocol import Ability, Protocol
-from eai.metrics.average import AVERAGE, average_performance, average_weights
-from eai.metrics.certainty import Cases, certainty_of_mean
-from eai.metrics.coverage import together
-from eai.metrics.paper_tables import paper_setting, paper_table
-from eai.metrics.published_scores import is_null_model
 from eai.report.paper_rows import floor_rows, paper_rows, published_rows
 from eai.report.row import Cell, Cells, Notes, Row, RowSource, cell_of
 from eai.report.run_summary import RunSummary
 from eai.report.table_specs import ColumnSpec, TableSpec, ability_title
+from eai.results.average import AVERAGE, average_performance, average_weights
+from eai.results.certainty import Cases, certainty_of_mean
+from eai.results.coverage import together
+from eai.results.paper_tables import paper_setting, paper_table
+from eai.results.published_scores import is_null_model
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,9 +11,9 @@ from eai.abilities.declarations import DECLARATIONS
 from eai.abilities.protocol import Ability
 from eai.abilities.trajectory_metrics import GRAMMAR, RUNTIME, SATISFIED, SUCCESS
 from eai.abilities.transition_modeling.declaration import CATEGORIES, OVERALL, PLANNER
-from eai.benchmarks.registry import title_of
-from eai.metrics.average import AVERAGE
-from eai.metrics.paper_tables import PaperColumn
+from eai.benchmark.registry import title_of
+from eai.results.average import AVERAGE
+from eai.results.paper_tables import PaperColumn
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,7 +7,6 @@ from itertools import groupby
 from pathlib import Path
 
 from eai.data.files import write_whole
-from eai.metrics.cost import PriceList
 from eai.questions.records import QuestionRun
 from eai.report import latex
 from eai.report.agreement import agreements
@@ -21,6 +20,7 @@ from eai.report.questions import questions_json, questions_latex
 from eai.report.run_summary import RunSummary, plain_runs
 from eai.report.table import Table, make_table
 from eai.report.table_specs import TABLES
+from eai.results.cost import PriceList
 
 WHOLE = Narrow()
 """All of every table."""

@@ -13,7 +13,7 @@ from inspect_ai.log import EvalLog
 from inspect_ai.model import Model, get_model
 from rich.text import Text
 
-from eai.benchmarks.suite import DEFAULT_PROTOCOL
+from eai.benchmark.suite import DEFAULT_PROTOCOL
 from eai.errors import EaiError, InputError, InterruptError
 from eai.run.count import Watch, unwatched
 from eai.run.job import Endpoint, Job, Requests

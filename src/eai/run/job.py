@@ -12,13 +12,13 @@ from pathlib import Path
 from eai.abilities.answer_schema import Schema
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import Json
-from eai.benchmarks.answer_form import answer_form
-from eai.benchmarks.benchmark import Benchmark
-from eai.benchmarks.source import Source
+from eai.benchmark.answer_form import answer_form
+from eai.benchmark.benchmark import Benchmark
 from eai.errors import InputError, did_you_mean
-from eai.perception.scenes import SCENE
 from eai.prompts.prompt import Prompt
 from eai.scoring.trials import Inquiry, Single, Trials
+from eai.studies.perception.scenes import SCENE
+from eai.tasks.source import Source
 
 PROVIDER = "eai"
 """What stands before the slash in the names of built-in models."""

@@ -9,13 +9,13 @@ from inspect_ai.log import EvalLog, read_eval_log, recompute_metrics, write_eval
 
 from eai.abilities.record import Record
 from eai.abilities.responses import Response, ResponseFile, file_name
-from eai.benchmarks.source import Source
-from eai.benchmarks.suite import Suite
+from eai.benchmark.suite import Suite
 from eai.errors import InputError
 from eai.run.job import Requests
 from eai.run.scorer import score_of
 from eai.scoring.answer import Place
 from eai.scoring.majority import majority
+from eai.tasks.source import Source
 
 SUFFIX = ".eval"
 """How the name of a log ends."""

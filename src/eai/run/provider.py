@@ -26,10 +26,10 @@ from inspect_ai.tool import ToolChoice, ToolInfo
 
 from eai.abilities.protocol import Ability
 from eai.abilities.responses import read_responses
-from eai.benchmarks.answer_files import recorded_file
-from eai.benchmarks.benchmark import Benchmark
-from eai.benchmarks.copied_answers import open_copy_book, open_empty_book
-from eai.benchmarks.gold_answers import (
+from eai.benchmark.answer_files import recorded_file
+from eai.benchmark.benchmark import Benchmark
+from eai.benchmark.copied_answers import open_copy_book, open_empty_book
+from eai.benchmark.gold_answers import (
     AnswerBook,
     WrittenAnswer,
     believing,
@@ -37,17 +37,11 @@ from eai.benchmarks.gold_answers import (
     open_planned_book,
     planned_answer,
 )
-from eai.benchmarks.lookup import open_lookup_book
-from eai.benchmarks.noisy_answers import Noise, heeding_answer, noisy_answer
-from eai.benchmarks.random_answers import open_random_answers
-from eai.benchmarks.registry import find_benchmark
-from eai.benchmarks.source import ErrataChoice, Source, errata_choice
+from eai.benchmark.lookup import open_lookup_book
+from eai.benchmark.noisy_answers import Noise, heeding_answer, noisy_answer
+from eai.benchmark.random_answers import open_random_answers
+from eai.benchmark.registry import find_benchmark
 from eai.errors import InputError, did_you_mean
-from eai.perception.belief import perceiving, scene_words
-from eai.perception.noise import Noise as SceneNoise
-from eai.perception.noise import perceive
-from eai.perception.scene_graph import read_scene_graph
-from eai.perception.scenes import ASKS, SCENE, SCENE_GRAPH
 from eai.planning.planner import PlanningLimits
 from eai.questions.answers import gold_text, noisy_text
 from eai.questions.question import Question
@@ -55,7 +49,13 @@ from eai.run.job import EYES, PROVIDER, check_model
 from eai.run.messages import ERRATA, QUESTION
 from eai.run.refusal import refusing
 from eai.scoring.batch import NO_ROW
-from eai.scoring.stage_one import STATED
+from eai.studies.perception.belief import perceiving, scene_words
+from eai.studies.perception.noise import Noise as SceneNoise
+from eai.studies.perception.noise import perceive
+from eai.studies.perception.scene_graph import read_scene_graph
+from eai.studies.perception.scenes import ASKS, SCENE, SCENE_GRAPH
+from eai.studies.pipeline.stage_one import STATED
+from eai.tasks.source import ErrataChoice, Source, errata_choice
 from eai.world.execution import Action
 
 DEFAULT_NOISE = 0.1

@@ -24,7 +24,7 @@ from inspect_ai.util import registry_info
 
 from eai.abilities.protocol import member
 from eai.abilities.verdict import Json
-from eai.benchmarks.registry import find_benchmark
+from eai.benchmark.registry import find_benchmark
 from eai.prompts.prompt import Prompt
 from eai.questions.answers import gold_text, grade
 from eai.questions.question import Form, Kind, Question, read_questions

@@ -1,7 +1,7 @@
 """What Inspect finds of us by entry point: the built-in models, scorers, metrics, a task for every suite."""
 
 from eai.abilities.protocol import Ability
-from eai.benchmarks.registry import registered
+from eai.benchmark.registry import registered
 from eai.run.provider import BuiltInModel
 from eai.run.questions import published_questions, question_scorer
 from eai.run.scorer import SCORERS, paper_metrics

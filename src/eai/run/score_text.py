@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from eai.abilities.declaration import AnswerOutcome, label_of
 from eai.abilities.explanation import Explanation, PartReport, StepReport
 from eai.abilities.record import Record
-from eai.metrics.breakdown import outcome
+from eai.results.breakdown import outcome
 
 
 def explained(record: Record) -> str:

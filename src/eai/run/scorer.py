@@ -34,20 +34,20 @@ from eai.abilities.protocol import Ability, ability_of, protocol_of
 from eai.abilities.record import Record
 from eai.abilities.responses import Response, ResponseFile, file_name
 from eai.abilities.verdict import Verdict
-from eai.benchmarks.source import ErrataChoice, Source, errata_choice, planner_choice
-from eai.benchmarks.suite import Suite, open_suite
-from eai.metrics.breakdown import outcome
-from eai.metrics.summary import summarise
+from eai.benchmark.suite import Suite, open_suite
 from eai.pddl.planning import PlannerChoice
-from eai.perception.scenes import SCENE
-from eai.perception.showing import told_scene
+from eai.results.breakdown import outcome
+from eai.results.summary import summarise
 from eai.run.score_text import explained
 from eai.run.solver import ANSWERS
 from eai.scoring.answer import Place
 from eai.scoring.batch import Settings, score_batch, score_run
 from eai.scoring.majority import majority
-from eai.scoring.stage_one import STATED, Interpretations, believe
 from eai.scoring.trials import record_of_trial, replay
+from eai.studies.perception.scenes import SCENE
+from eai.studies.perception.showing import told_scene
+from eai.studies.pipeline.stage_one import STATED, Interpretations, believe
+from eai.tasks.source import ErrataChoice, Source, errata_choice, planner_choice
 
 
 @metric(name="paper", scores="unreduced")

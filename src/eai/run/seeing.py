@@ -11,18 +11,18 @@ from inspect_ai.solver import Generate, Solver, TaskState, solver
 
 from eai.abilities.codec import experiment_to_json
 from eai.abilities.protocol import member
-from eai.benchmarks.prompt_library import Library
-from eai.benchmarks.suite import Suite
-from eai.perception.belief import scene_words
-from eai.perception.noise import noise_of
-from eai.perception.pictures import Clutter
-from eai.perception.scene_graph import read_scene_graph
-from eai.perception.scenes import ASKS, SCENE, perceived_scenes
-from eai.perception.showing import Scene, SceneChoice, showing_prompts
+from eai.benchmark.prompt_library import Library
+from eai.benchmark.suite import Suite
 from eai.run.job import EYES
 from eai.run.messages import messages_of
 from eai.run.reasoning import part
 from eai.run.scorer import EXPERIMENT
+from eai.studies.perception.belief import scene_words
+from eai.studies.perception.noise import noise_of
+from eai.studies.perception.pictures import Clutter
+from eai.studies.perception.scene_graph import read_scene_graph
+from eai.studies.perception.scenes import ASKS, SCENE, perceived_scenes
+from eai.studies.perception.showing import Scene, SceneChoice, showing_prompts
 
 
 def scene_choice(

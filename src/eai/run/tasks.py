@@ -19,17 +19,25 @@ from eai.abilities.declarations import DECLARATIONS
 from eai.abilities.experiment import Experiment, FeedbackForm, World, chosen_experiment
 from eai.abilities.protocol import Ability, Protocol, member, protocol_of
 from eai.abilities.verdict import Json
-from eai.benchmarks.benchmark import Benchmark
-from eai.benchmarks.gold_answers import open_answer_book
-from eai.benchmarks.prompt_library import Library
-from eai.benchmarks.registry import find_benchmark
-from eai.benchmarks.source import ErrataChoice, Source, errata_choice, planner_choice
-from eai.benchmarks.suite import DEFAULT_PROTOCOL, Suite, open_suite
+from eai.benchmark.benchmark import Benchmark
+from eai.benchmark.gold_answers import open_answer_book
+from eai.benchmark.prompt_library import Library
+from eai.benchmark.registry import find_benchmark
+from eai.benchmark.suite import DEFAULT_PROTOCOL, Suite, open_suite
 from eai.errors import InputError, did_you_mean
 from eai.pddl.planning import PlannerChoice
-from eai.perception.belief import scene_words
-from eai.perception.scenes import ASKS, SCENE_GRAPH, scene_graph_question
-from eai.perception.showing import (
+from eai.prompts.prompt import Prompt, PromptSet
+from eai.prompts.template import Templates
+from eai.reference.replanning import preset_experiment
+from eai.run.messages import ERRATA, messages_of
+from eai.run.refusal import refusing
+from eai.run.scorer import EXPERIMENT, SCORERS
+from eai.run.seeing import scene_choice, see
+from eai.run.solver import ask_as_published
+from eai.scoring.trials import Trials, open_trials
+from eai.studies.perception.belief import scene_words
+from eai.studies.perception.scenes import ASKS, SCENE_GRAPH, scene_graph_question
+from eai.studies.perception.showing import (
     Scene,
     SceneChoice,
     pictures_for,
@@ -39,16 +47,8 @@ from eai.perception.showing import (
     showing_prompts,
     shown_scenes,
 )
-from eai.prompts.prompt import Prompt, PromptSet
-from eai.prompts.template import Templates
-from eai.reference.replanning import preset_experiment
-from eai.run.messages import ERRATA, messages_of
-from eai.run.refusal import refusing
-from eai.run.scorer import EXPERIMENT, SCORERS
-from eai.run.seeing import scene_choice, see
-from eai.run.solver import ask_as_published
-from eai.scoring.stage_one import read_believed
-from eai.scoring.trials import Trials, open_trials
+from eai.studies.pipeline.stage_one import read_believed
+from eai.tasks.source import ErrataChoice, Source, errata_choice, planner_choice
 from eai.world.episode import Notice
 
 
@@ -115,7 +115,9 @@ def build_scene_task(
     targets: Mapping[str, str],
     metadata: Mapping[str, Json],
 ) -> inspect_ai.Task:
-    """The Inspect task that asks for scene graphs of pictures; it scores none (`eai.perception.errors` does).
+    """The Inspect task that asks for scene graphs of pictures and scores none.
+
+    `eai.studies.perception.errors` does.
 
     Args:
         benchmark: the benchmark.

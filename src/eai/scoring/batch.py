@@ -15,7 +15,7 @@ from eai.abilities.protocol import Ability
 from eai.abilities.record import NOT_ANSWERED, Record, TaskFeatures
 from eai.abilities.responses import Response, ResponseFile
 from eai.abilities.verdict import Verdict
-from eai.benchmarks.suite import Suite
+from eai.benchmark.suite import Suite
 from eai.scoring.reward import Reward
 from eai.scoring.shards import Shard
 from eai.scoring.workers import LARGEST, SMALLEST, Workers

@@ -13,12 +13,12 @@ from eai.abilities.protocol import Ability
 from eai.abilities.record import Origin, Record, Usage
 from eai.abilities.responses import Response, ResponseFile, attempt_name, write_responses
 from eai.abilities.verdict import Json
-from eai.benchmarks.suite import Suite
-from eai.metrics.coverage import Coverage, coverage_of
-from eai.metrics.errata_effect import errata_effect
-from eai.metrics.rate import Rate
-from eai.metrics.summary import summarise
+from eai.benchmark.suite import Suite
 from eai.prompts.prompt import Prompt
+from eai.results.coverage import Coverage, coverage_of
+from eai.results.errata_effect import errata_effect
+from eai.results.rate import Rate
+from eai.results.summary import summarise
 from eai.scoring.answer import Answer, Place
 from eai.scoring.batch import Settings, Told, score_run, untold
 from eai.scoring.majority import majority

@@ -10,10 +10,10 @@ from eai.abilities.codec import experiment_to_json
 from eai.abilities.record import Record
 from eai.abilities.verdict import Json
 from eai.data.files import write_whole
-from eai.metrics.attempts import by_attempt
-from eai.metrics.coverage import coverage_of, planners_of
-from eai.metrics.errata_effect import errata_effect
-from eai.metrics.rate import Rate
+from eai.results.attempts import by_attempt
+from eai.results.coverage import coverage_of, planners_of
+from eai.results.errata_effect import errata_effect
+from eai.results.rate import Rate
 from eai.scoring.records import line_of
 
 SUMMARY = "summary.json"

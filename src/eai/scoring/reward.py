@@ -9,11 +9,11 @@ from functools import cache, partial
 from eai.abilities.goal_test import GoalTest
 from eai.abilities.protocol import Ability, Protocol, member, protocol_of
 from eai.abilities.verdict import ErrorReport, Verdict
-from eai.benchmarks.source import Source
-from eai.benchmarks.suite import DEFAULT_PROTOCOL, Suite, open_suite
-from eai.benchmarks.task_reference import TaskReference
+from eai.benchmark.suite import DEFAULT_PROTOCOL, Suite, open_suite
 from eai.pddl.planning import PlannerChoice
 from eai.scoring.shaping import Merit, Shaping, merit
+from eai.tasks.source import Source
+from eai.tasks.task_reference import TaskReference
 from eai.world.fault import FaultKind
 
 METRICS = ("success", "progress", "faults", *(f"fault.{kind.value}" for kind in FaultKind))

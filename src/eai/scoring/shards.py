@@ -11,7 +11,7 @@ from typing import NamedTuple, TypeVar
 from eai.abilities.record import Record
 from eai.data.files import files_below
 from eai.errors import InputError
-from eai.metrics.summary import summarise
+from eai.results.summary import summarise
 from eai.scoring.records import read_records, write_records
 from eai.scoring.results import write_results
 

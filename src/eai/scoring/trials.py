@@ -11,7 +11,7 @@ from eai.abilities.action_sequencing.trial import Trial
 from eai.abilities.experiment import Experiment, Feedback
 from eai.abilities.protocol import Ability
 from eai.abilities.record import Attempt, Record, Usage
-from eai.benchmarks.suite import Suite
+from eai.benchmark.suite import Suite
 from eai.errors import InputError
 from eai.prompts.feedback import Asker
 from eai.prompts.prompt import Prompt

@@ -14,7 +14,7 @@ from eai.abilities.experiment import Experiment, World
 from eai.abilities.protocol import Ability
 from eai.abilities.record import Attempt
 from eai.abilities.task import GoalKind
-from eai.benchmarks.suite import open_suite
+from eai.benchmark.suite import open_suite
 from eai.world.episode import Luck, Notice, Slips, Until
 from envs.switches import SWITCHES
 

@@ -12,9 +12,9 @@ from eai.abilities.goal_interpretation.notation import JsonGoals
 from eai.abilities.goal_interpretation.stated import StatedGoals, read_stated
 from eai.abilities.goal_test import alternatives
 from eai.abilities.task import GoalKind, Task, make_task
-from eai.benchmarks.behavior.tasks import BehaviorTasks
-from eai.benchmarks.registry import find_benchmark
-from eai.benchmarks.virtualhome.tasks import VirtualHomeTasks
+from eai.benchmark.registry import find_benchmark
+from eai.households.behavior.tasks import BehaviorTasks
+from eai.households.virtualhome.tasks import VirtualHomeTasks
 from eai.logic.formula import Constant
 from world import toy
 

@@ -7,11 +7,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from benchmarks.virtualhome import flat
 from eai.abilities.subgoal_decomposition.progress import GoalProgress, StateTest
 from eai.abilities.subgoal_decomposition.rewriting import Leaf, rewrite
-from eai.benchmarks.virtualhome import domain as virtualhome
 from eai.errors import InputError
+from eai.households.virtualhome import domain as virtualhome
 from eai.logic import semantics
 from eai.logic.formula import Constant, Equals, Formula, Term, Then, Variable
 from eai.logic.ltl import parse
@@ -21,6 +20,7 @@ from eai.world.execution import Action, Step, Trajectory, execute
 from eai.world.state import Scene, WorldObject
 from eai.world.timeline import timeline
 from eai.world.vocabulary import Predicate, Vocabulary
+from households.virtualhome import flat
 from logic.naive import Facts
 from logic.random_formulas import PREDICATES, formulas, traces
 from logic.random_formulas import SCENE as OBJECTS_OF_SCENE

@@ -7,17 +7,17 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from benchmarks.virtualhome import flat
 from eai.abilities.subgoal_decomposition.program import Do, End, Found, Halt, Instruction, Require, Split
 from eai.abilities.subgoal_decomposition.progress import GoalProgress
 from eai.abilities.subgoal_decomposition.search import Outcome, SearchEnd, SearchLimits, search
-from eai.benchmarks.virtualhome import domain as virtualhome
+from eai.households.virtualhome import domain as virtualhome
 from eai.logic.formula import FALSE
 from eai.logic.ltl import parse
 from eai.world.execution import Action, execute
 from eai.world.fault import FaultKind
 from eai.world.operator import missing
 from eai.world.state import State
+from households.virtualhome import flat
 
 START = flat.state()
 SCENE = START.scene

@@ -15,18 +15,18 @@ from eai.abilities.transition_modeling.scorer import TransitionModeling
 from eai.abilities.transition_modeling.task import TransitionTask
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.abilities.verdict import Confusion, Verdict
-from eai.benchmarks.gold_operators import (
+from eai.benchmark.registry import find_benchmark
+from eai.benchmark.suite import open_suite
+from eai.data.store import Store
+from eai.errors import DataError
+from eai.households.gold_operators import (
     TransitionTasks,
     open_behavior,
     open_virtualhome,
 )
-from eai.benchmarks.registry import find_benchmark
-from eai.benchmarks.source import Source, TaskSet
-from eai.benchmarks.suite import open_suite
-from eai.data.store import Store
-from eai.errors import DataError
 from eai.pddl.match import SideMatch
 from eai.pddl.planning import PddlPlanner, PlannerChoice, PlannerOutcome
+from eai.tasks.source import Source, TaskSet
 from operator_rules import rules_of
 from oracle import MODELS, Oracle
 

@@ -8,11 +8,11 @@ from itertools import combinations
 
 from eai.abilities.protocol import Ability
 from eai.abilities.task import Task
-from eai.benchmarks.generated import fingerprint
-from eai.benchmarks.generated.splits import SHARES
-from eai.benchmarks.task_reference import TaskReference
 from eai.errors import InputError
+from eai.generator import fingerprint
+from eai.generator.splits import SHARES
 from eai.scoring.reward import suite_of
+from eai.tasks.task_reference import TaskReference
 
 
 class Tasks:

@@ -9,19 +9,19 @@ from itertools import islice
 from typing import NamedTuple
 
 from eai.abilities.protocol import Ability
-from eai.benchmarks.generated.generator import Generator, generate
-from eai.benchmarks.generated.outcome import Generated
-from eai.benchmarks.generated.sets import Seeds
-from eai.benchmarks.generated.spec import Spec, Split, Tier
-from eai.benchmarks.prompt_library import Library
-from eai.benchmarks.registry import find_benchmark, with_tasks
-from eai.benchmarks.source import Source, given
-from eai.benchmarks.suite import Suite, open_suite
-from eai.benchmarks.task_lines import read_line, task_of, written
-from eai.benchmarks.task_reference import TaskReference
+from eai.benchmark.prompt_library import Library
+from eai.benchmark.registry import find_benchmark, with_tasks
+from eai.benchmark.suite import Suite, open_suite
+from eai.generator.generator import Generator, generate
+from eai.generator.outcome import Generated
+from eai.generator.sets import Seeds
+from eai.generator.spec import Spec, Split, Tier
 from eai.pddl.planning import PlannerChoice
 from eai.prompts.prompt import Prompt, PromptSet
 from eai.scoring.reward import suite_of
+from eai.tasks.source import Source, given
+from eai.tasks.task_lines import read_line, task_of, written
+from eai.tasks.task_reference import TaskReference
 
 _TOGETHER = 8
 """How many new tasks are asked about together: prompts show another of them as example."""

@@ -7,12 +7,12 @@ from collections.abc import Iterator
 import verifiers.v1 as vf
 
 from eai.abilities.protocol import Ability
-from eai.benchmarks.generated.spec import Split, Tier
-from eai.benchmarks.task_reference import TaskReference
 from eai.envs.rewards import answer_of
+from eai.generator.spec import Split, Tier
 from eai.prompts.prompt import PromptSet
 from eai.scoring.reward import Grade, Reward, reward_of
 from eai.scoring.shaping import Shaping
+from eai.tasks.task_reference import TaskReference
 from eai_verifiers.tasks import Asked, new_tasks, own_tasks, suite_of_one
 
 

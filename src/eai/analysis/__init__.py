@@ -1,1 +1,0 @@
-"""Error analysis from verdicts."""

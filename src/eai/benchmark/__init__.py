@@ -1,0 +1,1 @@
+"""What a benchmark is, where it is found, and who answers without a model: gold, copies, chance."""

@@ -1,0 +1,176 @@
+"""Which response files answer a suite: never one that is another suite's by its place or name.
+
+A file names its suite by folders, ``<domain>/<ability>/..._outputs.json``, or, as the challenge has it, by
+``<domain>_<ability>_outputs.json``. Many files name none.
+"""
+
+from __future__ import annotations
+
+import tempfile
+import zipfile
+import zlib
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path, PurePosixPath
+
+from eai.abilities.protocol import Ability
+from eai.abilities.responses import ENDINGS, SUFFIX, attempt_name, find_response_files, model_name
+from eai.benchmark.registry import registered
+from eai.errors import InputError
+
+MAX_SIZE, PER_BYTE = 32_000_000, 50
+"""How many bytes of answers a zip may hold: so many, and so many for each byte of its own."""
+
+ZIP = ".zip"
+"""How the names of zips end."""
+
+UNREADABLE = (OSError, EOFError, zipfile.BadZipFile, zlib.error, RuntimeError, ValueError)
+"""What is raised where a zip or a member is damaged, encrypted, or packed in an unknown way."""
+
+_ABILITIES = frozenset(ability.value for ability in Ability)
+
+
+@dataclass(frozen=True, slots=True)
+class SuiteFile:
+    """A response file that names its suite.
+
+    Attributes:
+        model: the file's name, or that of its folder where the file is named after the suite.
+    """
+
+    path: Path
+    domain: str
+    ability: Ability
+    model: str
+
+    @property
+    def order(self) -> tuple[int, int, str]:
+        """What files are sorted by."""
+        return registered().index(self.domain), list(Ability).index(self.ability), self.model
+
+
+def suite_files(path: Path) -> list[SuiteFile]:
+    """The response file at a path, or all below a folder, in order; each names its suite.
+
+    Raises:
+        InputError: there is none, or one does not say what it answers.
+    """
+    found = []
+    for file in find_response_files(path):
+        suite = _suite_of(file)
+        if suite is None or suite[0] not in registered():
+            named = f"<domain>/<ability>/<model>{SUFFIX} or <domain>_<ability>{SUFFIX}"
+            raise InputError(f"{file}: give --domain and --ability; its place does not say them ({named})")
+        domain, ability = suite
+        model = model_name(file)
+        if model == f"{domain}_{ability}":
+            model = file.absolute().parent.name
+        found.append(SuiteFile(file, domain, Ability(ability), model))
+    return sorted(found, key=lambda each: each.order)
+
+
+@contextmanager
+def unpacked(path: Path) -> Iterator[Path]:
+    """The path, or, of a zip, a folder of its name with its response files, for as long as the block lasts.
+
+    Raises:
+        InputError: the zip or a response file in it cannot be read, or they hold too much.
+    """
+    if path.suffix.lower() != ZIP or not path.is_file():
+        yield path
+        return
+    with tempfile.TemporaryDirectory(prefix="eai-answers-") as place:
+        folder = Path(place) / path.stem
+        name = str(path)
+        try:
+            with zipfile.ZipFile(path) as archive:
+                members = [info for info in archive.infolist() if _is_response_file(info)]
+                limit = MAX_SIZE + PER_BYTE * path.stat().st_size
+                if sum(info.file_size for info in members) > limit:  # no more of a member is ever read
+                    raise InputError(f"{path}: expected at most {limit:,} bytes of answers in it")
+                for info in members:
+                    name = f"{path}, {info.filename}"
+                    if (folder / info.filename).exists():
+                        raise InputError(f"{name}: stands there twice")
+                    archive.extract(info, folder)
+        except UNREADABLE as error:
+            raise InputError(f"{name}: expected a zip that can be read ({error})") from error
+        folder.mkdir(exist_ok=True)
+        yield folder
+
+
+def _is_response_file(info: zipfile.ZipInfo) -> bool:
+    """Whether a member is a response file; what systems add to zips, such as ``__MACOSX/._...``, is none."""
+    name = PurePosixPath(info.filename).name
+    return name.endswith(ENDINGS) and not name.startswith(".") and not info.is_dir()
+
+
+def files_of_suite(path: Path, domain: str, ability: Ability) -> list[Path]:
+    """A response file, or those below a folder, but for the folder's files of other suites.
+
+    Raises:
+        InputError: there is none, or all are of other suites.
+    """
+    found = find_response_files(path)
+    others = {file: suite for file in found if (suite := _other_suite(file, domain, ability)) is not None}
+    if len(others) == len(found):
+        named = " ".join(others[found[0]])
+        raise InputError(f"{found[0]}: expected answers to {domain} {ability.value}, not to {named}")
+    return [file for file in found if file not in others]
+
+
+def recorded_file(path: Path, domain: str, ability: Ability, attempt: int = 1) -> Path:
+    """The one file with the answers to a suite; in a folder, which may hold many, it has to name the suite.
+
+    Those of one attempt in an experiment are in a file of their own, beside that of the first. A file that is
+    not of an attempt has the first answers.
+
+    Raises:
+        InputError: there is no such file, or more than one.
+    """
+    if not path.is_dir():
+        return _of_attempt(files_of_suite(path, domain, ability)[0], attempt)
+    plain = [] if attempt > 1 else _plain_files(path)
+    files = plain or sorted(path.rglob(f"*{attempt_name('', attempt)}{SUFFIX}"))
+    found = [file for file in files if _suite_of(file) == (domain, ability.value)]
+    if len(found) != 1:
+        name = "<model>" if attempt == 1 else attempt_name("<model>", attempt)
+        place = path / domain / ability.value / f"{name}{SUFFIX}"
+        raise InputError(f"{path}: expected one file {place}, found {len(found) or 'none'}")
+    return found[0]
+
+
+def _plain_files(folder: Path) -> list[Path]:
+    """The files in a folder that are not of single attempts; there may be none."""
+    try:
+        return find_response_files(folder)
+    except InputError:
+        return []
+
+
+def _of_attempt(first: Path, attempt: int) -> Path:
+    """The file with the answers of an attempt, from that with the first ones."""
+    if attempt == 1:
+        return first
+    name = model_name(first).removesuffix(attempt_name("", 1))
+    return first.with_name(f"{attempt_name(name, attempt)}{SUFFIX}")
+
+
+def _suite_of(file: Path) -> tuple[str, str] | None:
+    """The domain and ability that a file names by its folders or its name."""
+    for ability in _ABILITIES:
+        domain = model_name(file).removesuffix(f"_{ability}")
+        if domain != model_name(file):
+            return domain, ability
+    folders = file.absolute().parent.parts
+    places = [i for i, name in enumerate(folders) if name in _ABILITIES and i]
+    return (folders[places[-1] - 1], folders[places[-1]]) if places else None
+
+
+def _other_suite(file: Path, domain: str, ability: Ability) -> tuple[str, str] | None:
+    """The suite that a file names, if it is another; a folder that is no benchmark's name says nothing."""
+    named = _suite_of(file)
+    if named is None or (named[1] == ability.value and (named[0] == domain or named[0] not in registered())):
+        return None
+    return named

@@ -1,0 +1,200 @@
+"""Benchmarks: all that the abilities need of a domain and cannot guess, in one value."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple, TypeAlias
+
+from eai.abilities.action_sequencing.notation import JsonPlans, PlanNotation
+from eai.abilities.goal_interpretation.notation import GoalNotation, JsonGoals
+from eai.abilities.protocol import Ability, Protocol
+from eai.abilities.scorer import Scorer
+from eai.abilities.subgoal_decomposition.notation import SubgoalNotation
+from eai.abilities.task import Task
+from eai.abilities.transition_modeling.task import TransitionTask
+from eai.benchmark.errata import NO_ERRATA, Errata
+from eai.benchmark.figure import Figure
+from eai.data.progress import Report
+from eai.english.english import PLAIN, English
+from eai.logic.formula import Formula
+from eai.prompts.believed import GoalSection
+from eai.prompts.prompt import Prompt
+from eai.prompts.published import PromptFiles, PublishedPrompts
+from eai.prompts.wording import Wording
+from eai.tasks.source import ErrataChoice, OpenTasks, Source, TaskSet
+from eai.world.domain import Domain
+
+if TYPE_CHECKING:
+    from eai.tasks.problem_world import ProblemWorld
+
+Form: TypeAlias = bool | None
+"""How all answers that are scored together are written, where that decides how each is read; else None."""
+
+FormOf: TypeAlias = Callable[[Sequence[str]], Form]
+"""Finds out how all answers that are scored together are written."""
+
+
+def no_form(answers: Sequence[str]) -> Form:
+    """Each answer is read by itself."""
+    return None
+
+
+class Opened(NamedTuple):
+    """What is particular to a suite: its tasks in order, the digest of its data, and its scorers."""
+
+    task_ids: tuple[str, ...]
+    data_sha256: str
+    make: Callable[[str], Scorer]
+    form_of: FormOf = no_form
+
+
+OpenDemonstrations: TypeAlias = Callable[[Path, Report], TaskSet[Task]]
+"""Opens demonstrations that an archive holds; DataError if it is not there, or damaged."""
+
+ProblemOf: TypeAlias = Callable[[Task, Sequence[Formula]], str]
+"""From a task and some ground conditions to the PDDL problem of reaching them."""
+
+OpenWorld: TypeAlias = Callable[[Source], "ProblemWorld"]
+"""Opens what problems in a language of the data set's own may speak of."""
+
+Wing: TypeAlias = Callable[["Benchmark", Ability, Form, Source], Opened]
+"""How a protocol opens the suites of a benchmark."""
+
+
+@dataclass(frozen=True, eq=False)
+class Benchmark:
+    """A domain with its tasks, and how its answers are written.
+
+    Attributes:
+        name: as records have it.
+        domain: the declaration, as it is meant.
+        open_tasks: opens the tasks; `eai.tasks.source.given` for tasks written down in a program.
+        title: what tables and pages call it; the name if empty.
+        plans: how plans are written; by default as a JSON list of actions with their objects.
+        goals: how goals are stated; by default as JSON lists of conditions.
+        subgoals: how subgoals are written; by default as formulas with the declared names.
+        subgoal_domain: the world in which subgoals are carried out, where that takes actions which plans do
+            not name; otherwise the declaration.
+        wings: how other protocols than ``strict`` open the suites.
+        open_operators: opens the tasks of transition modeling; exported from the declaration if None.
+        asks: for an ability that is not asked for in all tasks, whether it is in one.
+        wordings: how prompts name things, by ability; by default as declared.
+        also_observed: what observations of an environment tell besides that of which prompts of action
+            sequencing speak: predicates by name.
+        formats: how an answer is written, in words, by ability; by default that of the default notation.
+        published_prompts: the prompts of the data set; None if it has none.
+        errata: what is wrong in the data set, and how it is corrected.
+        goal_sections: where these state the goals of a task, by ability, so that they can state others.
+        task_id_of: from an identifier, as files of answers have it, to the id of its task; None for one of
+            a task that is known not to be in the data set.
+        own_figures: counts the figures of the data set that are not counted from its tasks; None if all are.
+        open_public: opens the tasks whose answers everybody has seen; None if they are its own.
+        open_demonstrations: opens demonstrations in an archive that are no tasks; None if it reads none.
+        problem_of: the planning problem that some ground goals of a task make with its published operators;
+            None where it is exported from the declaration.
+        open_bddl: opens what problems in BDDL may speak of; by default what the declaration does.
+        open_pddl: opens what problems of the data set's own planning domain may speak of, if it has one.
+        english: how its tasks are put into English, and what nobody would ask for; by default made of names.
+        planner_seconds: how long a planner may take for one task of transition modeling, in CPU seconds.
+        reference: what `eai.benchmark.registry.find_benchmark` finds it by; empty if by nothing.
+    """
+
+    name: str
+    domain: Domain
+    open_tasks: OpenTasks[Task]
+    title: str = ""
+    plans: PlanNotation = field(default_factory=JsonPlans)
+    goals: GoalNotation = field(default_factory=JsonGoals)
+    subgoals: SubgoalNotation | None = None
+    subgoal_domain: Domain | None = None
+    wings: Mapping[Protocol, Wing] = field(default_factory=dict)
+    open_operators: OpenTasks[TransitionTask] | None = None
+    asks: Mapping[Ability, Callable[[Task], bool]] = field(default_factory=dict)
+    wordings: Callable[[Ability], Wording] | None = None
+    also_observed: tuple[str, ...] = ()
+    formats: Mapping[Ability, str] = field(default_factory=dict)
+    published_prompts: PublishedPrompts | None = None
+    errata: Errata = NO_ERRATA
+    goal_sections: Mapping[Ability, GoalSection] = field(default_factory=dict)
+    task_id_of: Callable[[str], str | None] = str
+    own_figures: Callable[[Source], Sequence[Figure]] | None = None
+    open_public: OpenTasks[Task] | None = None
+    open_demonstrations: OpenDemonstrations | None = None
+    problem_of: ProblemOf | None = None
+    open_bddl: OpenWorld | None = None
+    open_pddl: OpenWorld | None = None
+    english: English = PLAIN
+    planner_seconds: int = 100
+    reference: str = ""
+
+    def referred_to_as(self, reference: str) -> Benchmark:
+        """The same benchmark, which can be found again by this reference."""
+        return replace(self, reference=reference)
+
+    def errata_for(self, source: Source) -> Errata:
+        """The errata that tasks are opened with."""
+        return NO_ERRATA if source.errata is ErrataChoice.NONE else self.errata
+
+    def tasks(self, source: Source) -> TaskSet[Task]:
+        """All tasks in the order of the data set."""
+        return self.errata_for(source).tasks(self.open_tasks(source))
+
+    def tasks_for(self, ability: Ability, source: Source) -> TaskSet[Task]:
+        """The tasks in which an ability is asked for, other than transition modeling, in the same order."""
+        tasks, asks = self.tasks(source), self.asks.get(ability)
+        if asks is None:
+            return tasks
+        asked = [task_id for task_id, task in tasks.items() if asks(task)]
+        return TaskSet(asked, tasks.__getitem__, tasks.sha256)
+
+    def operators(self, source: Source) -> TaskSet[TransitionTask]:
+        """The tasks of transition modeling in the order of the data set."""
+        if self.open_operators is not None:
+            return self.errata_for(source).operators(self.open_operators(source))
+        from eai.abilities.transition_modeling.declared import declared_tasks
+
+        tasks = self.open_tasks(source)
+        declared = declared_tasks(self.domain, tasks)
+        return TaskSet(declared, declared.__getitem__, tasks.sha256)
+
+    def official_prompts(self, ability: Ability, source: Source) -> Mapping[str, Prompt] | None:
+        """The prompts of the data set by task id, corrected; None if it has none.
+
+        Raises:
+            DataError: they cannot be obtained.
+        """
+        if self.published_prompts is None:
+            return None
+        prompts = self.published_prompts.prompts(ability, source.store, report=source.report)
+        correct = self._question_correction(ability, source)
+        if correct is None:
+            return prompts
+        return {i: replace(prompt, user=correct(i, prompt.user)) for i, prompt in prompts.items()}
+
+    def official_files(self, ability: Ability, source: Source) -> PromptFiles | None:
+        """The same as files, byte for byte where none is corrected.
+
+        Raises:
+            DataError: they cannot be obtained.
+        """
+        if self.published_prompts is None:
+            return None
+        files = self.published_prompts.files(ability, source.store, report=source.report)
+        correct = self._question_correction(ability, source)
+        if correct is None:
+            return files
+        return files.corrected(lambda name, question: correct(self.task_id_of(name) or name, question))
+
+    def _question_correction(self, ability: Ability, source: Source) -> Callable[[str, str], str] | None:
+        return self.errata_for(source).questions(ability, lambda: self.operators(source))
+
+    def wording(self, ability: Ability) -> Wording:
+        """How prompts of an ability name things."""
+        return Wording.of(self.domain) if self.wordings is None else self.wordings(ability)
+
+    def observed_wording(self) -> Wording:
+        """How observations name things: as prompts of action sequencing do, with what else is observed."""
+        words = self.wording(Ability.ACTION_SEQUENCING)
+        return replace(words, predicates=(*words.predicates, *self.also_observed))

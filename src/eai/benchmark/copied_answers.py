@@ -1,0 +1,193 @@
+"""What copying the question earns: the answers of the built-in models `eai/copy` and `eai/empty`.
+
+A measure that pays them pays for nothing. Copies are made of what the question says (its goals, its
+instruction, the names of its operators), never of a right answer.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from typing import TypeAlias
+
+import eai.logic.formula as f
+from eai.abilities.goal_interpretation.lexicon import GoalLexicon
+from eai.abilities.goal_interpretation.written import WrittenGoal
+from eai.abilities.goal_test import alternatives
+from eai.abilities.protocol import Ability
+from eai.abilities.subgoal_decomposition.notation import SubgoalNotation
+from eai.abilities.task import GoalKind, Task
+from eai.abilities.transition_modeling.task import TransitionTask
+from eai.benchmark.benchmark import Benchmark
+from eai.benchmark.copied_goals import copied_goal
+from eai.benchmark.gold_answers import AnswerBook, WrittenAnswer, join_operators
+from eai.logic.choice import Literal, ground
+from eai.logic.ltl_printer import print_ltl
+from eai.logic.options import choice_options
+from eai.logic.traversal import walk
+from eai.pddl.model import AddEffect, Both, DeleteEffect, Each, PddlEffect
+from eai.pddl.writer import write_action
+from eai.planning.achievers import Achiever, Achievers
+from eai.planning.change import changes_for
+from eai.planning.subgoal import GroundAtom
+from eai.tasks.source import Source
+from eai.world.execution import Action
+from eai.world.scene_objects import SceneObjects
+
+_WORD = re.compile(r"[a-z]{2,}")
+_LONGEST = 3
+"""In how many words of an instruction a name is looked for: ``floor lamp``, ``next to``."""
+
+_NOBODY = -1
+
+_Match: TypeAlias = tuple[Achiever, Mapping[str, int]]
+"""A way to make something so, and the objects that are given."""
+
+
+def open_copy_book(benchmark: Benchmark, ability: Ability, source: Source | None = None) -> AnswerBook:
+    """The question copied.
+
+    Goals are all that the instruction's words can state. The one subgoal is the goal, its actions before its
+    states. A plan has for each part of the goal an action that makes it so, without what that needs.
+    Operators need nothing, and bring about of everything what the goal says of something.
+
+    Raises:
+        DataError: the data cannot be had.
+    """
+    source = source or Source()
+    if ability is Ability.TRANSITION_MODELING:
+        operators = benchmark.operators(source)
+        return AnswerBook(tuple(operators), lambda task_id: _operators(operators[task_id]))
+    tasks, copied = benchmark.tasks_for(ability, source), _COPIED[ability]
+    return AnswerBook(tuple(tasks), lambda task_id: copied(benchmark, tasks[task_id].at_the_end))
+
+
+def open_empty_book(benchmark: Benchmark, ability: Ability, source: Source | None = None) -> AnswerBook:
+    """Answers in the form that is asked for, with nothing in them.
+
+    Raises:
+        DataError: the data cannot be had.
+    """
+    book = open_copy_book(benchmark, ability, source)
+    return AnswerBook(book.task_ids, lambda task_id: replace(book.gold(task_id), parts=()))
+
+
+def mentions(words: Sequence[str], name: str) -> list[int]:
+    """Where words name a thing, by the place of the first of them; endings do not matter."""
+    meant = _stem("".join(_WORD.findall(name.lower())))
+    spans = [(i, n) for i in range(len(words)) for n in range(1, _LONGEST + 1) if i + n <= len(words)]
+    return [i for i, n in spans if meant and _stem("".join(words[i : i + n])) == meant]
+
+
+def instruction_words(task: Task) -> list[str]:
+    """The words of a task's title and instruction, in order."""
+    return _WORD.findall(f"{task.title} {task.instruction}".lower())
+
+
+def _stem(word: str) -> str:
+    """A word without its ending: ``slice``, ``sliced`` and ``slices`` are one."""
+    for ending in ("ing", "ed", "es", "s", "e"):
+        if word.endswith(ending) and len(word) > len(ending) + 2:
+            return word.removesuffix(ending)
+    return word
+
+
+def _goals(benchmark: Benchmark, task: Task) -> WrittenAnswer:
+    """Each named state of each named object, each relation named between two objects, each named action."""
+    notation, words = benchmark.goals, instruction_words(task)
+    lexicon = GoalLexicon(task, benchmark.domain, notation)
+    objects = {name: found for name in lexicon.objects if (found := mentions(words, name))}
+    goals = []
+    for predicate in lexicon.words:
+        places = mentions(words, predicate.spelling)
+        if predicate.arity == 1 and places:
+            goals += [WrittenGoal(predicate.spelling, (name,)) for name in objects]
+        elif predicate.arity == 2:
+            goals += [
+                WrittenGoal(predicate.spelling, (name, other))
+                for name, before in objects.items()
+                for other, after in objects.items()
+                if name != other and any(before[0] < place < after[-1] for place in places)
+            ]
+    if notation.states_actions:
+        goals += [WrittenGoal(name, is_action=True) for name in lexicon.actions if mentions(words, name)]
+    return WrittenAnswer(notation.write(goals), notation.join)
+
+
+def _subgoals(benchmark: Benchmark, task: Task) -> WrittenAnswer:
+    """One subgoal: the goal."""
+    notation = benchmark.subgoals or SubgoalNotation(benchmark.domain)
+    copied = [print_ltl(copied_goal(task, notation))] if task.goals else []
+    return WrittenAnswer(tuple(copied), notation.join)
+
+
+def _plan(benchmark: Benchmark, task: Task) -> WrittenAnswer:
+    """An action for each goal about states, then the action goals, about the first objects that will do."""
+    achievers = Achievers(benchmark.domain)
+    plan = [_first(_making(literal, task, achievers), task) for literal in _literals(task)]
+    actions = [achievers.taking(alternatives(goal)) for goal in task.goals_of(GoalKind.ACTION)]
+    plan += [_first([(each, {}) for each in ways], task) for ways in actions]
+    steps = dict.fromkeys(action for action in plan if action is not None)
+    return WrittenAnswer(benchmark.plans.write(tuple(steps), task.scene), benchmark.plans.join)
+
+
+def _literals(task: Task) -> Iterator[Literal]:
+    """The conditions of the first way to meet each goal about states."""
+    for goal in task.goals:
+        if goal.kind is not GoalKind.ACTION:
+            yield from next(choice_options(ground(goal.formula, SceneObjects(task.scene))), ())
+
+
+def _making(literal: Literal, task: Task, achievers: Achievers) -> Iterator[_Match]:
+    """What makes a condition so that speaks of its objects, the straight ways first."""
+    atom = literal.operand if isinstance(literal, f.Not) else literal
+    agent = task.scene.agent
+    if not isinstance(atom, f.Atom):
+        return
+    objects = tuple([task.scene.index[term.name] for term in atom.arguments])
+    wanted = GroundAtom(atom.predicate, objects, atom is literal)
+    for change in changes_for(wanted, task.scene.vocabulary, _NOBODY if agent is None else agent):
+        places = [index for index in change.arguments if index is not None]
+        if len(places) == len(change.arguments):
+            for achiever in achievers.of(change.predicate, adding=change.truth):
+                scope = achiever.match(tuple(places), agent)
+                if scope is not None:
+                    yield achiever, scope
+
+
+def _first(matches: Iterable[_Match], task: Task) -> Action | None:
+    """The first action among these that can ever be taken with objects of the task; None if there is none."""
+    usable = sum(1 << index for index in task.relevant)
+    for achiever, scope in matches:
+        for binding in achiever.bindings(task.initial, scope, usable):
+            return Action(achiever.schema.operator.name, achiever.arguments(binding))
+    return None
+
+
+def _operators(task: TransitionTask) -> WrittenAnswer:
+    """Operators of no condition, that assert of everything what the goal asserts, and deny what it denies."""
+    parts = list(walk(task.problem.goal))
+    denied = {p.operand.predicate for p in parts if isinstance(p, f.Not) and isinstance(p.operand, f.Atom)}
+    wanted = dict.fromkeys(part.predicate for part in parts if isinstance(part, f.Atom))
+    declared = {each.name: each.parameters for each in task.domain.header.predicates}
+    effects = [_everywhere(n, declared[n], adds=n not in denied) for n in wanted if n in declared]
+    effect = Both(tuple(effects))
+    written = [write_action(replace(gold, precondition=f.TRUE, effect=effect)) for gold in task.gold.values()]
+    return WrittenAnswer(tuple(written), join_operators)
+
+
+def _everywhere(name: str, parameters: Sequence[f.Variable], *, adds: bool) -> PddlEffect:
+    """A predicate of all objects that it can be said of."""
+    atom = f.Atom(name, tuple([f.Variable(each.name) for each in parameters]))
+    effect: PddlEffect = AddEffect(atom) if adds else DeleteEffect(atom)
+    for variable in reversed(parameters):
+        effect = Each(variable, effect)
+    return effect
+
+
+_COPIED: dict[Ability, Callable[[Benchmark, Task], WrittenAnswer]] = {
+    Ability.GOAL_INTERPRETATION: _goals,
+    Ability.SUBGOAL_DECOMPOSITION: _subgoals,
+    Ability.ACTION_SEQUENCING: _plan,
+}

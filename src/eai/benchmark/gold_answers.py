@@ -1,0 +1,197 @@
+"""What the built-in models answer: gold answers, and plans found by search."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cache
+
+from typing_extensions import assert_never
+
+from eai.abilities.goal_interpretation.gold import write_goals
+from eai.abilities.goal_interpretation.stated import read_stated
+from eai.abilities.goal_test import remaining_goals
+from eai.abilities.planning import FindPlan, find_plan
+from eai.abilities.protocol import Ability
+from eai.abilities.subgoal_decomposition.notation import SubgoalNotation
+from eai.abilities.task import Task
+from eai.benchmark.benchmark import Benchmark
+from eai.errors import InputError
+from eai.planning.planner import Planner, PlanningLimits
+from eai.tasks.source import Source, TaskSet
+from eai.world.execution import Action, execute
+
+
+@dataclass(frozen=True, slots=True)
+class WrittenAnswer:
+    """An answer as its parts (steps, goals, subgoals, operators) and the function that joins them."""
+
+    parts: tuple[str, ...]
+    join: Callable[[Iterable[str]], str]
+
+    @property
+    def text(self) -> str:
+        """The whole answer."""
+        return self.join(self.parts)
+
+
+@dataclass(frozen=True, slots=True)
+class AnswerBook:
+    """The gold answers of a suite: the ids of its tasks in order, and the answer to each."""
+
+    task_ids: tuple[str, ...]
+    gold: Callable[[str], WrittenAnswer]
+
+
+def open_answer_book(benchmark: Benchmark, ability: Ability, source: Source | None = None) -> AnswerBook:
+    """The gold answers of a benchmark: those of its data set, or else what the built-in search finds.
+
+    Raises:
+        DataError: the data cannot be had.
+    """
+    source = source or Source()
+    match ability:
+        case Ability.GOAL_INTERPRETATION:
+            return _goals(benchmark, source)
+        case Ability.TRANSITION_MODELING:
+            return _operators(benchmark, source)
+        case Ability.ACTION_SEQUENCING:
+            return _plans(benchmark, source, scripts=True)
+        case Ability.SUBGOAL_DECOMPOSITION:
+            return _subgoals(benchmark, source, scripts=True)
+        case _:
+            assert_never(ability)
+
+
+def open_planned_book(
+    benchmark: Benchmark,
+    ability: Ability,
+    source: Source | None = None,
+    stated: Mapping[str, str] | None = None,
+    limits: PlanningLimits | None = None,
+    find: FindPlan = find_plan,
+) -> AnswerBook:
+    """Answers made of plans that the built-in search finds on the declared domain, instead of gold ones.
+
+    An answer is empty where the search finds no plan.
+
+    Args:
+        benchmark: the benchmark.
+        ability: the ability.
+        source: where its data comes from; the user's default store if None.
+        stated: answers to goal interpretation, by task id, whose goals are to be reached instead of the
+            tasks'; goals that name what does not exist are passed over.
+        limits: how much the search for a plan of action sequencing may do.
+        find: how that is looked for.
+
+    Raises:
+        InputError: a plan is no answer to this ability.
+        DataError: the data cannot be had.
+    """
+    source = source or Source()
+    if stated:
+        benchmark = believing(benchmark, stated)
+    match ability:
+        case Ability.ACTION_SEQUENCING:
+            return _plans(benchmark, source, scripts=False, limits=limits, find=find)
+        case Ability.SUBGOAL_DECOMPOSITION:
+            return _subgoals(benchmark, source, scripts=False)
+        case _:
+            raise InputError(f"eai/planner has no answer to {benchmark.name} {ability.value}")
+
+
+def planned_answer(
+    benchmark: Benchmark,
+    task_id: str,
+    done: Sequence[Action],
+    limits: PlanningLimits | None = None,
+    source: Source | None = None,
+) -> WrittenAnswer:
+    """A plan that the search finds for what is left of a task after some actions; empty if it finds none."""
+    task = benchmark.tasks_for(Ability.ACTION_SEQUENCING, source or Source())[task_id]
+    now = execute(benchmark.domain, task.initial, done)
+    goals = remaining_goals(task, [action.operator for action in now.executed])
+    left = replace(task, initial=now.final, goals=goals)
+    plan = find_plan(left, Planner(benchmark.domain), limits).plan
+    return WrittenAnswer(benchmark.plans.write(plan, task.scene), benchmark.plans.join)
+
+
+def believing(benchmark: Benchmark, stated: Mapping[str, str]) -> Benchmark:
+    """The benchmark whose tasks have the goals that answers state, as far as they mean something."""
+
+    def open_tasks(source: Source) -> TaskSet[Task]:
+        tasks = benchmark.open_tasks(source)
+
+        def believed(task_id: str) -> Task:
+            task, answer = tasks[task_id], stated.get(task_id)
+            if answer is None:
+                return task
+            goals = read_stated(answer, task, benchmark.domain, benchmark.goals)
+            return replace(task, goals=goals.meaningful)
+
+        return TaskSet(tasks, believed, tasks.sha256)
+
+    return replace(benchmark, open_tasks=open_tasks)
+
+
+def _goals(benchmark: Benchmark, source: Source) -> AnswerBook:
+    notation = benchmark.goals
+    tasks = benchmark.tasks_for(Ability.GOAL_INTERPRETATION, source)
+    return AnswerBook(
+        tuple(tasks),
+        lambda task_id: WrittenAnswer(write_goals(tasks[task_id], benchmark.domain, notation), notation.join),
+    )
+
+
+def _plans(
+    benchmark: Benchmark,
+    source: Source,
+    *,
+    scripts: bool,
+    limits: PlanningLimits | None = None,
+    find: FindPlan = find_plan,
+) -> AnswerBook:
+    """Plans: the data set's own, where it has them and they are asked for, or else what the search finds."""
+    tasks, notation = benchmark.tasks_for(Ability.ACTION_SEQUENCING, source), benchmark.plans
+    planner = Planner(benchmark.domain)
+
+    @cache
+    def answer(task_id: str) -> WrittenAnswer:
+        task = tasks[task_id]
+        plan = (scripts and task.script) or find(task, planner, limits).plan
+        return WrittenAnswer(notation.write(plan, task.scene), notation.join)
+
+    return AnswerBook(tuple(tasks), answer)
+
+
+def _subgoals(benchmark: Benchmark, source: Source, *, scripts: bool) -> AnswerBook:
+    """Subgoals that stand for plans: those of the data set, where they can be written, or of the search."""
+    tasks = benchmark.tasks_for(Ability.SUBGOAL_DECOMPOSITION, source)
+    notation = benchmark.subgoals or SubgoalNotation(benchmark.domain)
+    planner = notation.planner()
+
+    @cache
+    def answer(task_id: str) -> WrittenAnswer:
+        task = tasks[task_id]
+        if scripts and task.script and notation.writes_scripts:
+            return WrittenAnswer(notation.write(task, task.script), notation.join)
+        return WrittenAnswer(notation.planned(task, planner), notation.join)
+
+    return AnswerBook(tuple(tasks), answer)
+
+
+def _operators(benchmark: Benchmark, source: Source) -> AnswerBook:
+    tasks = benchmark.operators(source)
+
+    def gold(task_id: str) -> WrittenAnswer:
+        task = tasks[task_id]
+        parts = tuple(task.domain.operators[name].pddl for name in task.operators)
+        return WrittenAnswer(parts, join_operators)
+
+    return AnswerBook(tuple(tasks), gold)
+
+
+def join_operators(operators: Iterable[str]) -> str:
+    """Operators as one answer."""
+    return json.dumps({"output": "\n".join(operators)})

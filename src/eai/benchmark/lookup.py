@@ -1,0 +1,210 @@
+"""A lookup table as a baseline: the answer of the most similar public task, objects renamed.
+
+Whoever has seen the public answers can do as much without deciding anything. The task itself is left out.
+"""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cache
+
+import eai.logic.formula as f
+from eai.abilities.goal_interpretation.gold import write_goals
+from eai.abilities.goal_interpretation.lexicon import GoalLexicon
+from eai.abilities.protocol import Ability
+from eai.abilities.subgoal_decomposition.notation import SubgoalNotation
+from eai.abilities.task import Task
+from eai.abilities.transition_modeling.task import TransitionTask
+from eai.abilities.unreadable import Unreadable
+from eai.benchmark.benchmark import Benchmark
+from eai.benchmark.copied_answers import instruction_words
+from eai.benchmark.gold_answers import AnswerBook, WrittenAnswer, join_operators, open_answer_book
+from eai.logic.ltl_printer import print_ltl
+from eai.logic.renaming import rename_objects, rename_variables
+from eai.logic.traversal import objects
+from eai.tasks.source import Source, TaskSet
+from eai.world.domain import Domain
+from eai.world.execution import Action
+
+_NAME = re.compile(r"[\w.]+")
+
+
+@dataclass(frozen=True, slots=True)
+class _Entry:
+    """A task of the table, and its goals with objects by category."""
+
+    task: Task
+    goals: Counter[str]
+
+
+def open_lookup_book(benchmark: Benchmark, ability: Ability, source: Source | None = None) -> AnswerBook:
+    """What the lookup table answers.
+
+    Plans and subgoals are those of the task with the most similar goals, goals those of the task whose
+    instruction shares most words, operators those of any other task that asks for them.
+
+    Raises:
+        DataError: the data cannot be had.
+    """
+    source = source or Source()
+    if ability is Ability.TRANSITION_MODELING:
+        return _operator_book(benchmark.operators(source))
+    tasks = benchmark.tasks_for(ability, source)
+    known = (
+        benchmark if benchmark.open_public is None else replace(benchmark, open_tasks=benchmark.open_public)
+    )
+    public = known.tasks_for(ability, source)
+    if ability is Ability.GOAL_INTERPRETATION:
+        return _goal_book(benchmark, tasks, list(public.values()))
+    table = LookupTable(public.values(), benchmark.domain)
+    if ability is Ability.SUBGOAL_DECOMPOSITION:
+        return _subgoal_book(benchmark, tasks, table, open_answer_book(known, ability, source))
+
+    @cache
+    def answer(task_id: str) -> WrittenAnswer:
+        task = tasks[task_id]
+        return WrittenAnswer(benchmark.plans.write(table.plan(task), task.scene), benchmark.plans.join)
+
+    return AnswerBook(tuple(tasks), answer)
+
+
+class LookupTable:
+    """The tasks whose plans are known.
+
+    Args:
+        public: the tasks; those without a plan are passed over.
+        domain: the declaration.
+    """
+
+    def __init__(self, public: Iterable[Task], domain: Domain) -> None:
+        self._entries = [_Entry(task, _lifted(task)) for task in public if task.script]
+        self._of_goal: dict[str, list[int]] = {}
+        for number, entry in enumerate(self._entries):
+            for text in entry.goals:
+                self._of_goal.setdefault(text, []).append(number)
+        self._arities = domain.arities
+
+    def plan(self, task: Task) -> tuple[Action, ...]:
+        """The plan of the nearest other task, about this one's objects; steps of no operator are left out."""
+        nearest = self.nearest(task)
+        plan = () if nearest is None else tuple(_renamed(nearest, task))
+        return tuple([each for each in plan if self._arities.get(each.operator) == len(each.arguments)])
+
+    def nearest(self, task: Task) -> Task | None:
+        """The other task that shares most goals, of those of either; the first of several."""
+        goals = _lifted(task)
+        sharing = sorted({number for text in goals for number in self._of_goal.get(text, ())})
+        others = [each for each in map(self._entries.__getitem__, sharing) if each.task.id != task.id]
+        if not others:
+            return next((each.task for each in self._entries if each.task.id != task.id), None)
+        return max(others, key=lambda entry: _similarity(goals, entry.goals)).task
+
+
+def _subgoal_book(
+    benchmark: Benchmark, tasks: TaskSet[Task], table: LookupTable, known: AnswerBook
+) -> AnswerBook:
+    """The subgoals of the nearest other task, about this one's objects; what is about others is left out."""
+    notation = benchmark.subgoals or SubgoalNotation(benchmark.domain)
+
+    @cache
+    def answer(task_id: str) -> WrittenAnswer:
+        task = tasks[task_id]
+        nearest = table.nearest(task)
+        if nearest is None:
+            return WrittenAnswer((), notation.join)
+        parts, here = known.gold(nearest.id).parts, notation.lexicon(task.scene)
+        there = notation.lexicon(nearest.scene).objects
+        named = [there[word] for part in parts for word in _NAME.findall(part) if word in there]
+        meant = _correspondence(nearest, task, named)
+        names = {word: here.name(meant[index]) for word, index in there.items() if index in meant}
+        kept = [part for part in parts if all(w in names for w in _NAME.findall(part) if w in there)]
+        renamed = [_NAME.sub(lambda match: names.get(match[0], match[0]), part) for part in kept]
+        return WrittenAnswer(tuple(renamed), notation.join)
+
+    return AnswerBook(tuple(tasks), answer)
+
+
+def _goal_book(benchmark: Benchmark, tasks: TaskSet[Task], public: Sequence[Task]) -> AnswerBook:
+    """The goals of the task whose instruction shares most words, but for what does not exist here."""
+    notation = benchmark.goals
+    texts = [(task, Counter(instruction_words(task))) for task in public]
+
+    @cache
+    def answer(task_id: str) -> WrittenAnswer:
+        task = tasks[task_id]
+        words = Counter(instruction_words(task))
+        others = [entry for entry in texts if entry[0].id != task.id]
+        nearest = max(others, key=lambda entry: _similarity(words, entry[1]), default=None)
+        parts = () if nearest is None else write_goals(nearest[0], benchmark.domain, notation)
+        read = notation.read(notation.join(parts))
+        stated = () if isinstance(read, Unreadable) else read.goals
+        lexicon = GoalLexicon(task, benchmark.domain, notation)
+        kept = [goal for goal in stated if lexicon.first_unknown(goal) is None]
+        return WrittenAnswer(notation.write(kept), notation.join)
+
+    return AnswerBook(tuple(tasks), answer)
+
+
+def _operator_book(tasks: TaskSet[TransitionTask]) -> AnswerBook:
+    """The operators that some other task asks for, as it has them."""
+    asked = Counter([name for task in tasks.values() for name in task.operators])
+
+    def answer(task_id: str) -> WrittenAnswer:
+        task = tasks[task_id]
+        known = [name for name in task.operators if asked[name] > 1]
+        return WrittenAnswer(tuple([task.domain.operators[name].pddl for name in known]), join_operators)
+
+    return AnswerBook(tuple(tasks), answer)
+
+
+def _lifted(task: Task) -> Counter[str]:
+    """The goals of a task with objects by category."""
+    return Counter([text for _, text in _goals(task)])
+
+
+def _goals(task: Task) -> Iterator[tuple[f.Formula, str]]:
+    """The goals of a task, each also as a text in which objects go by their category."""
+    category = {thing.name: thing.category for thing in task.scene.objects}
+    for goal in task.goals:
+        named = {name: category[name] for name in objects(goal.formula)}
+        yield goal.formula, print_ltl(rename_variables(rename_objects(goal.formula, named)))
+
+
+def _similarity(goals: Counter[str], others: Counter[str]) -> int:
+    """How near goals are to each other: the share of common ones among all, in millionths."""
+    return 1_000_000 * (goals & others).total() // max(1, (goals | others).total())
+
+
+def _renamed(known: Task, asked: Task) -> Iterator[Action]:
+    """The plan of a known task about the objects of another, without steps about what the other lacks."""
+    meant = _correspondence(known, asked, [index for action in known.script for index in action.arguments])
+    for action in known.script:
+        arguments = [meant.get(index) for index in action.arguments]
+        found = tuple([index for index in arguments if index is not None])
+        if len(found) == len(arguments):
+            yield Action(action.operator, found)
+
+
+def _correspondence(known: Task, asked: Task, named: Iterable[int]) -> Mapping[int, int]:
+    """For each named object of a known task one of another task: of the same goal, or category and name."""
+    meant: dict[int, int] = {}
+    goals = list(_goals(asked))
+    for formula, text in _goals(known):
+        same = next((i for i, (_, other) in enumerate(goals) if other == text), None)
+        if same is not None:
+            there = objects(goals.pop(same)[0])
+            pairs = zip(objects(formula), there, strict=False)
+            meant |= {known.scene.index[a]: asked.scene.index[b] for a, b in pairs}
+    relevant = dict.fromkeys((*asked.relevant, *range(len(asked.scene.objects))))
+    for index in dict.fromkeys(named):
+        thing = known.scene.objects[index]
+        if index not in meant:
+            alike = [i for i in relevant if asked.scene.objects[i].category == thing.category]
+            free = [i for i in alike if i not in meant.values()] or alike
+            same_name = [i for i in free if asked.scene.objects[i].name == thing.name]
+            if free:
+                meant[index] = (same_name or free)[0]
+    return meant

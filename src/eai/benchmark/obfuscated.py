@@ -1,0 +1,267 @@
+"""Obfuscated twins: a benchmark whose words mean other things, the same throughout.
+
+Who plans needs to know what actions do, not what they are called. In a twin the declared names of predicates,
+operators and kinds of objects are permuted, each among those that are used alike; the world, the tasks and
+their verdicts are those of the benchmark. Prompts say what each word means, and tell the exact rules, which
+plain prompts do not. A twin is compared with the same prompts in the true words (`with_rules`).
+"""
+
+from __future__ import annotations
+
+import hashlib
+import random
+import re
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import eai.logic.formula as f
+from eai.abilities.action_sequencing.notation import PlanNotation
+from eai.abilities.action_sequencing.plan import WrittenPlan
+from eai.abilities.protocol import Ability
+from eai.abilities.subgoal_decomposition.lexicon import SubgoalLexicon
+from eai.abilities.subgoal_decomposition.notation import SubgoalNotation, WrittenSubgoals
+from eai.abilities.task import Task
+from eai.abilities.transition_modeling.task import TransitionTask
+from eai.abilities.unreadable import Unreadable
+from eai.benchmark.benchmark import Benchmark
+from eai.english.english import PLAIN, English
+from eai.english.exact_text import ExactText, is_property
+from eai.planning.planner import Planner
+from eai.prompts.wording import Wording
+from eai.tasks.source import Source, TaskSet
+from eai.world.execution import Action
+from eai.world.operator import Operator
+from eai.world.state import Scene
+
+_TOKEN = re.compile(r"[A-Za-z_][\w-]*(?:\.\w+)*")
+_NUMBERED = re.compile(r"(.+?)([._]\d+)")
+_KEPT = frozenset(
+    (
+        *("action", "object", "output", "not", "and", "or", "then", "until", "implies", "next", "eventually"),
+        *("always", "true", "false", "forall", "exists", "forn", "forpairs", "fornpairs", "x", "y", "z"),
+    )
+)
+"""The words of the syntaxes, which stay."""
+
+_HOW_TO_READ = (
+    'An action is possible if all holds that stands after "needs". What stands after "then" is made so, in '
+    "that order; what is asked there is asked of the state before the action. All else stays as it is."
+)
+
+
+_OBFUSCATED, _WITH_RULES = "-obfuscated", "-rules"
+
+
+@dataclass(frozen=True)
+class Cipher:
+    """Words for words, one to one.
+
+    Attributes:
+        words: what is written for each word that changes.
+    """
+
+    words: Mapping[str, str]
+
+    def encode(self, text: str) -> str:
+        """A text in the twin's words; names of objects keep their numbers."""
+        return _TOKEN.sub(lambda token: _replaced(token[0], self.words), text)
+
+    def decode(self, text: str) -> str:
+        """A text of the twin in the benchmark's words."""
+        back = {new: old for old, new in self.words.items()}
+        return _TOKEN.sub(lambda token: _replaced(token[0], back), text)
+
+    @staticmethod
+    def of(benchmark: Benchmark, tasks: Iterable[Task]) -> Cipher:
+        """The cipher of a benchmark: the same on every machine."""
+        uses: dict[str, dict[str, object]] = {}
+        for name in benchmark.wording(Ability.ACTION_SEQUENCING).predicates:
+            uses.setdefault(name, {})["predicate"] = benchmark.domain.vocabulary.arity(name)
+        for operator in benchmark.domain.operators:
+            uses.setdefault(operator.name, {})["operator"] = operator.arity
+        groups: dict[str, list[tuple[str, ...]]] = {}
+        for name, use in uses.items():
+            groups.setdefault(str(sorted(use.items())), []).append((name,))
+        for category, stems in _kinds(tasks).items():
+            if not {category, *stems} & uses.keys():
+                groups.setdefault(f"{category in stems} {len(stems)}", []).append((category, *stems))
+        digest = hashlib.sha256(f"obfuscated {benchmark.domain.name}".encode()).digest()
+        rng, words = random.Random(digest), dict[str, str]()  # noqa: S311 - names, not secrets
+        for group in groups.values():
+            changing = [each for each in group if _KEPT.isdisjoint(each)]
+            start = rng.sample(changing, len(changing))
+            for old, new in zip(start, (*start[1:], *start[:1]), strict=True):  # one cycle: none stays
+                words |= dict(zip(old, new, strict=True))
+        return Cipher(words)
+
+
+def _replaced(token: str, words: Mapping[str, str]) -> str:
+    if token in words:
+        return words[token]
+    numbered = _NUMBERED.fullmatch(token)
+    return token if numbered is None else words.get(numbered[1], numbered[1]) + numbered[2]
+
+
+def _kinds(tasks: Iterable[Task]) -> Mapping[str, tuple[str, ...]]:
+    """The categories but the agent's, each with what the names of its objects are without their numbers."""
+    found: dict[str, dict[str, None]] = {}
+    owner: dict[str, str] = {}
+    agents = set()
+    for task in tasks:
+        for index, thing in enumerate(task.scene.objects):
+            numbered = _NUMBERED.fullmatch(thing.name)
+            stem = thing.name if numbered is None else numbered[1]
+            if owner.setdefault(stem, thing.category) == thing.category:
+                found.setdefault(thing.category, {})[stem] = None
+            if index == task.scene.agent:
+                agents.add(thing.category)
+    return {category: tuple(sorted(stems)) for category, stems in found.items() if category not in agents}
+
+
+@dataclass(frozen=True)
+class _TwinWording(Wording):
+    """A wording in the words of a twin.
+
+    Attributes:
+        cipher: the words.
+        english: what predicates mean.
+    """
+
+    cipher: Cipher = Cipher({})
+    english: English = PLAIN
+
+    @cached_property
+    def _exact(self) -> ExactText:
+        return ExactText(self.domain.vocabulary, self.english, self.cipher.encode)
+
+    @cached_property
+    def _spoken_of(self) -> Sequence[str]:
+        return self._exact.spoken_of(self.predicates, self.domain.operators)
+
+    def vocabulary(self) -> str:
+        atoms = [f.Atom(name, tuple(map(f.Variable, "xy"[: self._arity(name)]))) for name in self.predicates]
+        lines = self.cipher.encode(super().vocabulary()).splitlines()
+        said = [f"{line}: {self._exact.condition(atom)}" for line, atom in zip(lines, atoms, strict=True)]
+        return "\n".join([*said, *(f"- {each}" for each in self._exact.definitions(self._spoken_of))])
+
+    def operators(self) -> str:
+        return f"{_HOW_TO_READ}\n{super().operators()}"
+
+    def told_of(self, each: str) -> str:
+        return f"what {each} needs and what it does"
+
+    def operator(self, operator: Operator) -> str:
+        parameters = ", ".join([parameter.name for parameter in operator.parameters])
+        head = f"{self.cipher.encode(operator.name)}({parameters})"
+        return f"{head}\n  needs: {self._exact.needs(operator)}\n  then: {self._exact.does(operator)}"
+
+    def object(self, task: Task, index: int) -> str:
+        stored = [self.domain.vocabulary.stored(name) for name in self._spoken_of]
+        hidden = [p.name for p in stored if p is not None and is_property(p) and not p.visible]
+        having = [self.cipher.encode(name) for name in hidden if task.initial.has(name, index)]
+        head, _, told = self.cipher.encode(super().object(task, index)).rpartition(": ")
+        return f"{head}: {', '.join([*(told.split(', ') if told != '-' else ()), *having]) or '-'}"
+
+    def initial(self, task: Task) -> str:
+        return self.cipher.encode(super().initial(task))
+
+    def goals(self, task: Task) -> str:
+        return self.cipher.encode(super().goals(task))
+
+
+class _TwinPlans(PlanNotation):
+    """Plans in the words of a twin."""
+
+    def __init__(self, plain: PlanNotation, cipher: Cipher) -> None:
+        self._plain, self._cipher = plain, cipher
+
+    def read(self, text: str) -> WrittenPlan | Unreadable:
+        return self._plain.read(self._cipher.decode(text))
+
+    def operator(self, word: str) -> str:
+        return self._plain.operator(word)
+
+    def objects(self, task: Task) -> Callable[[object], int | None]:
+        return self._plain.objects(task)
+
+    def write(self, plan: Iterable[Action], scene: Scene) -> tuple[str, ...]:
+        return tuple(map(self._cipher.encode, self._plain.write(plan, scene)))
+
+    def join(self, parts: Iterable[str]) -> str:
+        return self._plain.join(parts)
+
+
+class _TwinSubgoals(SubgoalNotation):
+    """Subgoals in the words of a twin."""
+
+    def __init__(self, plain: SubgoalNotation, cipher: Cipher) -> None:
+        super().__init__(plain.domain)
+        self._plain, self._cipher = plain, cipher
+        self.writes_scripts = plain.writes_scripts
+
+    def lexicon(self, scene: Scene) -> SubgoalLexicon:
+        return self._plain.lexicon(scene)
+
+    def read(self, text: str) -> WrittenSubgoals | Unreadable:
+        return self._plain.read(self._cipher.decode(text))
+
+    def planner(self) -> Planner:
+        return self._plain.planner()
+
+    def write(self, task: Task, plan: Iterable[Action]) -> tuple[str, ...]:
+        return tuple(map(self._cipher.encode, self._plain.write(task, plan)))
+
+    def planned(self, task: Task, planner: Planner) -> tuple[str, ...]:
+        return tuple(map(self._cipher.encode, self._plain.planned(task, planner)))
+
+    def join(self, parts: Iterable[str]) -> str:
+        return self._plain.join(parts)
+
+
+def obfuscated(benchmark: Benchmark, source: Source | None = None) -> Benchmark:
+    """The twin of a benchmark: its plans and subgoals are asked for in other words; nothing else is."""
+    public = benchmark.open_public or benchmark.open_tasks
+    cipher = Cipher.of(benchmark, public(source or Source()).values())
+    return _with_exact_rules(benchmark, cipher, _OBFUSCATED)
+
+
+def with_rules(benchmark: Benchmark) -> Benchmark:
+    """A benchmark in its own words, with the exact rules that the prompts of its twin tell."""
+    return _with_exact_rules(benchmark, Cipher({}), _WITH_RULES)
+
+
+def plain_name(name: str) -> str:
+    """The name of the benchmark that a twin, or one with exact rules, is made of; any other name as it is."""
+    return name.removesuffix(_OBFUSCATED).removesuffix(_WITH_RULES)
+
+
+def _with_exact_rules(benchmark: Benchmark, cipher: Cipher, suffix: str) -> Benchmark:
+    def wording(ability: Ability) -> Wording:
+        plain = benchmark.wording(ability)
+        return _TwinWording(
+            plain.domain,
+            plain.predicates,
+            plain.written_as,
+            plain.object_name,
+            cipher=cipher,
+            english=benchmark.english,
+        )
+
+    def in_capitals(text: str) -> str:
+        return _TOKEN.sub(lambda t: _replaced(t[0], cipher.words) if t[0].isupper() else t[0], text)
+
+    return replace(
+        benchmark,
+        name=f"{benchmark.name}{suffix}",
+        title=f"{benchmark.title or benchmark.name}, {suffix[1:]}",
+        plans=_TwinPlans(benchmark.plans, cipher),
+        subgoals=_TwinSubgoals(benchmark.subgoals or SubgoalNotation(benchmark.domain), cipher),
+        wordings=wording,
+        formats={ability: in_capitals(text) for ability, text in benchmark.formats.items()},
+        wings={},
+        asks={**benchmark.asks, Ability.GOAL_INTERPRETATION: lambda task: False},
+        open_operators=lambda source: TaskSet((), dict[str, TransitionTask]().__getitem__, ""),
+        published_prompts=None,
+        reference="",
+    )

@@ -1,0 +1,172 @@
+"""The prompts of a suite: from a set, with the user's own files in place of single ones."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
+from functools import partial
+from pathlib import Path
+
+from eai.abilities.protocol import Ability
+from eai.benchmark.benchmark import Benchmark
+from eai.benchmark.gold_answers import open_answer_book
+from eai.benchmark.registry import registered
+from eai.data.files import files_below
+from eai.errors import InputError
+from eai.prompts.believed import Belief
+from eai.prompts.feedback import Asker
+from eai.prompts.operators import operator_prompts
+from eai.prompts.own import Questions, render, render_task
+from eai.prompts.prompt import Prompt, PromptSet, read_prompt_file, read_system_file
+from eai.prompts.template import Templates, template_names
+from eai.tasks.source import Source
+
+
+@dataclass(frozen=True, slots=True)
+class Library:
+    """Where prompts come from.
+
+    Attributes:
+        prompts: the set.
+        folder: the user's own files, or None. ``<domain>_<ability>.json`` and
+            ``<domain>_<ability>_system.json`` replace prompts and system message of a suite, template files
+            those of the set `eai`.
+        source: where the data comes from.
+    """
+
+    prompts: PromptSet
+    folder: Path | None = None
+    source: Source = field(default_factory=Source)
+
+    def open(
+        self, benchmark: Benchmark, ability: Ability, beliefs: Mapping[str, Belief] | None = None
+    ) -> Mapping[str, Prompt]:
+        """The prompts of a suite by task id, in the order of the data set.
+
+        A benchmark without published prompts is asked with ours, rendered from its declaration.
+
+        Args:
+            benchmark: the benchmark.
+            ability: the ability.
+            beliefs: the goals or scenes that prompts are to tell of instead of the tasks' own, by task id.
+
+        Raises:
+            DataError: the data cannot be obtained.
+            InputError: a file of the user's cannot be used, or the set has no such prompts.
+        """
+        beliefs = beliefs or {}
+        if self.folder is not None:
+            _refuse_strangers(self.folder, benchmark)
+        official = self.prompts is PromptSet.OFFICIAL
+        published = benchmark.official_prompts(ability, self.source) if official else None
+        if published is not None:
+            prompts = self._with_own_files(published, benchmark, ability)
+            return _believing(prompts, benchmark, ability, beliefs)
+        prompts = self._rendered(benchmark, ability, beliefs)
+        own = self._with_own_files(prompts, benchmark, ability)
+        for task_id in beliefs.keys() & prompts.keys():
+            if own[task_id].user != prompts[task_id].user:
+                raise InputError(
+                    f"{self.folder}: the prompt of {task_id} tells of the task as it is, not of a belief"
+                )
+        return own
+
+    def corrected(self, benchmark: Benchmark, ability: Ability, task_ids: Iterable[str]) -> int:
+        """How many tasks' questions are the data set's as its errata correct them."""
+        if self.prompts is not PromptSet.OFFICIAL or self._has_own_file(benchmark, ability):
+            return 0
+        return len(benchmark.errata_for(self.source).questioned(ability).intersection(task_ids))
+
+    def asker(self, benchmark: Benchmark, ability: Ability, prompts: Mapping[str, Prompt]) -> Asker:
+        """What asks in several attempts, beginning with these prompts.
+
+        Ours are rendered anew where the world has changed; published ones and files of the user's are not.
+        """
+        rendered = self.prompts is PromptSet.EAI or benchmark.published_prompts is None
+        templates, restate = Templates(self.folder), None
+        if rendered and not self._has_own_file(benchmark, ability):
+            restate = partial(render_task, self._questions(benchmark, ability, {}), templates=templates)
+        return Asker(prompts.__getitem__, benchmark.wording(ability), restate, templates)
+
+    def _rendered(
+        self, benchmark: Benchmark, ability: Ability, beliefs: Mapping[str, Belief]
+    ) -> Mapping[str, Prompt]:
+        """Our prompts, rendered from the declaration."""
+        templates = Templates(self.folder)
+        if ability is Ability.TRANSITION_MODELING:
+            return operator_prompts(benchmark.operators(self.source), templates)
+        return render(self._questions(benchmark, ability, beliefs), templates)
+
+    def _questions(self, benchmark: Benchmark, ability: Ability, beliefs: Mapping[str, Belief]) -> Questions:
+        """What our prompts are rendered from."""
+        templates = Templates(self.folder)
+        name = f"formats/{benchmark.name}_{ability.value}.txt"
+        book = open_answer_book(benchmark, ability, self.source)
+        return Questions(
+            ability,
+            benchmark.wording(ability),
+            benchmark.tasks_for(ability, self.source),
+            templates.own(name)
+            or benchmark.formats.get(ability)
+            or templates.text(f"formats/{ability.value}.txt"),
+            lambda task_id: book.gold(task_id).text,
+            beliefs,
+        )
+
+    def _has_own_file(self, benchmark: Benchmark, ability: Ability) -> bool:
+        return self.folder is not None and (self.folder / f"{benchmark.name}_{ability.value}.json").exists()
+
+    def _with_own_files(
+        self, prompts: Mapping[str, Prompt], benchmark: Benchmark, ability: Ability
+    ) -> Mapping[str, Prompt]:
+        if self.folder is None:
+            return prompts
+        name = f"{benchmark.name}_{ability.value}"
+        file, system_file = self.folder / f"{name}.json", self.folder / f"{name}_system.json"
+        if file.exists():
+            own = {benchmark.task_id_of(i) or i: text for i, text in read_prompt_file(file).items()}
+            for task_id in own:
+                if task_id not in prompts:
+                    raise InputError(f"{file}: identifier {task_id!r} is not one of the tasks")
+            prompts = {i: replace(prompt, user=own.get(i, prompt.user)) for i, prompt in prompts.items()}
+        if system_file.exists():
+            system = read_system_file(system_file)
+            prompts = {i: replace(prompt, system=system) for i, prompt in prompts.items()}
+        return prompts
+
+
+def _believing(
+    prompts: Mapping[str, Prompt], benchmark: Benchmark, ability: Ability, beliefs: Mapping[str, Belief]
+) -> Mapping[str, Prompt]:
+    """The prompts with the believed goals in their goal sections."""
+    section = benchmark.goal_sections.get(ability)
+    if beliefs and section is None:
+        raise InputError(
+            f"{benchmark.name} {ability.value}: it is not known where published prompts state goals; "
+            f"use --set {PromptSet.EAI.value}"
+        )
+    return {
+        task_id: prompt
+        if section is None or task_id not in beliefs
+        else replace(prompt, user=section.replace(prompt.user, beliefs[task_id]))
+        for task_id, prompt in prompts.items()
+    }
+
+
+def _refuse_strangers(folder: Path, benchmark: Benchmark) -> None:
+    """Raise if this is no folder, or has prompts or templates that replace nothing."""
+    if not folder.is_dir():
+        raise InputError(f"{folder}: expected a folder of prompts")
+    names = dict.fromkeys((*registered(), benchmark.name))
+    of_suites = {f"{name}_{ability.value}" for name in names for ability in Ability}
+    known = {
+        *template_names(),
+        *(f"{suite}{ending}.json" for suite in of_suites for ending in ("", "_system")),
+        *(f"formats/{suite}.txt" for suite in of_suites),
+    }
+    for file in files_below(folder, "*.json", "*.txt"):
+        if file.relative_to(folder).as_posix() not in known:
+            raise InputError(
+                f"{file}: replaces nothing; expected <domain>_<ability>.json, "
+                "<domain>_<ability>_system.json or the name of a template"
+            )

@@ -1,0 +1,172 @@
+"""The benchmarks there are: by name, as an object of a Python module, as PDDL files or as task files.
+
+A distribution registers one by an entry point of the group ``eai.benchmark``: a `Benchmark`, or a function
+without arguments that returns one. What opens the other kinds is imported where one is asked for.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Mapping
+from dataclasses import replace
+from functools import cache
+from importlib import import_module
+from importlib.metadata import EntryPoint, entry_points
+from pathlib import Path
+
+from eai.abilities.task import Task
+from eai.benchmark.benchmark import Benchmark
+from eai.benchmark.errata import NO_ERRATA
+from eai.errors import InputError, did_you_mean
+from eai.tasks.source import OpenTasks
+
+GROUP = "eai.benchmarks"
+"""The group of entry points."""
+
+PDDL = "pddl"
+"""What stands before the colon in a reference to PDDL files."""
+
+OBFUSCATED = "obfuscated"
+"""What stands before the colon in a reference to the twin of a benchmark whose words mean other things."""
+
+RULES = "rules"
+"""What stands before the colon in a reference to a benchmark in its own words, with the rules of its twin."""
+
+CAPITALISED = {"virtualhome": "VirtualHome", "behavior": "Behavior"}
+"""How identifiers with capitals spell the benchmarks that come with the package."""
+
+FIRST = tuple(CAPITALISED)
+"""These benchmarks in the order of the paper; the others follow by name."""
+
+
+@cache
+def _entry_points() -> Mapping[str, EntryPoint]:
+    found = {point.name: point for point in entry_points(group=GROUP)}
+    return {name: found[name] for name in sorted(found, key=lambda name: (_place(name), name))}
+
+
+def _place(name: str) -> int:
+    return FIRST.index(name) if name in FIRST else len(FIRST)
+
+
+def registered() -> tuple[str, ...]:
+    """The names of all registered benchmarks."""
+    return tuple(_entry_points())
+
+
+def find_benchmark(reference: str) -> Benchmark:
+    """The benchmark that a name, ``module:object``, ``pddl:DOMAIN,PROBLEMS`` or the path of task files means.
+
+    A module is also looked for in the working directory; a domain file in PDDL comes with a file of a problem
+    or a folder of them; a task file ends in ``.jsonl`` or ``.jsonl.gz``, or is in a folder, which is known by
+    having a slash in its name. ``obfuscated:`` before any of them is its twin in other words, ``rules:`` the
+    same prompts in its own words.
+
+    Raises:
+        InputError: there is none, or it cannot be loaded.
+    """
+    return _find(reference)
+
+
+def title_of(name: str) -> str:
+    """What a benchmark of this name is called in tables and pages; an unknown one by its name."""
+    return find_benchmark(name).title or name if name in registered() else name
+
+
+@cache
+def _find(reference: str) -> Benchmark:
+    if reference in _entry_points():
+        return _as_benchmark(_entry_points()[reference].load(), reference)
+    from eai.tasks.task_files import ENDINGS
+
+    module, separator, name = reference.partition(":")
+    if module not in (OBFUSCATED, RULES, PDDL) and (
+        reference.endswith((*ENDINGS, "/")) or Path(reference).is_dir()
+    ):
+        return _open_tasks(Path(reference)).referred_to_as(reference)
+    if module in (OBFUSCATED, RULES):
+        return _open_explained(name, module).referred_to_as(reference)
+    if module == PDDL:
+        return _open_pddl(name).referred_to_as(reference)
+    if separator:
+        return _as_benchmark(_load(module, name, reference), reference)
+    known = registered()
+    expected = f"{', '.join(known)}, module:object, pddl:DOMAIN,PROBLEMS or a folder of task files"
+    raise InputError(f"{reference!r} is no benchmark: expected {expected}{did_you_mean(reference, known)}")
+
+
+def _open_explained(name: str, words: str) -> Benchmark:
+    """A benchmark whose prompts tell its rules exactly, in words that mean other things or in its own."""
+    from eai.benchmark.obfuscated import obfuscated, with_rules
+
+    return (obfuscated if words == OBFUSCATED else with_rules)(find_benchmark(name))
+
+
+def _open_pddl(files: str) -> Benchmark:
+    """The benchmark of ``DOMAIN,PROBLEMS``: a file, and a file or a folder."""
+    domain, separator, problems = files.partition(",")
+    if not separator:
+        raise InputError(f"{PDDL}:{files}: expected {PDDL}:DOMAIN,PROBLEMS, a file and a file or folder")
+    from eai.tasks.pddl_files import open_pddl
+
+    opened = open_pddl(Path(domain), Path(problems))
+    return Benchmark(opened.domain.name, opened.domain, lambda source: opened.tasks)
+
+
+def _open_tasks(path: Path) -> Benchmark:
+    """The benchmark of task files: the world of their base, with other tasks, scored as the paper says.
+
+    Subgoals are asked for in all of them; prompts and gold operators follow from the declaration.
+    """
+    from eai.tasks.task_files import open_task_files
+
+    files = open_task_files(path)
+    base = find_benchmark(files.base)
+    return with_tasks(base, files.name, lambda source: files.tasks(base.domain))
+
+
+def with_tasks(base: Benchmark, name: str, open_tasks: OpenTasks[Task]) -> Benchmark:
+    """The benchmark of other tasks in the world of a base; it cannot be referred to.
+
+    Args:
+        base: the base.
+        name: what sets these tasks apart, in the name of the benchmark.
+        open_tasks: opens them.
+    """
+    return replace(
+        base,
+        name=f"{base.name}-{name}",
+        title=f"{base.title or base.name}, {name}",
+        reference="",
+        open_tasks=open_tasks,
+        wings={},
+        asks={},
+        open_public=base.open_tasks,
+        open_operators=None,
+        published_prompts=None,
+        errata=NO_ERRATA,
+        task_id_of=str,
+    )
+
+
+def _load(module: str, name: str, reference: str) -> object:
+    here = str(Path.cwd())
+    added = here not in sys.path
+    if added:
+        sys.path.insert(0, here)
+    try:
+        return getattr(import_module(module), name)
+    except ImportError as error:
+        raise InputError(f"{reference}: the module cannot be imported ({error})") from error
+    except AttributeError as error:
+        raise InputError(f"{reference}: {module} has no object {name!r}") from error
+    finally:
+        if added:
+            sys.path.remove(here)
+
+
+def _as_benchmark(value: object, reference: str) -> Benchmark:
+    found = value if isinstance(value, Benchmark) or not callable(value) else value()
+    if not isinstance(found, Benchmark):
+        raise InputError(f"{reference}: expected a Benchmark, found {type(found).__name__}")
+    return found.referred_to_as(reference)

@@ -1,0 +1,159 @@
+"""Suites: all tasks of a benchmark and an ability, ready to score answers under a protocol."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import partial
+
+from eai.abilities.declarations import DECLARATIONS
+from eai.abilities.protocol import Ability, Protocol
+from eai.abilities.record import TaskFeatures
+from eai.abilities.scorer import Scorer
+from eai.abilities.task import Task
+from eai.abilities.verdict import Verdict
+from eai.benchmark.benchmark import Benchmark, Form, FormOf, no_form
+from eai.benchmark.errata import Errata
+from eai.benchmark.registry import find_benchmark, registered
+from eai.benchmark.scorers import open_scorers
+from eai.data.progress import silent
+from eai.errors import InputError, did_you_mean
+from eai.tasks.source import ErrataChoice, Source
+from eai.tasks.task_reference import TaskReference
+
+DEFAULT_PROTOCOL = Protocol.STRICT
+"""The rules for scoring where nothing else is asked for."""
+
+
+@dataclass(frozen=True)
+class Suite:
+    """The tasks of a benchmark and an ability under one protocol.
+
+    Attributes:
+        task_ids: the ids of all tasks, in the order of the data set.
+        data_sha256: digest of the data behind them.
+        tasks: the tasks of the benchmark by id; empty where scorers are all that there is.
+        reopen: opens the same suite once more, say in another process; None if it was not opened by
+            `open_suite`.
+        source: where its data comes from, the planner, and whether errata are used.
+        form: how all answers are taken to be written, where that decides how each is read; else None.
+    """
+
+    benchmark: Benchmark
+    ability: Ability
+    protocol: Protocol
+    task_ids: tuple[str, ...]
+    data_sha256: str
+    _make: Callable[[str], Scorer]
+    _form_of: FormOf = no_form
+    tasks: Mapping[str, Task] = field(default_factory=dict, repr=False)
+    _made: dict[str, Scorer] = field(default_factory=dict, repr=False)
+    _features: dict[str, TaskFeatures] = field(default_factory=dict, repr=False)
+    reopen: Callable[..., Suite] | None = field(default=None, repr=False)
+    source: Source = field(default_factory=Source)
+    form: Form = None
+
+    def __reduce__(self) -> tuple[Callable[..., Suite], tuple[()]]:
+        """A suite is pickled as how it is opened, by name: a declaration holds functions, which are not."""
+        if self.reopen is None or not self.portable:
+            raise InputError(f"{self.domain}: only what is opened by name or module:object can be pickled")
+        return self.reopen, ()
+
+    @property
+    def portable(self) -> bool:
+        """Whether it can be opened again elsewhere, such as in another process."""
+        return self.reopen is not None and bool(self.benchmark.reference)
+
+    @property
+    def domain(self) -> str:
+        """The name of the benchmark, as records have it."""
+        return self.benchmark.name
+
+    @property
+    def has_plans(self) -> bool:
+        """Whether answers are carried out: plans and subgoals."""
+        return DECLARATIONS[self.ability].has_plans
+
+    def reference(self, task_id: str) -> str:
+        """A task as `eai.reward` takes it, such as ``virtualhome/action_sequencing/27_2``."""
+        return str(TaskReference(self.benchmark.reference or self.domain, self.ability, task_id))
+
+    @property
+    def errata(self) -> Errata:
+        """The errata of its data that are used."""
+        return self.benchmark.errata_for(self.source)
+
+    def over(self, answers: Sequence[str]) -> Suite:
+        """The suite as it scores these answers together: the form of all may decide how each is read."""
+        form = self._form_of(answers) if answers else None
+        return self if form is None or self.reopen is None else self.reopen(form=form)
+
+    def scorer(self, task_id: str) -> Scorer:
+        """The scorer of a task; it is made once.
+
+        Raises:
+            InputError: there is no such task.
+        """
+        scorer = self._made.get(task_id)
+        if scorer is None:
+            if task_id not in self.task_ids:
+                hint = did_you_mean(task_id, self.task_ids)
+                raise InputError(f"{self.domain} {self.ability.value} has no task {task_id!r}{hint}")
+            scorer = self._made[task_id] = self._make(task_id)
+        return scorer
+
+    def features(self, task_id: str) -> TaskFeatures | None:
+        """What a task is like; None if the benchmark has only operators of it."""
+        known = self._features.get(task_id)
+        if known is None and (task := self.tasks.get(task_id)) is not None:
+            known = self._features[task_id] = TaskFeatures.of(task)
+        return known
+
+    def score(self, task_id: str, text: str) -> Verdict:
+        """The verdict on an answer to a task."""
+        return self.scorer(task_id).score(text)
+
+    def unanswered(self, task_id: str) -> Verdict:
+        """The verdict on a task without an answer: a failure, unless the task is in no statistics at all."""
+        return self.scorer(task_id).unanswered()
+
+
+def open_suite(
+    benchmark: Benchmark | str,
+    ability: Ability,
+    protocol: Protocol = DEFAULT_PROTOCOL,
+    *,
+    source: Source | None = None,
+    form: Form = None,
+) -> Suite:
+    """Open a suite; the data set is fetched first if it is not there.
+
+    Args:
+        benchmark: the benchmark, or what `find_benchmark` finds it by.
+        ability: the ability.
+        protocol: the rules for scoring.
+        source: where the data comes from; the user's default store if None. Errata are used under the default
+            protocol alone: another one is of the data as they are.
+        form: how all answers are written, as `Suite.over` finds out.
+
+    Raises:
+        DataError: the data cannot be had.
+        InputError: there is no such benchmark, or it is not scored under this protocol.
+    """
+    found = find_benchmark(benchmark) if isinstance(benchmark, str) else benchmark
+    wing = open_scorers if protocol is DEFAULT_PROTOCOL else found.wings.get(protocol)
+    if wing is None:
+        raise InputError(f"{found.name} is not scored under {protocol.value}")
+    source = source or Source()
+    if protocol is not DEFAULT_PROTOCOL:
+        source = replace(source, errata=ErrataChoice.NONE)
+    opened = wing(found, ability, form, source)
+    tasks = found.tasks(source)
+    source = replace(source, report=silent)
+    again = partial(open_suite, found.reference or found, ability, protocol, source=source, form=form)
+    return Suite(found, ability, protocol, *opened, tasks=tasks, reopen=again, source=source, form=form)
+
+
+def available_suites() -> tuple[tuple[str, Ability], ...]:
+    """Every registered benchmark with each ability."""
+    return tuple((name, ability) for name in registered() for ability in Ability)

@@ -1,1 +1,0 @@
-"""Benchmarks: what each one declares, and how its tasks are opened."""

@@ -1,0 +1,1 @@
+"""Words and sentences for what a task says: of facts, goals and operators, whatever the world."""

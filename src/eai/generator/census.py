@@ -1,0 +1,293 @@
+"""What the tasks of a benchmark tell of how its world is used.
+
+Nothing here is declared: it is counted in the data set's own goals, states and plans, by category of object.
+"""
+
+from __future__ import annotations
+
+from collections import Counter, defaultdict
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from itertools import chain, product
+
+import eai.logic.formula as f
+from eai.abilities.goal_test import alternatives
+from eai.abilities.protocol import Ability
+from eai.abilities.task import GoalKind, Task
+from eai.benchmark.benchmark import Benchmark
+from eai.generator.measures import needed_by
+from eai.generator.prior import (
+    Combination,
+    Kind,
+    Nesting,
+    Pattern,
+    Patterns,
+    Prior,
+    Theme,
+    kinds_of,
+    narrowed,
+    patterns_of,
+)
+from eai.planning.effect_schema import effect_schemas
+from eai.planning.role import role_of
+from eai.prompts.wording import subjects
+from eai.world.domain import Domain
+from eai.world.execution import Action, execute
+from eai.world.listing import Listing
+from eai.world.operator import Role
+from eai.world.relation import bits
+from eai.world.state import Scene, State
+
+FEW_TARGETS = 1.5
+"""Up to so many targets on average, a relation says where a thing is; a thing is next to many others."""
+
+_QUANTIFIED = ("ForAll", "Exists", "Exactly", "ForPairs")
+_WHERE_ALL_ARE_PLAIN = {"Atom": 2, "ForAll": 6, "Exactly": 4, "Exists": 3}
+"""How often each shape is proposed where the data set has no quantified goals, which tell nothing of that."""
+
+_AS_GOAL, _AS_EFFECT, _AS_FOUND = 4.0, 1.0, 0.05
+"""What it counts that something is a goal, is brought about by a plan, or is so in a scene."""
+
+
+def prior_of(benchmark: Benchmark, tasks: Iterable[Task]) -> Prior:
+    """Count what is usual in the tasks of a benchmark."""
+    census = _Census(benchmark)
+    for task in tasks:
+        census.count(task)
+    return census.prior()
+
+
+class _Census:
+    """What is counted, task by task."""
+
+    def __init__(self, benchmark: Benchmark) -> None:
+        self._domain, self._english = benchmark.domain, benchmark.english
+        self._listings = benchmark.wording(Ability.ACTION_SEQUENCING).listings
+        self._weights: defaultdict[Pattern, float] = defaultdict(float)
+        self._wanted: Counter[tuple[str, bool]] = Counter()
+        self._endings: defaultdict[str, Counter[tuple[Pattern, ...]]] = defaultdict(Counter)
+        self._titles: Counter[str] = Counter()
+        self._shown: defaultdict[str, Counter[str]] = defaultdict(Counter)
+        self._needed: defaultdict[str, set[str]] = defaultdict(set)
+        self._forms: Counter[str] = Counter()
+        self._paired: dict[Pattern, None] = {}
+        self._nestings: dict[Nesting, None] = {}
+        self._combinations: dict[Combination, None] = {}
+        self._alone: Counter[tuple[str, str]] = Counter()
+        self._accompanied: Counter[tuple[str, str]] = Counter()
+        self._actions: Counter[tuple[str, ...]] = Counter()
+        self._found: dict[Pattern, None] = {}
+        self._crowds: Counter[str] = Counter()
+        self._kinds: dict[Kind, None] = {}
+        self._operators: dict[str, None] = {}
+        self._states: list[State] = []
+        self._several: set[str] = set()
+
+    def count(self, task: Task) -> None:
+        """Take a task into account."""
+        self._states.append(task.initial)
+        kinds = Counter([task.scene.objects[i].category for i in _concerned(task)])
+        self._several.update([kind for kind, number in kinds.items() if number > 1])
+        self._endings[task.title][_ending(task)] += 1
+        self._titles[task.title] += 1
+        self._shown[task.title].update({task.scene.objects[i].category for i in _concerned(task)})
+        self._needed[task.title] |= {task.scene.objects[i].category for i in needed_by(task)}
+        self._count_plan(task)
+        self._count_pairs({p for goal in task.goals for p in patterns_of(goal.formula, task.scene)})
+        for goal in task.goals:
+            if goal.kind is GoalKind.ACTION:
+                self._actions[alternatives(goal)] += 1
+                self._forms["Occurs"] += 1
+                continue
+            self._forms[type(goal.formula).__name__] += 1
+            wanted = list(patterns_of(goal.formula, task.scene))
+            if isinstance(goal.formula, f.ForPairs):
+                self._paired |= dict.fromkeys(wanted)
+            for pattern in wanted:
+                self._weights[pattern] += _AS_GOAL
+                if not _is_of_agent(pattern, task.scene):
+                    self._wanted[pattern.predicate, pattern.truth] += 1
+
+    def _count_pairs(self, wanted: Collection[Pattern]) -> None:
+        """Take into account what the goals of a task want together."""
+        states = [p for p in wanted if len(p.categories) == 1]
+        relations = [p for p in wanted if len(p.categories) == 2]
+        for (relation, (_, thing), _), (place, (moved, _), _) in product(relations, repeat=2):
+            if thing == moved:
+                self._nestings[Nesting(relation, thing, place)] = None
+        for (state, (thing,), _), (relation, (moved, place), _) in product(states, relations):
+            if thing == moved:
+                self._combinations[Combination(state, relation, place)] = None
+        for state, (thing,), _ in (p for p in states if p.truth):
+            served = any(thing == place for _, (_, place), _ in relations)
+            (self._accompanied if served else self._alone)[state, thing] += 1
+
+    def _count_plan(self, task: Task) -> None:
+        trajectory = execute(self._domain, task.initial, _sound(task.script, self._domain))
+        objects = _concerned(task)
+        before = _facts(task.initial, objects, self._listings)
+        self._found |= before
+        self._crowds.update(_crowds(task.initial, objects, self._listings))
+        afterwards = [trajectory.final, *([] if task.annotated_final is None else [task.annotated_final])]
+        came_about = [_changes(before, _facts(state, objects, self._listings)) for state in afterwards]
+        for pattern in dict.fromkeys(chain(*came_about)):
+            self._weights[pattern] += _AS_EFFECT
+        for action in trajectory.executed:
+            self._operators[action.operator] = None
+            self._kinds.update(dict.fromkeys(kinds_of(action, task.scene)))
+
+    def _is_odd(self, pattern: Pattern) -> bool:
+        """Whether nobody would ask for it; that something odd be not so is sound."""
+        return pattern.truth and self._english.is_odd(pattern.predicate, pattern.categories)
+
+    def _theme(self, title: str, told: Patterns) -> Theme:
+        """What tasks of a title are about: what some of them need, and what most of them show."""
+        shown = self._shown[title].items()
+        about = frozenset([*self._needed[title], *(c for c, n in shown if 2 * n > self._titles[title])])
+        return Theme(about, self._endings[title], narrowed(told, about))
+
+    def prior(self) -> Prior:
+        """What all tasks so far tell."""
+        for pattern in self._found:
+            self._weights[pattern] += _AS_FOUND if self._crowds[pattern.predicate] <= 0 else 0.0
+        if not self._kinds:
+            self._wanted.update(product([each.predicate for each in self._listings], (True, False)))
+            for pattern in _conceivable(self._wanted, self._states):
+                self._weights[pattern] += _AS_FOUND
+        places, parts = _relations(self._domain, self._states)
+        is_plain = not any(self._forms[form] for form in _QUANTIFIED)
+        patterns: dict[tuple[str, bool], dict[Pattern, float]] = {}
+        for pattern, weight in self._weights.items():
+            if weight > 0 and (pattern.predicate, pattern.truth) in self._wanted:
+                patterns.setdefault((pattern.predicate, pattern.truth), {})[pattern] = weight
+        told = {
+            key: {p: weight for p, weight in known.items() if not self._is_odd(p)}
+            for key, known in patterns.items()
+        }
+        roles = {operator.name: role_of(operator) for operator in self._domain.operators}
+        going = (Role.TAKES, Role.MOVEMENT)
+        return Prior(
+            patterns=patterns,
+            wanted=self._wanted,
+            themes={title: self._theme(title, told) for title in self._titles},
+            forms=_varied(self._forms) if is_plain else self._forms,
+            paired=frozenset(self._paired),
+            nestings=frozenset(self._nestings),
+            combinations=frozenset(self._combinations),
+            needy=frozenset(key for key, n in self._accompanied.items() if n > 1 and not self._alone[key]),
+            actions=self._actions,
+            operators=frozenset(self._operators),
+            kinds=frozenset(self._kinds),
+            taken=frozenset({kind.category for kind in self._kinds if roles[kind.operator] is Role.TAKES}),
+            used=frozenset({kind.category for kind in self._kinds if roles[kind.operator] not in going}),
+            places=places,
+            parts=parts,
+            several=frozenset(self._several if is_plain else ()),
+            pieces=frozenset(_pieces(self._states, parts)),
+            holding=frozenset(_holding(self._domain)),
+        )
+
+
+def _varied(forms: Counter[str]) -> Mapping[str, int]:
+    """Shapes of goals where the data set's are all plain; goals for actions are as frequent as they were."""
+    states, shares = forms.total() - forms["Occurs"], sum(_WHERE_ALL_ARE_PLAIN.values())
+    varied = {form: states * share for form, share in _WHERE_ALL_ARE_PLAIN.items()}
+    return {**varied, "Occurs": forms["Occurs"] * shares} if forms["Occurs"] else varied
+
+
+def _sound(plan: Sequence[Action], domain: Domain) -> list[Action]:
+    """A plan up to its first step that names no operator of the domain, or too few objects."""
+    kept = []
+    for action in plan:
+        if domain.arities.get(action.operator) != len(action.arguments):
+            break
+        kept.append(action)
+    return kept
+
+
+def _concerned(task: Task) -> list[int]:
+    """The objects that a task speaks of or its plan uses."""
+    used = (i for action in task.script for i in action.arguments)
+    return list(dict.fromkeys((*subjects(task), *used)))
+
+
+def _facts(state: State, objects: Sequence[int], listings: Iterable[Listing]) -> dict[Pattern, None]:
+    """The patterns of all that goals could say and that holds, each once."""
+    things = state.scene.objects
+    return {
+        Pattern(fact.predicate, tuple([things[i].category for i in fact.arguments]), True): None
+        for each in listings
+        for fact in each.facts(state, objects)
+    }
+
+
+def _crowds(state: State, objects: Sequence[int], listings: Iterable[Listing]) -> Counter[str]:
+    """By relation, how many pairs of it there are beyond those of a thing with few others."""
+    crowds: Counter[str] = Counter()
+    for each in listings:
+        pairs = [fact.arguments for fact in each.facts(state, objects) if len(fact.arguments) == 2]
+        crowds[each.predicate] = round(len(pairs) - FEW_TARGETS * len({source for source, _ in pairs}))
+    return crowds
+
+
+def _ending(task: Task) -> tuple[Pattern, ...]:
+    """What the goals of a task say of the agent."""
+    said = [p for goal in task.goals for p in patterns_of(goal.formula, task.scene)]
+    return tuple(dict.fromkeys([pattern for pattern in said if _is_of_agent(pattern, task.scene)]))
+
+
+def _is_of_agent(pattern: Pattern, scene: Scene) -> bool:
+    """Whether a pattern says something of the agent."""
+    return scene.agent is not None and scene.objects[scene.agent].category in pattern.categories
+
+
+def _changes(before: Mapping[Pattern, None], after: Mapping[Pattern, None]) -> Iterator[Pattern]:
+    """What came about, and what came to an end."""
+    yield from (pattern for pattern in after if pattern not in before)
+    yield from (pattern._replace(truth=False) for pattern in before if pattern not in after)
+
+
+def _conceivable(wanted: Iterable[tuple[str, bool]], states: Sequence[State]) -> Iterator[Pattern]:
+    """For a data set without plans, from which nothing is known to be odd: everything."""
+    for state in states:
+        categories = dict.fromkeys(thing.category for thing in state.scene.objects)
+        for predicate, truth in wanted:
+            arity = state.scene.vocabulary.arity(predicate) or 0
+            yield from (Pattern(predicate, chosen, truth) for chosen in product(categories, repeat=arity))
+
+
+def _relations(domain: Domain, states: Sequence[State]) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """The relations that say where things are, and those of parts: told by how many targets a thing has."""
+    places, parts = [], []
+    for predicate in domain.vocabulary.predicates:
+        if predicate.arity == 2 and predicate.visible:
+            relations = [state.relation(predicate.name) for state in states]
+            pairs = sum([len(relation) for relation in relations])
+            sources = sum([relation.sources.bit_count() for relation in relations])
+            if not predicate.static and pairs <= FEW_TARGETS * sources:
+                places.append(predicate.name)
+            if predicate.static and pairs == sources:
+                parts.append(predicate.name)
+    return tuple(places), tuple(parts)
+
+
+def _pieces(states: Sequence[State], parts: Sequence[str]) -> Iterator[str]:
+    """The categories of what is a part of something."""
+    for state in states:
+        for name in parts:
+            yield from (state.scene.objects[i].category for i in bits(state.relation(name).sources))
+
+
+def _holding(domain: Domain) -> Iterator[str]:
+    """The predicates that taking a thing adds and no other action does."""
+    taking = [operator for operator in domain.operators if role_of(operator) is Role.TAKES]
+    others = {
+        schema.atom.predicate
+        for operator in domain.operators
+        if operator not in taking
+        for schema in effect_schemas(operator)
+        if schema.adds
+    }
+    for operator in taking:
+        for schema in effect_schemas(operator):
+            if schema.adds and schema.atom.predicate not in others:
+                yield schema.atom.predicate

@@ -1,0 +1,383 @@
+"""Tasks without end: each is a pure function of a specification and a seed, or a reason why there is none."""
+
+from __future__ import annotations
+
+import math
+import random
+from collections import Counter
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import eai.logic.formula as f
+from eai.abilities.protocol import Ability
+from eai.abilities.task import Task, goal
+from eai.abilities.verdict import Json
+from eai.benchmark.benchmark import Benchmark
+from eai.errors import InputError
+from eai.generator import fingerprint
+from eai.generator.census import prior_of
+from eai.generator.compatibility import clash, is_idle, subjects_of
+from eai.generator.difficulty import difficulty_model
+from eai.generator.goals import Proposals
+from eai.generator.hiding import Hiding, Place
+from eai.generator.measures import Measure, Measures
+from eai.generator.objections import Objections
+from eai.generator.outcome import Generated, Outcome, Reason, Rejected
+from eai.generator.over_time import Seeker
+from eai.generator.prior import Prior, Theme
+from eai.generator.scene import closed_scene, with_guests, with_more_of_a_kind
+from eai.generator.spec import CANARY, LENGTHS, Spec, Split, Tier, tier_of
+from eai.generator.splits import SHARES, Rivals, bases_of, split_of_goals
+from eai.generator.usage import Usage
+from eai.generator.walk import (
+    Walk,
+    certificate,
+    lower_bound,
+    posed,
+    steps_of_planner,
+)
+from eai.generator.words import Words
+from eai.planning.planner import Planner
+from eai.tasks.source import Source
+from eai.tasks.task_lines import plan_of
+from eai.world.relation import bits
+from eai.world.state import State
+
+_TRIES = 12
+"""How many goals are proposed for one that is wanted, where scenes are rich ten times as many."""
+
+_GIVEN_UP = 5
+"""After so many goals in a row that are not reached, a scene has no more to offer."""
+
+_THEMES = 3
+"""How many things that do not belong together are asked for at most where scenes are not rich."""
+
+_RICH = (Tier.L, Tier.XL, Tier.XXL)
+"""The tiers that ask for scenes with more in them than those of the data set."""
+
+_LEAST_STEPS = 3
+"""How short a certificate may be where nothing else is asked for."""
+
+_USUAL_STEPS = 5
+"""How long a plan is taken to be where the data set has none."""
+
+_LONGER = 6
+"""How many steps more a certificate may have for the sake of a goal over time."""
+
+_SEARCHED = 40
+"""How many goals are proposed to begin with one about something that is hidden."""
+
+_OFFERS = 2
+"""How much more often those titles are chosen that offer more, twice where they offer both."""
+
+_HIDDEN = 0.7
+"""How often something is put out of sight if it can be, where the data set's goals are all plain."""
+
+_IN_VAIN = 300
+"""After so many seeds in a row that give no task there are no more; of a split, by its share, after more."""
+
+_RENEWED = 200
+"""After so many tasks the planner begins anew: it keeps every formula that it has read."""
+
+
+@dataclass
+class Generator:
+    """Makes tasks.
+
+    Args:
+        benchmark: whose world they are in.
+        spec: what is wanted.
+        source: where the data set comes from.
+        rivals: the tasks of other splits, none of which is to give a task away.
+        plans_again: whether it is also recorded how many steps the planner's own plan for all goals has; the
+            tasks are the same.
+
+    Raises:
+        InputError: tasks of a difficulty are wanted, and that of the benchmark's is not known.
+    """
+
+    benchmark: Benchmark
+    spec: Spec
+    source: Source
+    rivals: Rivals | None = None
+    plans_again: bool = False
+    _made: int = field(default=0, init=False)
+
+    def __post_init__(self) -> None:
+        self._difficulty = difficulty_model(self.benchmark.name)
+        if self._difficulty is None and self.spec.difficulty is not None:
+            raise InputError(f"how difficult tasks of {self.benchmark.name} are is not known")
+        self._tasks = list(self.benchmark.tasks(self.source).values())
+        self.prior: Prior = prior_of(self.benchmark, self._tasks)
+        self._bases = bases_of(self._tasks, self.spec.split, self.spec.held_out)
+        if not self._bases:
+            raise InputError(
+                f"no public task of {self.benchmark.name} is of split {self.spec.split.value} "
+                f"by {self.spec.held_out.value}"
+            )
+        self._titles = list(dict.fromkeys([task.title for task in self._bases]))
+        self._objections = Objections(self.benchmark.domain, self._tasks, by_place=self.spec.by_place)
+        self._measures = Measures(self.benchmark.domain)
+        self._usage = Usage(self.benchmark.domain, self.prior)
+        self._hiding = Hiding(self.benchmark.domain, self.prior)
+        self._weights = list(self._weights_of_bases())
+        self._begin_anew()
+        listings = self.benchmark.wording(Ability.ACTION_SEQUENCING).listings
+        self._seeker = Seeker(self.benchmark.domain, self._usage.domain, self.prior, listings)
+
+    def _begin_anew(self) -> None:
+        """Have planners that remember nothing: of usual actions, and of all."""
+        self._planner = Planner(self._usage.domain)
+        self._free_planner = Planner(self.benchmark.domain)
+
+    def _weights_of_bases(self) -> Iterator[float]:
+        """How often a public task is begun with: as often as any other, where the data set has varied goals.
+
+        Where all are plain, titles are equally frequent, but for those that offer more: things to put out of
+        sight, and kinds of which there are several.
+        """
+        several = self.prior.several & self.prior.taken
+        numbers = Counter([task.title for task in self._bases])
+        for task in self._bases:
+            offers = not several.isdisjoint(self.prior.themes[task.title].categories)
+            more = _OFFERS * (offers + bool(self._hiding.places(task)))
+            yield (1 + more) / numbers[task.title] if self.prior.several else 1.0
+
+    def task(self, seed: str, known: Collection[fingerprint.Prints] = ()) -> Outcome:
+        """The task of a seed: the same on every machine; none if its fingerprints are known."""
+        self._made += 1
+        if self._made % _RENEWED == 0:
+            self._begin_anew()
+        rng = self.spec.rng(seed)
+        base = rng.choices(self._bases, self._weights)[0]
+        initial, hidden = self._scene(base, rng)
+        least, most = self._window(base)
+        walk = self._walk(base, initial, hidden, rng, least, most)
+        if not walk.goals:
+            return Rejected(seed, Reason.NO_GOALS)
+        goals, start = list(walk.goals), self._usage.original(initial)
+        split = split_of_goals(goals, start.scene, self.spec.held_out)
+        if self.spec.split not in (Split.ALL, split):
+            return Rejected(seed, Reason.OTHER_SPLIT)
+        if not self.spec.over_time and fingerprint.of(goals, start) in known:
+            return Rejected(seed, Reason.COPY)
+        words = Words.of(self.benchmark, start, by_place=self.spec.by_place)
+        task = posed(
+            f"{self.benchmark.name}-{self.spec.sha256[:6]}-{seed}",
+            words.instruction(goals, rng),
+            start,
+            goals,
+            certificate(walk),
+        )
+        about: dict[str, Json] = {"split": split.value}
+        reason = self._objections.to(task, words, least, most)
+        if reason is None and self.spec.over_time:
+            proposals = self._proposals(initial, self.prior.themes[base.title])
+            found = self._seeker.find(task, initial, self._planner, proposals, rng)
+            if found is None:
+                return Rejected(seed, Reason.NO_ORDER)
+            told = words.instruction([*goals, found.goal], rng)
+            asked = (*task.goals, goal(found.goal))
+            task = replace(task, goals=asked, script=tuple(found.plan), instruction=told)
+            about["temptation"] = plan_of(replace(task, script=tuple(found.temptation)))
+            reason = self._objections.to(task, words, least, most + _LONGER)
+            if reason is None and fingerprint.of_task(task) in known:
+                reason = Reason.COPY
+        if reason is None and self.rivals is not None and self.rivals.give_away(task):
+            reason = Reason.KNOWN_PLAN
+        return self._judged(task, seed, walk, about) if reason is None else Rejected(seed, reason)
+
+    def _judged(self, task: Task, seed: str, walk: Walk, about: dict[str, Json]) -> Outcome:
+        """A task that is sound, if it asks for as much as is wanted, with all that is known of it."""
+        measured = self._measures.of(task)
+        if any(measured[each.measure] < each.number for each in self.spec.at_least):
+            return Rejected(seed, Reason.TOO_LITTLE)
+        expected = None if self._difficulty is None else self._difficulty.expected(task)
+        if expected is not None:
+            about["difficulty"] = {"expected": expected.value, "error": expected.error}
+            low, high = self.spec.difficulty or (-math.inf, math.inf)
+            if not low <= expected.value <= high:
+                return Rejected(seed, Reason.DIFFICULTY)
+        about["lower_bound"] = least = lower_bound(task, self.benchmark.domain, self.spec.depth)
+        if least == 1:
+            return Rejected(seed, Reason.ONE_ACTION)
+        if self.plans_again and not self.spec.over_time:
+            about["planner_steps"] = steps_of_planner(walk)
+        return Generated(task, {**self._about(task, seed, measured), **about})
+
+    def _about(self, task: Task, seed: str, measured: Mapping[Measure, int]) -> dict[str, Json]:
+        """What is known of a task."""
+        of_goals, of_scene = fingerprint.of_task(task)
+        return {
+            "tier": tier_of(len(task.script)).value,
+            **{measure.value: number for measure, number in measured.items()},
+            "goals_fingerprint": of_goals,
+            "scene_fingerprint": of_scene,
+            "spec": self.spec.sha256[:16],
+            "seed": seed,
+            "canary": CANARY,
+        }
+
+    def _scene(self, base: Task, rng: random.Random) -> tuple[State, frozenset[int]]:
+        """A closed scene in which some things were done before, and those that were put out of sight.
+
+        Nothing of it leaves anything in a hand.
+        """
+        most = self.spec.most_objects
+        rich = self.spec.tier in _RICH
+        place, pair = self._place(base, rng)
+        found = closed_scene(base, self.prior, rng, most, rich=rich, with_=pair)
+        if self.prior.several:
+            kinds = self.prior.themes[base.title].categories
+            found = with_more_of_a_kind(found, self.prior, rng, most, kinds)
+        if rich:
+            found = with_guests(found, self._bases, self.prior, rng, most)
+        closed = self._usage.state(*found)
+        proposals = self._proposals(closed)
+        walk = Walk(self._usage.domain, self._planner, closed)
+        for _ in range(rng.randint(0, self.spec.disturbances)):
+            wanted, before = proposals.disturbance(rng), walk.state
+            if wanted is not None:
+                walk.reach(wanted)
+                walk.conditions.clear()
+            if self._held(walk.state) - self._held(before):
+                walk.state = before
+        if place is not None:
+            names = [base.scene.objects[i].name for i in pair]
+            after = self._hiding.hide(
+                self._free_planner, self._usage.original(walk.state), place.relation, *names
+            )
+            if after is not None:
+                return self._usage.state(after.scene, after.facts()), frozenset({after.scene.index[names[0]]})
+        return self._usage.state(walk.state.scene, walk.state.facts()), frozenset()
+
+    def _place(self, base: Task, rng: random.Random) -> tuple[Place | None, Sequence[int]]:
+        """Where something is to be put out of sight, and what into what; often nothing is."""
+        places = self._hiding.places(base) if self.prior.several and rng.random() < _HIDDEN else ()
+        if not places:
+            return None, ()
+        place = rng.choice(places)
+        kinds = (place.thing, place.container)
+        return place, [rng.choice(list(bits(base.scene.category(kind)))) for kind in kinds]
+
+    def _held(self, state: State) -> set[int]:
+        """The objects in hands."""
+        held: set[int] = set()
+        for name in self.prior.holding:
+            if name in state.scene.vocabulary.binary_slots:
+                held.update(pair.target for pair in state.relation(name).pairs())
+            else:
+                held.update(bits(state.those(name)))
+        return held
+
+    def _window(self, base: Task) -> tuple[int, int]:
+        """The least and the greatest length of the certificate."""
+        if self.spec.tier is not Tier.DATA:
+            return LENGTHS[self.spec.tier]
+        length = len(base.script) or _USUAL_STEPS
+        return max(_LEAST_STEPS, round(0.5 * length)), max(2 * _LEAST_STEPS, round(1.4 * length))
+
+    def _proposals(self, state: State, theme: Theme | None = None) -> Proposals:
+        spec = self.spec
+        return Proposals.for_scene(state.scene, self.prior, spec.forms, actions=spec.actions, theme=theme)
+
+    def _walk(
+        self, base: Task, initial: State, hidden: frozenset[int], rng: random.Random, least: int, most: int
+    ) -> Walk:
+        """A walk about as long as is wanted, of which what belongs together is done together.
+
+        It begins with something that is hidden, where that can be.
+        """
+        walk = Walk(self._usage.domain, self._planner, initial)
+        is_rich = self.spec.tier in _RICH
+        wanted = rng.randint((least + most) // 2, most)
+        enough = wanted if is_rich else (least + most) // 2  # for the sake of which nothing else is begun
+        others = [title for title in self._titles if title != base.title]
+        ending: list[f.Formula] = []
+        begun = occasions = 0
+        for title in (base.title, *rng.sample(others, len(others))):
+            theme = self.prior.themes[title]
+            proposals = self._proposals(initial, theme)
+            if len(walk.trail) >= enough or begun == (len(others) + 1 if is_rich else _THEMES):
+                break
+            if proposals.patterns:
+                begun, reached, last = begun + 1, len(walk.goals), proposals.ending(theme, rng)
+                self._go_on(walk, proposals, last, rng, wanted, hidden)
+                if len(walk.goals) > reached or not reached:
+                    occasions += len(walk.goals) > reached
+                    ending = last if is_rich or occasions < 2 else []
+        for wish in ending:  # the agent would go on from there otherwise
+            if not walk.holds(wish, initial):
+                walk.reach(wish)
+        return walk
+
+    def _go_on(
+        self,
+        walk: Walk,
+        proposals: Proposals,
+        ending: Sequence[f.Formula],
+        rng: random.Random,
+        wanted: int,
+        hidden: frozenset[int],
+    ) -> None:
+        """Reach goals of one theme until the walk is as long as is wanted, or no more are reached."""
+        scene, initial = walk.state.scene, walk.start
+        tried: set[f.Formula] = set()
+        failures = 0  # one after the other
+        tries = _TRIES * (10 if self.spec.tier in _RICH else 1)
+        sought = proposals.about({scene.objects[i].category for i in hidden})
+        searched = 0 if walk.goals or not sought.patterns else _SEARCHED
+        for _ in range(searched + tries * max(2, wanted // 3)):
+            if len(walk.trail) >= wanted or failures == max(_GIVEN_UP, wanted // 3):
+                break
+            searched -= 1
+            is_search = searched >= 0 and not walk.goals
+            wish = (sought if is_search else proposals).goal(rng)
+            if wish is None or wish in tried or is_idle(wish, walk.goals, scene, self.prior):
+                continue
+            if is_search and subjects_of(wish, scene).isdisjoint(hidden):
+                continue
+            tried.add(wish)
+            others = (*walk.goals, *ending)
+            if any(clash(wish, other, scene, self.prior) for other in others):
+                continue
+            if not walk.holds(wish, initial):
+                reached = self._reach_and_leave(walk, wish)
+                failures = 0 if reached else failures + 1
+
+    def _reach_and_leave(self, walk: Walk, goal: f.Formula) -> bool:
+        """Reach a goal more, but not by keeping in hand what it is about."""
+        subjects, before = subjects_of(goal, walk.state.scene), walk.mark()
+        if not walk.reach(goal):
+            return False
+        if subjects.isdisjoint(self._held(walk.state)):
+            return True
+        walk.back_to(before)
+        return False
+
+
+def generate(
+    generator: Generator, seeds: Iterator[str], number: int, known: set[fingerprint.Prints]
+) -> Iterator[Outcome]:
+    """So many tasks by seeds in order, and what was rejected on the way.
+
+    Raises:
+        InputError: there are no more tasks to be had: very many seeds in a row gave none.
+
+    Args:
+        generator: makes them.
+        seeds: as many as it takes.
+        number: how many tasks.
+        known: the fingerprints of tasks that there are already; those of the new ones are added.
+    """
+    found = in_vain = 0
+    limit = _IN_VAIN if generator.spec.split is Split.ALL else round(_IN_VAIN / min(SHARES.values()))
+    while found < number:
+        if in_vain == limit:
+            raise InputError(f"only {found} of {number} tasks found: the last {in_vain} seeds gave none")
+        outcome = generator.task(next(seeds), known)
+        if isinstance(outcome, Generated):
+            known.add(fingerprint.of_task(outcome.task))
+            found += 1
+        in_vain = 0 if isinstance(outcome, Generated) else in_vain + 1
+        yield outcome

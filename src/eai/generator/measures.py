@@ -1,0 +1,133 @@
+"""What a task asks of whoever solves it, measured on its goals, its scene and its certificate."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from enum import Enum
+from itertools import pairwise
+from typing import NamedTuple
+
+import eai.logic.formula as f
+from eai.abilities.task import Task
+from eai.benchmark.features import operators_with_tools
+from eai.generator import fingerprint
+from eai.logic.traversal import children
+from eai.world.derived import Defined
+from eai.world.domain import Domain
+from eai.world.execution import execute
+from eai.world.relation import bits
+from eai.world.state import State
+from eai.world.vocabulary import Vocabulary
+
+
+class Measure(str, Enum):
+    """What is counted."""
+
+    STEPS = "steps"
+    """Those of the certificate."""
+    GOALS = "goals"
+    OPERATORS = "operators"
+    """How many different ones the certificate has."""
+    DISTRACTORS = "distractors"
+    """The things that neither goals nor certificate concern."""
+    CONTAINERS = "containers"
+    """The things that the certificate opens, of those that hide what is in them while they are shut."""
+    HIDDEN = "hidden"
+    """The things of goals and certificate that are not seen before the certificate opens something."""
+    TOOL_STEPS = "tool_steps"
+    """The steps that need a thing of some kind that they do not name (`eai.benchmark.features`)."""
+
+
+class AtLeast(NamedTuple):
+    """That something is to be so many at least."""
+
+    measure: Measure
+    number: int
+
+
+class Lid(NamedTuple):
+    """A state of one thing that decides whether others are seen, and whether it lets them be seen or not."""
+
+    predicate: str
+    reveals: bool
+
+
+class Measures:
+    """Measures tasks.
+
+    Args:
+        domain: whose world they are in.
+    """
+
+    def __init__(self, domain: Domain) -> None:
+        self._domain = domain
+        self._tools = operators_with_tools(domain)
+        self._lids = sorted(set(lids(domain)))
+
+    def of(self, task: Task) -> Mapping[Measure, int]:
+        """All that is counted of a task."""
+        needed = needed_by(task)
+        operators = [action.operator for action in task.script]
+        containers, hidden = self._opened(task, needed)
+        return {
+            Measure.STEPS: len(operators),
+            Measure.GOALS: len(task.goals),
+            Measure.OPERATORS: len(set(operators)),
+            Measure.DISTRACTORS: len(task.scene.objects) - len(needed),
+            Measure.CONTAINERS: len(containers),
+            Measure.HIDDEN: len(hidden),
+            Measure.TOOL_STEPS: sum(operator in self._tools for operator in operators),
+        }
+
+    def _opened(self, task: Task, needed: set[int]) -> tuple[set[int], set[int]]:
+        """What the certificate opens, and what comes to light by it."""
+        containers: set[int] = set()
+        hidden: set[int] = set()
+        states = execute(self._domain, task.initial, task.script).states if self._lids else ()
+        for before, after in pairwise(states):
+            opened = set(self._opened_between(before, after))
+            if opened:
+                containers |= opened
+                sees = self._domain.sees
+                hidden |= {i for i in needed if sees(after, i) and not sees(before, i)}
+        return containers, hidden
+
+    def _opened_between(self, before: State, after: State) -> Iterator[int]:
+        for lid in self._lids:
+            then, now = before.those(lid.predicate), after.those(lid.predicate)
+            yield from bits(now & ~then if lid.reveals else then & ~now)
+
+
+def lids(domain: Domain) -> Iterator[Lid]:
+    """The states of other things on which it depends, as the domain declares it, whether a thing is seen."""
+    if domain.visible is not None:
+        yield from _lids(domain.vocabulary, domain.visible, frozenset({"x"}), (), reveals=True)
+
+
+def _lids(
+    vocabulary: Vocabulary, formula: f.Formula, own: frozenset[str], within: tuple[str, ...], *, reveals: bool
+) -> Iterator[Lid]:
+    """Those of a part of the formula, in which some variables stand for the thing itself."""
+    match formula:
+        case f.Not(operand):
+            yield from _lids(vocabulary, operand, own, within, reveals=not reveals)
+        case f.Atom(name, terms):
+            stored, derived = vocabulary.stored(name), vocabulary.derived_by_name.get(name)
+            variables = [term.name if isinstance(term, f.Variable) else None for term in terms]
+            if stored is not None and not stored.static and len(variables) == 1:
+                if variables[0] is not None and variables[0] not in own:
+                    yield Lid(name, reveals)
+            elif isinstance(derived, Defined) and name not in within:
+                pairs = zip(derived.parameters, variables, strict=True)
+                inner = frozenset([parameter.name for parameter, told in pairs if told in own])
+                yield from _lids(vocabulary, derived.definition, inner, (*within, name), reveals=reveals)
+        case _:
+            for part in children(formula):
+                yield from _lids(vocabulary, part, own, within, reveals=reveals)
+
+
+def needed_by(task: Task) -> set[int]:
+    """The objects that the goals name or range over, that the certificate uses, and the agent."""
+    used = {index for action in task.script for index in action.arguments}
+    asked = {index for each in task.goals for index in fingerprint.spoken_of(each.formula, task.scene)}
+    return used | asked | {i for i in (task.scene.agent,) if i is not None}

@@ -1,0 +1,169 @@
+"""Files with problems in BDDL or PDDL as tasks of a benchmark."""
+
+from __future__ import annotations
+
+import random
+import re
+from collections import Counter
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import eai.logic.formula as f
+from eai.abilities.task import Task, make_task
+from eai.benchmark.benchmark import Benchmark
+from eai.data.files import files_below
+from eai.errors import InputError
+from eai.generator.words import Words
+from eai.logic.bddl import parse_problem
+from eai.logic.ltl_printer import print_ltl
+from eai.logic.traversal import walk
+from eai.pddl.check import check_problem
+from eai.pddl.files import ProblemFile, read_problem_file, read_text, refuse
+from eai.pddl.model import PddlProblem, TypedName
+from eai.tasks.problem_world import DeclaredWorld, ProblemWorld
+from eai.tasks.source import Source
+from eai.world.reading import Readings
+from eai.world.state import State
+
+BDDL, PDDL = ".bddl", ".pddl"
+"""How the names of files of problems end."""
+
+_DOMAIN_FILE = "domain.pddl"
+"""What the file of the domain is called that lies beside problems in a folder."""
+
+
+def problem_files_in(paths: Iterable[Path]) -> list[Path]:
+    """The files of problems that paths name, and those in the folders they name, by name.
+
+    Raises:
+        InputError: a folder has none, or a file ends otherwise.
+    """
+    found: list[Path] = []
+    for path in paths:
+        if path.is_dir():
+            inside = files_below(path, f"*{BDDL}", f"*{PDDL}")
+            files = [each for each in inside if each.name != _DOMAIN_FILE]
+            if not files:
+                raise InputError(f"{path}: expected problems in files *{BDDL} or *{PDDL}")
+            found += files
+        elif path.suffix not in (BDDL, PDDL):
+            raise InputError(f"{path}: expected a problem in a file *{BDDL} or *{PDDL}")
+        else:
+            found.append(path)
+    return list(dict.fromkeys(found))
+
+
+@dataclass(frozen=True)
+class ProblemReader:
+    """Reads problems as tasks of a benchmark.
+
+    PDDL is of the domain that `eai.pddl.export` makes of the declaration, or of the data set's own where it
+    has one; BDDL has the declared names in small letters, or those of the data set where that has problems in
+    BDDL. Goals are the parts of the outermost conjunction.
+    """
+
+    benchmark: Benchmark
+    source: Source
+
+    def read(self, paths: Sequence[Path]) -> list[Task]:
+        """The tasks of some files, each known by the name of its problem, or by that of its file.
+
+        Raises:
+            InputError: a file cannot be read, or is no problem of this world; names file, line and what was
+                expected.
+        """
+        worlds = {ending: self._worlds(ending) for ending in dict.fromkeys(path.suffix for path in paths)}
+        files = [(world := _named(path, worlds[path.suffix]), _read(path, world)) for path in paths]
+        times = Counter(file.problem.name for _, file in files)
+        tasks: dict[str, Path] = {}
+        made = []
+        for world, file in files:
+            name = file.problem.name if times[file.problem.name] == 1 else file.path.stem
+            if name in tasks:
+                raise InputError(f"{file.path}: expected another name than {name!r}, as in {tasks[name]}")
+            tasks[name] = file.path
+            made.append(self._task(name, file, world))
+        return made
+
+    def _worlds(self, ending: str) -> list[ProblemWorld]:
+        tasks = self.benchmark.tasks(self.source).values()
+        if ending == PDDL:
+            own = self.benchmark.open_pddl
+            declared = DeclaredWorld.in_pddl(self.benchmark.domain, tasks)
+            return [declared] if own is None else [declared, own(self.source)]
+        if self.benchmark.open_bddl is not None:
+            return [self.benchmark.open_bddl(self.source)]
+        return [DeclaredWorld.in_bddl(self.benchmark.domain, tasks)]
+
+    def _task(self, name: str, file: ProblemFile, world: ProblemWorld) -> Task:
+        posed = world.pose(file.problem)
+        readings = Readings(self.benchmark.domain.vocabulary)
+        said: list[f.Formula] = [*file.problem.initial, *map(f.Not, file.problem.denied)]
+        for each in said:
+            if not readings.holds(posed.meaning(each), {}, posed.initial):
+                line = _line(file.text, each)
+                told = f"expected facts that agree: with the others, {print_ltl(each)} does not hold"
+                raise InputError(f"{file.path}: line {line}: {told}")
+        asked = file.problem.goal
+        parts = asked.operands if isinstance(asked, f.And) else (asked,)
+        goals = list(dict.fromkeys(map(posed.meaning, parts)))
+        if not goals:
+            raise InputError(f"{file.path}: expected a goal")
+        return make_task(name, self._instruction(goals, posed.initial), posed.initial, *goals)
+
+    def _instruction(self, goals: Sequence[f.Formula], initial: State) -> str:
+        """What is asked for, in English where there are words for it."""
+        try:
+            words = Words.of(self.benchmark, initial)
+            return words.instruction(goals, random.Random(0))  # noqa: S311 - how it begins
+        except (InputError, KeyError):
+            return f"Reach a state in which all of this holds: {'; '.join(map(print_ltl, goals))}"
+
+
+def _named(path: Path, worlds: Sequence[ProblemWorld]) -> ProblemWorld:
+    """The world whose domain a file names, or the first."""
+    if len(worlds) == 1:
+        return worlds[0]
+    named = re.search(r"\(\s*:domain\s+([^\s()]+)", read_text(path))
+    return next((each for each in worlds if named and each.header.name == named[1]), worlds[0])
+
+
+def _read(path: Path, world: ProblemWorld) -> ProblemFile:
+    if path.suffix == PDDL:
+        return read_problem_file(path, world.header)
+    text = read_text(path)
+    try:
+        read = parse_problem(text)
+        problem = PddlProblem(
+            name=read.name,
+            domain=read.domain,
+            objects=tuple([TypedName(thing.name, thing.category) for thing in read.objects]),
+            initial=tuple([each for each in read.init if isinstance(each, f.Atom)]),
+            denied=tuple(_denied(text, read.init)),
+            goal=read.goal,
+        )
+        refuse(text, check_problem(problem, world.header))
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from error
+    return ProblemFile(problem, path, text)
+
+
+def _denied(text: str, facts: Iterable[f.Formula]) -> Iterator[f.Atom]:
+    """The facts that are said not to hold."""
+    for fact in facts:
+        if isinstance(fact, f.Not) and isinstance(fact.operand, f.Atom):
+            yield fact.operand
+        elif not isinstance(fact, f.Atom):
+            line = min(_line(text, part) for part in walk(fact) if isinstance(part, f.Atom))
+            raise InputError(f"line {line}: expected a fact, not {print_ltl(fact)}")
+
+
+def _line(text: str, fact: f.Formula) -> int:
+    """The line on which a fact stands, or 1."""
+    denied = r"\(\s*not\s*" if isinstance(fact, f.Not) else ""
+    atom = fact.operand if isinstance(fact, f.Not) else fact
+    words = [atom.predicate, *(term.name for term in atom.arguments)] if isinstance(atom, f.Atom) else []
+    said = denied + r"\(\s*" + r"\s+\??".join(map(re.escape, words)) + r"\s*\)"
+    found = re.search(said, text, re.IGNORECASE)
+    return 1 if found is None else text.count("\n", 0, found.start()) + 1

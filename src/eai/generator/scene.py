@@ -1,0 +1,229 @@
+"""Closed scenes: a few objects of a task's scene, of which what is shown is all there is."""
+
+from __future__ import annotations
+
+import random
+import re
+from collections.abc import Collection, Iterator, Sequence
+from itertools import count
+from typing import NamedTuple, TypeVar
+
+from eai.abilities.task import Task
+from eai.generator.prior import Prior
+from eai.world.relation import bits
+from eai.world.state import Fact, Scene, State, WorldObject
+
+K = TypeVar("K")
+
+LEAST_OBJECTS = 16
+"""How many objects a scene has at least, where the task's own has so many."""
+
+
+class Closed(NamedTuple):
+    """A scene and what holds in it."""
+
+    scene: Scene
+    facts: tuple[Fact, ...]
+
+
+def closed_scene(
+    task: Task, prior: Prior, rng: random.Random, most: int, *, rich: bool = False, with_: Sequence[int] = ()
+) -> Closed:
+    """Some of a task's objects: those that it is about, and others that plans and goals know.
+
+    Some are there in any case.
+
+    A rich one has fewer of its own (`with_guests`), rather those of which something is wanted.
+
+    What stands somewhere comes with the place, and a part with its whole. Of a relation in which things stand
+    to many others only what concerns the agent is kept; of two things that are said to be in each other,
+    neither is.
+    """
+    state = task.initial
+    everything = range(len(state.scene.objects))
+    size = most * 2 // 3 if rich else rng.randint(min(LEAST_OBJECTS, most), most)
+    chosen: set[int] = set() if state.scene.agent is None else _with_places(state.scene.agent, state, prior)
+    for index in with_:
+        chosen |= _with_places(index, state, prior)
+    usual = prior.taken | prior.used
+    others = [i for i in everything if not usual or state.scene.objects[i].category in usual]
+    usually = (*_shuffled(task.relevant, rng), *_by_category(others, state.scene, rng))
+    for index in _by_pattern(prior, state.scene, rng) if rich else usually:
+        if len(chosen) >= size:
+            break
+        wider = chosen | _with_places(index, state, prior)
+        if len(wider) <= most:
+            chosen = wider
+    kept = sorted(chosen)
+    scene = Scene(
+        state.scene.vocabulary,
+        [state.scene.objects[i] for i in kept],
+        None if state.scene.agent is None else kept.index(state.scene.agent),
+    )
+    return Closed(scene, tuple(_facts_among(state, kept, prior)))
+
+
+def with_guests(closed: Closed, tasks: Sequence[Task], prior: Prior, rng: random.Random, most: int) -> Closed:
+    """A scene with more things to take in hand, up to so many objects, brought from other tasks.
+
+    Each stands where something in the scene stands in the same way as it did at home: on a table of a
+    kitchen, say. It has the states that it had.
+    """
+    state = closed.scene.state(closed.facts)
+    objects, facts = list(closed.scene.objects), list(closed.facts)
+    here = {thing.category for thing in objects}
+    wanted = {
+        pattern.categories[0]
+        for (_, truth), known in prior.patterns.items()
+        for pattern in known
+        if truth and len(pattern.categories) == 2 and pattern.categories[1] in here
+    }
+    hosts: dict[frozenset[tuple[str, str]], list[int]] = {}
+    for index in range(len(objects)):
+        if objects[index].category in prior.taken:
+            hosts.setdefault(_standing(index, state, prior), []).append(index)
+    for _ in range(_ASKED * (most - len(objects))):
+        if len(objects) >= most:
+            break
+        home = rng.choice(tasks)
+        guest = rng.choice(home.relevant)
+        thing = home.scene.objects[guest]
+        standing = _standing(guest, home.initial, prior)
+        if thing.category in wanted & prior.taken - prior.pieces and standing in hosts and standing:
+            number = len(objects)
+            objects.append(WorldObject(_free_name(thing.name, objects), thing.category))
+            facts += [Fact(name, (number,)) for name in _states(guest, home.initial)]
+            facts += _beside(rng.choice(hosts[standing]), number, state, prior)
+    scene = Scene(closed.scene.vocabulary, objects, closed.scene.agent)
+    return Closed(scene, tuple(facts))
+
+
+def with_more_of_a_kind(
+    closed: Closed, prior: Prior, rng: random.Random, most: int, kinds: Collection[str]
+) -> Closed:
+    """A scene with some things more of some kinds of which there are several elsewhere, each beside one."""
+    state = closed.scene.state(closed.facts)
+    objects, facts = list(closed.scene.objects), list(closed.facts)
+    usual = prior.several & prior.taken & frozenset(kinds)
+    hosts = [i for i, thing in enumerate(objects) if thing.category in usual and _standing(i, state, prior)]
+    number = rng.randint(1, _MORE)
+    for _ in range(min(number, most - len(objects)) if hosts else 0):
+        host, another = rng.choice(hosts), len(objects)
+        objects.append(WorldObject(_free_name(objects[host].name, objects), objects[host].category))
+        facts += [Fact(name, (another,)) for name in _states(host, state)]
+        facts += _beside(host, another, state, prior)
+    scene = Scene(closed.scene.vocabulary, objects, closed.scene.agent)
+    return Closed(scene, tuple(facts))
+
+
+def _beside(host: int, thing: int, state: State, prior: Prior) -> list[Fact]:
+    """The places of a thing that stands where another one does."""
+    return [
+        Fact(name, (thing, target))
+        for name in prior.places
+        for target in bits(state.relation(name).row(host))
+    ]
+
+
+_MORE = 5
+"""How many things more of their kinds a scene has at most."""
+
+_ASKED = 30
+"""How many things are asked for one that comes."""
+
+
+def _standing(index: int, state: State, prior: Prior) -> frozenset[tuple[str, str]]:
+    """How a thing stands: in which relation to things of what category; empty if it is part of a whole."""
+    if any(state.relation(name).row(index) | state.relation(name).column(index) for name in prior.parts):
+        return frozenset()
+    things = state.scene.objects
+    return frozenset(
+        (name, things[target].category)
+        for name in prior.places
+        for target in bits(state.relation(name).row(index))
+    )
+
+
+def _states(index: int, state: State) -> Iterator[str]:
+    """The predicates of one object that are true of an object."""
+    vocabulary = state.scene.vocabulary
+    for name in vocabulary.unary_slots:
+        if vocabulary.arity(name) and state.those(name) >> index & 1:
+            yield name
+
+
+def _free_name(name: str, objects: Sequence[WorldObject]) -> str:
+    """A name with a number that no object has."""
+    taken = {number[0] for each in objects if (number := re.search(r"\d+$", each.name))}
+    stem = re.sub(r"\d+$", "", name)
+    stem = f"{stem}_" if stem == name else stem
+    if name not in {each.name for each in objects} and name.removeprefix(stem) not in taken:
+        return name
+    return next(f"{stem}{number}" for number in count(len(objects)) if str(number) not in taken)
+
+
+def _shuffled(indices: Sequence[K], rng: random.Random) -> list[K]:
+    return rng.sample(indices, len(indices))
+
+
+def _by_category(indices: Sequence[int], scene: Scene, rng: random.Random) -> Iterator[int]:
+    """Objects in random order, one of each category before the second of any."""
+    ranked: dict[str, int] = {}
+    order = []
+    for index in _shuffled(indices, rng):
+        category = scene.objects[index].category
+        ranked[category] = ranked.get(category, -1) + 1
+        order.append((ranked[category], rng.random(), index))
+    return (index for _, _, index in sorted(order))
+
+
+def _by_pattern(prior: Prior, scene: Scene, rng: random.Random) -> Iterator[int]:
+    """Objects that together make up what is usually wanted, in random order."""
+    for pattern in _shuffled(
+        [p for (_, truth), known in prior.patterns.items() if truth for p in known], rng
+    ):
+        members = [list(bits(scene.category(category))) for category in pattern.categories]
+        if all(members):
+            yield from map(rng.choice, members)
+
+
+def _with_places(index: int, state: State, prior: Prior) -> set[int]:
+    """An object with all that it stands in or on, and with the parts and the wholes of these."""
+    found, pending = set(), [index]
+    while pending:
+        current = pending.pop()
+        if current in found:
+            continue
+        found.add(current)
+        for name in prior.places:
+            pending += bits(state.relation(name).row(current))
+        for name in prior.parts:
+            pending += bits(state.relation(name).row(current) | state.relation(name).column(current))
+    return found
+
+
+def _facts_among(state: State, kept: Sequence[int], prior: Prior) -> Iterator[Fact]:
+    """The facts about some objects alone, numbered anew."""
+    number = {index: i for i, index in enumerate(kept)}
+    agent = state.scene.agent
+    static = {predicate.name for predicate in state.scene.vocabulary.predicates if predicate.static}
+    for predicate, arguments in restricted(state, kept):
+        if len(arguments) == 2 and predicate not in static:
+            if predicate not in prior.places and agent not in arguments:
+                continue
+            if predicate in prior.places and state.has(predicate, *reversed(arguments)):
+                continue
+        yield Fact(predicate, tuple([number[i] for i in arguments]))
+
+
+def restricted(state: State, kept: Sequence[int]) -> Iterator[Fact]:
+    """The facts of a state about some objects alone, first by predicate."""
+    vocabulary, among = state.scene.vocabulary, sum([1 << i for i in kept])
+    for name in vocabulary.unary_slots:
+        if not vocabulary.arity(name):
+            yield from [Fact(name, ())] if state.those(name) else ()
+            continue
+        yield from (Fact(name, (i,)) for i in bits(state.those(name) & among))
+    for name in vocabulary.binary_slots:
+        relation = state.relation(name)
+        yield from (Fact(name, (i, j)) for i in kept for j in bits(relation.row(i) & among))

@@ -1,0 +1,116 @@
+"""What is to be generated: the knobs, in a value that decides with a seed every byte of a task."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import random
+from dataclasses import asdict, dataclass
+from enum import Enum
+
+from eai.generator.measures import AtLeast
+
+VERSION = 5
+"""Of the generator: an equal specification and seed make other tasks in another version."""
+
+CANARY = "generated tasks of eai; no training data: 6b0f3f6e-8c1d-4f0a-9d35-2f7c51e0a9b4"
+"""In every generated task, so that a corpus that holds some can be told."""
+
+
+class Tier(str, Enum):
+    """How long certificates are; `DATA` draws their length from the data set's own plans."""
+
+    DATA = "data"
+    S = "S"
+    M = "M"
+    L = "L"
+    XL = "XL"
+    XXL = "XXL"
+
+
+LENGTHS = {Tier.S: (3, 6), Tier.M: (7, 12), Tier.L: (13, 24), Tier.XL: (25, 48), Tier.XXL: (49, 96)}
+"""The least and greatest number of steps of a certificate."""
+
+
+def tier_of(steps: int) -> Tier:
+    """The tier of a certificate of so many steps."""
+    return next((tier for tier, (_, most) in LENGTHS.items() if steps <= most), Tier.XXL)
+
+
+class Forms(str, Enum):
+    """Which shapes goals have: those of the data set, as often as there, or all, equally often."""
+
+    DATA = "data"
+    ALL = "all"
+
+
+class Split(str, Enum):
+    """Which tasks are wanted: all that come, or those of one of three parts that share no goals."""
+
+    ALL = "tasks"
+    TRAIN = "train"
+    VALIDATION = "validation"
+    TEST = "test"
+
+
+class HeldOut(str, Enum):
+    """What the splits have nothing of in common."""
+
+    GOALS = "goals"
+    """All goals of a task together, objects known by kind."""
+    PAIRS = "pairs"
+    """A predicate with a kind of thing: each task of a later split asks for one that no earlier split has."""
+    TITLES = "titles"
+    """Goals, and the titles of public tasks: what belongs together."""
+    SCENES = "scenes"
+    """Goals, and the public tasks from whose scenes those of new ones are made."""
+
+
+@dataclass(frozen=True, slots=True)
+class Spec:
+    """What is to be generated.
+
+    Attributes:
+        like: the benchmark, as `find_benchmark` takes it.
+        data_sha256: digest of its tasks, from which scenes, goals and their frequencies are drawn.
+        tier: how long certificates are.
+        forms: which shapes goals have.
+        actions: whether goals may ask for actions, where the data set's do.
+        over_time: whether a goal over time is asked for besides: an order, or what must never be.
+        by_place: whether instructions tell things of one kind by where they are, or what is so of them, and
+            never by their names.
+        most_objects: how many objects a scene has at most.
+        depth: all plans of so many actions are tried, to bound the length of a plan from below.
+        difficulty: between which expected difficulties tasks are (`eai.generator.difficulty`); None for any.
+        at_least: how much of what a task has at least.
+        split: which part of them.
+        held_out: what the parts have nothing of in common.
+        disturbances: how many things are brought about at most in a scene before the task begins.
+        version: of the generator.
+    """
+
+    like: str
+    data_sha256: str
+    tier: Tier = Tier.DATA
+    forms: Forms = Forms.DATA
+    actions: bool = False
+    over_time: bool = False
+    by_place: bool = False
+    most_objects: int = 30
+    depth: int = 1
+    difficulty: tuple[float, float] | None = None
+    at_least: tuple[AtLeast, ...] = ()
+    split: Split = Split.ALL
+    held_out: HeldOut = HeldOut.GOALS
+    disturbances: int = 4
+    version: int = VERSION
+
+    @property
+    def sha256(self) -> str:
+        """Digest of all of it."""
+        return hashlib.sha256(json.dumps(asdict(self), sort_keys=True).encode()).hexdigest()
+
+    def rng(self, seed: str) -> random.Random:
+        """The source of all that is random in the task of a seed."""
+        digest = hashlib.sha256(f"{self.sha256} {seed}".encode()).digest()
+        return random.Random(digest)  # noqa: S311 - tasks, not secrets

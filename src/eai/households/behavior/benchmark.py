@@ -1,0 +1,65 @@
+"""BEHAVIOR as a benchmark."""
+
+from __future__ import annotations
+
+from eai.abilities.protocol import Protocol
+from eai.abilities.transition_modeling.task import TransitionTask
+from eai.benchmark.benchmark import Benchmark
+from eai.benchmark.errata import errata_of
+from eai.benchmark.formats import formats_of
+from eai.english.english import english_of
+from eai.households.behavior.activities import Activities
+from eai.households.behavior.domain import as_meant
+from eai.households.behavior.goal_notation import BehaviorGoals
+from eai.households.behavior.planning_problems import PlanningProblems
+from eai.households.behavior.problems import problem_text
+from eai.households.behavior.subgoal_notation import BehaviorSubgoals
+from eai.households.behavior.tasks import BehaviorTask
+from eai.households.behavior.tasks import open_tasks as open_behavior_tasks
+from eai.households.behavior.wording import wording
+from eai.households.gold_operators import open_behavior
+from eai.households.identifiers import published_task
+from eai.households.published_prompts import OfficialPrompts
+from eai.reference.behavior_goal_section import GOAL_SECTIONS
+from eai.reference.wing import behavior_wing
+from eai.tasks.source import Source, TaskSet, once_per_store
+
+NAME = "behavior"
+
+
+@once_per_store
+def open_tasks(source: Source) -> TaskSet[BehaviorTask]:
+    """The 100 tasks."""
+    return open_behavior_tasks(source.store, report=source.report)
+
+
+@once_per_store
+def open_operators(source: Source) -> TaskSet[TransitionTask]:
+    """The 100 tasks of transition modeling."""
+    return open_behavior(source.store, report=source.report)
+
+
+def behavior() -> Benchmark:
+    """The benchmark."""
+    return Benchmark(
+        name=NAME,
+        title="BEHAVIOR",
+        domain=as_meant(),
+        open_tasks=open_tasks,
+        goals=BehaviorGoals(),
+        subgoals=BehaviorSubgoals(),
+        wings={Protocol.EAI_1_0_5: behavior_wing},
+        open_operators=open_operators,
+        wordings=wording,
+        also_observed=("in_left_hand", "in_right_hand", "robot_on"),
+        formats=formats_of("eai.households.behavior"),
+        published_prompts=OfficialPrompts(NAME),
+        errata=errata_of(NAME),
+        problem_of=problem_text,
+        open_bddl=lambda source: Activities(open_tasks(source)),
+        open_pddl=lambda source: PlanningProblems(Activities(open_tasks(source))),
+        goal_sections=GOAL_SECTIONS,
+        task_id_of=published_task,
+        english=english_of("eai.households.behavior"),
+        planner_seconds=200,
+    )

@@ -1,0 +1,138 @@
+"""What no published file says about BEHAVIOR's scenes: read from a table of this package, with reasons."""
+
+from __future__ import annotations
+
+import hashlib
+import sys
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cache
+from importlib import resources
+from typing import Any, NamedTuple
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
+
+_FILE = "evidence.toml"
+
+
+class GroundRelation(NamedTuple):
+    """A relation of two objects, by name."""
+
+    predicate: str
+    source: str
+    target: str
+
+
+@dataclass(frozen=True, slots=True)
+class Volumes:
+    """Estimated volumes in cubic metres.
+
+    Attributes:
+        default: of an object of any other model.
+        part: of a half, relative to the whole.
+        of_model: by model category.
+        of_object: by scene and name, before anything else.
+    """
+
+    default: float
+    part: float
+    of_model: Mapping[str, float]
+    of_object: Mapping[tuple[str, str], float]
+
+    def of(self, scene: str, name: str, model: str) -> float:
+        """The volume of an object."""
+        return self.of_object.get((scene, name), self.of_model.get(model, self.default))
+
+
+@dataclass(frozen=True, slots=True)
+class Claim:
+    """One entry of the table: what it is about, and why it is believed."""
+
+    subject: str
+    reason: str
+
+
+@dataclass(frozen=True, slots=True)
+class UnpublishedFacts:
+    """All facts that are in no published file.
+
+    Attributes:
+        initially_open: model categories whose objects are open at the start.
+        standing: model categories whose objects stand on the floor of their room unless placed elsewhere.
+        added: relations of a task that its problem file lacks.
+        removed: of a task, predicate and source of relations that its problem file has wrongly.
+        listed_relations_only: tasks whose published verdicts on subgoals come out with the
+            relations of the problem file and no others.
+        volumes: sizes.
+        claims: every entry with its reason, in the order of the table.
+        sha256: digest of the table, to be recorded with every result made from it.
+    """
+
+    initially_open: frozenset[str]
+    standing: frozenset[str]
+    added: Mapping[str, tuple[GroundRelation, ...]]
+    removed: Mapping[str, frozenset[tuple[str, str]]]
+    listed_relations_only: frozenset[str]
+    volumes: Volumes
+    claims: tuple[Claim, ...]
+    sha256: str
+
+
+@cache
+def load_evidence() -> UnpublishedFacts:
+    """The table of this package."""
+    content = resources.files("eai.households.behavior").joinpath(_FILE).read_bytes()
+    table = tomllib.loads(content.decode())
+    added: dict[str, tuple[GroundRelation, ...]] = {}
+    for entry in table["added_relations"]:
+        added[entry["task"]] = (*added.get(entry["task"], ()), GroundRelation(*entry["fact"]))
+    removed: dict[str, frozenset[tuple[str, str]]] = {}
+    for entry in table["removed_relations"]:
+        gone = (entry["predicate"], entry["object"])
+        removed[entry["task"]] = removed.get(entry["task"], frozenset()) | {gone}
+    return UnpublishedFacts(
+        initially_open=frozenset(table["initially_open"]["categories"]),
+        standing=frozenset(table["stands_on_floor"]["categories"]),
+        added=added,
+        removed=removed,
+        listed_relations_only=frozenset(table["listed_relations_only"]["tasks"]),
+        volumes=_volumes(table["volume"]),
+        claims=_claims(table),
+        sha256=hashlib.sha256(content).hexdigest(),
+    )
+
+
+def _volumes(table: Mapping[str, Any]) -> Volumes:
+    return Volumes(
+        default=table["default"],
+        part=table["part"],
+        of_model=table["of_category"],
+        of_object={(entry["scene"], entry["object"]): entry["volume"] for entry in table["of_object"]},
+    )
+
+
+def _claims(table: Mapping[str, Any]) -> tuple[Claim, ...]:
+    published = table["listed_relations_only"]
+    relations = (
+        *((f"{each['task']}: {' '.join(each['fact'])}", each) for each in table["added_relations"]),
+        *(
+            (f"{each['task']}: not {each['predicate']} {each['object']}", each)
+            for each in table["removed_relations"]
+        ),
+    )
+    sizes = ((f"{each['scene']}: volume of {each['object']}", each) for each in table["volume"]["of_object"])
+    subjects = (
+        (f"open at the start: {', '.join(table['initially_open']['categories'])}", table["initially_open"]),
+        *relations,
+        ("furniture stands on the floor of its room", table["stands_on_floor"]),
+        (
+            f"published subgoals without added facts: {', '.join(published['tasks'])}",
+            published,
+        ),
+        ("volumes of objects", table["volume"]),
+        *sizes,
+    )
+    return tuple(Claim(subject, " ".join(entry["reason"].split())) for subject, entry in subjects)

@@ -1,0 +1,188 @@
+"""What can be said about a BEHAVIOR scene.
+
+Two layers. The stored predicates say what is so of each object by itself: ``is_open``, ``lies_in``. The
+derived ones with BDDL's names (``open``, ``inside``) are what goals ask for: an object that has been sliced
+is what both of its halves are, and a thing in a bowl in a fridge is inside the fridge too.
+"""
+
+from __future__ import annotations
+
+import eai.logic.formula as f
+from eai.households.behavior.support import (
+    Values,
+    as_its_parts,
+    carriers,
+    containers,
+    standing_floor,
+    targets,
+)
+from eai.world.derived import Defined, Lookup
+from eai.world.vocabulary import Predicate, Vocabulary
+
+X = f.Variable("x")
+Y = f.Variable("y")
+Z = f.Variable("z")
+P = f.Variable("p")
+
+# Abilities and kinds of an object. They never change.
+cookable = Predicate("cookable", 1, static=True)
+burnable = Predicate("burnable", 1, static=True)
+dustyable = Predicate("dustyable", 1, static=True)
+freezable = Predicate("freezable", 1, static=True)
+openable = Predicate("openable", 1, static=True)
+sliceable = Predicate("sliceable", 1, static=True)
+soakable = Predicate("soakable", 1, static=True)
+stainable = Predicate("stainable", 1, static=True)
+toggleable = Predicate("toggleable", 1, static=True)
+slicer = Predicate("slicer", 1, static=True)
+cleaning_tool = Predicate("cleaning_tool", 1, static=True)
+cold_source = Predicate("cold_source", 1, static=True)
+floor = Predicate("floor", 1, static=True)
+sink = Predicate("sink", 1, static=True)
+dishwasher = Predicate("dishwasher", 1, static=True)
+teapot = Predicate("teapot", 1, static=True)
+saucepan = Predicate("saucepan", 1, static=True)
+detergent = Predicate("detergent", 1, static=True)
+part_of = Predicate("part_of", 2, static=True)
+
+# Comparisons of volumes, made when a scene is loaded.
+ungraspable = Predicate("ungraspable", 1, static=True, visible=False)
+larger = Predicate("larger", 2, static=True, visible=False)
+much_larger = Predicate("much_larger", 2, static=True, visible=False)
+
+# States of one object.
+is_cooked = Predicate("is_cooked", 1)
+is_burnt = Predicate("is_burnt", 1)
+is_dusty = Predicate("is_dusty", 1)
+is_frozen = Predicate("is_frozen", 1)
+is_open = Predicate("is_open", 1)
+is_sliced = Predicate("is_sliced", 1)
+is_soaked = Predicate("is_soaked", 1)
+is_stained = Predicate("is_stained", 1)
+is_toggled_on = Predicate("is_toggled_on", 1)
+
+# Where objects are. An object has at most one support: it lies in one, on one, or is free.
+lies_in = Predicate("lies_in", 2, single=True)
+lies_on = Predicate("lies_on", 2, single=True)
+stands_on = Predicate("stands_on", 2)
+stands_under = Predicate("stands_under", 2)
+stands_by = Predicate("stands_by", 2)
+in_left_hand = Predicate("in_left_hand", 1, single=True)
+in_right_hand = Predicate("in_right_hand", 1, single=True)
+robot_on = Predicate("robot_on", 1)
+
+LABELS = (stands_on, stands_under, stands_by)
+"""The relations besides support, in the order in which initial facts of them are entered."""
+
+STATES = (
+    (cookable, is_cooked),
+    (burnable, is_burnt),
+    (dustyable, is_dusty),
+    (freezable, is_frozen),
+    (openable, is_open),
+    (sliceable, is_sliced),
+    (soakable, is_soaked),
+    (stainable, is_stained),
+    (toggleable, is_toggled_on),
+)
+"""Each state with the ability that it takes."""
+
+# Derived.
+part = Defined("part", (X,), f.Exists(Y, part_of(X, Y)))
+cut_up = Defined("cut_up", (X,), is_sliced(X) & ~f.Exists(Y, part_of(X, Y)))
+halved = Defined("halved", (X,), is_sliced(X) & f.Exists(P, part_of(P, X)))
+held = Defined("held", (X,), in_left_hand(X) | in_right_hand(X))
+hands_full = Defined("hands_full", (), f.Exists(X, in_left_hand(X)) & f.Exists(X, in_right_hand(X)))
+closed = Defined("closed", (X,), openable(X) & ~is_open(X))
+labelled = Defined("labelled", (X,), f.Or(tuple(f.Exists(Y, r(X, Y) | r(Y, X)) for r in LABELS)))
+carries = Defined("carries", (X, Y), lies_in(Y, X) | lies_on(Y, X))
+_SUPPORT = ("lies_in", "lies_on")
+carried_by = Defined(
+    "carried_by", (X, Y), carries(Y, X) | f.Exists(Z, carries(Z, X) & f.Atom("carried_by", (Z, Y))), carriers
+)
+within = Defined(
+    "within", (X, Y), lies_in(X, Y) | f.Exists(Z, carries(Z, X) & f.Atom("within", (Z, Y))), containers
+)
+shut_in = Defined("shut_in", (X,), f.Exists(Y, closed(Y) & within(X, Y)))
+floor_below = Lookup(
+    "floor_below",
+    2,
+    standing_floor,
+    (*_SUPPORT, "floor", "stands_on"),
+    Defined(
+        "floor_below",
+        (X, Y),
+        (floor(X) & f.Equals(X, Y))
+        | (~floor(X) & ~f.Exists(Z, carries(Z, X)) & stands_on(X, Y))
+        | (~floor(X) & f.Exists(Z, carries(Z, X) & f.Atom("floor_below", (Z, Y)))),
+    ),
+)
+
+# Derived: what goals ask for.
+
+
+def _state_seen(name: str, own: Predicate) -> Defined:
+    """A state as goals see it."""
+    of_parts = f.ForAll(P, f.Implies(part_of(P, X), own(P)))
+    return Defined(name, (X,), (own(X) & ~halved(X)) | (halved(X) & of_parts))
+
+
+def _relation_seen(name: str, own: Predicate | Defined, values: Values) -> Defined:
+    """A relation as goals see it."""
+    of_parts = f.ForAll(P, f.Implies(part_of(P, X), own(P, Y)))
+    seen = (own(X, Y) & ~halved(X)) | (halved(X) & of_parts)
+    return Defined(name, (X, Y), seen, as_its_parts(values))
+
+
+GOAL_STATES = tuple(_state_seen(own.name.removeprefix("is_"), own) for _, own in STATES)
+GOAL_RELATIONS = (
+    _relation_seen("inside", within, containers),
+    _relation_seen("ontop", lies_on, targets(lies_on.name)),
+    _relation_seen("onfloor", stands_on, targets(stands_on.name)),
+    _relation_seen("under", stands_under, targets(stands_under.name)),
+    _relation_seen("nextto", stands_by, targets(stands_by.name)),
+)
+directly_inside = _relation_seen("directly_inside", lies_in, targets(lies_in.name))
+
+VOCABULARY = Vocabulary(
+    predicates=(
+        *(ability for ability, _ in STATES),
+        slicer,
+        cleaning_tool,
+        cold_source,
+        floor,
+        sink,
+        dishwasher,
+        teapot,
+        saucepan,
+        detergent,
+        ungraspable,
+        *(state for _, state in STATES),
+        in_left_hand,
+        in_right_hand,
+        robot_on,
+        part_of,
+        larger,
+        much_larger,
+        lies_in,
+        lies_on,
+        *LABELS,
+    ),
+    derived=(
+        part,
+        cut_up,
+        halved,
+        held,
+        hands_full,
+        closed,
+        labelled,
+        carries,
+        carried_by,
+        within,
+        shut_in,
+        floor_below,
+        *GOAL_STATES,
+        *GOAL_RELATIONS,
+        directly_inside,
+    ),
+)

@@ -1,0 +1,250 @@
+"""BEHAVIOR tasks as states and goals, built from records and evidence when they are asked for."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, replace
+
+from eai.abilities.task import Goal, GoalKind, Task
+from eai.data.progress import Report, silent
+from eai.data.store import Store
+from eai.households.behavior import predicates as p
+from eai.households.behavior.evidence import GroundRelation, UnpublishedFacts, load_evidence
+from eai.households.behavior.predicates import VOCABULARY
+from eai.households.behavior.records import PACK, Behavior, BehaviorObject, BehaviorRecord, GroundOption
+from eai.households.packs import open_published
+from eai.logic.formula import Atom, Formula
+from eai.logic.renaming import rename_objects
+from eai.logic.traversal import walk
+from eai.tasks.source import TaskSet
+from eai.world.execution import Action
+from eai.world.state import Fact, Scene, State, WorldObject
+
+MAX_GRASPABLE = 1.5
+"""The volume up to which an object can be grasped, in m3 (reference: ``evolving_graph.py`` grasp)."""
+
+MUCH = 5
+"""How many times larger than its support a thing is that falls off when the support is grasped (ibid.)."""
+
+STORED_AS: Mapping[str, str] = {
+    "inside": p.lies_in.name,
+    "ontop": p.lies_on.name,
+    "onfloor": p.stands_on.name,
+    "under": p.stands_under.name,
+    "nextto": p.stands_by.name,
+}
+"""The stored relation behind each relation of BDDL, in the order in which initial facts are entered."""
+
+_ABILITY_PREDICATES: Mapping[str, str] = {
+    **{ability.name: ability.name for ability, _ in p.STATES},
+    "slicer": p.slicer.name,
+    "cleaningTool": p.cleaning_tool.name,
+    "coldSource": p.cold_source.name,
+}
+"""Ability of the taxonomy -> predicate; the domain has no use for the others."""
+
+_MODEL_PREDICATES = {each.name for each in (p.sink, p.dishwasher, p.teapot, p.saucepan, p.detergent)}
+"""Model categories that actions ask for."""
+
+RELATIONS = frozenset(STORED_AS)
+"""The relations of BDDL; every other predicate of it is a state of one object."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BehaviorTask(Task):
+    """A task of BEHAVIOR, with what its data set says besides.
+
+    Attributes:
+        record: the task as published; its problem names objects by instance, as in ``rag.n.01_1``.
+        interpretation_goals: the goals that goal interpretation asks for, each as its ground options.
+        initial_as_published: the initial state in which the published verdicts on subgoals come
+            out; that of the same scene, mostly `initial` itself.
+    """
+
+    record: BehaviorRecord
+    interpretation_goals: tuple[tuple[GroundOption, ...], ...]
+    initial_as_published: State
+
+
+class BehaviorTasks(TaskSet[BehaviorTask]):
+    """The tasks of the records; their digest is that of the data and of the evidence."""
+
+    def __init__(self, records: Behavior, evidence: UnpublishedFacts | None = None) -> None:
+        self._records = records
+        self._evidence = load_evidence() if evidence is None else evidence
+        sha256 = hashlib.sha256(f"{records.sha256}{self._evidence.sha256}".encode()).hexdigest()
+        super().__init__(records, self._task, sha256)
+
+    def _task(self, task_id: str) -> BehaviorTask:
+        return build_task(self._records[task_id], self._records.goal_options(task_id), self._evidence)
+
+
+def build_task(
+    record: BehaviorRecord, goal_options: tuple[tuple[GroundOption, ...], ...], evidence: UnpublishedFacts
+) -> BehaviorTask:
+    """The task of a record.
+
+    Args:
+        record: what published files say.
+        goal_options: the goals of goal interpretation, as `Behavior.goal_options` gives them.
+        evidence: what they do not say.
+    """
+    builder = _Builder(record, evidence)
+    initial = builder.state(initial_relations(record, evidence))
+    as_published = record.id in evidence.listed_relations_only
+    return BehaviorTask(
+        id=record.id,
+        title=record.activity,
+        instruction=record.instruction,
+        initial=initial,
+        annotated_final=None,
+        script=tuple(builder.script()),
+        goals=tuple(builder.goals()),
+        temporal_goal=None,
+        relevant=tuple(range(len(builder.scene.objects))),
+        record=record,
+        interpretation_goals=goal_options,
+        initial_as_published=builder.state(listed_relations(record)) if as_published else initial,
+    )
+
+
+def open_tasks(store: Store | None = None, *, report: Report = silent) -> BehaviorTasks:
+    """The BEHAVIOR tasks, fetched first when they are not there.
+
+    Raises:
+        DataError: they cannot be obtained, or the store is damaged.
+    """
+    return BehaviorTasks(Behavior(open_published(PACK, store, report=report)))
+
+
+def initial_relations(record: BehaviorRecord, evidence: UnpublishedFacts) -> tuple[GroundRelation, ...]:
+    """How objects stand to each other at the start, by name: as listed, as assumed, as found by evidence."""
+    listed = listed_relations(record)
+    removed = evidence.removed.get(record.id, frozenset())
+    kept = tuple(each for each in listed if (each.predicate, each.source) not in removed)
+    return (*kept, *standing_relations(record, evidence), *evidence.added.get(record.id, ()))
+
+
+def listed_relations(record: BehaviorRecord) -> tuple[GroundRelation, ...]:
+    """The relations of a problem file, by name; without those of the robot."""
+    name_of = {thing.instance: thing.name for thing in record.objects}
+    return tuple(
+        GroundRelation(fact.predicate, *(name_of[term.name] for term in fact.arguments))
+        for fact in _facts(record)
+        if fact.predicate in RELATIONS and all(term.name in name_of for term in fact.arguments)
+    )
+
+
+def standing_relations(record: BehaviorRecord, evidence: UnpublishedFacts) -> tuple[GroundRelation, ...]:
+    """For furniture that the problem file places nowhere: it stands on the floor of its room."""
+    rooms = {f.arguments[0].name: f.arguments[1].name for f in _facts(record) if f.predicate == "inroom"}
+    floors = {rooms[o.instance]: o.name for o in record.objects if o.is_floor and o.instance in rooms}
+    placed = {
+        each.source for each in listed_relations(record) if each.predicate in ("inside", "ontop", "onfloor")
+    }
+    return tuple(
+        GroundRelation("onfloor", thing.name, floors[rooms[thing.instance]])
+        for thing in record.objects
+        if thing.model in evidence.standing
+        and thing.name not in placed
+        and rooms.get(thing.instance) in floors
+    )
+
+
+def initial_states(record: BehaviorRecord, evidence: UnpublishedFacts) -> Iterator[tuple[str, str]]:
+    """State and name of each object that is in it at the start."""
+    name_of = {thing.instance: thing.name for thing in record.objects}
+    for fact in _facts(record):
+        if len(fact.arguments) == 1:
+            yield fact.predicate, name_of[fact.arguments[0].name]
+    for thing in record.objects:
+        if thing.model in evidence.initially_open and "open" in thing.states:
+            yield "open", thing.name
+
+
+def _facts(record: BehaviorRecord) -> Iterator[Atom]:
+    """The positive facts of the problem file; the negative ones say what holds anyway."""
+    return (fact for fact in record.problem.init if isinstance(fact, Atom))
+
+
+class _Builder:
+    """Makes scene, state and goals of one task."""
+
+    def __init__(self, record: BehaviorRecord, evidence: UnpublishedFacts) -> None:
+        self._record = record
+        self._evidence = evidence
+        parts = (WorldObject(part, f"half_{thing.model}") for thing in record.objects for part in thing.parts)
+        whole = (WorldObject(thing.name, thing.category) for thing in record.objects)
+        self.scene = Scene(VOCABULARY, (*whole, *parts))
+        self._index = self.scene.index
+
+    def state(self, relations: Iterable[GroundRelation]) -> State:
+        """The state at the start, with these relations."""
+        return self.scene.state((*self._nature(), *self._sizes(), *self._situation(relations)))
+
+    def goals(self) -> Iterator[Goal]:
+        """The goals of the problem file, about objects by name."""
+        problem = self._record.problem
+        names = {thing.instance: thing.name for thing in self._record.objects}
+        for formula in replace(problem, goal=rename_objects(problem.goal, names)).goals:
+            yield Goal(_kind(formula), formula)
+
+    def script(self) -> Iterator[Action]:
+        """The human's plan; a misspelt action keeps its name."""
+        for step in self._record.plan:
+            yield Action(step.action, tuple(self._index[name] for name in step.objects))
+
+    def _nature(self) -> Iterator[Fact]:
+        """What kind of thing each object is."""
+        for thing in self._record.objects:
+            names = [_ABILITY_PREDICATES[a] for a in thing.abilities if a in _ABILITY_PREDICATES]
+            names += [thing.model] if thing.model in _MODEL_PREDICATES else []
+            names += [p.floor.name] if thing.is_floor else []
+            for each in (thing.name, *thing.parts):
+                yield from (Fact(name, (self._index[each],)) for name in names)
+            for part in thing.parts:
+                yield Fact(p.part_of.name, (self._index[part], self._index[thing.name]))
+
+    def _sizes(self) -> Iterator[Fact]:
+        """How the volumes of the objects compare."""
+        volumes = [self._volume(thing) for thing in self._record.objects]
+        halves = self._evidence.volumes.part
+        for thing, volume in zip(self._record.objects, tuple(volumes), strict=True):
+            volumes += [halves * volume] * len(thing.parts)
+        for i, mine in enumerate(volumes):
+            if mine > MAX_GRASPABLE:
+                yield Fact(p.ungraspable.name, (i,))
+            for j, other in enumerate(volumes):
+                if mine > other:
+                    yield Fact(p.larger.name, (i, j))
+                    if mine > MUCH * other:
+                        yield Fact(p.much_larger.name, (i, j))
+
+    def _volume(self, thing: BehaviorObject) -> float:
+        return self._evidence.volumes.of(self._record.scene, thing.name, thing.model)
+
+    def _situation(self, relations: Iterable[GroundRelation]) -> Iterator[Fact]:
+        """States and places at the start."""
+        for state, name in initial_states(self._record, self._evidence):
+            yield Fact(f"is_{state}", (self._index[name],))
+        for predicate, source, target in relations:
+            pair = (self._index[source], self._index[target])
+            yield Fact(STORED_AS[predicate], pair)
+            if predicate == "nextto":
+                yield Fact(STORED_AS[predicate], pair[::-1])
+        yield from self._robot()
+
+    def _robot(self) -> Iterator[Fact]:
+        """The floor that the robot stands on."""
+        floors = {thing.instance: thing.name for thing in self._record.objects if thing.is_floor}
+        for fact in _facts(self._record):
+            source, *target = (term.name for term in fact.arguments)
+            if fact.predicate == "onfloor" and source.startswith("agent.") and target[0] in floors:
+                yield Fact(p.robot_on.name, (self._index[floors[target[0]]],))
+
+
+def _kind(formula: Formula) -> GoalKind:
+    """Relation if the goal speaks of any, else state."""
+    predicates = {part.predicate for part in walk(formula) if isinstance(part, Atom)}
+    return GoalKind.RELATION if predicates & RELATIONS else GoalKind.STATE

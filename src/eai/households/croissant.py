@@ -1,0 +1,172 @@
+"""The data set as Croissant 1.0: JSON lines, and the metadata with which loaders and catalogues read them.
+
+Written with `mlcroissant`, the format's own library (extra ``croissant``).
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from datetime import datetime, timezone
+from pathlib import Path
+from typing import Any
+
+from eai.abilities.task import Task
+from eai.benchmark.benchmark import Benchmark
+from eai.data.files import write_whole
+from eai.errors import EaiError, how_to_install
+from eai.households.identifiers import SCENE_PREFIX
+from eai.households.packs import EAI_EVAL
+from eai.tasks.source import Source
+from eai.tasks.task_lines import goal_texts
+from eai.world.state import Fact
+
+LICENCE = "https://creativecommons.org/licenses/by/4.0/"
+"""Of the data set, by its authors."""
+
+PAPER = (
+    "Li, M., Zhao, S., Wang, Q., Wang, K., Zhou, Y., et al. Embodied Agent Interface: Benchmarking LLMs for "
+    "Embodied Decision Making. NeurIPS 2024, Datasets and Benchmarks Track."
+)
+
+PUBLISHED = datetime(2024, 10, 9, tzinfo=timezone.utc)
+"""When the paper appeared."""
+
+TASK_FIELDS = {
+    "id": "The id of the task, as files of answers name it.",
+    "title": "The name that tasks of a kind share.",
+    "instruction": "The task in natural language.",
+    "goals": "What must be true in the end, or be done: formulas, each a goal.",
+    "objects": "The objects that the task is about, by name.",
+    "initially": "What holds at the start, of these objects alone.",
+    "plan": "The data set's own plan, step by step; empty where it has none.",
+}
+OPERATOR_FIELDS = {
+    "name": "The name of the operator.",
+    "parameters": "Its parameters with their types, in PDDL.",
+    "precondition": "Its precondition, in PDDL.",
+    "effect": "Its effect, in PDDL.",
+}
+_LISTS = {"goals", "objects", "initially", "plan"}
+
+Row = dict[str, str | list[str]]
+
+
+def write_croissant(benchmarks: Sequence[Benchmark], source: Source, out: Path) -> list[Path]:
+    """Write the tasks and the gold operators of benchmarks as JSON lines, and ``croissant.json`` beside them.
+
+    Returns:
+        the files, the metadata last.
+
+    Raises:
+        EaiError: ``mlcroissant`` is not installed.
+        InputError: the folder cannot be written to.
+        DataError: the data set cannot be obtained.
+    """
+    try:
+        import mlcroissant
+    except ImportError as error:
+        raise EaiError(
+            f"Croissant needs mlcroissant ({error.name} is missing): {how_to_install('croissant')}"
+        ) from error
+    tables: dict[str, tuple[Mapping[str, str], list[Row]]] = {}
+    for benchmark in benchmarks:
+        tables[f"{benchmark.name}_tasks"] = TASK_FIELDS, list(task_rows(benchmark, source))
+        tables[f"{benchmark.name}_operators"] = OPERATOR_FIELDS, list(operator_rows(benchmark, source))
+    contents = {name: _lines(rows) for name, (_, rows) in tables.items()}
+    metadata = mlcroissant.Metadata(
+        name="embodied-agent-interface",
+        description="Tasks of "
+        + " and ".join(benchmark.title for benchmark in benchmarks)
+        + ", as eai reads them.",
+        cite_as=PAPER,
+        license=[LICENCE],
+        url="https://embodied-agent-interface.github.io",
+        version=EAI_EVAL.version,
+        date_published=PUBLISHED,
+        data_collection="Selected and annotated by the paper's authors (its appendix on annotation).",
+        data_limitations=["4 of the 342 VirtualHome tasks have no goal.", "Near copies share a title."],
+        distribution=[_file(mlcroissant, name, content) for name, content in contents.items()],
+        record_sets=[_record_set(mlcroissant, name, fields) for name, (fields, _) in tables.items()],
+    )
+    described = json.dumps(metadata.to_json(), indent=2, ensure_ascii=False, default=str) + "\n"
+    files = {f"{name}.jsonl": content for name, content in contents.items()}
+    files["croissant.json"] = described.encode()
+    write_whole({out / name: content for name, content in files.items()})
+    return [out / name for name in files]
+
+
+def task_rows(benchmark: Benchmark, source: Source) -> Iterator[Row]:
+    """The tasks of a benchmark, a row each."""
+    for task in benchmark.tasks(source).values():
+        names = [thing.name for thing in task.scene.objects]
+        yield {
+            "id": identifier(task.id),
+            "title": task.title,
+            "instruction": task.instruction,
+            "goals": goal_texts([goal.formula for goal in task.goals], benchmark.domain, task.scene),
+            "objects": [names[i] for i in task.relevant],
+            "initially": [_said(fact.predicate, fact.arguments, names) for fact in _facts(task)],
+            "plan": [_said(step.operator, step.arguments, names) for step in task.script],
+        }
+
+
+def operator_rows(benchmark: Benchmark, source: Source) -> Iterator[Row]:
+    """The gold operators of a benchmark, a row each, by name."""
+    task = next(iter(benchmark.operators(source).values()))
+    for name, text in sorted(task.domain.operators.items()):
+        yield {
+            "name": name,
+            "parameters": text.parameters,
+            "precondition": text.precondition,
+            "effect": text.effect,
+        }
+
+
+def identifier(task_id: str) -> str:
+    """What a row calls its task: ``27_2`` gets its scene, for readers take it for the number 272."""
+    return SCENE_PREFIX + task_id if task_id.replace("_", "").isdigit() else task_id
+
+
+def _facts(task: Task) -> Iterator[Fact]:
+    about = set(task.relevant)
+    return (fact for fact in task.initial.facts() if about.issuperset(fact.arguments))
+
+
+def _said(word: str, arguments: Sequence[int], names: Sequence[str]) -> str:
+    return f"{word}({', '.join(names[i] for i in arguments)})"
+
+
+def _lines(rows: Sequence[Row]) -> bytes:
+    return "".join(json.dumps(row, ensure_ascii=False) + "\n" for row in rows).encode()
+
+
+def _file(croissant: Any, name: str, content: bytes) -> Any:
+    return croissant.FileObject(
+        id=f"{name}.jsonl",
+        name=f"{name}.jsonl",
+        content_url=f"{name}.jsonl",
+        content_size=f"{len(content)} B",
+        encoding_formats=["application/jsonlines"],
+        sha256=hashlib.sha256(content).hexdigest(),
+    )
+
+
+def _record_set(croissant: Any, name: str, fields: Mapping[str, str]) -> Any:
+    return croissant.RecordSet(
+        id=name,
+        name=name,
+        key=[f"{name}/{next(iter(fields))}"],
+        fields=[
+            croissant.Field(
+                id=f"{name}/{field}",
+                name=field,
+                description=meaning,
+                data_types=croissant.DataType.TEXT,
+                repeated=field in _LISTS,
+                source=croissant.Source(file_object=f"{name}.jsonl", extract=croissant.Extract(column=field)),
+            )
+            for field, meaning in fields.items()
+        ],
+    )

@@ -1,0 +1,214 @@
+"""Challenge files: the answers to all eight suites in one zip, built from a run and checked row by row."""
+
+from __future__ import annotations
+
+import io
+import json
+import zipfile
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path, PurePosixPath
+
+from eai.abilities.protocol import Ability
+from eai.abilities.responses import SUFFIX, find_response_files, read_responses
+from eai.benchmark.answer_files import MAX_SIZE, UNREADABLE
+from eai.benchmark.registry import FIRST, find_benchmark
+from eai.data.files import write_whole
+from eai.data.store import Store
+from eai.errors import InputError
+from eai.households.identifiers import SCENE_PREFIX, task_id_of
+from eai.prompts.prompt import read_prompt_file
+from eai.tasks.finding import Finding
+
+_PROMPTS = "_prompts.json"
+"""How the names of a starter kit's prompt files end."""
+
+_SUITES = [(domain, ability) for domain in FIRST for ability in Ability]
+
+_EPOCH = (1980, 1, 1, 0, 0, 0)
+
+
+def submission_files(store: Store | None = None, prompts: Path | None = None) -> dict[str, tuple[str, ...]]:
+    """Every file of a submission with the identifiers that it must hold.
+
+    Args:
+        store: where the data set is; the user's default store if None.
+        prompts: a folder with the prompts of a phase, as its starter kit has them,
+            ``<domain>_<ability>_prompts.json``: the identifiers are theirs. Without it they are those of the
+            data set, which the first phase asked about.
+
+    Raises:
+        InputError: a file of prompts cannot be read, or the folder has none.
+        DataError: the data set cannot be obtained.
+    """
+    if prompts is None:
+        return {_file(*suite): _identifiers(*suite, store) for suite in _SUITES}
+    files = {suite: prompts / _file(*suite).replace(SUFFIX, _PROMPTS) for suite in _SUITES}
+    found = {_file(*suite): tuple(read_prompt_file(file)) for suite, file in files.items() if file.exists()}
+    if not found:
+        raise InputError(f"{prompts}: expected a folder with <domain>_<ability>{_PROMPTS}, found none")
+    return found
+
+
+def build_submission(
+    run: Path,
+    out: Path,
+    store: Store | None = None,
+    *,
+    model: str | None = None,
+    folder: str | None = None,
+    prompts: Path | None = None,
+) -> None:
+    """Put the answers of one model to all suites into a zip: of the same answers the same bytes.
+
+    Args:
+        run: the folder of a run, with answers in ``<domain>/<ability>/<model>/``.
+        out: the zip.
+        store: where the data set is; the user's default store if None.
+        model: the model's name in the run; may be left out where there is only one.
+        folder: a folder for the files in the zip; they lie flat if None.
+        prompts: the prompts of a phase, as for `submission_files`.
+
+    Raises:
+        InputError: the run has no answers, or those of several models, a name is that of no folder, or the
+            zip cannot be written.
+        DataError: the data set cannot be obtained.
+    """
+    for name in (model, folder):
+        if name is not None and (PurePosixPath(name).name != name or not name.strip(".")):
+            raise InputError(f"{name!r}: expected the plain name of a folder")
+    files = find_response_files(run)
+    model = model or _only_model(run, files)
+    expected = submission_files(store, prompts)
+    members = {}
+    for domain, ability in _SUITES:
+        name = _file(domain, ability)
+        file = run / domain / ability.value / model / f"{model}{SUFFIX}"
+        if file in files and name in expected:
+            members[name] = _content(file, expected[name])
+    if not members:
+        raise InputError(f"{run}: no answers of a model named {model}")
+    made = io.BytesIO()
+    with zipfile.ZipFile(made, "w") as archive:
+        for name, content in members.items():
+            info = zipfile.ZipInfo(name if folder is None else f"{folder}/{name}", date_time=_EPOCH)
+            archive.writestr(info, content, zipfile.ZIP_DEFLATED)
+    write_whole({out: made.getvalue()})
+
+
+def check_submission(path: Path, store: Store | None = None, prompts: Path | None = None) -> list[Finding]:
+    """Everything that is wrong with a submission, file by file in a fixed order; empty if nothing is.
+
+    Identifiers of the first scene may have its prefix or not. Files may lie in a folder. What is expected is
+    what `submission_files` says of the prompts.
+
+    Raises:
+        InputError: the zip cannot be read.
+        DataError: the data set cannot be obtained.
+    """
+    expected = submission_files(store, prompts)
+    try:
+        with zipfile.ZipFile(path) as archive:
+            members = {info.filename: info for info in archive.infolist() if not info.is_dir()}
+            by_name = Counter(PurePosixPath(name).name for name in members)
+            findings = [
+                Finding(path.name, f"{name} is not one of the files") for name in by_name.keys() - expected
+            ]
+            for file, identifiers in expected.items():
+                found = [info for name, info in members.items() if PurePosixPath(name).name == file]
+                if len(found) != 1:
+                    problem = "is missing" if not found else f"is there {len(found)} times"
+                    findings.append(Finding(file, problem))
+                elif found[0].file_size > MAX_SIZE:
+                    findings.append(Finding(file, f"holds more than {MAX_SIZE:,} bytes"))
+                else:
+                    problems = _problems_of_member(archive, found[0], identifiers)
+                    findings += [Finding(file, problem) for problem in problems]
+    except UNREADABLE as error:
+        why = error.strerror if isinstance(error, OSError) else error
+        raise InputError(f"{path}: expected a zip that can be read ({why})") from error
+    return findings
+
+
+def _problems_of_member(
+    archive: zipfile.ZipFile, member: zipfile.ZipInfo, identifiers: Sequence[str]
+) -> Iterator[str]:
+    """What is wrong with one file; no more of it is read than it says that it holds."""
+    try:
+        content = archive.read(member)
+    except UNREADABLE as error:
+        yield f"cannot be read ({error})"
+        return
+    yield from _problems(content, identifiers)
+
+
+def _problems(content: bytes, identifiers: Sequence[str]) -> Iterator[str]:
+    """What is wrong with one file."""
+    try:
+        rows = json.loads(content)
+    except (ValueError, RecursionError) as error:
+        yield f"is not JSON ({error})"
+        return
+    if not isinstance(rows, list):
+        yield 'is not a list of {"identifier", "llm_output"}'
+        return
+    expected = {task_id_of(identifier) for identifier in identifiers}
+    times: Counter[str] = Counter()
+    for number, row in enumerate(rows, 1):
+        identifier = row.get("identifier") if isinstance(row, dict) else None
+        if not isinstance(identifier, str):
+            yield f'row {number} has no text "identifier"'
+            continue
+        task_id = task_id_of(identifier)
+        times[task_id] += 1
+        if times[task_id] == 2:
+            yield f"{identifier} is repeated"
+        if task_id not in expected:
+            yield f"{identifier} is unknown"
+        yield from _answer_problems(identifier, row)
+    for identifier in identifiers:
+        if task_id_of(identifier) not in times:
+            yield f"{task_id_of(identifier)} is missing"
+
+
+def _answer_problems(identifier: str, row: Mapping[str, object]) -> Iterator[str]:
+    answer = row.get("llm_output")
+    if answer is None or (isinstance(answer, str) and not answer.strip()):
+        yield f"{identifier} is empty"
+    elif not isinstance(answer, str):
+        yield f'{identifier}: "llm_output" is not a text'
+
+
+def _file(domain: str, ability: Ability) -> str:
+    """What the file with the answers to a suite is called."""
+    return f"{domain}_{ability.value}{SUFFIX}"
+
+
+def _identifiers(domain: str, ability: Ability, store: Store | None) -> tuple[str, ...]:
+    """The identifiers of a suite's prompts, scene prefixes included, each naming its task by the right id."""
+    published = find_benchmark(domain).published_prompts
+    if published is None:
+        raise InputError(f"{domain} has no published prompts, which a submission answers")
+    rows = json.loads(published.files(ability, store).prompts)
+    identifiers: list[str] = [row["identifier"] for row in rows]
+    return tuple(i if i.startswith(SCENE_PREFIX) else task_id_of(i) for i in identifiers)
+
+
+def _only_model(run: Path, files: Sequence[Path]) -> str:
+    """The one model whose answers are in a run; those of single epochs do not count."""
+    names = sorted({file.parent.name for file in files if file.name == f"{file.parent.name}{SUFFIX}"})
+    if len(names) != 1:
+        raise InputError(f"{run}: expected the answers of one model, found {', '.join(names) or 'none'}")
+    return names[0]
+
+
+def _content(file: Path, identifiers: Sequence[str]) -> bytes:
+    """The answers of a response file as the challenge wants them, in the order of the data set."""
+    ids = {task_id_of(identifier): identifier for identifier in identifiers}
+    texts = {response.task_id: response.text for response in read_responses(file, ids, task_id_of).responses}
+    rows = [
+        {"identifier": identifier, "llm_output": texts[task_id]}
+        for task_id, identifier in ids.items()
+        if task_id in texts
+    ]
+    return json.dumps(rows, indent=1).encode()

@@ -1,0 +1,81 @@
+"""VirtualHome as a benchmark."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from eai.abilities.protocol import Ability, Protocol
+from eai.abilities.transition_modeling.task import TransitionTask
+from eai.benchmark.benchmark import Benchmark
+from eai.benchmark.errata import errata_of
+from eai.benchmark.formats import formats_of
+from eai.data.progress import Report
+from eai.data.store import Store
+from eai.english.english import english_of
+from eai.households.gold_operators import open_virtualhome
+from eai.households.identifiers import published_task
+from eai.households.published_prompts import OfficialPrompts
+from eai.households.virtualhome.counts import annotated_figures
+from eai.households.virtualhome.domain import as_meant, with_either_hand
+from eai.households.virtualhome.goal_notation import VirtualHomeGoals
+from eai.households.virtualhome.goal_prompts import goal_interpretation_prompts
+from eai.households.virtualhome.goal_section import GOAL_SECTIONS
+from eai.households.virtualhome.plan_notation import VirtualHomePlans
+from eai.households.virtualhome.subgoal_notation import VirtualHomeSubgoals
+from eai.households.virtualhome.tasks import VirtualHomeTask
+from eai.households.virtualhome.tasks import open_tasks as open_virtualhome_tasks
+from eai.households.virtualhome.wording import wording
+from eai.reference.wing import virtualhome_wing
+from eai.tasks.source import Source, TaskSet, once_per_store
+
+NAME = "virtualhome"
+
+
+@once_per_store
+def open_tasks(source: Source) -> TaskSet[VirtualHomeTask]:
+    """The 342 tasks."""
+    return open_virtualhome_tasks(source.store, report=source.report)
+
+
+@once_per_store
+def open_operators(source: Source) -> TaskSet[TransitionTask]:
+    """The 296 tasks of transition modeling."""
+    return open_virtualhome(source.store, report=source.report)
+
+
+def _demonstrations(path: Path, report: Report) -> TaskSet[VirtualHomeTask]:
+    from eai.households.virtualhome.demonstrations import open_demonstrations
+
+    return open_demonstrations(path, report=report)
+
+
+def _rendered(store: Store | None, report: Report) -> Mapping[str, str]:
+    return goal_interpretation_prompts(store, report=report)
+
+
+def virtualhome() -> Benchmark:
+    """The benchmark. Subgoals are asked for in the tasks that have a goal in temporal logic."""
+    return Benchmark(
+        name=NAME,
+        title="VirtualHome",
+        domain=as_meant(),
+        open_tasks=open_tasks,
+        plans=VirtualHomePlans(),
+        goals=VirtualHomeGoals(),
+        subgoals=VirtualHomeSubgoals(),
+        subgoal_domain=with_either_hand(),
+        wings={Protocol.EAI_1_0_5: virtualhome_wing},
+        open_operators=open_operators,
+        asks={Ability.SUBGOAL_DECOMPOSITION: lambda task: task.temporal_goal is not None},
+        wordings=wording,
+        formats=formats_of("eai.households.virtualhome"),
+        published_prompts=OfficialPrompts(NAME, {Ability.GOAL_INTERPRETATION: _rendered}),
+        errata=errata_of(NAME),
+        open_demonstrations=_demonstrations,
+        goal_sections=GOAL_SECTIONS,
+        task_id_of=published_task,
+        own_figures=annotated_figures,
+        english=english_of("eai.households.virtualhome"),
+        planner_seconds=100,
+    )

@@ -1,0 +1,38 @@
+"""The VirtualHome domain: a household of some 300 objects, one character, 45 actions."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+
+from eai.households.virtualhome.operators import declared_operators, switch_hands
+from eai.households.virtualhome.predicates import VOCABULARY, X, held, in_same_room, room, shut_in
+from eai.world.domain import Domain
+from eai.world.operator import in_paper_order
+
+
+@cache
+def as_meant() -> Domain:
+    """The domain as the paper means it: the declared one, with checks in the paper's order."""
+    declared = as_declared()
+    return replace(declared, operators=tuple(in_paper_order(o) for o in declared.operators))
+
+
+@cache
+def with_either_hand() -> Domain:
+    """The domain as subgoals have it, which say in which hand a thing is: GRAB chooses the hand by itself."""
+    return as_meant().with_operators(switch_hands())
+
+
+def as_declared() -> Domain:
+    """The domain with the reference's order of checks.
+
+    The character sees what it holds and what is in its room but in nothing closed; it knows all rooms.
+    """
+    return Domain(
+        "virtualhome",
+        VOCABULARY,
+        declared_operators(),
+        visible=held(X) | (in_same_room(X) & ~shut_in(X)),
+        landmarks=room(X),
+    )

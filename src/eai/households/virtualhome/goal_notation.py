@@ -1,0 +1,135 @@
+"""How answers to VirtualHome's goal interpretation state goals: objects by class, as prompts show no ids."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Mapping, Sequence
+
+from mypy_extensions import mypyc_attr
+
+from eai.abilities.answer_schema import Schema, closed, listed, text
+from eai.abilities.goal_interpretation.notation import GoalNotation, Word
+from eai.abilities.goal_interpretation.written import (
+    SECTIONS,
+    IllFormed,
+    WrittenGoal,
+    WrittenGoals,
+)
+from eai.abilities.json_text import Pairs, find_json
+from eai.abilities.task import GoalKind, Task
+from eai.abilities.unreadable import Unreadable
+from eai.households.virtualhome.tasks import PREDICATE_OF_RELATION
+from eai.world.domain import Domain
+
+FIELDS = {
+    GoalKind.STATE: ("name", "state"),
+    GoalKind.RELATION: ("from_name", "relation", "to_name"),
+    GoalKind.ACTION: ("action",),
+}
+"""What an entry of each section must have; the description of an action says nothing that is scored."""
+
+_NOTHING = Pairs(())
+
+
+@mypyc_attr(allow_interpreted_subclasses=True)
+class VirtualHomeGoals(GoalNotation):
+    """An object with at least one of the three sections, anywhere in the text.
+
+    A section that is missing or null is empty, and an empty object in one says nothing. The data set's own
+    goals score in full: what a name that several objects share is said of cannot be told apart.
+    """
+
+    def read(self, text: str) -> WrittenGoals | Unreadable:
+        """The goals in an answer, or why there are none."""
+        found = find_json(text, _sections)
+        if found is None:
+            keys = ", ".join(f'"{key}"' for key in SECTIONS.values())
+            return Unreadable(f"there is no JSON object with {keys}")
+        sections, repairs = found
+        goals: list[WrittenGoal] = []
+        ill_formed: list[IllFormed] = []
+        for kind, names in FIELDS.items():
+            section = sections.get(SECTIONS[kind])
+            if isinstance(section, list):
+                for entry in section:
+                    goal = _goal(names, entry)
+                    if goal is not None:
+                        goals.append(goal)
+                    elif entry != _NOTHING:
+                        ill_formed.append(IllFormed(kind, str(entry)))
+            elif section is not None:
+                ill_formed.append(IllFormed(kind, str(section)))
+        return WrittenGoals(tuple(goals), tuple(ill_formed), repairs)
+
+    def write(self, goals: Iterable[WrittenGoal]) -> tuple[str, ...]:
+        """Each goal as an object with its section as key."""
+        return tuple(json.dumps({SECTIONS[kind]: entry}) for kind, entry in map(_entry, goals))
+
+    def join(self, parts: Iterable[str]) -> str:
+        """The goals sorted into their sections, in order."""
+        sections: dict[str, list[object]] = {key: [] for key in SECTIONS.values()}
+        for part in parts:
+            for key, entry in json.loads(part).items():
+                sections[key].append(entry)
+        return json.dumps(sections, indent=1)
+
+    def schema(self, domain: Domain, words: Sequence[str] | None) -> Schema:
+        """The three sections; an entry has its fields, and an action a description."""
+        said = self.words(domain)
+        states, relations = [[word.spelling for word in said if word.arity == number] for number in (1, 2)]
+        name = text(words)
+        entries = {
+            GoalKind.STATE: {"name": name, "state": text(states)},
+            GoalKind.RELATION: {"from_name": name, "relation": text(relations), "to_name": name},
+            GoalKind.ACTION: {"action": text(domain.arities), "description": text()},
+        }
+        return closed({SECTIONS[kind]: listed(closed(fields)) for kind, fields in entries.items()})
+
+    def words(self, domain: Domain) -> Mapping[Word, str]:
+        """The states that change, and the relations of scene graphs."""
+        states = [p for p in domain.vocabulary.predicates if p.arity == 1 and p.visible and not p.static]
+        return {
+            **{Word(state.name, 1): state.name for state in states},
+            **{Word(spelling, 2): predicate for spelling, predicate in PREDICATE_OF_RELATION.items()},
+        }
+
+    def names(self, task: Task) -> tuple[str, ...]:
+        """The class of each object."""
+        return tuple([thing.category for thing in task.scene.objects])
+
+
+def goal_of(fields: list[str]) -> WrittenGoal:
+    """What the fields of an entry state: an action, a state or a relation."""
+    if len(fields) == 3:
+        return WrittenGoal(fields[1], (fields[0], fields[2]))
+    if len(fields) == 2:
+        return WrittenGoal(fields[1], (fields[0],))
+    return WrittenGoal(fields[0].upper(), is_action=True)
+
+
+def _sections(value: object) -> dict[str, object] | None:
+    """The members of an object that has one of the sections."""
+    if not isinstance(value, Pairs):
+        return None
+    members = dict(value.members)
+    return members if any(key in members for key in SECTIONS.values()) else None
+
+
+def _goal(names: tuple[str, ...], entry: object) -> WrittenGoal | None:
+    """What an entry states; None if it lacks a field."""
+    if not isinstance(entry, Pairs):
+        return None
+    members = dict(entry.members)
+    fields = [field for name in names if isinstance(field := members.get(name), str)]
+    return goal_of(fields) if len(fields) == len(names) else None
+
+
+def _entry(goal: WrittenGoal) -> tuple[GoalKind, dict[str, str]]:
+    """The section and the fields of a goal."""
+    if goal.is_action:
+        entry = {"action": goal.predicate, "description": goal.predicate.lower()}
+        return GoalKind.ACTION, entry
+    if len(goal.names) == 1:
+        return GoalKind.STATE, {"name": goal.names[0], "state": goal.predicate}
+    name, other = goal.names
+    return GoalKind.RELATION, {"from_name": name, "relation": goal.predicate, "to_name": other}

@@ -1,0 +1,80 @@
+"""VirtualHome's goal interpretation: the official prompts that the data set ships as a template only.
+
+The reference prints Python sets in them, whose order changes from run to run; here each has the order of the
+data set (reference: ``goal_interpretation/scripts/generate_prompts.py``, ``motion_planner.py``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+
+from eai.data.progress import Report, silent
+from eai.data.store import Store
+from eai.households.packs import RESOURCES, TEMPLATES, open_published, open_virtualhome
+from eai.households.published_files import TEMPLATE_MEMBER
+from eai.households.virtualhome.records import ObjectRecord, TaskRecord
+from eai.reference.slot_order import union_order
+
+
+def goal_interpretation_prompts(store: Store | None = None, *, report: Report = silent) -> dict[str, str]:
+    """The prompt of every task, by id in data set order.
+
+    Raises:
+        DataError: the data cannot be obtained.
+    """
+    records = open_virtualhome(store, report=report)
+    resources = open_published(RESOURCES, store, report=report)
+    template = open_published(TEMPLATES, store, report=report).read(TEMPLATE_MEMBER).decode()
+    possible = _possible_states(resources.read_json("object_states_full.json"))
+    pairs = resources.read_json("relation_object_pairs.json")
+    base = {record.id: record for record in records.base.objects}
+    # What is put in later is not searched for what was to be put in earlier: the reference's order.
+    shared = (
+        ("<relation_types>", str(resources.read_json("relation_types.json"))),
+        ("<action_space>", str(resources.read_json("action_space.json"))),
+        ("<rel_obj_pairs>", _braced(f"{name!r}: {_set_text(names)}" for name, names in pairs.items())),
+    )
+    return {
+        task_id: _fill(template, (*_of_task(task, base, possible), *shared))
+        for task_id, task in records.items()
+    }
+
+
+def _of_task(
+    task: TaskRecord, base: Mapping[int, ObjectRecord], possible: Mapping[str, Sequence[str]]
+) -> tuple[tuple[str, str], ...]:
+    """What the template says of one task."""
+    changed = (*task.initial.changed_objects, *task.initial.added_objects)
+    objects = {**base, **{record.id: record for record in changed}}
+    relevant = [objects[i] for i in union_order(task.relevant_from_nodes, task.relevant_from_edges)]
+    lines = "".join(_line(record, possible) for record in relevant)
+    # Name and description are lines of a file there, and keep their line ends.
+    goal = f"Goal name: {task.title}\n\nGoal description: {task.description}\n\n"
+    return (("<object_in_scene>", lines), ("<goal_str>", goal))
+
+
+def _line(record: ObjectRecord, possible: Mapping[str, Sequence[str]]) -> str:
+    states = [state.upper() for state in possible.get(record.class_name, ())]
+    return f"{record.class_name}, initial states: {list(record.states)}, possible states: {states}\n"
+
+
+def _possible_states(states: Mapping[str, Sequence[str]]) -> dict[str, Sequence[str]]:
+    """The possible states by class name, which may be written without its underscores."""
+    table = dict(states)
+    for name in states:
+        table[name.replace("_", "")] = table[name]
+    return table
+
+
+def _set_text(names: Sequence[str]) -> str:
+    return _braced(repr(name) for name in dict.fromkeys(names)) if names else "set()"
+
+
+def _braced(parts: Iterable[str]) -> str:
+    return "{" + ", ".join(parts) + "}"
+
+
+def _fill(template: str, values: Sequence[tuple[str, str]]) -> str:
+    for place, value in values:
+        template = template.replace(place, value)
+    return template

@@ -1,0 +1,261 @@
+"""VirtualHome tasks as states and goals, built from the records of the store when they are asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+
+from eai.abilities.task import Goal, GoalKind, Task
+from eai.data.progress import Report, silent
+from eai.data.store import Store
+from eai.errors import DataError
+from eai.households.packs import open_virtualhome
+from eai.households.virtualhome.pack import VirtualHome
+from eai.households.virtualhome.predicates import VOCABULARY
+from eai.households.virtualhome.records import (
+    CHARACTER_ID,
+    BaseScene,
+    Edge,
+    GraphDelta,
+    ObjectRecord,
+    TaskRecord,
+)
+from eai.logic.formula import Atom, Constant, Occurs, Or
+from eai.tasks.source import TaskSet
+from eai.world.execution import Action
+from eai.world.relation import Matrix, Relation
+from eai.world.state import Draft, Scene, State, WorldObject
+
+PREDICATE_OF_RELATION = {
+    "ON": "ONTOP",
+    "INSIDE": "INSIDE",
+    "CLOSE": "NEXT_TO",
+    "FACING": "FACING",
+    "BETWEEN": "BETWEEN",
+    "HOLDS_RH": "HOLDS_RH",
+    "HOLDS_LH": "HOLDS_LH",
+}
+"""How the vocabulary names the relations of scene graphs."""
+
+_SLOTS = {name: VOCABULARY.binary_slots[stored] for name, stored in PREDICATE_OF_RELATION.items()}
+
+ROOMS = "Rooms"
+"""The category of nodes that are rooms."""
+
+
+class _Lines:
+    """The rows and columns of all relations, and the masks of all unary predicates, while being built.
+
+    ``sources`` and ``targets`` are the masks of the objects whose row, or column, is not empty. ``relations``
+    are those that were made of all this and have not changed since: states share them.
+    """
+
+    __slots__ = (
+        "columns",
+        "described",
+        "index",
+        "objects",
+        "relations",
+        "rows",
+        "sources",
+        "targets",
+        "unary",
+    )
+
+    def __init__(self, scene: BaseScene) -> None:
+        self.objects: list[WorldObject] = []
+        self.index: dict[int, int] = {}
+        self.unary = [0] * len(VOCABULARY.unary_slots)
+        self.described: list[frozenset[int]] = []
+        self.rows: list[list[int]] = [[] for _ in VOCABULARY.binary_slots]
+        self.columns: list[list[int]] = [[] for _ in VOCABULARY.binary_slots]
+        self.sources = [0] * len(VOCABULARY.binary_slots)
+        self.targets = [0] * len(VOCABULARY.binary_slots)
+        self.relations: list[Relation | None] = [None] * len(VOCABULARY.binary_slots)
+        self.append(scene.objects)
+        self.link(scene.edges, present=True)
+
+    def copy(self) -> _Lines:
+        """An independent copy."""
+        twin = object.__new__(_Lines)
+        twin.objects, twin.index, twin.unary = list(self.objects), dict(self.index), list(self.unary)
+        twin.described = list(self.described)
+        twin.rows = [list(rows) for rows in self.rows]
+        twin.columns = [list(columns) for columns in self.columns]
+        twin.sources, twin.targets = list(self.sources), list(self.targets)
+        twin.relations = list(self.relations)
+        return twin
+
+    def append(self, records: Sequence[ObjectRecord]) -> None:
+        """Add objects behind all others."""
+        for record in records:
+            self.index[record.id] = len(self.objects)
+            self.objects.append(_world_object(record.class_name, record.id))
+            self.described.append(frozenset())
+        self._describe(records)
+        if records:
+            empty = [0] * len(records)
+            for lines in (*self.rows, *self.columns):
+                lines += empty
+            self.relations = [None] * len(self.rows)
+
+    def apply(self, delta: GraphDelta) -> None:
+        """Make one graph into another.
+
+        Raises:
+            DataError: the delta removes objects, which no graph of the data set does.
+        """
+        if delta.removed_ids:
+            raise DataError(f"objects {delta.removed_ids} vanish; run `eai data fetch --force`")
+        for record in delta.changed_objects:
+            index = self.index[record.id]
+            if self.objects[index].category != record.class_name:
+                self.objects[index] = _world_object(record.class_name, record.id)
+        self._describe(delta.changed_objects)
+        self.append(delta.added_objects)
+        self.link(delta.removed_edges, present=False)
+        self.link(delta.added_edges, present=True)
+
+    def link(self, edges: Iterable[Edge], *, present: bool) -> None:
+        """Add or remove pairs of relations."""
+        index = self.index
+        for source_id, relation, target_id in edges:
+            slot, source, target = _SLOTS[relation], index[source_id], index[target_id]
+            rows, columns = self.rows[slot], self.columns[slot]
+            self.relations[slot] = None
+            if present:
+                rows[source] |= 1 << target
+                columns[target] |= 1 << source
+                self.sources[slot] |= 1 << source
+                self.targets[slot] |= 1 << target
+                continue
+            rows[source] &= ~(1 << target)
+            columns[target] &= ~(1 << source)
+            if not rows[source]:
+                self.sources[slot] &= ~(1 << source)
+            if not columns[target]:
+                self.targets[slot] &= ~(1 << target)
+
+    def _describe(self, records: Iterable[ObjectRecord]) -> None:
+        """Set every unary predicate of objects to what their records say."""
+        described, unary = self.described, self.unary
+        for record in records:
+            index = self.index[record.id]
+            before = described[index]
+            now = described[index] = _slots(record)
+            for slot in before ^ now:
+                unary[slot] ^= 1 << index
+
+    def state(self, scene: Scene) -> State:
+        """The state over a scene of these objects."""
+        return State(scene, tuple(self.unary), tuple(map(self._relation, range(len(self.relations)))))
+
+    def after(self, state: State, delta: GraphDelta) -> State:
+        """What a small difference makes of the state of these lines, which stay as they are.
+
+        Raises:
+            DataError: the delta adds or removes objects, which no final graph of the data set does.
+        """
+        if delta.removed_ids or delta.added_objects:
+            raise DataError("objects come or go in a plan; run `eai data fetch --force`")
+        draft = Draft(state)
+        for record in delta.changed_objects:
+            index = self.index[record.id]
+            for slot in self.described[index] ^ _slots(record):
+                draft.unary[slot] ^= 1 << index
+        for edge in delta.removed_edges:
+            draft.unlink(_SLOTS[edge.relation], self.index[edge.source], self.index[edge.target])
+        for edge in delta.added_edges:
+            draft.link(_SLOTS[edge.relation], self.index[edge.source], self.index[edge.target])
+        return State(state.scene, tuple(draft.unary), tuple(draft.binary))
+
+    def _relation(self, slot: int) -> Relation:
+        relation = self.relations[slot]
+        if relation is None and not self.sources[slot]:
+            return _empty(len(self.objects))
+        if relation is None:
+            matrix = Matrix(self.rows[slot], self.columns[slot], self.sources[slot], self.targets[slot])
+            relation = self.relations[slot] = Relation(matrix)
+        return relation
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class VirtualHomeTask(Task):
+    """A task of VirtualHome, with the record of it that the data set has."""
+
+    record: TaskRecord
+
+
+class VirtualHomeTasks(TaskSet[VirtualHomeTask]):
+    """The tasks of the records."""
+
+    def __init__(self, records: VirtualHome) -> None:
+        super().__init__(records, lambda task_id: self._task(records[task_id]), records.sha256)
+        self._base = _Lines(records.base)
+
+    def _task(self, record: TaskRecord) -> VirtualHomeTask:
+        lines = self._base.copy()
+        lines.apply(record.initial)
+        scene = Scene(VOCABULARY, lines.objects, agent=lines.index[CHARACTER_ID])
+        initial = lines.state(scene)
+        index = lines.index
+        return VirtualHomeTask(
+            id=record.id,
+            title=record.title,
+            instruction=record.description,
+            initial=initial,
+            annotated_final=lines.after(initial, record.final),
+            script=tuple(Action(s.action, tuple(index[o.id] for o in s.objects)) for s in record.script),
+            goals=tuple(dict.fromkeys(_goals(record, scene, index))),
+            temporal_goal=record.tl_goal,
+            relevant=tuple(
+                sorted({index[i] for i in (*record.relevant_from_nodes, *record.relevant_from_edges)})
+            ),
+            record=record,
+        )
+
+
+def open_tasks(store: Store | None = None, *, report: Report = silent) -> VirtualHomeTasks:
+    """The VirtualHome tasks, fetched first when they are not there.
+
+    Raises:
+        DataError: they cannot be obtained, or the store is damaged.
+    """
+    return VirtualHomeTasks(open_virtualhome(store, report=report))
+
+
+@cache
+def _unary_slots(properties: tuple[str, ...], states: tuple[str, ...], is_room: bool) -> frozenset[int]:
+    """The slots of the unary predicates that hold of an object with these labels."""
+    names = (*properties, *states, "ROOM") if is_room else (*properties, *states)
+    return frozenset(VOCABULARY.unary_slots[name] for name in names)
+
+
+def _slots(record: ObjectRecord) -> frozenset[int]:
+    return _unary_slots(record.properties, record.states, record.category == ROOMS)
+
+
+@cache
+def _empty(size: int) -> Relation:
+    """The relation of no two of so many objects; states share it."""
+    nothing = (0,) * size
+    return Relation(Matrix(nothing, nothing, 0, 0))
+
+
+@cache
+def _world_object(class_name: str, object_id: int) -> WorldObject:
+    return WorldObject(f"{class_name}.{object_id}", class_name)
+
+
+def _goals(record: TaskRecord, scene: Scene, index: Mapping[int, int]) -> Iterable[Goal]:
+    def constant(object_id: int) -> Constant:
+        return Constant(scene.objects[index[object_id]].name)
+
+    for node in record.node_goals:
+        yield Goal(GoalKind.STATE, Atom(node.state, (constant(node.id),)))
+    for edge in record.edge_goals:
+        predicate = PREDICATE_OF_RELATION[edge.relation]
+        yield Goal(GoalKind.RELATION, Atom(predicate, (constant(edge.from_id), constant(edge.to_id))))
+    for action in record.action_goals:
+        yield Goal(GoalKind.ACTION, Or(tuple(Occurs(word) for word in action.alternatives)))

@@ -1,1 +1,0 @@
-"""From counts to rates, intervals, comparisons, and the paper's tables as data."""

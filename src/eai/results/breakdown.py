@@ -1,0 +1,170 @@
+"""What a run came to, and where: outcomes, stages, and success by what a task or an answer is like."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple, TypeVar
+
+from eai.abilities.declaration import AnswerOutcome
+from eai.abilities.declarations import DECLARATIONS
+from eai.abilities.explanation import EXECUTED, Explanation, GoalReport
+from eai.abilities.protocol import Ability
+from eai.abilities.record import Record
+from eai.abilities.share import Share
+from eai.abilities.transition_modeling.verdict import OperatorVerdict
+from eai.abilities.verdict import PlanVerdict
+from eai.pddl.clauses import predicates_in
+from eai.results.certainty import Case
+from eai.results.rate import Rate
+from eai.results.summary import name_of
+
+_Key = TypeVar("_Key", int, str)
+_Value = TypeVar("_Value")
+
+_NO_ANSWER = frozenset({AnswerOutcome.EXCLUDED, AnswerOutcome.NOT_ANSWERED})
+"""Where there is no answer to break down."""
+
+
+class Flow(NamedTuple):
+    """How many scored answers came how far.
+
+    An answer without unknown names is known, and well formed if each action has as many arguments as it
+    takes.
+    """
+
+    answers: int
+    readable: int
+    known: int
+    well_formed: int
+    executed: int
+    reached: int
+
+
+@dataclass(frozen=True, slots=True)
+class Breakdown:
+    """One run's answers by what they came to.
+
+    Attributes:
+        outcomes: how many answers came to what.
+        flow: how far plans came; None for abilities without plans.
+        by_goals: number of goals of the task -> success of each answer to such a task.
+        by_length: number of steps of the data set's own plan -> the same. How many steps of an answer were
+            tried is an outcome: a plan that fails early would count as a short one.
+        by_action: operator -> share of its steps that were executed, of all that were tried, additional ones
+            too (they are not executed); of transition modeling, F1.
+        by_predicate: predicate -> share of goals that mention it that are met; of transition modeling, F1.
+    """
+
+    outcomes: Mapping[AnswerOutcome, int]
+    flow: Flow | None
+    by_goals: Mapping[int, Sequence[Case]]
+    by_length: Mapping[int, Sequence[Case]]
+    by_action: Mapping[str, Rate]
+    by_predicate: Mapping[str, Rate]
+
+
+def outcome(record: Record) -> AnswerOutcome:
+    """What an answer came to, or that there is none."""
+    if record.verdict.excluded is not None:
+        return AnswerOutcome.EXCLUDED
+    if record.unanswered is not None:
+        return AnswerOutcome.NOT_ANSWERED
+    return DECLARATIONS[record.ability].outcome(record.verdict)
+
+
+def break_down(records: Iterable[Record], ability: Ability) -> Breakdown:
+    """The breakdown of a run's records, all of one ability.
+
+    Where there is no answer, or it is excluded, that is an outcome and nothing else. Records that do not say
+    what their tasks are like are in none of the breakdowns by task.
+    """
+    has_plans = DECLARATIONS[ability].has_plans
+    outcomes: Counter[AnswerOutcome] = Counter()
+    by_goals: dict[int, list[Case]] = {}
+    by_length: dict[int, list[Case]] = {}
+    by_action: dict[str, Rate] = {}
+    by_predicate: dict[str, Rate] = {}
+    for record in records:
+        verdict = record.verdict
+        came_to = outcome(record)
+        outcomes[came_to] += 1
+        if came_to in _NO_ANSWER:
+            continue
+        success = Case(record.task_id, name_of(record), Share(came_to is AnswerOutcome.SUCCESS, 1))
+        explanation = record.explanation or Explanation()
+        if record.task is not None:
+            by_goals.setdefault(record.task.goals, []).append(success)
+            if has_plans and record.task.annotated_steps is not None:
+                by_length.setdefault(record.task.annotated_steps, []).append(success)
+        if isinstance(verdict, OperatorVerdict):
+            _break_down_operators(verdict, by_action, by_predicate)
+        for report, reached in goals_of(record):
+            for name in names_in(report.goal):
+                _put(by_predicate, name, Rate(reached, 1))
+        if has_plans:
+            _break_down_steps(explanation, by_action)
+    return Breakdown(
+        {kind: outcomes[kind] for kind in AnswerOutcome if outcomes[kind]},
+        _flow(outcomes) if has_plans else None,
+        _ordered(by_goals),
+        _ordered(by_length),
+        _ordered(by_action),
+        _ordered(by_predicate),
+    )
+
+
+def _flow(outcomes: Mapping[AnswerOutcome, int]) -> Flow:
+    answers = sum(count for kind, count in outcomes.items() if kind not in _NO_ANSWER)
+    readable = answers - outcomes.get(AnswerOutcome.PARSING, 0)
+    known = readable - outcomes.get(AnswerOutcome.HALLUCINATION, 0)
+    well_formed = known - outcomes.get(AnswerOutcome.ARGUMENT_NUMBER, 0)
+    reached = outcomes.get(AnswerOutcome.SUCCESS, 0)
+    executed = reached + outcomes.get(AnswerOutcome.GOAL_MISSED, 0)
+    return Flow(answers, readable, known, well_formed, executed, reached)
+
+
+def goals_of(record: Record) -> Iterator[tuple[GoalReport, bool]]:
+    """The goals that a record tells of, and whether they count as reached."""
+    reports = () if record.explanation is None else record.explanation.goals
+    counted = record.verdict.goals_satisfied if isinstance(record.verdict, PlanVerdict) else ()
+    reached = counted if len(counted) == len(reports) else [report.satisfied for report in reports]
+    yield from zip(reports, reached, strict=True)
+
+
+def names_in(goal: str) -> tuple[str, ...]:
+    """The predicates that a goal mentions, each once; of a goal of actions, these."""
+    return tuple(dict.fromkeys(_PREDICATE.findall(goal))) or tuple(goal.split(" or "))
+
+
+def _break_down_steps(explanation: Explanation, by_action: dict[str, Rate]) -> None:
+    for step in explanation.steps:
+        _put(by_action, step.action.partition("(")[0], Rate(step.outcome == EXECUTED, 1))
+
+
+def _break_down_operators(
+    verdict: OperatorVerdict, by_action: dict[str, Rate], by_predicate: dict[str, Rate]
+) -> None:
+    """Count the clauses of operators by operator, and by predicate once for each that stands in them."""
+    for operator in verdict.operators:
+        for side in (operator.precondition, operator.effect):
+            wrong = (*side.additional, *side.missing)
+            found = [*((part, Rate(2, 2)) for part in side.matched), *((part, Rate(0, 1)) for part in wrong)]
+            for part, rate in found:  # F1 is 2 TP / (2 TP + FP + FN)
+                _put(by_action, operator.name, rate)
+                for predicate in predicates_in(part):
+                    _put(by_predicate, predicate, rate)
+
+
+_PREDICATE = re.compile(r"([^\s(),]+)\(")
+
+
+def _put(table: dict[str, Rate], key: str, rate: Rate) -> None:
+    before = table.get(key, Rate(0, 0))
+    table[key] = Rate(before.numerator + rate.numerator, before.denominator + rate.denominator)
+
+
+def _ordered(table: Mapping[_Key, _Value]) -> dict[_Key, _Value]:
+    return dict(sorted(table.items()))

@@ -1,0 +1,144 @@
+"""Two runs on the same tasks: how much they differ, how surely, and on which tasks."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from eai.abilities.declarations import DECLARATIONS
+from eai.abilities.record import Record
+from eai.abilities.share import NOTHING, Share, Shares
+from eai.results.certainty import Case, Cases, Certainty, certainty_of_difference, of_names, of_tasks
+from eai.results.randomisation import exchange_p, sign_flip_p
+from eai.results.rate import Rate, rate_of
+from eai.results.summary import contributions, name_of
+
+
+@dataclass(frozen=True, slots=True)
+class Difference:
+    """One metric in two runs, over the tasks that both answered.
+
+    The p values are two-sided, of tests in which a coin decides which run gave which answers
+    (`eai.results.randomisation`). Where each task contributes a yes or a no they are exact.
+
+    Attributes:
+        metric: its name.
+        first: the rate in the first run.
+        second: the rate in the second run.
+        certainty: how sure second minus first is, in percentage points.
+        p_value: of the test in which the tasks of a name share a coin.
+        p_by_task: of the test in which each task has its own, as if all were independent.
+        yes_no: whether each task contributes a yes or a no; then the test by task is McNemar's.
+        only_first: tasks that only the first run gets right; empty for metrics that are no yes or no.
+        only_second: tasks that only the second run gets right.
+    """
+
+    metric: str
+    first: Rate
+    second: Rate
+    certainty: Certainty | None
+    p_value: float | None
+    p_by_task: float | None
+    yes_no: bool
+    only_first: tuple[str, ...] = ()
+    only_second: tuple[str, ...] = ()
+
+    @property
+    def points(self) -> float | None:
+        """Second minus first in percentage points."""
+        if self.first.percent is None or self.second.percent is None:
+            return None
+        return self.second.percent - self.first.percent
+
+
+@dataclass(frozen=True, slots=True)
+class Comparison:
+    """Two runs of one ability in one domain under one protocol.
+
+    Attributes:
+        tasks: how many tasks both runs have scored answers to.
+        names: how many names these have.
+        differing: tasks whose contribution to any of the ability's main metrics differs.
+        only_in_first: tasks that only the first run has scored answers to; they are left out.
+        only_in_second: tasks that only the second run has scored answers to.
+    """
+
+    differences: tuple[Difference, ...]
+    tasks: int
+    names: int
+    differing: tuple[str, ...]
+    only_in_first: tuple[str, ...]
+    only_in_second: tuple[str, ...]
+
+
+def compare(first: Sequence[Record], second: Sequence[Record]) -> Comparison:
+    """Compare two runs of the same ability, domain and protocol, each with at least one record.
+
+    Tasks that either run excludes, or was not asked, are left out of both; a missing answer counts as a
+    failure, as everywhere.
+    """
+    before, after = _by_task(first), _by_task(second)
+    known = {record.task_id: name_of(record) for record in (*first, *second) if record.task}
+    names = {task: known.get(task, task) for task in before if task in after}
+    declared = DECLARATIONS[first[0].ability]
+    columns = tuple(declared.main)
+    differences = [
+        difference(
+            metric,
+            _cases(metric, names, before),
+            _cases(metric, names, after),
+            yes_no=metric in declared.yes_no,
+        )
+        for metric in columns
+    ]
+    return Comparison(
+        tuple(differences),
+        len(names),
+        len(set(names.values())),
+        tuple(t for t in names if any(before[t].get(name) != after[t].get(name) for name in columns)),
+        tuple(task for task in before if task not in after),
+        tuple(task for task in after if task not in before),
+    )
+
+
+def _by_task(records: Sequence[Record]) -> Mapping[str, Shares]:
+    scored = [record for record in records if record.verdict.excluded is None]
+    rates = contributions([r.verdict for r in scored], records[0].ability)
+    return {record.task_id: rate for record, rate in zip(scored, rates, strict=True)}
+
+
+def _cases(metric: str, names: Mapping[str, str], shares: Mapping[str, Shares]) -> Cases:
+    return [Case(task, name, shares[task].get(metric, NOTHING)) for task, name in names.items()]
+
+
+def difference(metric: str, first: Cases, second: Cases, *, yes_no: bool) -> Difference:
+    """Compare one metric on the same tasks in the same order.
+
+    Args:
+        metric: its name.
+        first: what each task adds to it in the first run.
+        second: the same in the second run.
+        yes_no: whether each task contributes a yes or a no.
+    """
+    right, also = ([bool(case.share.numerator) for case in cases] for cases in (first, second))
+    changed = [(case.task, b) for case, a, b in zip(first, right, also, strict=True) if yes_no and a != b]
+    p_value = _sign_flip_p if yes_no else _exchange_p
+    return Difference(
+        metric,
+        rate_of(case.share for case in first),
+        rate_of(case.share for case in second),
+        certainty_of_difference(first, second),
+        p_value(of_names(first), of_names(second)),
+        p_value(of_tasks(first), of_tasks(second)),
+        yes_no,
+        tuple(task for task, won in changed if not won),
+        tuple(task for task, won in changed if won),
+    )
+
+
+def _sign_flip_p(first: Mapping[str, Share], second: Mapping[str, Share]) -> float:
+    return sign_flip_p([round(second[unit].numerator - first[unit].numerator) for unit in first])
+
+
+def _exchange_p(first: Mapping[str, Share], second: Mapping[str, Share]) -> float | None:
+    return exchange_p(list(first.values()), [second[unit] for unit in first])

@@ -1,0 +1,131 @@
+"""What answers cost: tokens and dollars of runs, and what the paper's cost."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from datetime import date
+from functools import cache
+from importlib import resources
+from pathlib import Path
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from eai.abilities.misfit import misfit
+from eai.abilities.record import Record, Usage
+from eai.errors import InputError
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
+
+_MILLION = 1_000_000
+
+
+@dataclass(frozen=True, slots=True)
+class Spent:
+    """What the answers of runs took.
+
+    Attributes:
+        answers: those of which the tokens are known.
+        usage: all their tokens, and the dollars of those that were priced when they were asked for.
+        unpriced: the tokens of the others.
+        unpriced_answers: how many they are.
+    """
+
+    answers: int = 0
+    usage: Usage = field(default_factory=Usage)
+    unpriced: Usage = field(default_factory=Usage)
+    unpriced_answers: int = 0
+
+    @property
+    def tokens(self) -> int:
+        """Of questions and answers."""
+        return self.usage.input_tokens + self.usage.output_tokens
+
+    def __add__(self, other: Spent) -> Spent:
+        """Both together."""
+        return Spent(
+            self.answers + other.answers,
+            self.usage + other.usage,
+            self.unpriced + other.unpriced,
+            self.unpriced_answers + other.unpriced_answers,
+        )
+
+    def priced(self, price: Price | None) -> Spent:
+        """The same with a price for what has none."""
+        if price is None or not self.unpriced_answers:
+            return self
+        dollars = price.of(self.unpriced)
+        return Spent(self.answers, self.usage + Usage(cost=dollars))
+
+
+class Price(BaseModel):
+    """What a model asks for, in dollars for a million tokens; cached ones cost what others do."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+
+    input: float = Field(ge=0)
+    output: float = Field(ge=0)
+
+    def of(self, usage: Usage) -> float:
+        """The dollars of some tokens."""
+        return (self.input * usage.input_tokens + self.output * usage.output_tokens) / _MILLION
+
+
+class PriceList(BaseModel):
+    """Prices of models, of one day and from one place: without them nobody could check the dollars."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+
+    date: date
+    source: str = Field(min_length=1)
+    models: Mapping[str, Price]
+
+
+class PaperCost(BaseModel):
+    """What one run of all the paper's models took."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+
+    runs: int
+    tokens: int
+    queries: int
+    dollars: float
+
+
+def spent(records: Iterable[Record]) -> Spent:
+    """What answers took, as far as their records say; attempts, votes and repairs are part of an answer."""
+    usages = [record.origin.usage for record in records if record.origin and record.origin.usage]
+    unpriced = [usage for usage in usages if usage.cost is None]
+    return Spent(len(usages), sum(usages, Usage()), sum(unpriced, Usage()), len(unpriced))
+
+
+def read_price_list(path: Path) -> PriceList:
+    """The prices in a TOML file: ``date``, ``source``, and ``input`` and ``output`` for each of ``models``.
+
+    Raises:
+        InputError: the file cannot be read, or has another form.
+    """
+    try:
+        return PriceList.model_validate(tomllib.loads(path.read_text(encoding="utf-8")))
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror})") from error
+    except (UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+        raise InputError(f"{path}: expected TOML ({error})") from error
+    except ValidationError as error:
+        raise InputError(f"{path}, {misfit(error, whole='the file')}") from error
+
+
+@cache
+def paper_cost() -> PaperCost:
+    """The paper's own figures."""
+    file = resources.files("eai.results") / "paper" / "evaluation_cost.toml"
+    return PaperCost.model_validate(tomllib.loads(file.read_text(encoding="utf-8")))
+
+
+def each(amount: float | None, of: int) -> float | None:
+    """An amount for each of so many; None if there are none, or the amount is not known."""
+    return None if amount is None or not of else amount / of

@@ -1,0 +1,213 @@
+"""The paper's Table 2 of any benchmark, counted from its tasks: each figure with what it counts.
+
+Beside a figure stands what the paper prints (`eai.results.paper_statistics`), and why that is another number
+where it is one.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from statistics import fmean, median
+
+from eai.abilities.protocol import Ability
+from eai.abilities.transition_modeling.task import Category, OperatorLibrary
+from eai.abilities.verdict import Json
+from eai.benchmark.benchmark import Benchmark
+from eai.benchmark.features import Features
+from eai.benchmark.figure import Figure
+from eai.logic.formula import Atom, Formula
+from eai.logic.traversal import walk
+from eai.pddl.model import effect_atoms, effect_conditions
+from eai.pddl.reader import read_action
+from eai.results.data_set.profiles import Profile, names_of, profiles_of
+from eai.results.paper_statistics import paper_statistics
+from eai.tasks.source import ErrataChoice, Source
+
+LONG = 10
+"""A plan is long that has more steps than this (paper, "Data Statistics and Distribution")."""
+
+
+@dataclass(frozen=True, slots=True)
+class StatRow:
+    """A figure of a data set beside the paper's.
+
+    Attributes:
+        printed: what the paper prints; None if it does not have this figure.
+        remark: why the paper prints another number, or how it comes to this one; empty if there is nothing
+            to say.
+    """
+
+    label: str
+    value: int | float
+    note: str
+    printed: int | float | None = None
+    remark: str = ""
+
+    def to_json(self) -> dict[str, Json]:
+        """The figure as ``eai data stats --json`` prints it."""
+        return {
+            "label": self.label,
+            "value": self.value,
+            "printed": self.printed,
+            "note": self.note,
+            "remark": self.remark,
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class StatTable:
+    """The figures of one benchmark, in the paper's order."""
+
+    domain: str
+    title: str
+    rows: tuple[StatRow, ...]
+
+    def to_json(self) -> dict[str, Json]:
+        """The table as ``eai data stats --json`` prints it."""
+        return {"domain": self.domain, "rows": [row.to_json() for row in self.rows]}
+
+
+def table_of(benchmark: Benchmark, source: Source) -> StatTable:
+    """The table of a benchmark, counted from the data as published; absent data is fetched first.
+
+    Raises:
+        DataError: the data cannot be obtained or is damaged.
+    """
+    own_figures = benchmark.own_figures(source) if benchmark.own_figures else ()
+    own = {figure.label: figure for figure in own_figures}
+    printed, source = paper_statistics(benchmark.name), replace(source, errata=ErrataChoice.NONE)
+    rows = []
+    for counted in _figures(benchmark, source):
+        figure, paper = own.get(counted.label, counted), printed.get(counted.label)
+        beside = (None, "") if paper is None else (paper.value, paper.remark)
+        rows.append(StatRow(figure.label, figure.value, figure.note, *beside))
+    return StatTable(benchmark.name, benchmark.title or benchmark.name, tuple(rows))
+
+
+def _figures(benchmark: Benchmark, source: Source) -> Iterator[Figure]:
+    profiles = profiles_of(benchmark, source)
+    tasks = [each for each in profiles if each.features.goals]
+    idle = len(profiles) - len(tasks)
+    yield Figure("task names", len(names_of(profiles)), "distinct names that tasks share")
+    yield Figure("tasks", len(profiles), "the denominator of goal interpretation")
+    yield Figure("instructions", len(tasks), f"tasks that have a goal; {idle} have none")
+    yield from _suites(benchmark, source)
+    yield from _goals([each.features for each in tasks])
+    yield from _plans([each for each in tasks if each.features.annotated_steps])
+    yield from _objects(tasks)
+    asked = benchmark.operators(source)
+    if asked:
+        yield from _operators(next(iter(asked.values())).domain)
+        yield from _categories(profiles)
+
+
+def _suites(benchmark: Benchmark, source: Source) -> Iterator[Figure]:
+    for ability in (Ability.ACTION_SEQUENCING, Ability.SUBGOAL_DECOMPOSITION):
+        number = len(benchmark.tasks_for(ability, source))
+        yield Figure(f"{ability.value.replace('_', ' ')} tasks", number, "tasks in which it is asked for")
+    number = len(benchmark.operators(source))
+    yield Figure("transition modeling tasks", number, "tasks in which it is asked for")
+
+
+def _goals(tasks: Sequence[Features]) -> Iterator[Figure]:
+    first = "in the first way to meet each goal"
+    ground = sum(each.ground_goals for each in tasks)
+    conditions = sum(each.goals for each in tasks)
+    yield Figure("goals", ground, f"ground conditions {first}, as goal interpretation counts them")
+    yield Figure("state goals", sum(each.ground_state_goals for each in tasks), f"of one object, {first}")
+    yield Figure(
+        "relation goals", sum(each.ground_relation_goals for each in tasks), f"of two objects, {first}"
+    )
+    yield Figure("action goals", sum(each.ground_action_goals for each in tasks), "actions to be taken")
+    yield Figure(
+        "ground goals per task", _mean(each.ground_goals for each in tasks), f"{ground} / {len(tasks)}"
+    )
+    yield Figure(
+        "goal conditions",
+        conditions,
+        "conjuncts of the goals, as action sequencing and subgoal decomposition count them",
+    )
+    yield Figure(
+        "goal conditions per task", _mean(each.goals for each in tasks), f"{conditions} / {len(tasks)}"
+    )
+    quantified = sum(each.quantified_goals for each in tasks)
+    yield Figure("quantified conditions", quantified, "conjuncts that speak of objects in general")
+    options = [each.goal_options for each in tasks]
+    only_one = sum(number == 1 for number in options)
+    yield Figure(
+        "goal options per task",
+        _mean(options),
+        f"ways to choose a ground option for each goal; {only_one} tasks have one, the largest number is "
+        f"{max(options, default=0):,}",
+    )
+    yield Figure("goal options, median", median(options or [0]), "half of the tasks have no more")
+
+
+def _plans(tasks: Sequence[Profile]) -> Iterator[Figure]:
+    """The figures of those tasks that the data set has a plan of."""
+    steps = [each.features.annotated_steps or 0 for each in tasks]
+    yield Figure("trajectories", len(steps), "annotated plans of the instructions")
+    if not steps:
+        return
+    yield Figure("action steps", sum(steps), "of those plans")
+    yield Figure("steps per trajectory", _mean(steps), f"{sum(steps):,} steps / {len(steps)} plans")
+    yield Figure("fewest steps", min(steps), "of the shortest plan")
+    yield Figure("most steps", max(steps), "of the longest plan")
+    long = [each for each in tasks if (each.features.annotated_steps or 0) > LONG]
+    share = round(100 * len(long) / len(steps), 2)
+    yield Figure(f"percent longer than {LONG}", share, f"{len(long)} of {len(steps)} plans")
+    yield Figure(
+        f"names with one longer than {LONG}", len(names_of(long)), "task names with at least one such plan"
+    )
+    actions = {name for each in tasks for name in each.operators}
+    yield Figure("actions", len(actions), "distinct ones in those plans")
+
+
+def _objects(tasks: Sequence[Profile]) -> Iterator[Figure]:
+    yield Figure(
+        "objects per task",
+        _mean(each.features.objects for each in tasks),
+        "that the task is about",
+    )
+    yield Figure("objects per scene", _mean(each.scene_objects for each in tasks), "all, the agent included")
+
+
+def _operators(library: OperatorLibrary) -> Iterator[Figure]:
+    gold = [read_action(text.pddl) for text in library.operators.values()]
+    before = [_predicates([action.precondition]) for action in gold]
+    after = [
+        _predicates(effect_conditions(action.effect))
+        | {atom.predicate for atom in effect_atoms(action.effect)}
+        for action in gold
+    ]
+    yield Figure("transition models", len(gold), "annotated operators")
+    for label, words in (("preconditions", before), ("effects", after)):
+        empty = sum(not each for each in words)
+        yield Figure(
+            label,
+            sum(map(len, words)) + empty,
+            "distinct predicates of each operator, of one without any one",
+        )
+
+
+def _categories(profiles: Iterable[Profile]) -> Iterator[Figure]:
+    asked = [each for each in profiles if each.asked_operators is not None]
+    tasks = Counter(category for each in asked for category in each.categories)
+    most = max(len(each.categories) for each in asked)
+    for category in (each.value for each in Category if tasks[each.value]):
+        label = category.replace("non_", "non-").replace("_", " ")
+        yield Figure(
+            f"tasks: {label}", tasks[category], f"of {len(asked)}; a task has up to {most} categories"
+        )
+
+
+def _predicates(conditions: Iterable[Formula]) -> set[str]:
+    return {part.predicate for each in conditions for part in walk(each) if isinstance(part, Atom)}
+
+
+def _mean(numbers: Iterable[int]) -> float:
+    """The mean to two digits, as it is printed."""
+    known = list(numbers)
+    return round(fmean(known), 2) if known else 0.0

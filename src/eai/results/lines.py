@@ -1,0 +1,202 @@
+"""The lines of the tidy tables: an answer, a step, a goal, an atom, a clause.
+
+Every line begins with what it is a line of, so that any table can be joined with any other. What is not
+known, or means nothing for an ability, is None.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Line:
+    """What every line begins with.
+
+    Attributes:
+        protocol: the rules for scoring.
+        domain: the benchmark's name.
+        ability: which of the four.
+        model: who answered.
+        task: the data set's id of the task.
+        name: what near copies of the task share.
+    """
+
+    protocol: str
+    domain: str
+    ability: str
+    model: str
+    task: str
+    name: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AnswerLine(Line):
+    """One answer, or the lack of one, and what its task is like (`eai.benchmark.features`).
+
+    Attributes:
+        outcome: what it came to: ``success``, ``goal_missed``, a kind of error, ``excluded``, ...
+        success: whether it counts as a success in the ability's tables; None where there is no such thing,
+            and of what is excluded.
+        executable: plans and subgoals: whether all was carried out.
+        error_kind: what ended it.
+        error_check: which check failed.
+        error_step: at which step or subgoal, from 0.
+        error_objects: of which objects the reason speaks, with blanks between.
+        additional_steps: plans and subgoals: how many steps were not needed.
+        steps_tried: how many steps were tried; None in records without explanations.
+        state_met: plans and subgoals: how many of the goals about states are reached, halves included.
+        state_total: of how many.
+        relation_met: the same of relations.
+        relation_total: of how many.
+        action_met: the same of actions.
+        action_total: of how many.
+        hits: goal interpretation: conditions that are stated; transition modeling: clauses, of preconditions
+            and effects together, that are written.
+        extras: those that are stated or written and wrong.
+        misses: those that lack.
+        stated: goal interpretation: how many goals the answer states, those left out included.
+        ill_formed: how many of them lack a part.
+        hallucinated: how many of them name what does not exist.
+        planner: transition modeling: what a planner made of the operators.
+        task_categories: transition modeling: the task's categories, with blanks between.
+        characters: the length of the answer.
+        output_tokens: what it took, where a run counted it.
+        cost: in dollars, likewise.
+    """
+
+    outcome: str
+    success: bool | None
+    executable: bool | None
+    error_kind: str | None
+    error_check: str | None
+    error_step: int | None
+    error_objects: str | None
+    additional_steps: int | None
+    steps_tried: int | None
+    state_met: float | None
+    state_total: float | None
+    relation_met: float | None
+    relation_total: float | None
+    action_met: float | None
+    action_total: float | None
+    hits: int | None
+    extras: int | None
+    misses: int | None
+    stated: int | None
+    ill_formed: int | None
+    hallucinated: int | None
+    planner: str | None
+    task_categories: str | None
+    characters: int
+    output_tokens: int | None
+    cost: float | None
+    annotated_steps: int | None
+    annotated_operators: int | None
+    tool_steps: int | None
+    goals: int | None
+    state_goals: int | None
+    relation_goals: int | None
+    action_goals: int | None
+    quantified_goals: int | None
+    goal_options: int | None
+    ground_goals: int | None
+    ground_state_goals: int | None
+    ground_relation_goals: int | None
+    ground_action_goals: int | None
+    goals_at_start: int | None
+    objects: int | None
+    object_categories: int | None
+    initial_facts: int | None
+    instruction_words: int | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StepLine(Line):
+    """One step of a plan, or of the way in which subgoals are carried out, that was tried.
+
+    Attributes:
+        step: its number, from 0.
+        operator: the action.
+        objects: its objects, with blanks between.
+        outcome: ``executed``, ``planned``, or the kind of error.
+        reason: which check failed, in words.
+    """
+
+    step: int
+    operator: str
+    objects: str
+    outcome: str
+    reason: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GoalLine(Line):
+    """One goal of a task, and whether an answer with a plan or subgoals reaches it.
+
+    Attributes:
+        goal: its number, from 0.
+        kind: ``state``, ``relation`` or ``action``.
+        text: the goal.
+        predicates: the predicates it mentions, or its actions, each once, with blanks between.
+        satisfied: whether it is reached.
+    """
+
+    goal: int
+    kind: str
+    text: str
+    predicates: str
+    satisfied: bool
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AtomLine(Line):
+    """One goal that an answer to goal interpretation states, or should state.
+
+    Attributes:
+        verdict: ``matched``, ``wrong`` or ``missing``.
+        atom: the goal, as answers state it.
+        predicate: its predicate, or the action.
+        positive: whether it is to hold.
+        reason: of a wrong one, where it comes from (`eai.results.wrong_goals.Reason`), where that is known.
+    """
+
+    verdict: str
+    atom: str
+    predicate: str
+    positive: bool
+    reason: str | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ClauseLine(Line):
+    """One clause of an operator that an answer to transition modeling writes, or should write.
+
+    Attributes:
+        operator: the operator.
+        status: what became of it: ``compared``, ``missing``, ``unreadable``, ``hallucinated``.
+        side: ``precondition`` or ``effect``.
+        verdict: ``matched``, ``additional`` or ``missing``.
+        clause: as PDDL.
+        predicates: those in it, with blanks between.
+        categories: the categories of these, likewise.
+    """
+
+    operator: str
+    status: str
+    side: str
+    verdict: str
+    clause: str
+    predicates: str
+    categories: str
+
+
+TABLES: Mapping[str, type[Line]] = {
+    "answers": AnswerLine,
+    "steps": StepLine,
+    "goals": GoalLine,
+    "atoms": AtomLine,
+    "clauses": ClauseLine,
+}
+"""The tidy tables by name, each with the kind of its lines."""

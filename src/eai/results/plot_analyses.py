@@ -1,0 +1,221 @@
+"""What the plots of analyses share: estimates as dots with intervals, and shares as a matrix."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from itertools import accumulate
+from typing import TYPE_CHECKING, NamedTuple
+
+from eai.results.palette import ACCENT, INK, MUTED, RULE
+from eai.results.plot_files import say_above
+from eai.results.plot_text import clipped, wrapped
+from eai.results.suites import MODEL, SuiteKey
+from eai.results.table import Cell, Estimate, Table
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+COLUMN = 3.4
+"""The width of a column of a page, in inches, so that letters have the size that they say."""
+
+PAGE = 7.0
+"""The width of a page's text, in inches."""
+
+FEW = 5
+"""Fewer cases than this say little: their marks are hollow."""
+
+_MOST_NAMES = 30
+_FIELD = 0.42
+"""The width of a field of a matrix, in inches, where the page is wide enough."""
+
+_WHOLE = "n"
+"""What the number of cases is called where all rates of a model are of the same ones."""
+
+_MORE_LINE = 0.65
+"""How much higher than a line of a name the next one makes it."""
+
+_LABELS = 1.7
+"""The width that names of rows and the edges take, in inches."""
+
+_DARK = 55.0
+"""Percent above which a field is too dark for dark letters."""
+
+
+def rows_of(table: Table) -> dict[SuiteKey, list[dict[str, Cell]]]:
+    """The rows of a table by suite, as the values of their columns."""
+    found: dict[SuiteKey, list[dict[str, Cell]]] = {}
+    for row in table.rows:
+        values = dict(zip(table.columns, row, strict=True))
+        suite = SuiteKey(str(values["protocol"]), str(values["domain"]), str(values["ability"]))
+        found.setdefault(suite, []).append(values)
+    return found
+
+
+def value_of(cell: Cell | None) -> float:
+    """The number of an estimate; not a number where there is none."""
+    return cell.value if isinstance(cell, Estimate) and cell.value is not None else math.nan
+
+
+def cases_of(cell: Cell | None) -> int:
+    """Of how many cases an estimate is."""
+    return int(cell.denominator or 0) if isinstance(cell, Estimate) else 0
+
+
+def draw_estimate(panel: Axes, place: float, cell: Cell, color: str, fill: str) -> None:
+    """A dot at a height, with its interval."""
+    if not isinstance(cell, Estimate) or cell.value is None:
+        return
+    if cell.low is not None and cell.high is not None:
+        panel.hlines(place, cell.low, cell.high, color=color, linewidth=1.0)
+    panel.plot(cell.value, place, "o", color=color, markerfacecolor=fill, markersize=4, zorder=3)
+
+
+def draw_names(rows: Sequence[Mapping[str, Cell]], column: str, rate: str, label: str) -> Figure | None:
+    """Rates by name with intervals, a line a name; None if there are none. A name of no cases has no line.
+
+    Beside each name stands its number of cases; where all names share in the same ones, how many it has.
+
+    Args:
+        rows: those of a suite.
+        column: the column of the names.
+        rate: that of the rates.
+        label: what the rates are.
+    """
+    from matplotlib.figure import Figure
+
+    first = rows[0]["model"] if rows else None
+    shown = [row for row in rows if row["model"] == first and not math.isnan(value_of(row[rate]))]
+    shown = sorted(shown, key=lambda row: -cases_of(row[rate]))[:_MOST_NAMES]
+    if not shown:
+        return None
+    shown.sort(key=lambda row: (-value_of(row[rate]), str(row[column])))
+    one_whole = len({cases_of(row[rate]) for row in shown}) == 1
+    made_of = _counted if one_whole else cases_of
+    labels = [f"{wrapped(str(row[column]).replace('_', ' '))}  {made_of(row[rate]):,}" for row in shown]
+    heights = [1 + _MORE_LINE * label.count("\n") for label in labels]
+    ends = list(accumulate(heights))
+    places = [end - height / 2 for end, height in zip(ends, heights, strict=True)]
+    figure = Figure(figsize=(COLUMN, 0.7 + 0.17 * ends[-1]), layout="constrained")
+    panel = figure.subplots()
+    for place, row in zip(places, shown, strict=True):
+        few = cases_of(row[rate]) < FEW
+        draw_estimate(panel, place, row[rate], MUTED if few else ACCENT, "white" if few else ACCENT)
+    panel.set_yticks(places, labels=labels, fontsize=6.5, linespacing=1.0)
+    panel.set_ylim(ends[-1], 0)
+    panel.text(-0.02, 1, "n", transform=panel.transAxes, fontsize=6.5, ha="right", va="bottom")
+    panel.set_xlim(-3, 103)
+    panel.grid(axis="x", color=RULE, linewidth=0.6)
+    panel.tick_params(axis="y", length=0)
+    panel.spines["left"].set_visible(False)
+    panel.set_xlabel(f"{label}, percent", fontsize=7, loc="right")
+    return figure
+
+
+def _counted(cell: Cell | None) -> int:
+    return int(cell.numerator or 0) if isinstance(cell, Estimate) else 0
+
+
+def draw_matrix(
+    rows: Sequence[Mapping[str, Cell]],
+    levels: Sequence[str],
+    rate: str,
+    label: str,
+    *,
+    across: str = MODEL,
+    zeros: bool = False,
+) -> Figure | None:
+    """Rates as a matrix of names and models with the numbers in it; None if there are none.
+
+    What there is more of stands below each other, so that many models fit a page. Numbers of few cases are in
+    brackets; where all of a model are of the same cases, their number stands at its end.
+
+    Args:
+        rows: those of a suite.
+        levels: the columns whose values together are the names.
+        rate: that of the rates.
+        label: what they are.
+        across: the column whose values stand in the place of models.
+        zeros: whether zero is written too, so that only what is of nothing is blank.
+    """
+    from matplotlib.figure import Figure
+
+    cells = {(_name(row, levels), str(row[across]).replace("_", " ")): row[rate] for row in rows}
+    down, along = (list(dict.fromkeys(pair[place] for pair in cells)) for place in (0, 1))
+    if not cells:
+        return None
+    turned = len(along) > len(down)
+    wholes = {
+        other: {cases_of(cell) for (_, model), cell in cells.items() if model == other} for other in along
+    }
+    if all(len(whole) == 1 for whole in wholes.values()):
+        cells |= {(_WHOLE, other): whole.pop() for other, whole in wholes.items()}
+        down.append(_WHOLE)
+    if turned:
+        cells, down, along = {(right, left): cell for (left, right), cell in cells.items()}, along, down
+    width = min(_FIELD * len(along), PAGE - _LABELS)
+    figure = Figure(figsize=(_LABELS + width, 1.3 + 0.19 * len(down)), layout="constrained")
+    panel = figure.subplots()
+    grid = [[cells.get((name, other)) for other in along] for name in down]
+    shades = [[value_of(cell) for cell in line] for line in grid]
+    panel.imshow(shades, vmin=0, vmax=100, cmap="Greys", aspect="auto")
+    panel.set_xticks(range(len(along)), labels=map(clipped, along), rotation=55, ha="right", fontsize=6.5)
+    panel.set_yticks(range(len(down)), labels=map(clipped, down), fontsize=6.5)
+    say_above(figure, label)
+    panel.tick_params(length=0)
+    panel.spines[:].set_visible(False)
+    for y, line in enumerate(grid):
+        for x, cell in enumerate(line):
+            value = value_of(cell)
+            if isinstance(cell, int) or value > 0 or (zeros and value == 0):
+                color = "white" if value > _DARK else INK
+                panel.text(x, y, _told(cell), ha="center", va="center", color=color, fontsize=6)
+    if any(text.get_text().startswith("(") for text in panel.texts):
+        figure.supxlabel(f"in brackets: of fewer than {FEW}", x=0.01, ha="left", fontsize=6)
+    return figure
+
+
+def _told(cell: Cell | None) -> str:
+    if isinstance(cell, int):
+        return f"{cell:,}"
+    value = value_of(cell)
+    text = f"{value:.0f}" if value >= 0.5 or not value else "<1"
+    return f"({text})" if cases_of(cell) < FEW else text
+
+
+def _name(row: Mapping[str, Cell], levels: Sequence[str]) -> str:
+    parts = [str(row[level]).replace("_", " ") for level in levels if row[level]]
+    return ", ".join(parts[1:] or parts) if len(levels) > 1 else parts[0]
+
+
+class Band(NamedTuple):
+    """A band that leads from one height to another of the same thickness, in percent."""
+
+    start: float
+    end: float
+    thickness: float
+
+
+def draw_band(panel: Axes, stage: int, band: Band, color: str) -> None:
+    """A bent band from one stage to the next."""
+    from matplotlib.patches import PathPatch
+    from matplotlib.path import Path
+
+    left, right, bend = stage, stage + 1.0, 0.5
+    low, high = band.start, band.start + band.thickness
+    low_end, high_end = band.end, band.end + band.thickness
+    points = [
+        (left, low),
+        (left + bend, low),
+        (right - bend, low_end),
+        (right, low_end),
+        (right, high_end),
+        (right - bend, high_end),
+        (left + bend, high),
+        (left, high),
+        (left, low),
+    ]
+    curve = [Path.CURVE4] * 3
+    codes = [Path.MOVETO, *curve, Path.LINETO, *curve, Path.CLOSEPOLY]
+    panel.add_patch(PathPatch(Path(points, codes), facecolor=color, linewidth=0, alpha=0.9))

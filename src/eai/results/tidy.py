@@ -1,0 +1,253 @@
+"""From records to tidy tables, of which all analyses are made."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass, field, fields
+from functools import cached_property, partial
+from typing import Any, TypeAlias
+
+from eai.abilities.declarations import DECLARATIONS
+from eai.abilities.goal_interpretation.verdict import GoalVerdict
+from eai.abilities.protocol import Ability
+from eai.abilities.record import Record
+from eai.abilities.share import NOTHING, Shares
+from eai.abilities.task import Task
+from eai.abilities.transition_modeling.task import Category
+from eai.abilities.transition_modeling.verdict import OperatorVerdict
+from eai.abilities.verdict import PlanVerdict
+from eai.benchmark.benchmark import Benchmark
+from eai.benchmark.features import FeatureBook
+from eai.benchmark.registry import find_benchmark, registered
+from eai.pddl.clauses import predicates_in
+from eai.results.breakdown import goals_of, names_in, outcome
+from eai.results.lines import AnswerLine, AtomLine, ClauseLine, GoalLine, StepLine
+from eai.results.summary import contributions, name_of
+from eai.results.words import read_call
+from eai.results.wrong_goals import WrongGoals
+from eai.tasks.source import Source
+
+
+@dataclass(frozen=True, slots=True)
+class Tables:
+    """The tidy tables of any number of runs, in their order."""
+
+    answers: list[AnswerLine] = field(default_factory=list)
+    steps: list[StepLine] = field(default_factory=list)
+    goals: list[GoalLine] = field(default_factory=list)
+    atoms: list[AtomLine] = field(default_factory=list)
+    clauses: list[ClauseLine] = field(default_factory=list)
+
+
+class TableMaker:
+    """Makes the tables of runs, given one after the other.
+
+    What a task is like is looked up in the data set where its benchmark is registered, and is otherwise known
+    as far as records say it.
+
+    Args:
+        source: where the data set is.
+    """
+
+    def __init__(self, source: Source) -> None:
+        self.tables = Tables()
+        self._source = source
+        self._books: dict[str, _Book | None] = {}
+
+    def add(self, records: Sequence[Record]) -> None:
+        """Add the records of one run, all of one model, ability, domain and protocol."""
+        book = self._book(records[0].domain)
+        scored = [record for record in records if record.verdict.excluded is None]
+        shares = contributions([record.verdict for record in scored], records[0].ability)
+        adds = {record.task_id: share for record, share in zip(scored, shares, strict=True)}
+        for record in records:
+            task = None if book is None else book.tasks.get(record.task_id)
+            key = beginning_of(record)
+            self.tables.answers.append(_answer(record, key, adds.get(record.task_id, {}), book, task))
+            if record.verdict.excluded is not None or record.unanswered is not None:
+                continue
+            self.tables.steps.extend(_steps(record, key))
+            self.tables.goals.extend(_goals(record, key))
+            self.tables.atoms.extend(_atoms(record, key, book, task))
+            self.tables.clauses.extend(_clauses(record, key, book))
+
+    def _book(self, domain: str) -> _Book | None:
+        if domain not in self._books:
+            known = domain in registered()
+            self._books[domain] = _Book(find_benchmark(domain), self._source) if known else None
+        return self._books[domain]
+
+
+class _Book:
+    """What is known of the tasks of a benchmark, found when it is asked for."""
+
+    def __init__(self, benchmark: Benchmark, source: Source) -> None:
+        self._benchmark = benchmark
+        self._source = source
+        self.tasks = benchmark.tasks(source)
+        self._features = FeatureBook(benchmark)
+        self._columns: dict[str, Mapping[str, int | None]] = {}
+
+    def features_of(self, task: Task) -> Mapping[str, int | None]:
+        """What a task is like, by column."""
+        if task.id not in self._columns:
+            self._columns[task.id] = asdict(self._features.of(task))
+        return self._columns[task.id]
+
+    @cached_property
+    def wrong_goals(self) -> WrongGoals:
+        """Where wrong goals come from."""
+        return WrongGoals(self._benchmark, self.tasks)
+
+    @cached_property
+    def categories(self) -> Mapping[str, Category]:
+        """The categories of the predicates of operators."""
+        tasks = self._benchmark.operators(self._source).values()
+        return next((task.domain.categories for task in tasks), {})
+
+
+_COLUMNS = tuple(column.name for column in fields(AnswerLine))
+
+Beginning: TypeAlias = dict[str, Any]
+"""The columns of `Line`."""
+
+
+def beginning_of(record: Record) -> Beginning:
+    """What every line of a record begins with."""
+    return {
+        "protocol": record.protocol.value,
+        "domain": record.domain,
+        "ability": record.ability.value,
+        "model": record.model,
+        "task": record.task_id,
+        "name": name_of(record),
+    }
+
+
+def _answer(
+    record: Record, key: Beginning, shares: Shares, book: _Book | None, task: Task | None
+) -> AnswerLine:
+    verdict, error = record.verdict, record.verdict.error
+    usage = None if record.origin is None else record.origin.usage
+    steps = None if record.explanation is None or not _has_plans(record) else record.explanation.steps
+    values: dict[str, Any] = {
+        **key,
+        "outcome": outcome(record).value,
+        "success": _success(record.ability, shares),
+        "error_kind": None if error is None else error.kind.value,
+        "error_check": None if error is None else error.check,
+        "error_step": None if error is None else error.step,
+        "error_objects": None if error is None else " ".join(error.objects),
+        "steps_tried": None if steps is None else len(steps),
+        **_counts(record.ability, shares),
+        "characters": len(record.response),
+        "output_tokens": None if usage is None else usage.output_tokens,
+        "cost": None if usage is None else usage.cost,
+        **_features(record, book, task),
+    }
+    match verdict:
+        case PlanVerdict():
+            values |= {"executable": verdict.executable, "additional_steps": verdict.additional_steps}
+            for kind, tally in () if verdict.goals is None else verdict.goals._asdict().items():
+                values |= {f"{kind}_met": float(tally.satisfied), f"{kind}_total": float(tally.total)}
+        case GoalVerdict():
+            values |= {
+                "stated": verdict.predicted,
+                "ill_formed": verdict.ill_formed,
+                "hallucinated": len(verdict.hallucinated),
+            }
+        case OperatorVerdict():
+            values["planner"] = None if verdict.planner is None else verdict.planner.value
+            values["task_categories"] = " ".join(verdict.task_categories)
+    known: dict[str, Any] = {name: values.get(name) for name in _COLUMNS}
+    return AnswerLine(**known)
+
+
+def _has_plans(record: Record) -> bool:
+    return DECLARATIONS[record.ability].has_plans
+
+
+def _success(ability: Ability, shares: Shares) -> bool | None:
+    """The yes or no that an answer adds to its ability's main table."""
+    declared = DECLARATIONS[ability]
+    asked = (shares.get(metric, NOTHING) for metric in declared.main if metric in declared.yes_no)
+    share = next((share for share in asked if share.denominator), None)
+    return None if share is None else bool(share.numerator)
+
+
+def _counts(ability: Ability, shares: Shares) -> dict[str, int]:
+    """What an answer adds to precision and recall in its ability's main table."""
+    for metric in DECLARATIONS[ability].main:
+        part, dot, measure = metric.rpartition(".")
+        if dot and measure == "f1" and shares:
+            hits, said = shares[f"{part}.precision"]
+            _, asked = shares[f"{part}.recall"]
+            return {"hits": int(hits), "extras": int(said - hits), "misses": int(asked - hits)}
+    return {}
+
+
+def _features(record: Record, book: _Book | None, task: Task | None) -> Mapping[str, int | None]:
+    if book is not None and task is not None:
+        return book.features_of(task)
+    if record.task is None:
+        return {}
+    return {"annotated_steps": record.task.annotated_steps, "goals": record.task.goals}
+
+
+def _steps(record: Record, key: Beginning) -> Iterator[StepLine]:
+    if record.explanation is None or not _has_plans(record):
+        return
+    for number, step in enumerate(record.explanation.steps):
+        call = read_call(step.action)
+        yield StepLine(
+            **key,
+            step=number,
+            operator=call.name,
+            objects=" ".join(call.arguments or ()),
+            outcome=step.outcome,
+            reason=step.reason,
+        )
+
+
+def _goals(record: Record, key: Beginning) -> Iterator[GoalLine]:
+    if not isinstance(record.verdict, PlanVerdict):
+        return
+    for number, (report, satisfied) in enumerate(goals_of(record)):
+        names = " ".join(names_in(report.goal))
+        yield GoalLine(
+            **key, goal=number, kind=report.kind, text=report.goal, predicates=names, satisfied=satisfied
+        )
+
+
+def _atoms(record: Record, key: Beginning, book: _Book | None, task: Task | None) -> Iterator[AtomLine]:
+    verdict = record.verdict
+    if not isinstance(verdict, GoalVerdict):
+        return
+    for found in ("matched", "wrong", "missing"):
+        for atom in getattr(verdict, found):
+            call, reason = read_call(atom), None
+            if found == "wrong" and book is not None and task is not None:
+                reason = book.wrong_goals.reason(task, atom).value
+            yield AtomLine(
+                **key, verdict=found, atom=atom, predicate=call.name, positive=call.positive, reason=reason
+            )
+
+
+def _clauses(record: Record, key: Beginning, book: _Book | None) -> Iterator[ClauseLine]:
+    if not isinstance(record.verdict, OperatorVerdict):
+        return
+    known = {} if book is None else book.categories
+    for report in record.verdict.operators:
+        line = partial(ClauseLine, **key, operator=report.name, status=report.status.value)
+        for side in ("precondition", "effect"):
+            for found in ("matched", "additional", "missing"):
+                for clause in getattr(getattr(report, side), found):
+                    names = sorted(predicates_in(clause))
+                    kinds = dict.fromkeys(known[name].value for name in names if name in known)
+                    yield line(
+                        side=side,
+                        verdict=found,
+                        clause=clause,
+                        predicates=" ".join(names),
+                        categories=" ".join(kinds),
+                    )

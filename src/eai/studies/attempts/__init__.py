@@ -1,0 +1,1 @@
+"""Replanning: further attempts, with feedback or without."""

@@ -1,0 +1,258 @@
+"""Replanning: what further attempts are worth, and how much of that is feedback (paper, "Replanning").
+
+Whoever is asked more often succeeds more often. So every arm, a way to ask again, is set beside its control:
+the same number of attempts in the same world, told nothing. Attempts at one task depend on each other, and so
+do those at near copies; the unit of every interval is the name of the task, whatever its seeds and attempts.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from statistics import fmean
+
+from eai.abilities.declaration import AnswerOutcome
+from eai.abilities.experiment import Experiment, Feedback, FeedbackForm
+from eai.abilities.record import Record
+from eai.abilities.share import of_all
+from eai.errors import InputError
+from eai.results.attempts import after
+from eai.results.breakdown import outcome
+from eai.results.certainty import Case, Cases, certainty_of_difference
+from eai.results.rate import rate_of
+from eai.results.summary import cases_of, name_of
+from eai.results.table import Cell, Estimate, Table
+from eai.world.fault import FaultKind
+
+SUCCESS, EXECUTION = "task_success", "execution_success"
+_ERRORS = (
+    FaultKind.PARSING,
+    FaultKind.HALLUCINATION,
+    FaultKind.ARGUMENT_NUMBER,
+    FaultKind.WRONG_ORDER,
+    FaultKind.MISSING_STEP,
+    FaultKind.AFFORDANCE,
+    FaultKind.ADDITIONAL_STEP,
+)
+_RIGHT = (AnswerOutcome.SUCCESS, AnswerOutcome.EXCLUDED, AnswerOutcome.NOT_ANSWERED)
+
+
+@dataclass(frozen=True, slots=True)
+class Arm:
+    """One way to ask again, under one or several seeds of slips.
+
+    Attributes:
+        experiment: what it is, without the seed.
+        runs: the records under each seed, by seed.
+    """
+
+    experiment: Experiment
+    runs: Mapping[int | None, Sequence[Record]]
+
+    @property
+    def name(self) -> str:
+        """What it is called: its label, in which there is no seed."""
+        return self.experiment.label
+
+    @property
+    def attempts(self) -> int:
+        """How many a task may have."""
+        return self.experiment.replans + 1
+
+    @property
+    def control(self) -> Experiment:
+        """The same without a word."""
+        return replace(self.experiment, feedback=Feedback.NONE, form=FeedbackForm.PROMPT)
+
+    def records(self, attempts: int) -> list[Record]:
+        """Those of all seeds, as they would be after so many attempts."""
+        return [after(record, attempts) for records in self.runs.values() for record in records]
+
+    def cases(self, metric: str, attempts: int, seeds: Sequence[int | None] | None = None) -> list[Case]:
+        """What each task adds to a metric after so many attempts, one seed after the other."""
+        found: list[Case] = []
+        for seed in self.runs if seeds is None else seeds:
+            stopped = [after(record, attempts) for record in self.runs[seed]]
+            found += cases_of(stopped, stopped[0].ability).get(metric, ())
+        return found
+
+
+def arms_of(runs: Sequence[Sequence[Record]]) -> list[Arm]:
+    """The arms of some runs of one model and suite, those that are told nothing first.
+
+    Raises:
+        InputError: none of them is of an experiment in which answers were carried out.
+    """
+    found: dict[Experiment, dict[int | None, Sequence[Record]]] = {}
+    for records in runs:
+        experiment = records[0].experiment
+        if experiment is not None and experiment.acts:
+            found.setdefault(replace(experiment, slip_seed=None), {})[experiment.slip_seed] = records
+    if not found:
+        raise InputError("expected records of replanning or slips, found none; eai run --replans makes them")
+    order = [*Feedback]
+    return sorted(
+        (Arm(experiment, dict(sorted(by_seed.items(), key=str))) for experiment, by_seed in found.items()),
+        key=lambda arm: (arm.experiment.slip, order.index(arm.experiment.feedback), arm.name),
+    )
+
+
+def tables(arms: Sequence[Arm]) -> list[Table]:
+    """All tables."""
+    return [_by_attempt(arms), _worth(arms), _mended(arms)]
+
+
+def remarks(arms: Sequence[Arm]) -> list[str]:
+    """What a reader must know: which arms have no control, and which were run once."""
+    known = {arm.experiment for arm in arms}
+    alone = [arm.name for arm in arms if arm.attempts > 1 and arm.control not in known]
+    found = []
+    if alone:
+        found.append(
+            f"No resampling arm stands beside {', '.join(alone)}: what feedback is worth is not known. "
+            "`eai run` with the same options and `--feedback none` makes it."
+        )
+    once = [arm.name for arm in arms if arm.experiment.slip and len(arm.runs) == 1]
+    if once:
+        found.append(
+            f"One seed of slips: {', '.join(once)}. Its intervals are of other tasks, not of other luck; run "
+            "more with `--slip-seed`."
+        )
+    return found
+
+
+def success_by_attempt(arm: Arm) -> list[Estimate]:
+    """Task success after 1, 2, ... attempts."""
+    return [Estimate.of(arm.cases(SUCCESS, number)) for number in range(1, arm.attempts + 1)]
+
+
+def _by_attempt(arms: Sequence[Arm]) -> Table:
+    return Table(
+        "attempts",
+        "By the number of attempts",
+        "What each arm would have come to after so many attempts, in percent, with 95 % intervals whose "
+        "units are the names of tasks. Errors are those of the last attempt made; a slip is no error of the "
+        "model's. Success cannot fall, since a success ends the attempts: a rise from one row to the next is "
+        "no finding by itself. Attempts used and tokens are means a task, up to that attempt.",
+        (
+            "arm",
+            "attempts",
+            "seeds",
+            "task success",
+            "execution success",
+            *(kind.value.replace("_", " ") for kind in _ERRORS),
+            "slip",
+            "attempts used",
+            "tokens",
+        ),
+        tuple(row for arm in arms for row in _attempt_rows(arm)),
+    )
+
+
+def _attempt_rows(arm: Arm) -> Iterator[tuple[Cell, ...]]:
+    for number in range(1, arm.attempts + 1):
+        records = [record for record in arm.records(number) if record.verdict.excluded is None]
+        errors = [_percent(arm.cases(kind.value, number)) for kind in _ERRORS]
+        slips = [Case(r.task_id, name_of(r), of_all(_has_slipped(r))) for r in records]
+        tokens = [
+            sum(each.usage.input_tokens + each.usage.output_tokens for each in record.attempts if each.usage)
+            for record in records
+        ]
+        yield (
+            arm.name,
+            number,
+            len(arm.runs),
+            Estimate.of(arm.cases(SUCCESS, number)),
+            Estimate.of(arm.cases(EXECUTION, number)),
+            *errors,
+            _percent(slips),
+            fmean([len(record.attempts) for record in records]) if records else None,
+            fmean(tokens) if any(tokens) else None,
+        )
+
+
+def _worth(arms: Sequence[Arm]) -> Table:
+    """Each arm that is told something beside the one that is told nothing."""
+    controls = {arm.experiment: arm for arm in arms if arm.experiment.feedback is Feedback.NONE}
+    rows: list[tuple[Cell, ...]] = []
+    for arm in arms:
+        control = controls.get(arm.control)
+        if control is None or control is arm:
+            continue
+        seeds = [seed for seed in arm.runs if seed in control.runs]
+        for number in range(1, arm.attempts + 1):
+            one, other = _shared(control, arm, number, seeds)
+            rows.append((arm.name, number, Estimate.of(one), Estimate.of(other), _difference(one, other)))
+    return Table(
+        "worth",
+        "What feedback is worth",
+        "Task success of the resampling arm, told nothing, and of an arm with feedback, on the same tasks "
+        "and seeds after as many attempts; the difference is in points. In the first attempt both ask the "
+        "same: what differs there is chance, and shows how much of it there is.",
+        ("arm", "attempts", "told nothing", "with feedback", "difference"),
+        tuple(rows),
+    )
+
+
+def _mended(arms: Sequence[Arm]) -> Table:
+    """What became of tasks by what the first answer came to."""
+    rows: list[tuple[Cell, ...]] = []
+    for arm in arms:
+        by_kind: dict[AnswerOutcome, list[Record]] = {}
+        for record in arm.records(arm.attempts):
+            came_to = outcome(after(record, 1))
+            if came_to not in _RIGHT:
+                by_kind.setdefault(came_to, []).append(record)
+        for kind in [kind for kind in AnswerOutcome if kind in by_kind]:
+            ended = Counter(outcome(record) for record in by_kind[kind])
+            mended = [
+                Case(r.task_id, name_of(r), of_all(outcome(r) is AnswerOutcome.SUCCESS))
+                for r in by_kind[kind]
+            ]
+            same, tried = ended[kind], len(mended)
+            other = tried - same - ended[AnswerOutcome.SUCCESS]
+            label = kind.value.replace("_", " ")
+            rows.append((arm.name, label, tried, Estimate.of(mended), same, other))
+    return Table(
+        "mended",
+        "What became of first answers that failed",
+        "Tasks by what ended the first answer: how many were solved in the end, in percent, how many ended "
+        "in the same way, and how many in another. What the resampling arm mends is chance.",
+        ("arm", "first answer", "tasks", "mended", "same", "another"),
+        tuple(rows),
+    )
+
+
+def _has_slipped(record: Record) -> bool:
+    error = record.verdict.error
+    return error is not None and error.kind is FaultKind.SLIP
+
+
+def _shared(
+    control: Arm, arm: Arm, attempts: int, seeds: Sequence[int | None]
+) -> tuple[list[Case], list[Case]]:
+    """The cases of tasks that both have under a seed, in the same order."""
+    one: list[Case] = []
+    other: list[Case] = []
+    for seed in seeds:
+        before = {case.task: case for case in control.cases(SUCCESS, attempts, [seed])}
+        for case in arm.cases(SUCCESS, attempts, [seed]):
+            if case.task in before:
+                one.append(before[case.task])
+                other.append(case)
+    return one, other
+
+
+def _difference(one: Cases, other: Cases) -> Estimate:
+    """The second rate minus the first, in percentage points."""
+    before, after_it = (rate_of(case.share for case in cases).percent for cases in (one, other))
+    certainty = certainty_of_difference(one, other)
+    if before is None or after_it is None:
+        return Estimate(None)
+    low, high = (None, None) if certainty is None else certainty.interval
+    return Estimate(after_it - before, low, high)
+
+
+def _percent(cases: Cases) -> float | None:
+    return rate_of(case.share for case in cases).percent

@@ -1,0 +1,1 @@
+"""What success depends on: correlations and regressions over tasks and models."""

@@ -1,0 +1,310 @@
+"""What success depends on (paper, section "Correlation with Action Length and Goal Complexity").
+
+The paper draws success against six properties of a task for one model in one suite. Here are the same curves
+for any model and suite, by any feature of a task, and what they cannot show: how much is left of each
+feature when all are taken together. A long plan is one with many objects.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from statistics import fmean
+from typing import NamedTuple
+
+from eai.abilities.explanation import EXECUTED
+from eai.abilities.share import of_all
+from eai.results.certainty import Case
+from eai.results.lines import AnswerLine, GoalLine, Line, StepLine
+from eai.results.rate import Rate
+from eai.results.suites import MEASURES, MODEL, SUITE, Measure, SuiteKey, by_model, by_suite, case_of
+from eai.results.table import Cell, Estimate, Table
+from eai.results.tidy import Tables
+from eai.studies.cofactors.correlation import rank_correlation
+from eai.studies.cofactors.logit import Effect, fit_logit
+
+STEPS = "annotated_steps"
+
+FEATURES = (
+    STEPS,
+    "annotated_operators",
+    "tool_steps",
+    "goals",
+    "state_goals",
+    "relation_goals",
+    "action_goals",
+    "quantified_goals",
+    "goal_options",
+    "ground_goals",
+    "ground_state_goals",
+    "ground_relation_goals",
+    "goals_at_start",
+    "objects",
+    "object_categories",
+    "initial_facts",
+    "instruction_words",
+)
+"""The features of a task that a score is set against."""
+
+FEW = 5
+"""A bin with fewer tasks says little."""
+
+_MOST_BINS = 8
+_NICE = (1, 2, 5)
+
+
+@dataclass(frozen=True, slots=True)
+class Column:
+    """A column of the adjusted table: a feature, and how it enters."""
+
+    name: str
+    value: Callable[[AnswerLine], float | None]
+
+
+def _log(feature: str) -> Column:
+    def value(answer: AnswerLine) -> float | None:
+        number = getattr(answer, feature)
+        return math.log(number) if number else None
+
+    return Column(f"log {feature}", value)
+
+
+def _count(feature: str) -> Column:
+    return Column(feature, lambda answer: getattr(answer, feature))
+
+
+def _has_tools(answer: AnswerLine) -> float | None:
+    return None if answer.tool_steps is None else float(answer.tool_steps > 0)
+
+
+ADJUSTED = (
+    _log(STEPS),
+    _count("ground_relation_goals"),
+    _count("ground_state_goals"),
+    _count("ground_action_goals"),
+    _log("objects"),
+    Column("any tool_steps", _has_tools),
+    _count("quantified_goals"),
+)
+"""What the adjusted table takes together."""
+
+
+def cofactor_tables(tables: Tables, *, width: int = 10, measure: Measure = Measure.SCORE) -> list[Table]:
+    """The tables of the analysis.
+
+    Args:
+        tables: the tidy tables.
+        width: how many lengths of the annotated plan stand together; 10 are the paper's bins.
+        measure: what features are set against.
+    """
+    suites: dict[SuiteKey, list[Counted]] = {}
+    for suite, answers in by_suite(tables.answers).items():
+        counted = [Counted(answer, case_of(answer, MEASURES[measure](answer))) for answer in answers]
+        suites[suite] = [each for each in counted if each.case.share.denominator]
+    return [
+        _adjusted(by_suite(tables.answers)),
+        _correlations(suites),
+        _curves(suites, width),
+        _by_action(tables.steps),
+        _by_predicate(tables.goals),
+    ]
+
+
+class Counted(NamedTuple):
+    """An answer with what it adds to the measure."""
+
+    answer: AnswerLine
+    case: Case
+
+
+def bins_of(feature: str, values: Iterable[int], width: int) -> Callable[[int], tuple[int, int]]:
+    """The bins of a feature, each with its lowest and highest value.
+
+    Steps stand together by ``width``; other features by the smallest of 1, 2, 5, 10, ... that makes no more
+    than eight bins, or by decades (0, 1, 2-9, 10-99, ...) where they go above a thousand.
+    """
+    highest = max(values, default=0)
+    if feature != STEPS:
+        if highest > 1000:
+            return _decade
+        sizes = (nice * 10**power for power in range(4) for nice in _NICE)
+        width = next(size for size in sizes if highest // size < _MOST_BINS)
+    return lambda value: (value // width * width, value // width * width + width - 1)
+
+
+def _decade(value: int) -> tuple[int, int]:
+    if value < 2:
+        return value, value
+    power = 10 ** int(math.log10(value) + 1e-9)
+    return (2, 9) if power == 1 else (power, 10 * power - 1)
+
+
+def _curves(suites: Mapping[SuiteKey, Sequence[Counted]], width: int) -> Table:
+    rows: list[tuple[Cell, ...]] = []
+    for suite, answers in suites.items():
+        models = _by_model(answers)
+        for feature in FEATURES:
+            values = [number for each in answers if (number := getattr(each.answer, feature)) is not None]
+            if len(set(values)) > 1:
+                bin_of = bins_of(feature, values, width)
+                bins = {value: bin_of(value) for value in set(values)}
+                for model, found in models.items():
+                    rows += [(*suite, model, feature, *row) for row in _curve(feature, found, bins)]
+    return Table(
+        "curves",
+        "Score by feature",
+        "The score (task success; F1 in goal interpretation) of the tasks whose feature is in a bin, both "
+        f"bounds included. Annotated steps are in bins of {width}, the others in bins of the smallest of 1,"
+        " 2, 5, 10, ... that makes no more than eight, or by decades. A bin without tasks is not there; "
+        f"few marks those with fewer than {FEW} tasks. Intervals have the names of tasks as units.",
+        (*SUITE, MODEL, "feature", "from", "to", "score", "tasks", "few"),
+        tuple(rows),
+    )
+
+
+def _curve(
+    feature: str, answers: Iterable[Counted], bins: Mapping[int, tuple[int, int]]
+) -> Iterator[tuple[Cell, ...]]:
+    binned: dict[tuple[int, int], list[Case]] = {}
+    for answer, case in answers:
+        value = getattr(answer, feature)
+        if value is not None:
+            binned.setdefault(bins[value], []).append(case)
+    for (low, high), cases in sorted(binned.items()):
+        tasks = len({case.task for case in cases})
+        yield low, high, Estimate.of(cases), tasks, tasks < FEW
+
+
+def _by_model(answers: Sequence[Counted]) -> dict[str, list[Counted]]:
+    shares = {id(each.answer): each for each in answers}
+    return {
+        model: [shares[id(line)] for line in lines]
+        for model, lines in by_model([each.answer for each in answers]).items()
+    }
+
+
+def _correlations(suites: Mapping[SuiteKey, Sequence[Counted]]) -> Table:
+    rows: list[tuple[Cell, ...]] = []
+    for suite, answers in suites.items():
+        for model, found in _by_model(answers).items():
+            rows += [(*suite, model, *row) for row in _correlated(found)]
+    return Table(
+        "correlations",
+        "Rank correlations",
+        "Spearman's correlation of a task's score (its mean over models, where they are together) with each"
+        " feature. Intervals are a jackknife over names.",
+        (*SUITE, MODEL, "feature", "rho", "tasks"),
+        tuple(rows),
+    )
+
+
+def _correlated(answers: Iterable[Counted]) -> Iterator[tuple[Cell, ...]]:
+    """For each feature that varies its name, its correlation with the scores of tasks, and their number."""
+    tasks: dict[str, list[Counted]] = {}
+    for each in answers:
+        tasks.setdefault(each.answer.task, []).append(each)
+    scores = {t: fmean(Rate(*e.case.share).share or 0 for e in found) for t, found in tasks.items()}
+    for feature in FEATURES:
+        values = {task: getattr(found[0].answer, feature) for task, found in tasks.items()}
+        known = {task: value for task, value in values.items() if value is not None}
+        if len(set(known.values())) > 1:
+            names = [tasks[task][0].answer.name for task in known]
+            rho = rank_correlation([scores[task] for task in known], list(known.values()), names)
+            yield feature, rho, len(known)
+
+
+def _adjusted(suites: Mapping[SuiteKey, Sequence[AnswerLine]]) -> Table:
+    rows: list[tuple[Cell, ...]] = []
+    for suite, answers in suites.items():
+        judged = [answer for answer in answers if answer.success is not None]
+        rows += [(*suite, *row) for row in adjusted(judged)]
+    return Table(
+        "adjusted",
+        "Adjusted effects",
+        "Log odds of success per standard deviation of a feature among tasks, in a logistic regression with"
+        " an effect of each model: each feature alone, and all together. What is left of a feature when all"
+        " are together is not owed to the others. Intervals are a jackknife over names.",
+        (*SUITE, "feature", "alone", "together", "answers", "names"),
+        tuple(rows),
+    )
+
+
+def adjusted(answers: Sequence[AnswerLine]) -> Iterator[tuple[Cell, ...]]:
+    """For each varying column of `ADJUSTED`: name, effect alone and together, answers and names."""
+    import numpy as np
+
+    known = [a for a in answers if all(column.value(a) is not None for column in ADJUSTED)]
+    models = _undecided(known)
+    rows = [answer for answer in known if answer.model in models]
+    if not rows:
+        return
+    success = np.array([float(bool(row.success)) for row in rows])
+    clusters = [row.name for row in rows]
+    dummies = np.array([[float(row.model == model) for model in models] for row in rows])
+    columns = {column.name: np.array([column.value(row) or 0.0 for row in rows]) for column in ADJUSTED}
+    spread = {
+        name: (values - values.mean()) / values.std() for name, values in columns.items() if values.std()
+    }
+    if not spread:
+        return
+    whole = fit_logit(np.column_stack([*spread.values(), dummies]), success, clusters)
+    for number, (name, values) in enumerate(spread.items()):
+        alone = fit_logit(np.column_stack([values, dummies]), success, clusters)
+        yield name, _told(alone, 0), _told(whole, number), len(rows), len(set(clusters))
+
+
+def _undecided(answers: Iterable[AnswerLine]) -> list[str]:
+    """The models that succeed in some tasks and fail in others; the rest says nothing about tasks."""
+    found: dict[str, set[bool]] = {}
+    for answer in answers:
+        found.setdefault(answer.model, set()).add(bool(answer.success))
+    return [model for model, outcomes in found.items() if len(outcomes) == 2]
+
+
+def _told(effects: Sequence[Effect] | None, number: int) -> Estimate:
+    if effects is None:
+        return Estimate(None)
+    effect = effects[number]
+    return Estimate(effect.value, effect.low, effect.high)
+
+
+def _by_action(steps: Sequence[StepLine]) -> Table:
+    rows = _rates(steps, lambda step: (step.operator,), lambda step: step.outcome == EXECUTED)
+    return Table(
+        "by_action",
+        "Executed steps by action",
+        "Steps that were executed of those that were tried. A plan ends with its first failing step; a step"
+        " that was not needed is not executed, and the plan goes on.",
+        (*SUITE, MODEL, "action", "executed", "tasks"),
+        rows,
+    )
+
+
+def _by_predicate(goals: Sequence[GoalLine]) -> Table:
+    rows = _rates(goals, lambda goal: tuple(goal.predicates.split()), lambda goal: goal.satisfied)
+    return Table(
+        "by_predicate",
+        "Reached goals by predicate",
+        "Goals that are reached of those that mention the predicate; a goal with two predicates counts in "
+        "both. An answer that was not executed reaches what its protocol says: nothing under strict, what "
+        "holds at the start in some suites of the reference.",
+        (*SUITE, MODEL, "predicate", "reached", "tasks"),
+        rows,
+    )
+
+
+def _rates(
+    lines: Sequence[Line], names_of: Callable[..., tuple[str, ...]], counts: Callable[..., bool]
+) -> tuple[tuple[Cell, ...], ...]:
+    """For each suite, model and name the share of lines that count."""
+    rows: list[tuple[Cell, ...]] = []
+    for suite, of_suite in by_suite(lines).items():
+        for model, found in by_model(of_suite).items():
+            cases: dict[str, list[Case]] = {}
+            for line in found:
+                for name in names_of(line):
+                    cases.setdefault(name, []).append(case_of(line, of_all(counts(line))))
+            for name, of_name in sorted(cases.items()):
+                rows.append((*suite, model, name, Estimate.of(of_name), len({case.task for case in of_name})))
+    return tuple(rows)

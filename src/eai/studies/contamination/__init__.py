@@ -1,0 +1,1 @@
+"""Public tasks beside generated ones of the same world."""

@@ -1,0 +1,1 @@
+"""What goes wrong and why: the leaves of the paper's taxonomy."""

@@ -1,0 +1,262 @@
+"""What goes wrong and why: the paper's taxonomy of errors, and which precondition is overlooked."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Iterator, Sequence
+from typing import NamedTuple
+from urllib.parse import urlencode
+
+from eai.abilities.declaration import AnswerOutcome
+from eai.abilities.share import Share, of_all
+from eai.results.certainty import Case
+from eai.results.lines import AnswerLine, ClauseLine
+from eai.results.shares import shares_by_kind
+from eai.results.suites import MODEL, SUITE, by_model, by_suite, case_of
+from eai.results.table import Cell, Estimate, Link, Table
+
+RUNTIME = (
+    AnswerOutcome.AFFORDANCE.value,
+    AnswerOutcome.MISSING_STEP.value,
+    AnswerOutcome.WRONG_ORDER.value,
+    AnswerOutcome.UNCATEGORISED.value,
+)
+"""The errors in which a step cannot be carried out."""
+
+_KINDS = ("state", "relation", "action")
+_VERDICTS = ("matched", "additional", "missing")
+
+
+class Leaf(NamedTuple):
+    """A leaf of the taxonomy: the stage at which an answer fails, the kind of error, and which one."""
+
+    stage: str
+    kind: str = ""
+    detail: str = ""
+
+
+def leaf_of(answer: AnswerLine) -> Leaf:
+    """What an answer came to; every answer is at one leaf."""
+    match AnswerOutcome(answer.outcome):
+        case AnswerOutcome.PARSING | AnswerOutcome.ARGUMENT_NUMBER:
+            return Leaf("grammar", answer.outcome)
+        case AnswerOutcome.HALLUCINATION:
+            return Leaf("grammar", answer.outcome, _unknown(answer))
+        case AnswerOutcome.GOAL_MISSED if answer.executable:
+            return Leaf("goal", answer.outcome, "+".join(_missed(answer)))
+        case _ if answer.outcome in RUNTIME:
+            return Leaf("runtime", answer.outcome)
+        case _:
+            return Leaf(answer.outcome)
+
+
+def _unknown(answer: AnswerLine) -> str:
+    """What kind of name there is not."""
+    check = answer.error_check or ""
+    return check.removeprefix("unknown_") if check else ""
+
+
+def _missed(answer: AnswerLine) -> Iterator[str]:
+    for kind in _KINDS:
+        met, total = getattr(answer, f"{kind}_met"), getattr(answer, f"{kind}_total")
+        if met is not None and met < total:
+            yield kind
+
+
+def error_tables(
+    answers: Sequence[AnswerLine],
+    clauses: Sequence[ClauseLine],
+    *,
+    examples: int = 3,
+    explorer: str | None = None,
+) -> list[Table]:
+    """The tables of the analysis.
+
+    Args:
+        answers: the answers.
+        clauses: those of operators.
+        examples: how many answers to name of each leaf and suite.
+        explorer: the address of an explorer of the same records, to which examples lead.
+    """
+    counted = [answer for answer in answers if answer.outcome != AnswerOutcome.EXCLUDED.value]
+    return [
+        _leaves(counted),
+        _why(counted),
+        _additional(counted),
+        _clauses(clauses),
+        _predicates(clauses),
+        _examples(counted, examples, explorer),
+        _errors(counted),
+    ]
+
+
+def _leaves(answers: Sequence[AnswerLine]) -> Table:
+    rows: list[tuple[Cell, ...]] = []
+    for suite, of_suite in by_suite(answers).items():
+        leaves = sorted({leaf_of(answer) for answer in of_suite}, key=_order)
+        for model, lines in by_model(of_suite).items():
+            shares = shares_by_kind(lines, [leaf_of(line) for line in lines], leaves)
+            rows += [(*suite, model, *leaf, share) for leaf, share in shares]
+    return Table(
+        "leaves",
+        "What answers came to",
+        "Answers at each leaf of the taxonomy, in percent of all that count; an answer is at one leaf, that"
+        " of the error that ended it. Of a missed goal the detail says which kinds of goals are not "
+        "reached.",
+        (*SUITE, MODEL, *Leaf._fields, "answers"),
+        tuple(rows),
+    )
+
+
+_STAGES = ("success", "partly_right", "goal", "goal_missed", "grammar", "runtime")
+
+
+def _order(leaf: Leaf) -> tuple[int, Leaf]:
+    return (_STAGES.index(leaf.stage) if leaf.stage in _STAGES else len(_STAGES), leaf)
+
+
+def _why(answers: Sequence[AnswerLine]) -> Table:
+    rows: list[tuple[Cell, ...]] = []
+    for suite, of_suite in by_suite([a for a in answers if a.outcome in RUNTIME]).items():
+        for model, lines in by_model(of_suite).items():
+            checks = [line.error_check or "" for line in lines]
+            times = Counter(checks)
+            shares = shares_by_kind(lines, checks, sorted(times, key=lambda each: (-times[each], each)))
+            rows += [(*suite, model, check, share) for check, share in shares]
+    return Table(
+        "why",
+        "Which precondition is overlooked",
+        "Runtime errors (affordance, missing step, wrong order) by the check that failed, in percent of all"
+        " runtime errors of the suite.",
+        (*SUITE, MODEL, "check", "share"),
+        tuple(rows),
+        shown=15,
+    )
+
+
+def _additional(answers: Sequence[AnswerLine]) -> Table:
+    rows: list[tuple[Cell, ...]] = []
+    for suite, of_suite in by_suite([a for a in answers if a.additional_steps is not None]).items():
+        for model, lines in by_model(of_suite).items():
+            cases = [case_of(line, of_all(bool(line.additional_steps))) for line in lines]
+            rows.append((*suite, model, Estimate.of(cases), sum(a.additional_steps or 0 for a in lines)))
+    return Table(
+        "additional",
+        "Additional steps",
+        "Answers with at least one step that was not needed, in percent, and how many such steps there are."
+        " They end no plan, so that these answers are at other leaves.",
+        (*SUITE, MODEL, "answers", "steps"),
+        tuple(rows),
+    )
+
+
+def _clauses(clauses: Sequence[ClauseLine]) -> Table:
+    rows: list[tuple[Cell, ...]] = []
+    for suite, of_suite in by_suite(clauses).items():
+        for model, lines in by_model(of_suite).items():
+            parts: dict[tuple[str, str], list[ClauseLine]] = {}
+            for line in lines:
+                for category in line.categories.split():
+                    parts.setdefault((line.side, category), []).append(line)
+            for part, found in sorted(parts.items()):
+                counts = [sum(line.verdict == verdict for line in found) for verdict in _VERDICTS]
+                rows.append((*suite, model, *part, *counts, _written_to_gold(found)))
+    return Table(
+        "clauses",
+        "Over- and understatement of operators",
+        "Clauses of operators by side and category: those that are written and right (matched), written and"
+        " wrong (additional), and not written (missing). written: how many are written for each hundred of "
+        "the data set's own; above 100 the model says too much, below too little.",
+        (*SUITE, MODEL, "side", "category", *_VERDICTS, "written"),
+        tuple(rows),
+    )
+
+
+def _written_to_gold(lines: Iterable[ClauseLine]) -> Estimate:
+    """(matched + additional) / (matched + missing), in percent."""
+    shares: dict[tuple[str, str], tuple[int, int]] = {}
+    for line in lines:
+        written, gold = shares.get((line.task, line.name), (0, 0))
+        shares[line.task, line.name] = (
+            written + (line.verdict != "missing"),
+            gold + (line.verdict != "additional"),
+        )
+    return Estimate.of([Case(task, name, Share(*share)) for (task, name), share in shares.items()])
+
+
+def _predicates(clauses: Sequence[ClauseLine]) -> Table:
+    rows: list[tuple[Cell, ...]] = []
+    for suite, of_suite in by_suite([c for c in clauses if c.verdict != "matched"]).items():
+        for model, lines in by_model(of_suite).items():
+            counts: dict[tuple[str, str, str], int] = {}
+            for line in lines:
+                for predicate in line.predicates.split():
+                    key = (line.side, line.verdict, predicate)
+                    counts[key] = counts.get(key, 0) + 1
+            found = sorted(counts.items(), key=lambda pair: (-pair[1], pair[0]))
+            rows += [(*suite, model, *key, count) for key, count in found]
+    return Table(
+        "predicates",
+        "Predicates of operators that are missing, or too much",
+        "Clauses that lack or are wrong, by the predicates in them.",
+        (*SUITE, MODEL, "side", "verdict", "predicate", "clauses"),
+        tuple(rows),
+        shown=12,
+    )
+
+
+def _examples(answers: Sequence[AnswerLine], number: int, explorer: str | None) -> Table:
+    rows: list[tuple[Cell, ...]] = []
+    for suite, of_suite in by_suite(answers).items():
+        found: dict[Leaf, list[AnswerLine]] = {}
+        for answer in of_suite:
+            found.setdefault(leaf_of(answer), []).append(answer)
+        for leaf in sorted(found, key=_order):
+            rows += [
+                (*suite, *leaf, a.model, _place(a, explorer), a.error_check, a.error_objects)
+                for a in found[leaf][:number]
+            ]
+    return Table(
+        "examples",
+        "Examples",
+        "The first answers at each leaf, in the order of the records; `eai explain` tells each step by step.",
+        (*SUITE, *Leaf._fields, "answered_by", "task", "check", "objects"),
+        tuple(rows),
+    )
+
+
+def _place(answer: AnswerLine, explorer: str | None) -> Cell:
+    """A task's id, which leads to the answer in an explorer, whose addresses ``explorer/state.js`` reads."""
+    if explorer is None:
+        return answer.task
+    run = "/".join((answer.domain, answer.ability, answer.protocol, answer.model))
+    return Link(answer.task, f"{explorer}#{urlencode({'run': run, 'task': answer.task})}")
+
+
+def _errors(answers: Sequence[AnswerLine]) -> Table:
+    rows = tuple(
+        (
+            answer.protocol,
+            answer.domain,
+            answer.ability,
+            answer.model,
+            answer.task,
+            answer.name,
+            *leaf_of(answer),
+            answer.error_check,
+            answer.error_objects,
+            answer.error_step,
+            answer.annotated_steps,
+        )
+        for answer in answers
+        if answer.error_kind is not None
+    )
+    return Table(
+        "errors",
+        "Every error",
+        "A line an answer that an error ended: its leaf, the check, the objects, the step (from 0), and how"
+        " many steps the data set's own plan has.",
+        (*SUITE, MODEL, "task", "name", *Leaf._fields, "check", "objects", "step", "annotated_steps"),
+        rows,
+        shown=0,
+    )

@@ -1,0 +1,1 @@
+"""Which goals are found, missed and made up."""

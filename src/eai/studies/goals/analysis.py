@@ -1,0 +1,128 @@
+"""Which goals models find, miss and make up (paper, section "Goal interpretation": reporting bias)."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Sequence
+
+from eai.abilities.share import of_all
+from eai.results.certainty import Case
+from eai.results.lines import AtomLine
+from eai.results.shares import shares_by_kind
+from eai.results.suites import MODEL, SUITE, by_model, by_suite, case_of
+from eai.results.table import Cell, Estimate, Table
+from eai.results.wrong_goals import Reason
+
+MATCHED, WRONG, MISSING = "matched", "wrong", "missing"
+_VERDICTS = (MATCHED, WRONG, MISSING)
+
+
+def goal_tables(atoms: Sequence[AtomLine]) -> list[Table]:
+    """The tables of the analysis, from the goals that answers state or should state."""
+    return [_by_predicate(atoms), _reasons(atoms), _wrong(atoms), _shared(atoms)]
+
+
+def _by_predicate(atoms: Sequence[AtomLine]) -> Table:
+    rows: list[tuple[Cell, ...]] = []
+    for suite, of_suite in by_suite(atoms).items():
+        for model, lines in by_model(of_suite).items():
+            names: dict[str, list[AtomLine]] = {}
+            for line in lines:
+                names.setdefault(line.predicate, []).append(line)
+            for name, found in sorted(names.items(), key=lambda pair: (-_asked(pair[1]), pair[0])):
+                counts = Counter(line.verdict for line in found)
+                rows.append((*suite, model, name, *(counts[v] for v in _VERDICTS), *_scores(found)))
+    return Table(
+        "by_predicate",
+        "Goals by predicate",
+        "Conditions of the tasks that are stated (matched) or not (missing), and stated goals that are none "
+        "(wrong), by predicate or action; a denied goal is one of its predicate. Precision is matched of "
+        "stated, recall is matched of asked, in percent; what names something that does not exist is in "
+        "neither where the protocol leaves it out.",
+        (*SUITE, MODEL, "predicate", *_VERDICTS, "precision", "recall"),
+        tuple(rows),
+        shown=30,
+    )
+
+
+def _asked(lines: Sequence[AtomLine]) -> int:
+    return sum(line.verdict != WRONG for line in lines)
+
+
+def _scores(lines: Sequence[AtomLine]) -> tuple[Estimate, Estimate]:
+    """Precision and recall."""
+    return (
+        Estimate.of([_case(line) for line in lines if line.verdict != MISSING]),
+        Estimate.of([_case(line) for line in lines if line.verdict != WRONG]),
+    )
+
+
+def _case(line: AtomLine) -> Case:
+    return case_of(line, of_all(line.verdict == MATCHED))
+
+
+def _reasons(atoms: Sequence[AtomLine]) -> Table:
+    rows: list[tuple[Cell, ...]] = []
+    for suite, of_suite in by_suite([a for a in atoms if a.reason is not None]).items():
+        for model, lines in by_model(of_suite).items():
+            reasons = [str(line.reason) for line in lines]
+            shares = shares_by_kind(lines, reasons, [reason.value for reason in Reason])
+            rows += [(*suite, model, reason, share) for reason, share in shares]
+    return Table(
+        "reasons",
+        "Where wrong goals come from",
+        "Wrong goals by the first of these reasons that fits, in percent of all wrong goals. unknown: the "
+        "predicate or action is none of the benchmark's; procedural: an action that is a goal of no task; "
+        "initial: it holds at the start; final: it holds at the end of the data set's own plan, and nobody "
+        "asked for it; intermediate: it holds at some time on the way there, neither at the start nor at the "
+        "end.",
+        (*SUITE, MODEL, "reason", "share"),
+        tuple(rows),
+    )
+
+
+def _wrong(atoms: Sequence[AtomLine]) -> Table:
+    rows: list[tuple[Cell, ...]] = []
+    for suite, of_suite in by_suite([a for a in atoms if a.verdict == WRONG]).items():
+        for model, lines in by_model(of_suite).items():
+            counts = Counter((line.predicate, line.reason) for line in lines)
+            for (predicate, reason), count in sorted(
+                counts.items(), key=lambda pair: (-pair[1], str(pair[0]))
+            ):
+                rows.append((*suite, model, predicate, reason, count))
+    return Table(
+        "wrong",
+        "What is made up most",
+        "Wrong goals by predicate or action and reason.",
+        (*SUITE, MODEL, "predicate", "reason", "goals"),
+        tuple(rows),
+        shown=15,
+    )
+
+
+def _shared(atoms: Sequence[AtomLine]) -> Table:
+    rows: list[tuple[Cell, ...]] = []
+    for suite, lines in by_suite(atoms).items():
+        models = len({line.model for line in lines})
+        found = sorted(_of_goals(lines), key=lambda row: (-row[3] - row[4], row[3], row[0], row[1]))
+        rows += [(*suite, *row, models) for row in found]
+    return Table(
+        "shared",
+        "What many models do alike",
+        "Every goal that is asked or stated: how many models state it, rightly or wrongly, how many should "
+        "and do not, of all with answers in the suite; those that most models miss or make up come first.",
+        (*SUITE, "task", "goal", *_VERDICTS, "models"),
+        tuple(rows),
+        shown=15,
+    )
+
+
+def _of_goals(lines: Sequence[AtomLine]) -> Iterator[tuple[str, str, int, int, int]]:
+    """Task, goal, and how many models are right, wrong about it, and miss it."""
+    found: dict[tuple[str, str], dict[str, set[str]]] = {}
+    for line in lines:
+        of_goal = found.setdefault((line.task, line.atom), {verdict: set() for verdict in _VERDICTS})
+        of_goal[line.verdict].add(line.model)
+    for (task, goal), models in found.items():
+        right, wrong, missing = (len(models[verdict]) for verdict in _VERDICTS)
+        yield task, goal, right, wrong, missing

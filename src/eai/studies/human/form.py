@@ -1,0 +1,82 @@
+"""The form on which a person answers questions exactly as models get them: one page, without a server.
+
+What is typed stays in the browser until the person saves it as a response file, which ``eai score`` reads
+like any model's. Beside each answer the file says how many seconds its question was in sight, and the digest
+of what was shown.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+
+from eai.abilities.goal_interpretation.written import WrittenGoal
+from eai.abilities.protocol import Ability
+from eai.abilities.responses import SUFFIX
+from eai.abilities.task import GoalKind
+from eai.abilities.verdict import Json
+from eai.benchmark.benchmark import Benchmark
+from eai.prompts.prompt import Prompt
+from eai.results.page import build_page, for_script
+from eai.tasks.source import Source
+
+SCRIPTS = ("dom.js", "tables.js", "form.js")
+"""The parts of the program, in the order in which they need each other."""
+
+PREDICATE, FIRST, SECOND = "\u0001predicate", "\u0001first", "\u0001second"
+"""What stands in a pattern of an answer for the words that a person chooses."""
+
+
+def form_html(
+    benchmark: Benchmark, ability: Ability, prompts: Mapping[str, Prompt], source: Source | None = None
+) -> str:
+    """The page.
+
+    Args:
+        benchmark: the benchmark.
+        ability: what is asked for.
+        prompts: the questions by id of their task, in the order in which they are shown.
+        source: where the data set is; the user's default store if None.
+    """
+    source = source or Source()
+    questions: list[Json] = [
+        {"task": task_id, "system": prompt.system, "user": prompt.user, "sha256": prompt.sha256}
+        for task_id, prompt in prompts.items()
+    ]
+    content: Json = {
+        "domain": benchmark.name,
+        "title": benchmark.title or benchmark.name,
+        "ability": ability.value,
+        "suffix": SUFFIX,
+        "questions": questions,
+        "goals": goal_pattern(benchmark, source) if ability is Ability.GOAL_INTERPRETATION else None,
+        "operators": _operators(benchmark, prompts, source)
+        if ability is Ability.TRANSITION_MODELING
+        else None,
+    }
+    return build_page("eai.studies.human", "form", SCRIPTS, for_script(content))
+
+
+def goal_pattern(benchmark: Benchmark, source: Source) -> Json:
+    """An answer with one goal of each kind, in which `PREDICATE`, `FIRST` and `SECOND` stand for words.
+
+    Actions are in it only where tasks ask for any: not all benchmarks have a place for them.
+    """
+    patterns = [WrittenGoal(PREDICATE, (FIRST,)), WrittenGoal(PREDICATE, (FIRST, SECOND))]
+    if any(task.goals_of(GoalKind.ACTION) for task in benchmark.tasks(source).values()):
+        patterns.append(WrittenGoal(PREDICATE, is_action=True))
+    notation = benchmark.goals
+    pattern: Json = json.loads(notation.join(notation.write(patterns)))
+    return pattern
+
+
+def _operators(benchmark: Benchmark, prompts: Mapping[str, Prompt], source: Source) -> Json:
+    """Name and parameters of the operators that are asked for, by task; the question says as much."""
+    tasks = benchmark.operators(source)
+    return {
+        task_id: [
+            {"name": name, "parameters": tasks[task_id].domain.operators[name].parameters}
+            for name in tasks[task_id].operators
+        ]
+        for task_id in prompts
+    }

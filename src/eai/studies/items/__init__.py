@@ -1,0 +1,1 @@
+"""Tasks as items of a test: difficulty, discrimination, short and adaptive tests."""

@@ -1,0 +1,307 @@
+"""Tasks as items of a test: how difficult each is, whether it tells models apart, and what is odd."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from enum import Enum
+from typing import TYPE_CHECKING
+
+from eai.abilities.declaration import AnswerOutcome
+from eai.results.certainty import LEVEL
+from eai.results.lines import AnswerLine
+from eai.results.published_scores import is_null_model
+from eai.results.rate import Rate
+from eai.results.student import two_sided_quantile
+from eai.results.suites import SUITE, SuiteKey, by_suite, case_of, score_of
+from eai.results.table import Cell, Estimate, Table
+from eai.studies.items.rasch import Rasch, fit_rasch, item_rest, reliability
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    Matrix = NDArray[np.float64]
+
+FEWEST_MODELS = 3
+_FOLDS = 10
+
+
+class Flag(str, Enum):
+    """What is to be known of a task before its answers are relied on."""
+
+    SATURATED = "saturated"
+    """All models solve it, or all but one."""
+    NO_PLAN = "unsolved: no plan"
+    """No model solves it, and the built-in planner finds that nothing can."""
+    PLAN_EXISTS = "unsolved: plan exists"
+    """No model solves it, but an answer made of the built-in planner's plan is right."""
+    UNSOLVED = "unsolved"
+    """No model solves it, and nobody knows whether it can be."""
+    NEGATIVE = "negative"
+    """Models that are better elsewhere are worse here."""
+    AMBIGUOUS = "ambiguous names"
+    """Its goals ask for the same of several objects that answers call by one name."""
+
+
+@dataclass(frozen=True, slots=True)
+class Scores:
+    """Who solved what, in one suite: the answers of all models to tasks that all of them have answers to.
+
+    Attributes:
+        models: the rows of the matrix.
+        tasks: its columns.
+        names: what near copies of each task share.
+        matrix: the scores, from 0 to 1.
+    """
+
+    models: tuple[str, ...]
+    tasks: tuple[str, ...]
+    names: tuple[str, ...]
+    matrix: Matrix
+
+
+TellsFlags = Callable[[SuiteKey, str, bool], Iterator[Flag]]
+"""What the data set says of a task: given its suite, its id, and whether no model solves it."""
+
+
+def no_flags(suite: SuiteKey, task: str, unsolved: bool) -> Iterator[Flag]:
+    """Nothing is known of tasks but who solves them."""
+    if unsolved:
+        yield Flag.UNSOLVED
+
+
+def scores_of(answers: Sequence[AnswerLine]) -> Scores:
+    """The scores of the answers of one suite; an answer in which nothing can be read scores nothing."""
+    import numpy as np
+
+    found: dict[str, dict[str, float]] = {}
+    names: dict[str, str] = {}
+    for answer in answers:
+        if answer.outcome != AnswerOutcome.EXCLUDED.value:
+            found.setdefault(answer.model, {})[answer.task] = Rate(*score_of(answer)).share or 0.0
+            names[answer.task] = answer.name
+    tasks = [task for task in names if all(task in scores for scores in found.values())]
+    matrix = np.array([[scores[task] for task in tasks] for scores in found.values()])
+    return Scores(tuple(found), tuple(tasks), tuple(names[task] for task in tasks), matrix)
+
+
+def item_tables(answers: Sequence[AnswerLine], flags: TellsFlags = no_flags) -> list[Table]:
+    """The tables of the analysis: of suites with answers of at least `FEWEST_MODELS` models.
+
+    Args:
+        answers: the answers of all models; those of null models are left out.
+        flags: what the data set says of tasks.
+    """
+    suites: list[tuple[Cell, ...]] = []
+    abilities: list[tuple[Cell, ...]] = []
+    items: list[tuple[Cell, ...]] = []
+    answers = [each for each in answers if not is_null_model(each.model)]
+    for suite, of_suite in by_suite(answers).items():
+        scores = scores_of(of_suite)
+        if len(scores.models) < FEWEST_MODELS or not scores.tasks:
+            continue
+        fitted, agreement = fit_rasch(scores.matrix), item_rest(scores.matrix)
+        suites.append((*suite, *_summary(scores, agreement)))
+        abilities += [(*suite, *row) for row in _abilities(of_suite, scores, fitted)]
+        checks = _first_checks(of_suite)
+        for place, task in enumerate(scores.tasks):
+            column = scores.matrix[:, place]
+            told = list(_flags(column, float(agreement[place])))
+            told += flags(suite, task, bool(column.max() == 0))
+            items.append(
+                (
+                    *suite,
+                    task,
+                    scores.names[place],
+                    _plain(float(column.sum())),
+                    len(column),
+                    _rounded(float(fitted.difficulties[place] - fitted.abilities.mean())),
+                    _rounded(float(fitted.difficulty_errors[place])),
+                    _rounded(float(agreement[place])),
+                    checks.get(task),
+                    ", ".join(flag.value for flag in told),
+                )
+            )
+    return [_suites_table(suites), _abilities_table(abilities), *_items_tables(items)]
+
+
+def _summary(scores: Scores, agreement: Matrix) -> tuple[Cell, ...]:
+    matrix = scores.matrix
+    solved = matrix.sum(axis=0)
+    known, average = held_out(scores)
+    alpha = reliability(matrix)
+    return (
+        len(scores.models),
+        len(scores.tasks),
+        int((solved >= len(scores.models) - 1).sum()),
+        int((solved == 0).sum()),
+        int((agreement < 0).sum()),
+        None if alpha is None else _rounded(alpha),
+        known,
+        average,
+    )
+
+
+def held_out(scores: Scores) -> tuple[float | None, float | None]:
+    """How well answers that were left out are predicted, by the Rasch model and by the models' means.
+
+    The area under the curve over all answers, each predicted from nine tenths of the others; None unless
+    scores are yes and no.
+    """
+    import numpy as np
+
+    matrix = scores.matrix
+    if not np.isin(matrix, (0.0, 1.0)).all():
+        return None, None
+    order = np.random.default_rng(0).permutation(matrix.size).reshape(matrix.shape)
+    chances, means = np.zeros(matrix.shape), np.zeros(matrix.shape)
+    for fold in range(_FOLDS):
+        out = order % _FOLDS == fold
+        kept = np.where(out, np.nan, matrix)
+        chances[out] = fit_rasch(kept).chances()[out]
+        means[out] = np.broadcast_to(np.nanmean(kept, axis=1, keepdims=True), matrix.shape)[out]
+    return _area(matrix, chances), _area(matrix, means)
+
+
+def _area(success: Matrix, predicted: Matrix) -> float | None:
+    """The chance that a success is predicted higher than a failure."""
+    from scipy.stats import rankdata
+
+    yes = success.ravel() == 1
+    wins, losses = int(yes.sum()), int((~yes).sum())
+    if not wins or not losses:
+        return None
+    ranks = rankdata(predicted.ravel().round(9))
+    return _rounded(float((ranks[yes].sum() - wins * (wins + 1) / 2) / (wins * losses)))
+
+
+def _abilities(answers: Sequence[AnswerLine], scores: Scores, fitted: Rasch) -> Iterator[tuple[Cell, ...]]:
+    """Each model with its ability and its score, the ablest first."""
+    order = sorted(range(len(scores.models)), key=lambda place: -fitted.abilities[place])
+    for place in order:
+        model = scores.models[place]
+        cases = [case_of(line, score_of(line)) for line in answers if line.model == model]
+        yield model, ability_estimate(scores, fitted, place), Estimate.of(cases)
+
+
+def ability_estimate(scores: Scores, fitted: Rasch, place: int) -> Estimate:
+    """The ability of a model, from the mean of all models.
+
+    Its variance is a jackknife over names, to first order and with difficulties taken as known, or, if that
+    is larger, the one that independent tasks would have.
+    """
+    import numpy as np
+
+    p = fitted.chances()
+    weights, residuals = p * (1 - p), scores.matrix - p
+    information = weights.sum(axis=1) + 1
+    value = float(fitted.abilities[place] - fitted.abilities.mean())
+    places = {name: number for number, name in enumerate(dict.fromkeys(scores.names))}
+    member = np.eye(len(places))[[places[name] for name in scores.names]]
+    if len(places) < 2:
+        return Estimate(_rounded(value))
+    changes = -(residuals @ member) / (information[:, None] - weights @ member)
+    own = changes[place] - changes.mean(axis=0)
+    share = np.full(len(information), -1 / len(information))
+    share[place] += 1
+    by_name = (len(places) - 1) / len(places) * float((own * own).sum())
+    by_task = float((share * share / information).sum())
+    half = two_sided_quantile(LEVEL, len(places) - 1) * math.sqrt(max(by_name, by_task))
+    return Estimate(_rounded(value), _rounded(value - half), _rounded(value + half))
+
+
+def _flags(column: Matrix, agreement: float) -> Iterator[Flag]:
+    if column.sum() >= len(column) - 1:
+        yield Flag.SATURATED
+    if agreement < 0:
+        yield Flag.NEGATIVE
+
+
+def _first_checks(answers: Sequence[AnswerLine]) -> Mapping[str, str]:
+    """Of each task the check that fails most models first."""
+    found: dict[str, Counter[str]] = {}
+    for answer in answers:
+        if answer.error_check is not None:
+            found.setdefault(answer.task, Counter())[answer.error_check] += 1
+    return {task: min(counts, key=lambda c: (-counts[c], c)) for task, counts in found.items()}
+
+
+def _rounded(number: float) -> float | None:
+    """To six digits, which is all that can be relied on to be the same everywhere."""
+    return None if math.isnan(number) else round(number, 6)
+
+
+def _plain(number: float) -> float:
+    return int(number) if number == int(number) else round(number, 6)
+
+
+def _suites_table(rows: Sequence[tuple[Cell, ...]]) -> Table:
+    return Table(
+        "tests",
+        "Suites as tests",
+        "saturated: tasks that all models solve, or all but one; unsolved: those that none does; negative: "
+        "those in which models that are better elsewhere are worse; alpha: Cronbach's, over models. The "
+        "last two are the chance that of an answer that is right and one that is wrong, both left out, the "
+        "right one is predicted higher: by ability and difficulty, and by the model's mean alone.",
+        (
+            *SUITE,
+            "models",
+            "tasks",
+            "saturated",
+            "unsolved",
+            "negative",
+            "alpha",
+            "held_out_rasch",
+            "held_out_mean",
+        ),
+        tuple(rows),
+    )
+
+
+def _abilities_table(rows: Sequence[tuple[Cell, ...]]) -> Table:
+    return Table(
+        "abilities",
+        "Models",
+        "logit is the ability by the Rasch model: a model of ability t solves a task of difficulty b with "
+        "the chance 1 / (1 + exp(b - t)); the models' mean is 0. Intervals are a jackknife over names of "
+        "tasks, with difficulties taken as known. The score is that of all tasks.",
+        (*SUITE, "answered_by", "logit", "score"),
+        tuple(rows),
+    )
+
+
+def _items_tables(rows: Sequence[tuple[Cell, ...]]) -> Iterator[Table]:
+    columns = (
+        *SUITE,
+        "task",
+        "name",
+        "solved",
+        "models",
+        "difficulty",
+        "difficulty_error",
+        "item_rest",
+        "check",
+        "flags",
+    )
+    flagged = tuple(row for row in rows if row[-1] and row[-1] != Flag.SATURATED.value)
+    yield Table(
+        "flagged",
+        "Tasks to look at",
+        "Tasks that no model solves, that worse models solve and better ones do not, or whose goals ask the"
+        " same of objects that answers call by one name. item_rest: the correlation over models with the "
+        "score in all other tasks; check: what most models fail at first.",
+        columns,
+        flagged,
+    )
+    yield Table(
+        "items",
+        "All tasks",
+        "Every task: how many models solve it (or the sum of their F1), its difficulty with its standard "
+        "error, its agreement with the others, and what is to be known of it.",
+        columns,
+        tuple(rows),
+        shown=0,
+    )

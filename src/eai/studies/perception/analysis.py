@@ -1,0 +1,258 @@
+"""Perception: what errors in the perceived scene cost, by their number, their kind and the facts lost.
+
+The horizontal axis is always the realised rate, counted in what was perceived, never what a channel was asked
+for and never the outcome. Tasks recur in runs, and near copies in tasks; the unit of every interval is the
+name of the task. What errors cost is told beside the same tasks without any, where there is a run without.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
+from typing import TypeAlias
+
+from eai.abilities.declarations import DECLARATIONS
+from eai.abilities.perceived import Perceived
+from eai.abilities.record import Record
+from eai.abilities.share import Share
+from eai.errors import InputError
+from eai.results.certainty import Case, Cases, certainty_of_difference
+from eai.results.perceived import perception_shares
+from eai.results.rate import Rate, rate_of
+from eai.results.summary import cases_of
+from eai.results.table import Cell, Estimate, Table
+
+PLAIN = "text"
+"""What a run is called whose questions tell of the scene as it is."""
+
+BOUNDS = (0, 5, 10, 20, 40, 100)
+"""The upper bounds of the groups of predicate error rates, in percent."""
+
+_RATES = ("predicate_error", "missing", "misplaced", "unnecessary", "object_error", "unseen")
+_LAST = 1000.0
+_COSTS = ("cases", "value", "without_errors", "cost")
+
+
+@dataclass(frozen=True, slots=True)
+class Seen:
+    """One task in one run: what was perceived, and what the answer adds to the metric."""
+
+    perceived: Perceived
+    case: Case
+
+    @property
+    def rate(self) -> float:
+        """The predicate error rate in percent; 0 where nothing is described."""
+        return Rate(*perception_shares(self.perceived)["predicate_error"]).percent or 0.0
+
+    @property
+    def kinds(self) -> frozenset[str]:
+        """The kinds of error in it; that facts about unseen objects are missing is no kind of its own."""
+        counts = {
+            "missing": 0 if self.perceived.unseen else self.perceived.missing,
+            "misplaced": self.perceived.misplaced,
+            "unnecessary": self.perceived.unnecessary,
+            "object hallucination": self.perceived.invented_names,
+            "unseen object": self.perceived.unseen,
+        }
+        return frozenset([kind for kind, count in counts.items() if count])
+
+    @property
+    def lost(self) -> frozenset[str]:
+        """The predicates of which described facts are lost or misplaced."""
+        return frozenset([name for name, counts in self.perceived.predicates.items() if counts[2]])
+
+    def with_share(self, share: Share) -> Case:
+        """What the task adds to another rate."""
+        return self.case._replace(share=share)
+
+
+Group: TypeAlias = Sequence[Seen]
+
+
+@dataclass(frozen=True)
+class PerceptionRuns:
+    """The runs of one model on one suite that show the scene in several ways.
+
+    Attributes:
+        metric: one of the ability's.
+        runs: the records of each way, by its name; `PLAIN` among them, where there is such a run.
+    """
+
+    metric: str
+    runs: dict[str, Sequence[Record]]
+
+    @cached_property
+    def seen(self) -> list[Seen]:
+        """All tasks in all runs of which it is known what was perceived."""
+        return [each for name in self.runs for each in self.of_run(name)]
+
+    def of_run(self, name: str) -> list[Seen]:
+        """The tasks of a run of which it is known what was perceived."""
+        cases = {case.task: case for case in self.cases(name)}
+        return [
+            Seen(record.perceived, cases[record.task_id])
+            for record in self.runs[name]
+            if record.perceived is not None and record.task_id in cases
+        ]
+
+    def cases(self, name: str) -> Cases:
+        """What each task of a run adds to the metric."""
+        records = self.runs[name]
+        return cases_of(records, records[0].ability).get(self.metric, ())
+
+    @cached_property
+    def plain(self) -> dict[str, Case]:
+        """What each task adds where the scene is told as it is."""
+        return {case.task: case for case in self.cases(PLAIN)} if PLAIN in self.runs else {}
+
+    def costs(self, group: Group) -> tuple[Cell, ...]:
+        """What stands in a row on a group of cases: `_COSTS`."""
+        cases = [each.case for each in group]
+        without = [self.plain[case.task] for case in cases if case.task in self.plain]
+        if not without or len(without) < len(cases):
+            return (len(cases), Estimate.of(cases), Estimate(None), Estimate(None))
+        certainty = certainty_of_difference(cases, without)
+        before, after = rate_of(c.share for c in without).percent, rate_of(c.share for c in cases).percent
+        cost = None if before is None or after is None else before - after
+        bounds = (None, None) if certainty is None else certainty.interval
+        return (len(cases), Estimate.of(cases), Estimate.of(without), Estimate(cost, *bounds))
+
+
+def perception_runs(runs: Sequence[Sequence[Record]], metric: str | None = None) -> PerceptionRuns:
+    """The runs of one model and suite.
+
+    Args:
+        runs: the records of each.
+        metric: one of the ability's main table; its first if None.
+
+    Raises:
+        InputError: there is no such metric, or none of the runs says what was perceived.
+    """
+    known = DECLARATIONS[runs[0][0].ability].main
+    chosen = next(iter(known)) if metric is None else metric
+    if chosen not in known:
+        raise InputError(f"--metric {chosen}: expected one of {', '.join(known)}")
+    found = PerceptionRuns(chosen, {_name(records): records for records in runs})
+    if not found.seen:
+        raise InputError("expected records that say what was perceived; eai run --scene noisy makes them")
+    return found
+
+
+def _name(records: Sequence[Record]) -> str:
+    experiment = records[0].experiment
+    return PLAIN if experiment is None or experiment.scene is None else experiment.scene
+
+
+def perception_tables(runs: PerceptionRuns) -> list[Table]:
+    """All tables."""
+    return [_by_run(runs), _by_rate(runs), _by_kind(runs), _by_predicate(runs)]
+
+
+def _by_run(runs: PerceptionRuns) -> Table:
+    return Table(
+        "perception_runs",
+        f"{runs.metric} by how the scene is shown",
+        f"A row a run: realised error rates in percent, then {runs.metric}. `predicate_error`: facts missing "
+        "or misplaced, of those described; `object_error`: names that the scene has not, of all names; "
+        "`missing`, `misplaced`, `unnecessary`: facts of these kinds, of those described, of described "
+        "relations, of perceived ones; `unseen`: objects not named, of all. Empty where a question does not "
+        "tell of a scene graph. Sorted by `predicate_error`.",
+        ("scene", *_RATES, "value"),
+        tuple(sorted(_run_rows(runs), key=_order)),
+    )
+
+
+def _run_rows(runs: PerceptionRuns) -> Iterator[tuple[Cell, ...]]:
+    for name in runs.runs:
+        seen = runs.of_run(name)
+        rates = [_rate(seen, rate) if seen else Estimate(None) for rate in _RATES]
+        yield (name, *rates, Estimate.of(runs.cases(name)))
+
+
+def _order(row: tuple[Cell, ...]) -> tuple[float, str]:
+    rate = row[1]
+    value = rate.value if isinstance(rate, Estimate) else None
+    return (-1.0 if value is None else value, str(row[0]))
+
+
+def _rate(seen: Group, name: str) -> Estimate:
+    """An error rate of a run; its interval is of tasks that differ in how much can be missed."""
+    return Estimate.of([each.with_share(perception_shares(each.perceived)[name]) for each in seen])
+
+
+def _by_rate(runs: PerceptionRuns) -> Table:
+    groups = [(0.0, 0.0), *pairwise(BOUNDS)]
+    return Table(
+        "perception_rates",
+        f"{runs.metric} by predicate error rate",
+        "A row a group of answers, of all runs, by the predicate error rate of their own scene graph: 0, or "
+        "above the first bound up to the second, in percent. Tasks of few facts are more often in the outer "
+        f"groups: `without_errors` is {runs.metric} of the same tasks told as they are, and `cost` the "
+        "difference in percentage points. `cases` counts a task once for each run. The group of 0 may have "
+        "unnecessary facts and unseen objects that nothing is said of.",
+        ("above", "up_to", *_COSTS),
+        tuple(
+            (low, high, *runs.costs(group))
+            for low, high in groups
+            if (group := [each for each in runs.seen if each.rate == high == 0 or low < each.rate <= high])
+        ),
+    )
+
+
+def _by_kind(runs: PerceptionRuns) -> Table:
+    kinds = sorted({kind for each in runs.seen for kind in each.kinds})
+    rows = [("none", *runs.costs([each for each in runs.seen if not each.kinds]))]
+    rows += [(kind, *runs.costs([each for each in runs.seen if each.kinds == {kind}])) for kind in kinds]
+    rows.append(("several", *runs.costs([each for each in runs.seen if len(each.kinds) > 1])))
+    return Table(
+        "perception_kinds",
+        f"{runs.metric} by kind of error",
+        "A row of answers whose scene graphs have errors of this kind and no other, however many. That facts "
+        "about an unseen object are missing belongs to `unseen object`.",
+        ("kind", *_COSTS),
+        tuple(row for row in rows if row[1]),
+    )
+
+
+def _by_predicate(runs: PerceptionRuns) -> Table:
+    names = sorted({name for each in runs.seen for name in each.lost})
+    rows = [_predicate_row(name, runs) for name in names]
+    return Table(
+        "perception_predicates",
+        "Which facts cost most when they are lost",
+        "A row a predicate: of its described facts how many were lost or misplaced (`lost`, in percent), "
+        f"then {runs.metric} of the answers in which facts of this predicate and of no other are lost, and "
+        "nothing else is wrong. `all_cases`: answers in which such facts are lost, whatever else is. "
+        "Sorted by cost.",
+        ("predicate", "lost", "all_cases", *_COSTS),
+        tuple(sorted(rows, key=_by_cost)),
+    )
+
+
+def _predicate_row(name: str, runs: PerceptionRuns) -> tuple[Cell, ...]:
+    having = [each for each in runs.seen if name in each.perceived.predicates]
+    lost = [each for each in having if name in each.lost]
+    alone = [each for each in lost if each.lost == {name} and _is_only_lost(each.perceived)]
+    told = Estimate.of([each.with_share(_lost_share(each.perceived, name)) for each in having])
+    return (name, told, len(lost), *runs.costs(alone))
+
+
+def _is_only_lost(perceived: Perceived) -> bool:
+    return not (perceived.unnecessary or perceived.invented_names or perceived.unseen)
+
+
+def _lost_share(perceived: Perceived, name: str) -> Share:
+    right, _, lost = perceived.predicates[name]
+    return Share(lost, right + lost)
+
+
+def _by_cost(row: tuple[Cell, ...]) -> tuple[float, str]:
+    """The costliest first; then by value, where there is nothing to compare with; without any case last."""
+    for place, sign in ((6, -1), (4, 1)):
+        cell = row[place]
+        if isinstance(cell, Estimate) and cell.value is not None:
+            return (sign * cell.value, str(row[0]))
+    return (_LAST, str(row[0]))

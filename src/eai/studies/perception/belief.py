@@ -1,0 +1,147 @@
+"""Tasks as someone believes them to be who has only perceived their scene.
+
+What is described of a scene is as it was perceived; all else, such as what objects are good for, is as it is.
+An object that is not perceived is not there for whoever plans: no action may name it, and it is of no kind. A
+name that the scene has not is an object like the first one whose name begins alike.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+
+from eai.abilities.protocol import Ability
+from eai.abilities.task import Task
+from eai.benchmark.benchmark import Benchmark
+from eai.benchmark.errata import NO_ERRATA
+from eai.logic.traversal import objects
+from eai.prompts.wording import subjects
+from eai.studies.perception.description import SceneWords
+from eai.studies.perception.scene_graph import NamedFact, SceneGraph
+from eai.studies.perception.supports import Supports
+from eai.tasks.source import Source, TaskSet
+from eai.world.state import Fact, Scene, State, WorldObject
+
+UNSEEN = "(unseen)"
+"""The category of an object that is not perceived."""
+
+_STEM = re.compile(r"[\W_]*\d*$")
+
+
+def scene_words(benchmark: Benchmark) -> SceneWords:
+    """How scene graphs of a benchmark say what is so: as prompts of action sequencing do."""
+    return SceneWords(benchmark.wording(Ability.ACTION_SEQUENCING))
+
+
+def perceiving(benchmark: Benchmark, graphs: Mapping[str, SceneGraph]) -> Benchmark:
+    """The benchmark as one plans in it who sees the scenes of scene graphs, by task id.
+
+    Goals that name what is not seen are passed over: nothing can be done about it.
+    """
+
+    def open_tasks(source: Source) -> TaskSet[Task]:
+        tasks, words = benchmark.tasks(source), scene_words(benchmark)
+
+        def believed(task_id: str) -> Task:
+            task, graph = tasks[task_id], graphs.get(task_id)
+            if graph is None:
+                return task
+            seen = believed_task(task, words, graph)
+            unseen = {thing.name for thing in seen.scene.objects if thing.category == UNSEEN}
+            goals = [each for each in seen.goals if unseen.isdisjoint(objects(each.formula))]
+            return replace(seen, goals=tuple(goals))
+
+        return TaskSet(tasks, believed, tasks.sha256)
+
+    return replace(benchmark, open_tasks=open_tasks, errata=NO_ERRATA)  # its tasks are corrected already
+
+
+def believed_task(task: Task, words: SceneWords, graph: SceneGraph) -> Task:
+    """The task with the scene that a graph shows."""
+    described = words.describe(task)
+    if set(graph.facts) == set(described.facts) and set(graph.names) == set(described.objects):
+        return task
+    believer = _Believer(task, words, graph)
+    return replace(task, initial=believer.state(described), relevant=believer.relevant())
+
+
+class _Believer:
+    """What one scene graph makes of one task."""
+
+    def __init__(self, task: Task, words: SceneWords, graph: SceneGraph) -> None:
+        self._task = task
+        self._words = words
+        self._graph = graph
+        names = words.names(task)
+        self._index = {name: index for index, name in enumerate(names)}
+        self._strangers = {name: self._model(name) for name in graph.names if name not in self._index}
+        self._index |= {name: len(names) + place for place, name in enumerate(self._strangers)}
+        agent = task.scene.agent
+        self._unseen = {i for i in task.relevant if names[i] not in graph.names and i != agent}
+
+    def relevant(self) -> tuple[int, ...]:
+        """What an answer may name: what is seen, be it there or not."""
+        seen = [index for index in self._task.relevant if index not in self._unseen]
+        return (*seen, *range(len(self._task.scene.objects), len(self._index)))
+
+    def state(self, described: SceneGraph) -> State:
+        """The perceived state."""
+        index, seen = self._index, set(self._graph.facts)
+        undescribed = set(self._task.initial.facts()) - {self._stored(fact) for fact in described.facts}
+        kept = [fact for fact in self._task.initial.facts() if fact in undescribed]
+        first = [fact for fact in described.facts if fact in seen]
+        further = [fact for fact in self._graph.facts if fact not in set(first)]
+        perceived = [self._stored(fact) for fact in self._possible([*first, *further], set(described.facts))]
+        copied = [
+            Fact(fact.predicate, (index[name],))
+            for name, model in self._strangers.items()
+            for fact in kept
+            if model is not None and fact.arguments == (model,) and self._is_static(fact.predicate)
+        ]
+        return self._scene().state([*kept, *perceived, *copied])
+
+    def _possible(self, facts: Sequence[NamedFact], described: set[NamedFact]) -> Iterator[NamedFact]:
+        """The facts that a state can hold: those with a stored form, without circles or second supports."""
+        words = self._words
+        single = {words.spelling(name) for name, form in words.stored.items() if self._is_single(form)}
+        supports = Supports(frozenset(words.spelling(name) for name in words.roles.supports))
+        for fact in facts:
+            if words.predicates[fact.predicate] not in words.stored:
+                continue
+            if fact not in described and fact.predicate in single and supports.rests(fact):
+                continue
+            if not supports.closes(fact):
+                supports.add(fact)
+                yield fact
+
+    def _stored(self, fact: NamedFact) -> Fact:
+        form = self._words.stored[self._words.predicates[fact.predicate]]
+        return Fact(form, tuple([self._index[name] for name in fact.arguments]))
+
+    def _scene(self) -> Scene:
+        """The objects: what is not seen is of no kind, what is seen without being there comes last."""
+        scene = self._task.scene
+        things = [
+            WorldObject(thing.name, UNSEEN) if index in self._unseen else thing
+            for index, thing in enumerate(scene.objects)
+        ]
+        for name, model in self._strangers.items():
+            things.append(
+                WorldObject(name, _STEM.sub("", name) if model is None else scene.objects[model].category)
+            )
+        return Scene(scene.vocabulary, things, scene.agent)
+
+    def _model(self, name: str) -> int | None:
+        """The first object that a prompt speaks of whose name begins like this one."""
+        stem = _STEM.sub("", name)
+        names = self._words.names(self._task)
+        return next((i for i in subjects(self._task) if _STEM.sub("", names[i]) == stem), None)
+
+    def _is_static(self, predicate: str) -> bool:
+        declared = self._task.scene.vocabulary.stored(predicate)
+        return declared is not None and declared.static
+
+    def _is_single(self, predicate: str) -> bool:
+        declared = self._task.scene.vocabulary.stored(predicate)
+        return declared is not None and declared.single

@@ -1,0 +1,104 @@
+"""The course of an answer in pictures: what the scene looks like at the start and after each of its steps.
+
+Records hold no states. The steps that a record says were carried out are carried out again.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from functools import cache
+from typing import TypeAlias
+
+from eai.abilities.action_sequencing.scorer import ActionSequencing
+from eai.abilities.experiment import World
+from eai.abilities.explanation import EXECUTED, Explanation, StepReport
+from eai.abilities.protocol import Ability, Protocol
+from eai.abilities.record import Record
+from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
+from eai.abilities.task import Task
+from eai.benchmark.registry import registered
+from eai.benchmark.suite import Suite, open_suite
+from eai.prompts.wording import subjects
+from eai.studies.perception.description import SceneWords
+from eai.studies.perception.pictures import picture_words
+from eai.studies.perception.tiles import Tile, tiles_of
+from eai.tasks.source import ErrataChoice, Source
+from eai.world.domain import Domain
+from eai.world.execution import Action, execute
+from eai.world.state import Scene, State
+
+Course: TypeAlias = "Sequence[Sequence[Tile]]"
+"""The outermost tiles at the start and after each step that was tried; nothing where they are not known."""
+
+
+def courses(source: Source) -> Callable[[Record], Course]:
+    """What gives the courses of records, from the data of a source; each suite is opened once."""
+
+    @cache
+    def suite_of(domain: str, ability: Ability, protocol: Protocol, *, errata: bool) -> Suite:
+        choice = ErrataChoice.CURRENT if errata else ErrataChoice.NONE
+        return open_suite(domain, ability, protocol, source=replace(source, errata=choice))
+
+    def course(record: Record) -> Course:
+        if record.domain not in registered() or _steps(record.explanation) == ():
+            return ()
+        errata = record.errata is not None
+        return course_of(record, suite_of(record.domain, record.ability, record.protocol, errata=errata))
+
+    return course
+
+
+def course_of(record: Record, suite: Suite) -> Course:
+    """The course of a record's answer; nothing where the data is not that of the record, or has no plan."""
+    if suite.data_sha256 != record.data_sha256 or record.task_id not in suite.task_ids:
+        return ()
+    scorer = suite.scorer(record.task_id)
+    if not isinstance(scorer, ActionSequencing | SubgoalDecomposition):
+        return ()
+    before, steps = _before(record), _steps(record.explanation)
+    states = states_along(scorer.domain, scorer.task.initial, [*before, *steps])
+    if states is None:
+        return ()
+    named = [i for step in steps for i in _action(step, scorer.task.scene).arguments]
+    shown = list(dict.fromkeys([*subjects(scorer.task), *named]))
+    words = picture_words(suite.benchmark)
+    return [_tiles(scorer.task, words, state, shown) for state in states[len(before) :]]
+
+
+def states_along(domain: Domain, initial: State, steps: Sequence[StepReport]) -> list[State] | None:
+    """The state at the start and after each step; None where a step that was carried out is not possible."""
+    states = [initial]
+    for step in steps:
+        now = states[-1]
+        if step.outcome == EXECUTED:
+            after = execute(domain, now, [_action(step, now.scene)])
+            if not after.executed:
+                return None
+            now = after.final
+        states.append(now)
+    return states
+
+
+def _tiles(task: Task, words: SceneWords, state: State, shown: Sequence[int]) -> list[Tile]:
+    agent = task.scene.agent
+    graph = words.describe(replace(task, initial=state), shown)
+    return tiles_of(graph, words, None if agent is None else words.names(task)[agent])
+
+
+def _action(step: StepReport, scene: Scene) -> Action:
+    """The action that a report writes as ``GRAB(soap.1002)``."""
+    operator, _, names = step.action.removesuffix(")").partition("(")
+    return Action(operator, tuple([scene.index[name] for name in names.split(", ") if name]))
+
+
+def _before(record: Record) -> list[StepReport]:
+    """What earlier attempts did in a world that goes on."""
+    experiment = record.experiment
+    if experiment is None or experiment.world is not World.CONTINUE:
+        return []
+    return [step for attempt in record.attempts[:-1] for step in _steps(attempt.explanation)]
+
+
+def _steps(explanation: Explanation | None) -> tuple[StepReport, ...]:
+    return () if explanation is None else explanation.steps

@@ -1,0 +1,155 @@
+"""Pictures of scenes: schematic ones, drawn from a state, and people's own, from a folder."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from enum import Enum
+from pathlib import Path
+from typing import Any
+
+from eai.abilities.task import Task
+from eai.benchmark.benchmark import Benchmark
+from eai.errors import InputError
+from eai.prompts.prompt import Image
+from eai.prompts.wording import subjects
+from eai.studies.perception.description import SceneWords
+from eai.studies.perception.drawing import Drawing, image_of, png
+from eai.studies.perception.layout import draw
+from eai.studies.perception.scene_graph import SceneGraph
+from eai.studies.perception.tiles import tiles_of
+from eai.world.state import State
+
+PNG = "image/png"
+MEDIA_TYPES = {".png": PNG, ".jpg": "image/jpeg", ".jpeg": "image/jpeg", ".webp": "image/webp"}
+"""The media types of pictures by how their files' names end."""
+
+MOST_HEIGHT = 1536
+"""How high a picture is at most, in pixels, unless a task takes more; models shrink higher ones."""
+
+
+class Clutter(str, Enum):
+    """How much a picture shows besides what the task is about.
+
+    ``none``: nothing. ``some``: up to as many other objects. ``many``: up to four times as many; fewer where
+    the picture would be higher than `MOST_HEIGHT`. Objects that are in or on what is shown come first. Where
+    a scene has no other objects, all three are alike.
+    """
+
+    NONE = "none"
+    SOME = "some"
+    MANY = "many"
+
+
+_TIMES = {Clutter.NONE: 0, Clutter.SOME: 1, Clutter.MANY: 4}
+
+
+@dataclass(frozen=True, slots=True)
+class Picture:
+    """A drawing of a state, with all that can be seen in it."""
+
+    drawing: Drawing
+    truth: SceneGraph
+
+
+def picture_words(benchmark: Benchmark) -> SceneWords:
+    """How pictures say what is so: as observations do, so that they show hands too."""
+    return SceneWords(benchmark.observed_wording())
+
+
+def picture_of(
+    task: Task,
+    words: SceneWords,
+    clutter: Clutter = Clutter.NONE,
+    state: State | None = None,
+    objects: Sequence[int] | None = None,
+) -> Picture:
+    """The picture of a task's scene.
+
+    Args:
+        task: the task.
+        words: what things are called.
+        clutter: how much else is shown.
+        state: a state of the scene; the initial one if None.
+        objects: what to show, by index; what a prompt speaks of if None.
+    """
+    shown = subjects(task) if objects is None else objects
+    others = _others(task, words, shown, clutter)
+    now = task if state is None else replace(task, initial=state)
+    names, agent = words.names(task), task.scene.agent
+    doer = None if agent is None else names[agent]
+    while True:
+        truth = words.describe(now, [*shown, *others])
+        drawing = draw(tiles_of(truth, words, doer, [names[index] for index in others]))
+        if drawing.height <= MOST_HEIGHT or not others:
+            return Picture(drawing, truth)
+        others = others[: len(others) * 3 // 4]
+
+
+def drawn_images(
+    benchmark: Benchmark, tasks: Mapping[str, Task], clutter: Clutter
+) -> dict[str, tuple[Image, ...]]:
+    """A schematic picture of the initial state of each task, as PNG.
+
+    Raises:
+        EaiError: the library that draws them is not installed.
+    """
+    words = picture_words(benchmark)
+    return {i: (Image(PNG, png(picture_of(task, words, clutter).drawing)),) for i, task in tasks.items()}
+
+
+def pixels(task: Task, benchmark: Benchmark, state: State, objects: Sequence[int]) -> Any:
+    """The picture of some objects in a state of a task, as an array of numpy's: height, width, 3 colours.
+
+    Raises:
+        EaiError: the library that draws them is not installed.
+    """
+    drawn = image_of(picture_of(task, picture_words(benchmark), state=state, objects=objects).drawing)
+    import numpy as np  # which comes with matplotlib
+
+    return np.asarray(drawn)
+
+
+def images_in(folder: Path, task_ids: Iterable[str]) -> dict[str, tuple[Image, ...]]:
+    """The pictures in a folder by task: the files whose names begin with its id, in their order.
+
+    Raises:
+        InputError: there is no picture of a task, or a file cannot be read.
+    """
+    known = list(task_ids)
+    files: dict[str, list[Path]] = {}
+    for file in sorted(folder.glob("*")):
+        is_image = file.suffix.lower() in MEDIA_TYPES and file.is_file()
+        owner = _owner(file.stem, known) if is_image else None
+        if owner is not None:
+            files.setdefault(owner, []).append(file)
+    lacking = [task_id for task_id in known if task_id not in files]
+    if lacking:
+        shown = ", ".join(lacking[:3]) + (", ..." if len(lacking) > 3 else "")
+        raise InputError(f"--images {folder}: no picture of {len(lacking)} of {len(known)} tasks ({shown})")
+    try:
+        return {
+            i: tuple([Image(MEDIA_TYPES[file.suffix.lower()], file.read_bytes()) for file in files[i]])
+            for i in known
+        }
+    except OSError as error:
+        raise InputError(f"--images {folder}: cannot be read ({error.strerror})") from error
+
+
+def _owner(stem: str, task_ids: Sequence[str]) -> str | None:
+    """The task whose id a file's name begins with: the longest one, ended by no letter or digit."""
+    begun = [i for i in task_ids if stem == i or (stem.startswith(i) and not stem[len(i)].isalnum())]
+    return max(begun, key=len, default=None)
+
+
+def _others(task: Task, words: SceneWords, shown: Sequence[int], clutter: Clutter) -> list[int]:
+    """Further objects to show, those first that are in or on what is shown."""
+    state, scene = task.initial, task.scene
+    said = {index for fact in words.holding(state, range(len(scene.objects))) for index in fact.arguments}
+    near = 0
+    for name in words.roles.supports:
+        relation = state.relation(words.stored[name])
+        for index in shown:
+            near |= relation.column(index)
+    ranked = sorted(said.difference(shown), key=lambda index: (not near >> index & 1, index))
+    return ranked[: _TIMES[clutter] * len(shown)]

@@ -1,0 +1,1 @@
+"""Pipelines: what one ability answers is what the next is told."""

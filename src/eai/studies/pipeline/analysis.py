@@ -1,0 +1,253 @@
+"""Pipelines against single abilities (paper, "Pipeline-based vs modularized"): where the loss comes from.
+
+Two runs are compared on the same tasks: modular, where questions state the goals of the task, and the
+pipeline, where they state those that a model interpreted itself. Tasks are told apart by how right these are;
+where they are right, nothing is lost to interpretation. What a perfect second stage would make of them is
+found by search.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from enum import Enum
+
+from eai.abilities.declarations import DECLARATIONS
+from eai.abilities.goal_interpretation.verdict import GoalVerdict
+from eai.abilities.record import Record, Stated
+from eai.abilities.share import of_all
+from eai.errors import InputError
+from eai.results.certainty import Case, certainty_of_difference
+from eai.results.comparison import Difference, compare
+from eai.results.rate import rate_of
+from eai.results.summary import cases_of, name_of
+from eai.results.table import Cell, Estimate, Table
+
+
+class Believed(str, Enum):
+    """How right the goals are that a question states."""
+
+    RIGHT = "exactly right"
+    MORE = "all, and others"
+    FEWER = "some missing"
+    NONE = "no answer"
+
+    @classmethod
+    def of(cls, stated: Stated | None) -> Believed:
+        """What was stated: all that is stated besides the goals is one of the others, whatever it is."""
+        if stated is None:
+            return cls.NONE
+        _, others, missed = stated.goal_counts
+        return cls.FEWER if missed else cls.MORE if others else cls.RIGHT
+
+
+@dataclass(frozen=True, slots=True)
+class Pipeline:
+    """A model's run of one ability alone, and the same where the goals are interpreted ones.
+
+    Attributes:
+        modular: the records of the one, at least one.
+        pipeline: those of the other, of the same suite under the same protocol.
+        reachable: whether a perfect second stage reaches the goals of the task, by id; empty if not known.
+        interpreted: the verdicts on the goals, by task id; empty if not known.
+        paper: the figures of the paper for the model, by metric: modular and pipeline.
+
+    Raises:
+        InputError: the records do not belong together.
+    """
+
+    modular: Sequence[Record]
+    pipeline: Sequence[Record]
+    reachable: Mapping[str, bool]
+    interpreted: Mapping[str, GoalVerdict]
+    paper: Mapping[str, tuple[float | None, float | None]]
+
+    def __post_init__(self) -> None:
+        one, other = (
+            {(r.protocol, r.domain, r.ability) for r in side} for side in (self.modular, self.pipeline)
+        )
+        if len(one) != 1 or one != other:
+            raise InputError("expected records of one domain, ability and protocol on both sides")
+        if any(record.experiment is not None for record in self.modular):
+            raise InputError("expected plain records on the modular side, found an experiment")
+        if any(r.experiment is None or r.experiment.goals_from is None for r in self.pipeline):
+            raise InputError("expected records of a pipeline on the other side; eai score --goals makes them")
+
+    @property
+    def metric(self) -> str:
+        """The metric of success."""
+        return next(iter(DECLARATIONS[self.modular[0].ability].main))
+
+    def tables(self) -> list[Table]:
+        """All tables for which there is what they need."""
+        made = [self._stages(), self._goals(), self._first_stage()]
+        return [*made, self._missed()] if self.interpreted else made
+
+    def _stages(self) -> Table:
+        """Each rate in both runs, beside those of the paper."""
+        declared = DECLARATIONS[self.modular[0].ability]
+        differences = {each.metric: each for each in compare(self.modular, self.pipeline).differences}
+        before, after = (
+            cases_of(self._shared(side), declared.ability) for side in (self.modular, self.pipeline)
+        )
+        rows: list[tuple[Cell, ...]] = []
+        for metric in declared.terminal:
+            one, other = before.get(metric, []), after.get(metric, [])
+            p_value = differences[metric].p_value if metric in differences else None
+            figures = self.paper.get(metric, (None, None)) if self.paper else ()
+            rows.append(
+                (metric, Estimate.of(one), Estimate.of(other), _difference(one, other), p_value, *figures)
+            )
+        columns = ("metric", "modular", "pipeline", "difference", "p")
+        return Table(
+            "stages",
+            "Modular and pipeline",
+            "Percent, and pipeline minus modular in points, with 95 % intervals whose units are the names of "
+            "tasks; p is of the exact test in which the tasks of a name share a coin (McNemar's where each "
+            "task has its own)." + (" Beside them the paper's figures for this model." if self.paper else ""),
+            (*columns, "paper modular", "paper pipeline") if self.paper else columns,
+            tuple(rows),
+        )
+
+    def _goals(self) -> Table:
+        """Success in both runs by how right the stated goals are."""
+        believed = {record.task_id: Believed.of(record.stated) for record in self._shared(self.pipeline)}
+        rows = []
+        for kind in (*Believed, None):
+            tasks = {task for task, what in believed.items() if kind in (what, None)}
+            if tasks:
+                rows.append(self._goal_row("all" if kind is None else kind.value, tasks))
+        perfect = ("perfect stage 2",) if self.reachable else ()
+        return Table(
+            "goals",
+            "Where the loss comes from",
+            "Tasks by the goals that their questions stated, success in both runs, and how many tasks only "
+            "one of them solves. Goals are judged under strict; others are wrong goals, ill-formed ones and "
+            "such as name what does not exist." + (_PERFECT if perfect else ""),
+            ("goals", "tasks", "modular", "pipeline", "difference", "p", *_ONLY, *perfect),
+            tuple(rows),
+        )
+
+    def _goal_row(self, heading: str, tasks: Collection[str]) -> tuple[Cell, ...]:
+        modular, pipeline = self._of(self.modular, tasks), self._of(self.pipeline, tasks)
+        success: Difference = compare(modular, pipeline).differences[0]
+        one, other = (cases_of(side, side[0].ability)[self.metric] for side in (modular, pipeline))
+        reached = [case._replace(share=of_all(self.reachable.get(case.task, False))) for case in other]
+        return (
+            heading,
+            len(one),
+            Estimate.of(one),
+            Estimate.of(other),
+            _difference(one, other),
+            success.p_value,
+            len(success.only_first),
+            len(success.only_second),
+            *((Estimate.of(reached),) if self.reachable else ()),
+        )
+
+    def _first_stage(self) -> Table:
+        """What stage 1 came to, and what became of the task in stage 2."""
+        records = self._shared(self.pipeline)
+        kinds: dict[str, Callable[[Record], bool]] = {
+            "no answer": lambda record: record.stated is None,
+            "unreadable, so that no goals were stated": lambda r: bool(
+                r.stated and r.stated.stage_1_unreadable
+            ),
+            "names what does not exist": lambda r: bool(r.stated and r.stated.stage_1_unknown),
+            "has ill-formed entries": lambda r: bool(r.stated and r.stated.stage_1_left_out),
+        }
+        successes = {case.task: case for case in cases_of(records, records[0].ability)[self.metric]}
+        rows = []
+        for heading, is_so in kinds.items():
+            found = [successes[record.task_id] for record in records if is_so(record)]
+            rows.append((heading, len(found), Estimate.of(found)))
+        return Table(
+            "stage_1",
+            "What the first stage came to",
+            "How many tasks had such an answer to goal interpretation, and success in the pipeline. All of "
+            "them are in every rate above.",
+            ("answer", "tasks", "pipeline"),
+            tuple(rows),
+        )
+
+    def _missed(self) -> Table:
+        """Which conditions the goals lack, and what became of the tasks that lack one."""
+        asked: dict[str, list[Case]] = {}
+        names = {record.task_id: name_of(record) for record in self._shared(self.pipeline)}
+        for task, name in names.items():
+            verdict = self.interpreted.get(task)
+            if verdict is not None:
+                for condition, missed in _conditions(verdict):
+                    asked.setdefault(condition, []).append(Case(task, name, of_all(missed)))
+        order = sorted(asked, key=lambda each: (-sum(case.share.numerator for case in asked[each]), each))
+        rows: list[tuple[Cell, ...]] = []
+        for condition in order:
+            tasks = {case.task for case in asked[condition] if case.share.numerator}
+            sides = [
+                rate_of(
+                    case.share
+                    for case in cases_of(self._of(side, tasks), side[0].ability).get(self.metric, ())
+                )
+                for side in (self.modular, self.pipeline)
+            ]
+            rows.append(
+                (condition, Estimate.of(asked[condition]), len(tasks), *(int(s.numerator) for s in sides))
+            )
+        return Table(
+            "missed",
+            "Which conditions are missing",
+            "Of the conditions that tasks ask for, the share that the stated goals lack; how many tasks lack "
+            "at least one, and how many of these each run solves.",
+            ("condition", "missing", "tasks", "modular solves", "pipeline solves"),
+            tuple(rows),
+        )
+
+    def _shared(self, side: Sequence[Record]) -> list[Record]:
+        """The records of one side on the tasks that both have scored."""
+        scored = [
+            {record.task_id for record in records if record.verdict.excluded is None}
+            for records in (self.modular, self.pipeline)
+        ]
+        return self._of(side, scored[0] & scored[1])
+
+    def _of(self, side: Sequence[Record], tasks: Collection[str]) -> list[Record]:
+        return [record for record in side if record.task_id in tasks]
+
+
+def pooled(pipelines: Sequence[Pipeline]) -> Pipeline:
+    """Several as one, in which each answer to a task is one to a task of its own, of the same name."""
+    numbered = list(enumerate(pipelines))
+    return Pipeline(
+        [_numbered(number, record) for number, each in numbered for record in each.modular],
+        [_numbered(number, record) for number, each in numbered for record in each.pipeline],
+        {f"{number} {task}": value for number, each in numbered for task, value in each.reachable.items()},
+        {f"{number} {task}": value for number, each in numbered for task, value in each.interpreted.items()},
+        {},
+    )
+
+
+def _numbered(number: int, record: Record) -> Record:
+    return replace(record, task_id=f"{number} {record.task_id}")
+
+
+_PERFECT = (
+    " A perfect stage 2 finds a plan for the stated goals by search, where there is one, and is judged under "
+    "strict: a yardstick and no bound, since a model may reach goals that it did not state."
+)
+_ONLY = ("only modular", "only pipeline")
+
+
+def _difference(one: Sequence[Case], other: Sequence[Case]) -> Estimate:
+    """The second rate minus the first, in percentage points."""
+    before, after = (rate_of(case.share for case in cases).percent for cases in (one, other))
+    certainty = certainty_of_difference(one, other)
+    if before is None or after is None:
+        return Estimate(None)
+    low, high = (None, None) if certainty is None else certainty.interval
+    return Estimate(after - before, low, high)
+
+
+def _conditions(verdict: GoalVerdict) -> Iterator[tuple[str, bool]]:
+    """The conditions that are asked for, by predicate, and whether each is missing."""
+    for conditions, missed in ((verdict.matched, False), (verdict.missing, True)):
+        yield from ((condition.partition("(")[0], missed) for condition in conditions)

@@ -1,0 +1,182 @@
+"""The first stage of a pipeline: a model's answers to goal interpretation, whose goals questions then state.
+
+What comes of an answer is defined for any. One that can be read states what it says, be it right, wrong or
+about nothing that exists. One that cannot be read states no goals; the second stage is asked all the same.
+Where there is none, nothing is asked, and the task counts as not answered. None leaves a denominator.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from eai.abilities.codec import sha256_of
+from eai.abilities.experiment import Experiment
+from eai.abilities.goal_interpretation.stated import read_stated
+from eai.abilities.goal_interpretation.verdict import GoalVerdict
+from eai.abilities.protocol import Ability
+from eai.abilities.record import Record, Stated
+from eai.abilities.responses import file_name, read_responses
+from eai.abilities.verdict import ALL, Confusion
+from eai.benchmark.answer_files import files_of_suite
+from eai.benchmark.benchmark import Benchmark
+from eai.benchmark.suite import Suite, open_suite
+from eai.data.files import files_below
+from eai.errors import InputError
+from eai.prompts.believed import Belief
+from eai.scoring.records import read_records
+from eai.scoring.results import RECORDS
+from eai.tasks.source import Source
+
+STAGE_TWO = (Ability.ACTION_SEQUENCING, Ability.SUBGOAL_DECOMPOSITION)
+"""The abilities whose questions state the goals of a task."""
+
+STATED = "stated"
+"""The field of a question's metadata that has the answer whose goals it states instead of the task's."""
+
+
+@dataclass(frozen=True, slots=True)
+class Interpretations:
+    """The answers of one model to goal interpretation, by task id."""
+
+    model: str
+    answers: Mapping[str, str]
+
+
+@dataclass(frozen=True, slots=True)
+class BelievedGoals:
+    """What a model's answers to goal interpretation state, by task id; tasks without an answer are left out.
+
+    Attributes:
+        model: who answered.
+        beliefs: what a question is to state.
+        stated: the same, as records have it.
+    """
+
+    model: str
+    beliefs: Mapping[str, Belief]
+    stated: Mapping[str, Stated]
+
+    lacking = "there is no answer to goal interpretation that would state the goals"
+    """Why a task without a first stage has no second one."""
+
+    @property
+    def about(self) -> dict[str, dict[str, str]]:
+        """What the built-in models are to know of questions that state these goals, by task."""
+        return {task_id: {STATED: belief.answer} for task_id, belief in self.beliefs.items()}
+
+    @property
+    def experiment(self) -> Experiment:
+        """What a run is an experiment of that states these goals."""
+        return Experiment(goals_from=self.model)
+
+    def marked(self, record: Record) -> Record:
+        """The record of an answer to a question that stated these goals."""
+        return replace(record, experiment=self.experiment, stated=self.stated.get(record.task_id))
+
+
+def read_believed(
+    path: Path, benchmark: Benchmark, ability: Ability, source: Source, model: str = ""
+) -> BelievedGoals:
+    """What the answers in a file or folder state, for the second stage (`read_interpretations`).
+
+    Raises:
+        InputError: the second stage is no ability whose questions state goals, or there are no such answers.
+    """
+    refuse_no_stage_two(ability)
+    return believe(read_interpretations(path, benchmark, source, model), benchmark, source)
+
+
+def refuse_no_stage_two(ability: Ability) -> None:
+    """Raise if questions of an ability state no goals."""
+    if ability not in STAGE_TWO:
+        known = " and ".join(each.value for each in STAGE_TWO)
+        raise InputError(f"--goals: questions of {known} state goals, those of {ability.value} do not")
+
+
+def believe(interpretations: Interpretations, benchmark: Benchmark, source: Source) -> BelievedGoals:
+    """What answers state of the tasks of a benchmark, and how right that is under the default protocol."""
+    suite = open_suite(benchmark, Ability.GOAL_INTERPRETATION, source=source)
+    beliefs: dict[str, Belief] = {}
+    stated: dict[str, Stated] = {}
+    for task_id in suite.task_ids:
+        if task_id in interpretations.answers:
+            answer = interpretations.answers[task_id]
+            beliefs[task_id], stated[task_id] = _believed(answer, task_id, suite)
+    return BelievedGoals(interpretations.model, beliefs, stated)
+
+
+def _believed(answer: str, task_id: str, suite: Suite) -> tuple[Belief, Stated]:
+    task, benchmark = suite.tasks[task_id], suite.benchmark
+    read = read_stated(answer, task, benchmark.domain, benchmark.goals)
+    stated = Stated(
+        goals_sha256=sha256_of(answer),
+        goal_counts=goal_counts(suite.score(task_id, answer)),
+        stage_1_unreadable=read.unreadable is not None,
+        stage_1_unknown=read.unknown,
+        stage_1_left_out=len(read.left_out),
+    )
+    return Belief(replace(task, goals=read.goals), answer), stated
+
+
+def goal_counts(verdict: object) -> Confusion:
+    """The goals that are right, those that are not, and those that are missed.
+
+    Not right is all else that is stated: wrong goals, ill-formed ones, and such as name what does not exist.
+    """
+    if not isinstance(verdict, GoalVerdict) or verdict.counts is None:
+        raise TypeError(f"{verdict} is no verdict on goals")
+    right, wrong, missed = verdict.counts[ALL]
+    return Confusion(right, wrong + verdict.ill_formed + len(verdict.hallucinated), missed)
+
+
+def read_interpretations(
+    path: Path, benchmark: Benchmark, source: Source, model: str = ""
+) -> Interpretations:
+    """The answers in a response file, in records, or in a folder of either, where records come first.
+
+    Args:
+        path: the file or folder.
+        benchmark: whose tasks they are answers to.
+        source: where its data comes from.
+        model: whose answers are wanted where there are those of several.
+
+    Raises:
+        InputError: there are none, or those of several models and none of the one that is wanted.
+    """
+    if path.is_dir():
+        found = list(_in_records(files_below(path, RECORDS), benchmark)) or list(
+            _in_responses(path, benchmark, source)
+        )
+    elif path.suffix == ".jsonl":
+        found = list(_in_records([path], benchmark))
+    else:
+        found = list(_in_responses(path, benchmark, source))
+    by_model = {each.model: each for each in found}
+    if model and len(by_model) > 1 and file_name(model) in by_model:
+        return by_model[file_name(model)]
+    if len(by_model) != 1:
+        names = ", ".join(sorted(by_model)) or "none"
+        wanted = f"{benchmark.name} {Ability.GOAL_INTERPRETATION.value}"
+        raise InputError(f"{path}: expected answers to {wanted} of one model, found {names}")
+    return found[0]
+
+
+def _in_records(files: list[Path], benchmark: Benchmark) -> Iterator[Interpretations]:
+    for file in files:
+        answers: dict[str, dict[str, str]] = {}
+        for record in read_records(file):
+            if (record.domain, record.ability) != (benchmark.name, Ability.GOAL_INTERPRETATION):
+                break
+            if record.unanswered is None:
+                answers.setdefault(record.model, {})[record.task_id] = record.response
+        for model, of_model in answers.items():
+            yield Interpretations(model, of_model)
+
+
+def _in_responses(path: Path, benchmark: Benchmark, source: Source) -> Iterator[Interpretations]:
+    task_ids = tuple(benchmark.tasks_for(Ability.GOAL_INTERPRETATION, source))
+    for file in files_of_suite(path, benchmark.name, Ability.GOAL_INTERPRETATION):
+        read = read_responses(file, task_ids, benchmark.task_id_of)
+        yield Interpretations(read.model, {each.task_id: each.text for each in read.responses})

@@ -1,0 +1,1 @@
+"""How much depends on the way in which a question is put."""

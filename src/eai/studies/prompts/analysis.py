@@ -1,0 +1,244 @@
+"""Prompt variability (paper, appendix on prompts): how much an answer's worth depends on how one asks.
+
+Runs of several models, each with several prompts, on the same tasks make a matrix of one metric. From it: do
+models agree on which prompt is best, how much of the variance is the prompt's, and does any prompt gain
+something that is more than chance, given that the best of many was picked.
+"""
+
+from __future__ import annotations
+
+import math
+import random
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+from eai.abilities.declaration import AnswerOutcome
+from eai.abilities.declarations import DECLARATIONS
+from eai.abilities.record import Record
+from eai.abilities.share import NOTHING, Share
+from eai.errors import InputError
+from eai.results.breakdown import outcome
+from eai.results.certainty import Case, Cases
+from eai.results.comparison import compare
+from eai.results.ranking import holm, kendall_tau_b, kendall_w, shared_at_top, two_way_shares
+from eai.results.rate import Rate, rate_of
+from eai.results.summary import contributions, name_of
+from eai.results.table import Cell, Estimate, Table
+
+PLAIN = "(no name)"
+"""What the prompts of a run without a name are called."""
+
+TOP = 3
+DRAWS = 1000
+SEED = 20240901
+ALL = "all models"
+
+
+@dataclass(frozen=True, slots=True)
+class Matrix:
+    """One metric of runs of each model with each prompt, on the tasks that all of them have.
+
+    Attributes:
+        metric: its name.
+        prompts: in the order of the runs.
+        models: likewise.
+        records: prompt and model -> the scored records, of the same tasks in the same order.
+    """
+
+    metric: str
+    prompts: tuple[str, ...]
+    models: tuple[str, ...]
+    records: Mapping[tuple[str, str], Sequence[Record]]
+
+    def cases(self, prompt: str, model: str) -> Cases:
+        """What each task adds to a cell."""
+        records = self.records[prompt, model]
+        shares = contributions([record.verdict for record in records], records[0].ability)
+        return [
+            Case(record.task_id, name_of(record), share.get(self.metric, NOTHING))
+            for record, share in zip(records, shares, strict=True)
+        ]
+
+    def format_errors(self, prompt: str, model: str) -> Cases:
+        """What each task adds to the rate of answers that cannot be read."""
+        return [
+            Case(record.task_id, name_of(record), Share(int(outcome(record) is AnswerOutcome.PARSING), 1))
+            for record in self.records[prompt, model]
+        ]
+
+    def value(self, prompt: str, model: str) -> float:
+        """A cell in percent; 0 where the metric is of nothing."""
+        return rate_of(case.share for case in self.cases(prompt, model)).percent or 0.0
+
+    def column(self, model: str) -> list[float]:
+        """The cells of a model, by prompt."""
+        return [self.value(prompt, model) for prompt in self.prompts]
+
+
+def matrix_of(runs: Sequence[tuple[str, Sequence[Record]]], metric: str | None = None) -> Matrix:
+    """The matrix of runs of one suite and protocol.
+
+    Args:
+        runs: the name of the prompts, and the records of one model.
+        metric: one of the ability's; the first of its main table if None.
+
+    Raises:
+        InputError: a model lacks a prompt that another has, there are fewer than two prompts, no task is
+            in all runs, or there is no such metric.
+    """
+    prompts = tuple(dict.fromkeys(name for name, _ in runs))
+    models = tuple(dict.fromkeys(records[0].model for _, records in runs))
+    found = {(name, records[0].model): records for name, records in runs}
+    known = DECLARATIONS[runs[0][1][0].ability].main
+    chosen = next(iter(known)) if metric is None else metric
+    if chosen not in known:
+        raise InputError(f"--metric {chosen}: expected one of {', '.join(known)}")
+    if len(prompts) < 2:
+        raise InputError(f"expected runs with two prompts or more, found {prompts[0]} alone")
+    for prompt in prompts:
+        for model in models:
+            if (prompt, model) not in found:
+                raise InputError(f"{model} has no run with the prompts {prompt}")
+    scored = {
+        place: {record.task_id: record for record in records if record.verdict.excluded is None}
+        for place, records in found.items()
+    }
+    first = next(iter(scored.values()))
+    tasks = [task for task in first if all(task in records for records in scored.values())]
+    if not tasks:
+        raise InputError("expected runs on the same tasks, found no task that all of them have")
+    shared = {place: [records[task] for task in tasks] for place, records in scored.items()}
+    return Matrix(chosen, prompts, models, shared)
+
+
+def prompt_tables(matrix: Matrix, reference: str) -> list[Table]:
+    """All tables; ``reference`` are the prompts that gains are measured from.
+
+    Raises:
+        InputError: there are no such prompts.
+    """
+    if reference not in matrix.prompts:
+        raise InputError(f"--reference {reference}: expected one of {', '.join(matrix.prompts)}")
+    return [_cells(matrix), _agreement(matrix), _variance(matrix), _gains(matrix, reference)]
+
+
+def _cells(matrix: Matrix) -> Table:
+    tasks = len(next(iter(matrix.records.values())))
+    return Table(
+        "prompts",
+        f"{matrix.metric} by prompt and model",
+        f"{matrix.metric} in percent, of the {tasks} tasks that all runs have scored answers to; "
+        "`format_errors`: share of answers that cannot be read, in percent. Intervals have the names of "
+        "tasks as units.",
+        ("prompt", "answered_by", "value", "format_errors"),
+        tuple(
+            (
+                prompt,
+                model,
+                Estimate.of(matrix.cases(prompt, model)),
+                Estimate.of(matrix.format_errors(prompt, model)),
+            )
+            for prompt in matrix.prompts
+            for model in matrix.models
+        ),
+    )
+
+
+def _agreement(matrix: Matrix) -> Table:
+    columns = {model: matrix.column(model) for model in matrix.models}
+    drawn = list(_drawn(matrix))
+    rows: list[tuple[Cell, ...]] = []
+    for first, second in combinations(matrix.models, 2):
+        tau = kendall_tau_b(columns[first], columns[second])
+        again = [kendall_tau_b(each[first], each[second]) for each in drawn]
+        shared = shared_at_top(columns[first], columns[second], min(TOP, len(matrix.prompts)))
+        rows.append((first, second, _interval(tau, again), shared, None))
+    if len(matrix.models) > 1:
+        concordance = kendall_w(list(columns.values()))
+        again = [kendall_w(list(each.values())) for each in drawn]
+        rows.append((ALL, None, Estimate(None), None, _interval(concordance, again)))
+    return Table(
+        "prompt_agreement",
+        "Do models agree on which prompts are better?",
+        "`tau`: Kendall's tau-b of the prompts' order in two models (1 the same, -1 the reverse); "
+        f"`shared_top`: how many of the best {min(TOP, len(matrix.prompts))} are so in both; `concordance`: "
+        "Kendall's W of all models (0 none, 1 the same order). Intervals are percentiles of "
+        f"{DRAWS} draws of task names: how far the measured agreement rests on these tasks. They are not "
+        "where the agreement of the true orders is: chance makes it look lower where prompts are close. "
+        "Empty where all prompts are equal in a model.",
+        ("one", "other", "tau", "shared_top", "concordance"),
+        tuple(rows),
+    )
+
+
+def _drawn(matrix: Matrix) -> Iterator[dict[str, list[float]]]:
+    """The columns of the matrix for names drawn with replacement, the same ones for all runs."""
+    sums: dict[tuple[str, str], dict[str, Share]] = {}
+    for place in matrix.records:
+        of_names = sums[place] = {}
+        for case in matrix.cases(*place):
+            before = of_names.get(case.name, NOTHING)
+            added = (before.numerator + case.share.numerator, before.denominator + case.share.denominator)
+            of_names[case.name] = Share(*added)
+    names = list(next(iter(sums.values())))
+    generator = random.Random(SEED)  # noqa: S311 - statistics, not secrets
+    for _ in range(DRAWS):
+        draw = generator.choices(names, k=len(names))
+        yield {
+            model: [_rate(sums[prompt, model], draw) for prompt in matrix.prompts] for model in matrix.models
+        }
+
+
+def _rate(of_names: Mapping[str, Share], draw: Sequence[str]) -> float:
+    numerator = sum(of_names[name].numerator for name in draw)
+    return Rate(numerator, sum(of_names[name].denominator for name in draw)).percent or 0.0
+
+
+def _interval(value: float | None, again: Sequence[float | None]) -> Estimate:
+    """The value with percentiles of what draws give; without them where some draws give nothing."""
+    known = sorted(each for each in again if each is not None)
+    if value is None or len(known) < len(again):
+        return Estimate(value)
+    low, high = (known[math.floor(share * (len(known) - 1))] for share in (0.025, 0.975))
+    return Estimate(value, low, high)
+
+
+def _variance(matrix: Matrix) -> Table:
+    shares = two_way_shares([matrix.column(model) for model in matrix.models])
+    named = zip(("model", "prompt", "rest"), shares or (None, None, None), strict=True)
+    return Table(
+        "prompt_variance",
+        "Where the variance of the matrix lies",
+        "Shares of the variance of the cells, two-way without replication: between models, between prompts, "
+        "and what neither explains, which is interaction and chance. Empty where nothing varies.",
+        ("part", "share"),
+        tuple(named),
+    )
+
+
+def _gains(matrix: Matrix, reference: str) -> Table:
+    others = [prompt for prompt in matrix.prompts if prompt != reference]
+    rows: list[tuple[Cell, ...]] = []
+    for model in matrix.models:
+        found = []
+        for prompt in others:
+            both = compare(matrix.records[reference, model], matrix.records[prompt, model])
+            found.append(next(each for each in both.differences if each.metric == matrix.metric))
+        corrected = holm([1.0 if each.p_value is None else each.p_value for each in found])
+        values = matrix.column(model)
+        best = matrix.prompts[values.index(max(values))]
+        for prompt, difference, adjusted in zip(others, found, corrected, strict=True):
+            certainty = difference.certainty
+            bounds = (None, None) if certainty is None else certainty.interval
+            gain = Estimate(difference.points, *bounds)
+            rows.append((model, prompt, prompt == best, gain, difference.p_value, adjusted))
+    return Table(
+        "prompt_gains",
+        f"Gains over {reference}",
+        f"Percentage points of {matrix.metric} against the prompts {reference}, paired by task, near copies "
+        "together; `p` of a random exchange of the two runs, `p_holm` corrected for the number of prompts: "
+        "the best of many gains something by chance alone.",
+        ("answered_by", "prompt", "best", "gain", "p", "p_holm"),
+        tuple(rows),
+    )

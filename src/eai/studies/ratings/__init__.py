@@ -1,0 +1,1 @@
+"""How good annotations are, by people who rated them."""

@@ -1,0 +1,1 @@
+"""Which operator of a model's breaks its plans."""

@@ -1,0 +1,220 @@
+"""Sensitivity analysis (paper, "Sensitivity analysis" of transition modeling): which operator breaks plans?
+
+In each task one operator at a time is the answer's, the others are the gold ones; a planner says whether
+the problem can still be solved. Counted are the successes by operator, and by operator and category of the
+task, out of all tasks that ask for it: an operator that the answer does not have is no success.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import astuple, dataclass, fields
+
+from eai.abilities.record import Record
+from eai.abilities.share import Share
+from eai.abilities.transition_modeling.judgement import Replaced
+from eai.abilities.transition_modeling.scorer import TransitionModeling
+from eai.abilities.transition_modeling.task import Category
+from eai.abilities.transition_modeling.verdict import OperatorVerdict
+from eai.pddl.clauses import predicates_in
+from eai.pddl.planning import PlannerOutcome
+from eai.results.certainty import Case
+from eai.results.lines import Line
+from eai.results.suites import MODEL, SUITE, by_model, by_suite, case_of
+from eai.results.table import Cell, Estimate, Table
+from eai.results.tidy import beginning_of
+
+OVERALL = "overall"
+"""The category of all tasks."""
+
+NOT_WRITTEN = "not_written"
+"""The outcome of an operator that is asked for and not in the answer."""
+
+_SOLVED = PlannerOutcome.SOLVED.value
+_OUTCOMES = (*(o.value for o in PlannerOutcome if o is not PlannerOutcome.NOT_RUN), NOT_WRITTEN)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Trial(Line):
+    """One operator of one answer, tried among gold ones.
+
+    Attributes:
+        replaced: what of the gold operator gave way (`Replaced`).
+        operator: its name.
+        outcome: how the planner ended (`PlannerOutcome`), or `NOT_WRITTEN`.
+        categories: those of the task, with blanks between.
+        errors: what is wrong with it, ``side:verdict:predicate``, each once, with blanks between.
+    """
+
+    replaced: str
+    operator: str
+    outcome: str
+    categories: str
+    errors: str
+
+
+def try_operators(
+    scorer: TransitionModeling, record: Record, replaced: Replaced = Replaced.OPERATOR
+) -> Iterator[Trial]:
+    """What comes of each operator that a task asks for, as the record's answer has it.
+
+    Nothing comes of an answer that the rules leave out; one that is missing has no operator.
+    """
+    errors = _errors(record, replaced)
+    results = scorer.plan_one_at_a_time(record.response, replaced)
+    if record.unanswered is not None:
+        results = dict.fromkeys(scorer.task.operators)
+    for operator, result in results.items():
+        yield Trial(
+            **beginning_of(record),
+            replaced=replaced.value,
+            operator=operator,
+            outcome=NOT_WRITTEN if result is None else result.outcome.value,
+            categories=" ".join(category.value for category in scorer.task.categories),
+            errors=" ".join(errors.get(operator, ())),
+        )
+
+
+def _errors(record: Record, replaced: Replaced) -> dict[str, tuple[str, ...]]:
+    """What is wrong with what is tried of each operator."""
+    if not isinstance(record.verdict, OperatorVerdict):
+        return {}
+    sides = [side for side in ("precondition", "effect") if replaced.value in (side, Replaced.OPERATOR.value)]
+    return {
+        report.name: tuple(
+            dict.fromkeys(
+                f"{side}:{found}:{predicate}"
+                for side in sides
+                for found in ("missing", "additional")
+                for clause in getattr(getattr(report, side), found)
+                for predicate in sorted(predicates_in(clause))
+            )
+        )
+        for report in record.verdict.operators
+    }
+
+
+def sensitivity_tables(trials: Sequence[Trial]) -> list[Table]:
+    """The tables of the analysis."""
+    return [_sensitivity(trials), _outcomes(trials), _errors_table(trials), _trials(trials)]
+
+
+def cells_of(trials: Iterable[Trial]) -> dict[tuple[str, str], list[Case]]:
+    """What trials add to the success of each operator: by operator and category, `OVERALL` first."""
+    cells: dict[tuple[str, str], list[Case]] = {}
+    for trial in trials:
+        case = case_of(trial, Share(int(trial.outcome == _SOLVED), 1))
+        for category in (OVERALL, *trial.categories.split()):
+            cells.setdefault((trial.operator, category), []).append(case)
+    return cells
+
+
+def _by_model(trials: Sequence[Trial]) -> Iterator[tuple[tuple[str, ...], list[Trial], list[str]]]:
+    """The trials of each suite, model and way to replace, what they are of, and the suite's operators.
+
+    These are in order of success, the one that breaks most plans first.
+    """
+    for suite, of_suite in by_suite(trials).items():
+        tried = Counter(trial.operator for trial in of_suite)
+        solved = Counter(trial.operator for trial in of_suite if trial.outcome == _SOLVED)
+        order = sorted(tried, key=lambda name: (solved[name] / tried[name], name))
+        for model, of_model in by_model(of_suite).items():
+            for replaced in Replaced:
+                found = [trial for trial in of_model if trial.replaced == replaced.value]
+                if found:
+                    yield (*suite, model, replaced.value), found, order
+
+
+_KEY = (*SUITE, MODEL, "replaced")
+
+
+def _sensitivity(trials: Sequence[Trial]) -> Table:
+    rows: list[tuple[Cell, ...]] = []
+    categories = (OVERALL, *(category.value for category in Category))
+    for key, found, order in _by_model(trials):
+        cells = cells_of(found)
+        places = [(name, category) for name in order for category in categories]
+        rows += [(*key, *place, Estimate.of(cells[place])) for place in places if place in cells]
+    return Table(
+        "sensitivity",
+        "Problems solved with one operator of the model",
+        "Tasks that a planner solves with this operator as the answer has it and all others as the data set "
+        "has them (strict: those that the task asks for; eai-1.0.5: all of the benchmark's), in percent of "
+        "those that ask for it; one that is not written solves nothing. replaced: the whole operator, or "
+        "only its precondition or its effect, with the parameters of the data set. A task counts in each of "
+        "its categories. Operators that break most plans come first; intervals have names as units.",
+        (*_KEY, "operator", "category", "solved"),
+        tuple(rows),
+    )
+
+
+def _outcomes(trials: Sequence[Trial]) -> Table:
+    rows: list[tuple[Cell, ...]] = []
+    for key, found, order in _by_model(trials):
+        counts = Counter((trial.operator, trial.outcome) for trial in found)
+        for name in order:
+            row = [counts[name, outcome] for outcome in _OUTCOMES]
+            if any(row):
+                rows.append((*key, name, *row))
+    return Table(
+        "outcomes",
+        "How trials ended",
+        "Trials of each operator by how the planner ended: with a plan, without one, because the operator is "
+        "no acceptable PDDL, at a limit; or because the answer does not have the operator.",
+        (*_KEY, "operator", *_OUTCOMES),
+        tuple(rows),
+    )
+
+
+def _errors_table(trials: Sequence[Trial]) -> Table:
+    rows: list[tuple[Cell, ...]] = []
+    for key, found, order in _by_model([trial for trial in trials if trial.outcome != NOT_WRITTEN]):
+        of_operators: dict[str, list[Trial]] = {}
+        for trial in found:
+            of_operators.setdefault(trial.operator, []).append(trial)
+        of_key = [(name, *row) for name in order for row in _of_errors(of_operators.get(name, ()))]
+        rows += [(*key, *row) for row in sorted(of_key, key=_broken, reverse=True)]
+    return Table(
+        "errors",
+        "Which error breaks plans",
+        "Operators that are written, by a predicate that is missing or too much on one of their sides: the "
+        "tasks that are not solved with such an operator, and those that are not solved with the same one "
+        "without this error, in percent. Errors come together, so that one may stand for another; those that "
+        "stand beside most failures come first.",
+        (*_KEY, "operator", "side", "verdict", "predicate", "unsolved_with", "unsolved_without"),
+        tuple(rows),
+        shown=20,
+    )
+
+
+def _of_errors(trials: Sequence[Trial]) -> Iterator[tuple[Cell, ...]]:
+    """Each error of an operator with how often trials fail with and without it, the most frequent first."""
+    errors = [frozenset(trial.errors.split()) for trial in trials]
+    cases = [case_of(trial, Share(int(trial.outcome != _SOLVED), 1)) for trial in trials]
+    counts = Counter(error for each in errors for error in each)
+    for error in sorted(counts, key=lambda each: (-counts[each], each)):
+        split = list(zip(cases, errors, strict=True))
+        yield (
+            *error.split(":", 2),
+            Estimate.of([case for case, each in split if error in each]),
+            Estimate.of([case for case, each in split if error not in each]),
+        )
+
+
+def _broken(row: Sequence[Cell]) -> float:
+    """How many plans are broken where there is the error of a row."""
+    unsolved = row[-2]
+    return (unsolved.numerator or 0) if isinstance(unsolved, Estimate) else 0
+
+
+def _trials(trials: Sequence[Trial]) -> Table:
+    return Table(
+        "trials",
+        "Every trial",
+        "A line an operator of an answer: how the planner ended, the task's categories, and what is wrong "
+        "with the operator, as side, verdict and predicate.",
+        tuple(column.name for column in fields(Trial)),
+        tuple(astuple(trial) for trial in trials),
+        shown=0,
+    )

@@ -1,0 +1,214 @@
+"""Task files: tasks of any benchmark's world as JSON lines, which people write and `eai generate` does."""
+
+from __future__ import annotations
+
+import gzip
+import hashlib
+import json
+import re
+import zlib
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+from eai.abilities.goal_test import GoalTest
+from eai.abilities.task import Task
+from eai.data.files import lines, write_whole
+from eai.errors import InputError
+from eai.tasks.finding import Finding
+from eai.tasks.source import TaskSet
+from eai.tasks.task_lines import read_line, task_of
+from eai.world.domain import Domain
+from eai.world.execution import describe, execute
+
+ENDINGS = (".jsonl", ".jsonl.gz")
+"""How the names of task files end."""
+
+_ID = re.compile(rb'\{"id": ?"([^"\\]+)"')
+"""How a line begins of which nothing else need be read to know its id."""
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """A line of a file, by number, and its content."""
+
+    file: Path
+    line: int
+    content: bytes
+
+    def __str__(self) -> str:
+        return f"{self.file}: line {self.line}"
+
+
+@dataclass(frozen=True)
+class TaskFiles:
+    """The tasks of some files; a line is read when its task is asked for.
+
+    Attributes:
+        name: that of the file or the folder, without ending.
+        base: the benchmark whose world all tasks are in, as `find_benchmark` takes it.
+        lines: where each task stands, by id, in the order of the files.
+        sha256: digest of the content of all files.
+    """
+
+    name: str
+    base: str
+    lines: Mapping[str, Place]
+    sha256: str
+
+    def tasks(self, domain: Domain) -> TaskSet[Task]:
+        """The tasks, in a domain that is the declaration of their base."""
+        return TaskSet(self.lines, lambda task_id: self._task(self.lines[task_id], domain), self.sha256)
+
+    def _task(self, place: Place, domain: Domain) -> Task:
+        try:
+            line = read_line(place.content)
+            if line.base != self.base:
+                raise InputError(f"base: expected {self.base!r}, as in the first line, found {line.base!r}")
+            return task_of(line, domain)
+        except InputError as error:
+            raise InputError(f"{place}: {error}") from error
+
+
+def open_task_files(path: Path) -> TaskFiles:
+    """The tasks of a file, or of all in a folder, by name.
+
+    Raises:
+        InputError: there is no file or no task, an id is missing or stands there twice, or the first line is
+            not as it should be; the message names file and line.
+    """
+    files = task_files_in(path)
+    contents = [_content(file) for file in files]
+    lines: dict[str, Place] = {}
+    for file, content in zip(files, contents, strict=True):
+        for place in _places(file, content):
+            task_id = _id(place)
+            if task_id in lines:
+                raise InputError(f"{place}: the id {task_id!r} stands at {lines[task_id]} already")
+            lines[task_id] = place
+    if not lines:
+        raise InputError(f"{path}: expected at least one task")
+    first = next(iter(lines.values()))
+    try:
+        base = read_line(first.content).base
+    except InputError as error:
+        raise InputError(f"{first}: {error}") from error
+    digest = hashlib.sha256(b"\0".join(contents)).hexdigest()
+    return TaskFiles(path.resolve().name.partition(".")[0], base, lines, digest)
+
+
+def task_file_content(lines: Iterable[str]) -> bytes:
+    """The content of a task file, not compressed."""
+    return "".join(f"{line}\n" for line in lines).encode()
+
+
+def write_task_file(file: Path, lines: Iterable[str]) -> None:
+    """Write a task file, compressed if its name says so.
+
+    Raises:
+        InputError: the name does not end as those of task files do, or the file cannot be written.
+    """
+    if not file.name.endswith(ENDINGS):
+        raise InputError(f"{file}: expected a name that ends in {' or '.join(ENDINGS)}")
+    content = task_file_content(lines)
+    write_whole({file: gzip.compress(content, mtime=0) if file.suffix == ".gz" else content})
+
+
+def check_task_files(path: Path, domain_of: Callable[[str], Domain]) -> Iterator[Finding]:
+    """All that is wrong with task files: lines that are no task, and tasks that cannot be as they say.
+
+    Args:
+        path: a file or a folder.
+        domain_of: the declaration of a benchmark, as lines name it.
+
+    Raises:
+        InputError: the files cannot be opened (`open_task_files`).
+    """
+    domain_of = cache(domain_of)
+    seen: dict[str, Place] = {}
+    places = list(lines_in(path))
+    if not places:
+        yield Finding(str(path), "expected at least one task")
+    for place in places:
+        try:
+            line = read_line(place.content)
+            if line.id in seen:
+                raise InputError(f"the id {line.id!r} stands at {seen[line.id]} already")
+            seen[line.id] = place
+            domain = domain_of(line.base)
+            problems: Iterable[str] = _problems(task_of(line, domain), domain)
+        except InputError as error:
+            problems = [str(error)]
+        yield from (Finding(str(place), problem) for problem in problems)
+
+
+def _problems(task: Task, domain: Domain) -> Iterator[str]:
+    """What a task says that is not so: goals that are none, a plan that is no solution."""
+    test = GoalTest(task)
+    if all(test.reached(task.initial, ())):
+        yield "goals: expected a goal that does not hold at the start"
+    if not task.script:
+        return
+    trajectory = execute(domain, task.initial, task.script)
+    for number, step in enumerate(trajectory.steps):
+        if step.fault is not None:
+            why = describe(step.fault, domain, step.action, task.scene)
+            what = f"{step.fault.kind.value}, {why}"
+            yield f"plan.{number}: expected a step that is possible and needed: {what}"
+    if trajectory.failure is None:
+        operators = [action.operator for action in trajectory.executed]
+        reached = test.reached(trajectory.final, operators, trajectory)
+        yield from (
+            f"plan: expected to reach goals.{number}" for number, is_met in enumerate(reached) if not is_met
+        )
+
+
+def lines_in(path: Path) -> Iterator[Place]:
+    """The lines of a task file, or of all in a folder, by name.
+
+    Raises:
+        InputError: a file cannot be read.
+    """
+    return (place for file in task_files_in(path) for place in _places(file, _content(file)))
+
+
+def task_files_in(path: Path) -> list[Path]:
+    """The task files in a folder, by name, or the one that this is.
+
+    Raises:
+        InputError: there is none in the folder.
+    """
+    if path.is_dir():
+        found = sorted(file for file in path.iterdir() if file.name.endswith(ENDINGS) and file.is_file())
+        if not found:
+            raise InputError(f"{path}: expected task files, *.jsonl or *.jsonl.gz")
+        return found
+    return [path]
+
+
+def _content(file: Path) -> bytes:
+    try:
+        content = file.read_bytes()
+        return gzip.decompress(content) if file.suffix == ".gz" else content
+    except (OSError, EOFError, zlib.error) as error:
+        raise InputError(f"{file}: cannot be read ({getattr(error, 'strerror', None) or error})") from error
+
+
+def _places(file: Path, content: bytes) -> Iterator[Place]:
+    """The lines that are not blank."""
+    return (Place(file, number, line) for number, line in lines(content))
+
+
+def _id(place: Place) -> str:
+    """The id of a task; the rest of the line is read only where it does not begin with it."""
+    found = _ID.match(place.content)
+    if found is not None:
+        return found[1].decode(errors="replace")
+    try:
+        value = json.loads(place.content)
+    except ValueError as error:
+        raise InputError(f"{place}: expected JSON ({error})") from error
+    if not isinstance(value, dict) or not isinstance(value.get("id"), str):
+        raise InputError(f'{place}: expected an object with "id", a string')
+    return str(value["id"])

@@ -1,0 +1,252 @@
+"""One line of a task file: what it may hold, how a task becomes one, and how it becomes a task again.
+
+Formulas are text in the syntax of subgoals: declared names, objects by their names, with an underscore for
+what cannot stand in a name there.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from typing import Annotated, Literal, TypeAlias
+
+from pydantic import BaseModel, ConfigDict, Field, JsonValue, ValidationError
+
+import eai.logic.formula as f
+from eai.abilities.misfit import misfit
+from eai.abilities.subgoal_decomposition.lexicon import SubgoalLexicon
+from eai.abilities.subgoal_decomposition.notation import SubgoalNotation
+from eai.abilities.subgoal_decomposition.rewriting import rewrite_in_time
+from eai.abilities.task import Task, goal
+from eai.abilities.verdict import Json
+from eai.errors import InputError, ParseError
+from eai.logic.ltl import parse
+from eai.logic.ltl_printer import print_ltl
+from eai.logic.renaming import rename_variables
+from eai.logic.signature import takes
+from eai.logic.traversal import is_state_formula, objects, walk
+from eai.world.domain import Domain
+from eai.world.execution import Action
+from eai.world.state import Fact, Scene, State, WorldObject
+
+Names: TypeAlias = Annotated[list[str], Field(max_length=2)]
+
+
+class TaskLine(BaseModel):
+    """A task as one line of a task file has it."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True, title="Task")
+
+    id: Annotated[str, Field(min_length=1, description="Known by this in answers and records; unique.")]
+    version: Annotated[Literal[1], Field(description="Of this format.")] = 1
+    base: Annotated[
+        str,
+        Field(min_length=1, description="Whose world it is: a benchmark by name, module:object or pddl:..."),
+    ]
+    title: Annotated[str, Field(description="What tasks of a kind share; the id if empty.")] = ""
+    instruction: Annotated[str, Field(min_length=1, description="The task in natural language.")]
+    objects: Annotated[
+        dict[str, str], Field(min_length=1, description="All objects: name -> category, in order.")
+    ]
+    agent: Annotated[str | None, Field(description="The acting object, where the domain has one for it.")] = (
+        None
+    )
+    relevant: Annotated[
+        list[str] | None, Field(description="The objects that the task is about; all of them if missing.")
+    ] = None
+    facts: Annotated[
+        dict[str, list[str | Names]],
+        Field(description="All that holds at the start: predicate -> objects, or lists of 0 or 2 objects."),
+    ]
+    goals: Annotated[
+        list[str],
+        Field(
+            min_length=1, description="Formulas about the end or the whole course, or actions to be taken."
+        ),
+    ]
+    plan: Annotated[
+        list[Annotated[list[str], Field(min_length=1)]],
+        Field(description="The certificate, a plan that solves the task: lists of operator and objects."),
+    ] = []
+    about: Annotated[
+        dict[str, JsonValue], Field(description="Whatever else is known of it; read by nobody here.")
+    ] = {}
+
+
+def json_schema() -> dict[str, JsonValue]:
+    """The JSON Schema of a line."""
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **TaskLine.model_json_schema()}
+
+
+def read_line(text: str | bytes) -> TaskLine:
+    """The content of a line.
+
+    Raises:
+        InputError: it is no JSON, or not of this shape; says where in the line and what was expected.
+    """
+    try:
+        value = json.loads(text, strict=False, object_pairs_hook=_without_repetition)
+        if not isinstance(value, dict):
+            raise InputError('expected an object with "id", a string, and what else makes a task')
+        return TaskLine.model_validate(value)
+    except json.JSONDecodeError as error:
+        raise InputError(f"column {error.colno}: expected JSON ({error.msg})") from error
+    except (UnicodeDecodeError, RecursionError) as error:
+        raise InputError(f"expected JSON in UTF-8 ({error})") from error
+    except ValidationError as error:
+        raise InputError(misfit(error, TaskLine.model_fields)) from error
+
+
+def _without_repetition(pairs: list[tuple[str, object]]) -> dict[str, object]:
+    members = dict(pairs)
+    if len(members) < len(pairs):
+        repeated = next(key for i, (key, _) in enumerate(pairs) if key in dict(pairs[:i]))
+        raise InputError(f"{repeated!r} stands there twice")
+    return members
+
+
+def task_of(line: TaskLine, domain: Domain) -> Task:
+    """The task of a line.
+
+    Raises:
+        InputError: it uses what neither it nor the domain declares; says which part, and what was expected.
+    """
+    scene = Scene(
+        domain.vocabulary,
+        [WorldObject(name, category) for name, category in line.objects.items()],
+        None if line.agent is None else _index(line.agent, line.objects, "agent"),
+    )
+    relevant = line.objects if line.relevant is None else line.relevant
+    return Task(
+        id=line.id,
+        title=line.title or line.id,
+        instruction=line.instruction,
+        initial=scene.state(_facts(line, scene)),
+        goals=tuple(map(goal, dict.fromkeys(_goals(line, domain, scene)))),
+        relevant=tuple([_index(name, scene.index, "relevant") for name in relevant]),
+        script=tuple(_plan(line, domain, scene)),
+    )
+
+
+def _index(name: str, index: Mapping[str, object], place: str) -> int:
+    if name not in index:
+        raise InputError(f"{place}: expected one of the objects, found {name!r}")
+    found = index[name]
+    return found if isinstance(found, int) else list(index).index(name)
+
+
+def _facts(line: TaskLine, scene: Scene) -> Iterator[Fact]:
+    for predicate, entries in line.facts.items():
+        declared = scene.vocabulary.stored(predicate)
+        if declared is None:
+            raise InputError(f"facts: expected a stored predicate of the domain, found {predicate!r}")
+        for entry in entries:
+            names = [entry] if isinstance(entry, str) else entry
+            if len(names) != declared.arity:
+                raise InputError(f"facts.{predicate}: expected {declared.arity} objects, found {entry!r}")
+            yield Fact(predicate, tuple([_index(name, scene.index, f"facts.{predicate}") for name in names]))
+
+
+def _goals(line: TaskLine, domain: Domain, scene: Scene) -> Iterator[f.Formula]:
+    lexicon = _lexicon(domain, scene)
+    for number, text in enumerate(line.goals):
+        place = f"goals.{number}"
+        try:
+            reading = parse(text, lexicon.signature)
+        except ParseError as error:
+            raise InputError(f"{place}: {error}") from error
+        if reading.offences:
+            raise InputError(f"{place}: {reading.offences[0]}")
+        try:
+            formula = rewrite_in_time(reading.formula, lexicon.meaning)
+        except InputError as error:
+            raise InputError(f"{place}: {error}") from error
+        unknown = next((name for name in objects(formula) if name not in scene.index), None)
+        if unknown is not None:
+            raise InputError(f"{place}: there is no object {unknown}")
+        actions = [part for part in walk(formula) if isinstance(part, f.Occurs)]
+        if not is_state_formula(formula):
+            misapplied = next((a for a in actions if len(a.arguments) != domain.arities[a.action]), None)
+            if misapplied is not None:
+                raise InputError(
+                    f"{place}: {takes(misapplied.action, domain.arities[misapplied.action], 'object')}, "
+                    f"not {len(misapplied.arguments)}"
+                )
+        elif actions and not _is_choice(formula):
+            raise InputError(f"{place}: expected actions without objects, joined by 'or'")
+        yield formula
+
+
+def _is_choice(formula: f.Formula) -> bool:
+    """Whether a formula is an action, or several of which one will do, with whatever objects."""
+    parts = formula.operands if isinstance(formula, f.Or) else (formula,)
+    return all(isinstance(part, f.Occurs) and not part.arguments for part in parts)
+
+
+def _plan(line: TaskLine, domain: Domain, scene: Scene) -> Iterator[Action]:
+    for number, (operator, *names) in enumerate(line.plan):
+        arity = domain.arities.get(operator)
+        if arity is None:
+            raise InputError(f"plan.{number}: expected an operator of the domain, found {operator!r}")
+        if arity != len(names):
+            raise InputError(f"plan.{number}: {takes(operator, arity, 'object')}, not {len(names)}")
+        yield Action(operator, tuple([_index(name, scene.index, f"plan.{number}") for name in names]))
+
+
+def _lexicon(domain: Domain, scene: Scene) -> SubgoalLexicon:
+    """The words of goals: those of subgoals; but actions may stand there without objects."""
+    lexicon = SubgoalNotation(domain).lexicon(scene)
+    signature = replace(lexicon.signature, actions=dict.fromkeys(lexicon.signature.actions), known={})
+    return replace(lexicon, signature=signature)
+
+
+def written(task: Task, base: str, domain: Domain, about: Mapping[str, Json] | None = None) -> str:
+    """A task as a line, without the line's end; equal tasks give equal text.
+
+    A plan with a step that is none of the domain's, which a file cannot hold, is left out.
+
+    Args:
+        task: the task.
+        base: the benchmark whose world it is, as `eai.benchmark.registry.find_benchmark` takes it.
+        domain: its declaration.
+        about: what else is known of the task.
+    """
+    scene = task.scene
+    names = [thing.name for thing in scene.objects]
+    everything = tuple(range(len(names)))
+    values: dict[str, object] = {"id": task.id, "version": 1, "base": base}
+    values |= {} if task.title == task.id else {"title": task.title}
+    values["instruction"] = task.instruction
+    values["objects"] = {thing.name: thing.category for thing in scene.objects}
+    values |= {} if scene.agent is None else {"agent": names[scene.agent]}
+    values |= {} if task.relevant == everything else {"relevant": [names[i] for i in task.relevant]}
+    values["facts"] = facts_by_predicate(task.initial)
+    values["goals"] = goal_texts([goal.formula for goal in task.goals], domain, scene)
+    plan = plan_of(task)
+    sound = all(domain.arities.get(operator) == len(objects) for operator, *objects in plan)
+    values |= {"plan": plan} if plan and sound else {}
+    values |= {"about": about} if about else {}
+    return json.dumps(values, ensure_ascii=False, separators=(",", ":"))
+
+
+def plan_of(task: Task) -> list[list[str]]:
+    """The plan of a task as task files list it."""
+    things = task.scene.objects
+    return [[action.operator, *(things[i].name for i in action.arguments)] for action in task.script]
+
+
+def facts_by_predicate(state: State) -> dict[str, list[str | Sequence[str]]]:
+    """The facts of a state as task files list them."""
+    listed: dict[str, list[str | Sequence[str]]] = {}
+    for predicate, arguments in state.facts():
+        names = [state.scene.objects[i].name for i in arguments]
+        listed.setdefault(predicate, []).append(names[0] if len(names) == 1 else names)
+    return listed
+
+
+def goal_texts(formulas: Iterable[f.Formula], domain: Domain, scene: Scene) -> list[str]:
+    """Goals as task files state them."""
+    lexicon = _lexicon(domain, scene)
+    renamed = [rename_variables(formula) for formula in formulas]
+    return [print_ltl(rewrite_in_time(formula, lexicon.worded)) for formula in renamed]

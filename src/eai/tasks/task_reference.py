@@ -1,0 +1,38 @@
+"""One task among all there are, as a text that a data set for training can carry in a column."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from eai.abilities.protocol import Ability
+from eai.errors import InputError
+
+_ABILITIES = {ability.value: ability for ability in Ability}
+
+
+class TaskReference(NamedTuple):
+    """A task by benchmark, ability and id, written ``virtualhome/action_sequencing/27_2``.
+
+    The benchmark may be anything that `eai.benchmark.registry.find_benchmark` takes, paths included.
+    """
+
+    benchmark: str
+    ability: Ability
+    task_id: str
+
+    def __str__(self) -> str:
+        return f"{self.benchmark}/{self.ability.value}/{self.task_id}"
+
+    @staticmethod
+    def parse(text: str) -> TaskReference:
+        """The task that a text means; the last part, of those between others, that names an ability does.
+
+        Raises:
+            InputError: it is no such text.
+        """
+        parts = text.split("/")
+        for place in range(len(parts) - 2, 0, -1):
+            ability = _ABILITIES.get(parts[place])
+            if ability is not None:
+                return TaskReference("/".join(parts[:place]), ability, "/".join(parts[place + 1 :]))
+        raise InputError(f"{text[:100]!r} is no task: expected BENCHMARK/ABILITY/TASK")

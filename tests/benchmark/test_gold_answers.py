@@ -1,0 +1,68 @@
+from __future__ import annotations
+
+from itertools import pairwise
+
+import pytest
+
+from eai.abilities.declarations import DECLARATIONS
+from eai.abilities.protocol import Ability, Protocol
+from eai.benchmark.gold_answers import AnswerBook, WrittenAnswer
+from eai.benchmark.noisy_answers import Noise, noisy_answer
+from eai.benchmark.suite import open_suite
+from eai.data.store import Store
+from eai.errors import InputError
+from eai.results.summary import summarise
+from eai.tasks.source import Source
+from suites import answer_book, planned_book
+
+BOOK = AnswerBook(
+    ("1", "2"), lambda task_id: WrittenAnswer(tuple(f"{task_id}{letter}" for letter in "abcdefgh"), " ".join)
+)
+PLANS = ("virtualhome", Ability.ACTION_SEQUENCING)
+
+
+def test_noise_is_decided_by_its_arguments() -> None:
+    assert noisy_answer(BOOK, "1", Noise(0.0, "0")).text == "1a 1b 1c 1d 1e 1f 1g 1h"
+    texts = {noisy_answer(BOOK, "1", Noise(0.5, str(seed))).text for seed in range(20)}
+    assert len(texts) > 15
+    assert noisy_answer(BOOK, "1", Noise(0.5, "3")) == noisy_answer(BOOK, "1", Noise(0.5, "3"))
+
+
+def test_noise_drops_repeats_swaps_and_replaces() -> None:
+    answers = [noisy_answer(BOOK, "1", Noise(0.3, str(seed))).parts for seed in range(50)]
+    gold = BOOK.gold("1").parts
+    assert any(len(parts) < len(gold) for parts in answers)
+    assert any(part == after for parts in answers for part, after in pairwise(parts))
+    assert any(part > after for parts in answers for part, after in pairwise(parts))
+    assert any(part.startswith("2") for parts in answers for part in parts)
+
+
+@pytest.mark.parametrize("suite", [PLANS, ("virtualhome", Ability.GOAL_INTERPRETATION)])
+def test_gold_answers_are_right(data_store: Store, suite: tuple[str, Ability]) -> None:
+    domain, ability = suite
+    book = answer_book(domain, ability, data_store)
+    scored = open_suite(domain, ability, Protocol.STRICT, source=Source(data_store))
+    verdicts = [scored.score(task_id, book.gold(task_id).text) for task_id in book.task_ids[:40]]
+    rate = summarise(verdicts, ability)[next(iter(DECLARATIONS[ability].main))]
+    assert rate.percent == 100.0
+
+
+def test_the_planner_reaches_the_goals_that_can_be_reached(data_store: Store) -> None:
+    suite = open_suite("virtualhome", Ability.ACTION_SEQUENCING, source=Source(data_store))
+    book = planned_book(suite.domain, suite.ability, data_store)
+    verdicts = {task_id: suite.score(task_id, book.gold(task_id).text) for task_id in suite.task_ids}
+    failed = [task_id for task_id, v in verdicts.items() if v.excluded is None and not v.success]
+    assert failed == []
+
+
+@pytest.mark.parametrize("ability", [Ability.ACTION_SEQUENCING, Ability.SUBGOAL_DECOMPOSITION])
+def test_the_planner_answers_behavior_too(data_store: Store, ability: Ability) -> None:
+    suite = open_suite("behavior", ability, source=Source(data_store))
+    book = planned_book("behavior", ability, data_store)
+    assert book.task_ids == suite.task_ids
+    assert all(suite.score(task_id, book.gold(task_id).text).success for task_id in book.task_ids[3:20:4])
+
+
+def test_a_plan_is_no_answer_about_operators() -> None:
+    with pytest.raises(InputError, match="eai/planner has no answer to virtualhome transition_modeling"):
+        planned_book("virtualhome", Ability.TRANSITION_MODELING)

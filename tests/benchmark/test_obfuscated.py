@@ -1,0 +1,164 @@
+"""Obfuscated twins: other words, the same world, the same verdicts."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+
+import pytest
+
+from cli.conftest import Command, eai
+from eai.abilities.protocol import Ability
+from eai.benchmark.gold_answers import open_answer_book
+from eai.benchmark.noisy_answers import Noise, noisy_answer
+from eai.benchmark.obfuscated import Cipher
+from eai.benchmark.prompt_library import Library
+from eai.benchmark.registry import find_benchmark
+from eai.benchmark.suite import open_suite
+from eai.data.store import Store
+from eai.prompts.prompt import PromptSet
+from eai.tasks.source import Source
+
+__all__ = ["eai"]
+
+PLANNED = (Ability.ACTION_SEQUENCING, Ability.SUBGOAL_DECOMPOSITION)
+
+
+@pytest.fixture(params=["lamps:lamps", "virtualhome", "behavior"])
+def name(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch, data_store: Store) -> str:
+    monkeypatch.syspath_prepend(Path(__file__).parents[2] / "examples" / "lamps")
+    return str(request.param)
+
+
+def cipher(name: str) -> Cipher:
+    return Cipher.of(find_benchmark(name), find_benchmark(name).tasks(Source()).values())
+
+
+@pytest.mark.parametrize("ability", PLANNED)
+def test_verdicts_are_those_of_the_plain_answers(name: str, ability: Ability) -> None:
+    plain, twin = open_suite(name, ability), open_suite(f"obfuscated:{name}", ability)
+    book, words = open_answer_book(plain.benchmark, ability), cipher(name)
+    assert twin.task_ids == plain.task_ids
+    for task_id in plain.task_ids[:: max(1, len(plain.task_ids) // 12)]:
+        for rate in (0.0, 0.4):
+            text = noisy_answer(book, task_id, Noise(rate, "1")).text
+            assert words.decode(words.encode(text)) == text
+            assert twin.score(task_id, words.encode(text)) == plain.score(task_id, text)
+
+
+def test_words_change_among_those_that_are_used_alike(name: str) -> None:
+    benchmark, words = find_benchmark(name), cipher(name).words
+    assert sorted(words) == sorted(words.values())
+    said = benchmark.wording(PLANNED[0]).predicates
+    arities, arity = benchmark.domain.arities, benchmark.domain.vocabulary.arity
+    for old, new in words.items():
+        assert (old in arities) == (new in arities)
+        assert arities.get(old) == arities.get(new)
+        assert old not in said or (new in said and arity(old) == arity(new))
+    operators = [old for old in words if old in arities]
+    assert sum(words[old] != old for old in operators) >= len(operators) // 2
+
+
+def test_prompts_and_right_answers_are_in_the_twins_words(name: str) -> None:
+    twin, words = find_benchmark(f"obfuscated:{name}"), cipher(name)
+    prompts = Library(PromptSet.EAI, source=Source()).open(twin, PLANNED[0])
+    book, plain = open_answer_book(twin, PLANNED[0]), open_answer_book(find_benchmark(name), PLANNED[0])
+    task_id = next(iter(prompts))
+    task = twin.tasks(Source())[task_id]
+    assert book.gold(task_id).text == words.encode(plain.gold(task_id).text)
+    told = prompts[task_id].user
+    assert all(words.encode(task.scene.objects[i].name) in told for i in task.relevant)
+    assert open_suite(twin, PLANNED[0]).score(task_id, book.gold(task_id).text).success  # type: ignore[attr-defined]
+
+
+@pytest.mark.parametrize("ability", PLANNED)
+def test_the_same_prompts_in_true_words_differ_in_words_alone(name: str, ability: Ability) -> None:
+    """All that a model could use beside the words is the same, so a difference is theirs."""
+    told, twin = f"rules:{name}", f"obfuscated:{name}"
+    prompts, others = (
+        Library(PromptSet.EAI, source=Source()).open(find_benchmark(each), ability) for each in (told, twin)
+    )
+    assert list(prompts) == list(others)
+    for task_id in list(prompts)[:: max(1, len(prompts) // 6)]:
+        assert "needs: " in prompts[task_id].user
+        assert len(prompts[task_id].user.splitlines()) == len(others[task_id].user.splitlines())
+    wordings = [find_benchmark(each).wording(ability) for each in (told, twin)]
+    assert wordings[1].operators() != wordings[0].operators()
+    ours, theirs = (
+        re.findall(r"^  .*", re.sub(r"(property|kind) [\w.-]+", r"\1", each.operators()), re.MULTILINE)
+        for each in wordings
+    )
+    assert ours == theirs
+    plain, suite = open_suite(name, ability), open_suite(told, ability)
+    book = open_answer_book(plain.benchmark, ability)
+    for task_id in plain.task_ids[:: max(1, len(plain.task_ids) // 6)]:
+        text = noisy_answer(book, task_id, Noise(0.4, "1")).text
+        assert suite.score(task_id, text) == plain.score(task_id, text)
+
+
+def test_the_arms_are_compared(eai: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(Path(__file__).parents[2] / "examples" / "lamps")
+    for arm in ("rules", "obfuscated"):
+        answers = tmp_path / arm / "me_outputs.json"
+        answers.parent.mkdir()
+        answers.write_text('[{"identifier": "light", "llm_output": "[]"}]')
+        about = ("--domain", f"{arm}:lamps:lamps", "--ability", "action_sequencing")
+        assert eai("score", answers, *about, "--out", tmp_path / arm / "scores").status == 0
+    told = eai("compare", tmp_path / "rules" / "scores", tmp_path / "obfuscated" / "scores", "--json")
+    (found,) = json.loads(told.out)
+    assert found["tasks"] == 2
+
+
+def test_prompts_say_exactly_what_actions_need_and_do(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(Path(__file__).parents[2] / "examples" / "lamps")
+    told = find_benchmark("obfuscated:lamps:lamps").wording(PLANNED[0]).operators()
+    assert (
+        "GO(x)\n"
+        "  needs: x is of the kind lamp; x is not open; the agent is at x; "
+        "there is no y such that the agent holds y\n"
+        "  then: x is open\n"
+    ) in told
+    assert "  then: the agent does not hold x; x is inside y" in told
+    assert "GO" in cipher("lamps:lamps").words.values()
+    for ability in PLANNED:
+        twin = find_benchmark("obfuscated:lamps:lamps")
+        prompt = next(iter(Library(PromptSet.EAI, source=Source()).open(twin, ability).values()))
+        assert re.search(
+            r"with what each( action)? needs and what it does:\nAn action is possible", prompt.user
+        )
+        assert "reasons" not in prompt.user
+
+
+@pytest.mark.usefixtures("data_store")
+@pytest.mark.parametrize("name", ["virtualhome", "behavior"])
+def test_every_action_has_its_needs_and_effects(name: str) -> None:
+    """Left and right are told apart, which names of actions alone do in the plain prompts."""
+    domain = find_benchmark(name).domain
+    first, *lines = find_benchmark(f"obfuscated:{name}").wording(PLANNED[0]).operators().splitlines()
+    assert '"needs"' in first
+    assert len(lines) == 3 * len(domain.operators)
+    for head, needs, then, operator in zip(
+        lines[::3], lines[1::3], lines[2::3], domain.operators, strict=True
+    ):
+        assert (
+            head == f"{cipher(name).encode(operator.name)}({', '.join(p.name for p in operator.parameters)})"
+        )
+        assert (needs[:9], then[:8]) == ("  needs: ", "  then: ")
+        assert (then == "  then: nothing changes") == (not operator.effects and not operator.tries)
+        side = next((s for s in ("left", "right") if operator.name.startswith(s.upper())), None)
+        assert side is None or f"{side} hand" in needs + then
+
+
+@pytest.mark.usefixtures("data_store")
+@pytest.mark.parametrize("name", ["virtualhome", "behavior"])
+def test_properties_that_actions_ask_for_are_told(name: str) -> None:
+    wording = find_benchmark(f"obfuscated:{name}").wording(PLANNED[0])
+    asked = set(re.findall(r"the property ([\w.-]*\w)", wording.operators() + wording.vocabulary()))
+    told, words = set(), cipher(name)
+    for task in list(find_benchmark(name).tasks(Source()).values())[::10]:
+        for index in range(len(task.scene.objects)):
+            told |= set(wording.object(task, index).rpartition(": ")[2].split(", "))
+            having = {each for each in asked if task.initial.has(words.decode(each), index)}
+            assert having <= set(wording.object(task, index).rpartition(": ")[2].split(", "))
+    assert len(asked & told) > len(asked) // 2

@@ -1,0 +1,202 @@
+"""Trials on the two data sets: attempts are judged as single answers are, and arms keep to their laws."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from functools import cache
+
+import pytest
+
+from eai.abilities.action_sequencing.scorer import ActionSequencing
+from eai.abilities.action_sequencing.trial import Trial
+from eai.abilities.experiment import Experiment, Feedback, World
+from eai.abilities.protocol import Ability, Protocol
+from eai.abilities.record import Attempt
+from eai.benchmark.noisy_answers import Noise, heeding_answer, noisy_answer, spoil
+from eai.benchmark.prompt_library import Library
+from eai.benchmark.suite import Suite, open_suite
+from eai.data.store import Store
+from eai.prompts.feedback import Asker
+from eai.prompts.prompt import Prompt, PromptSet
+from eai.scoring.trials import Trials, open_trials, replay
+from eai.tasks.source import Source
+from oracle import MODELS, Oracle
+from suites import answer_book
+
+ACTIONS = Ability.ACTION_SEQUENCING
+ATTEMPTS = 4
+EXPLAINED = Experiment(ATTEMPTS - 1, feedback=Feedback.EXPLAINED)
+HELD_ANSWERS = {
+    "virtualhome": ("tasks", "id", "llm_output"),
+    "behavior": ("records", "identifier", "response"),
+}
+"""Where the files of a benchmark have their answers: the list, the id and the text of a row."""
+
+
+def suite_of(name: str, store: Store, protocol: Protocol = Protocol.STRICT) -> Suite:
+    return open_suite(name, ACTIONS, protocol, source=Source(store))
+
+
+def trials_of(name: str, store: Store, experiment: Experiment) -> Trials:
+    """The trials of all tasks with the published prompts."""
+    suite, library = suite_of(name, store), Library(PromptSet.OFFICIAL, None, Source(store))
+    prompts = library.open(suite.benchmark, ACTIONS)
+    return open_trials(suite, experiment, library.asker(suite.benchmark, ACTIONS, prompts), prompts)
+
+
+@pytest.mark.parametrize("protocol", list(Protocol), ids=lambda protocol: protocol.value)
+@pytest.mark.parametrize("name", HELD_ANSWERS)
+def test_an_attempt_is_judged_as_a_single_answer_is(
+    name: str, protocol: Protocol, data_store: Store, oracle: Oracle
+) -> None:
+    rows, task_id, text = HELD_ANSWERS[name]
+    differing, judged = [], 0
+    for number, file in enumerate(MODELS):
+        answers = oracle(name, "action_sequencing", file)[rows]
+        suite = suite_of(name, data_store, protocol).over([row[text] for row in answers])
+        for row in answers[number :: len(MODELS)]:
+            scorer = suite.scorer(row[task_id].partition("@")[0])
+            assert isinstance(scorer, ActionSequencing)
+            attempt = Trial(scorer, Experiment()).take(row[text])
+            judged += 1
+            if attempt.verdict != scorer.score(row[text]):
+                differing.append((file, row[task_id]))
+    assert differing == []
+    assert judged >= 99
+
+
+@pytest.mark.parametrize(("prompts", "with_ids"), [(PromptSet.OFFICIAL, False), (PromptSet.EAI, True)])
+def test_how_answers_are_read_is_fixed_by_the_prompts(
+    prompts: PromptSet, with_ids: bool, data_store: Store
+) -> None:
+    for protocol, expected in ((Protocol.STRICT, None), (Protocol.EAI_1_0_5, with_ids)):
+        suite, library = (
+            suite_of("virtualhome", data_store, protocol),
+            Library(prompts, None, Source(data_store)),
+        )
+        asked = library.open(suite.benchmark, ACTIONS)
+        trials = open_trials(suite, EXPLAINED, library.asker(suite.benchmark, ACTIONS, asked), asked)
+        assert (trials.experiment.read_as, trials.suite.form) == (expected, expected)
+        gold = answer_book("virtualhome", ACTIONS, data_store).gold("27_2").text
+        assert replay(suite, trials.experiment, "27_2", [gold])[0] == trials.trial("27_2").take(gold)
+
+
+def played(trials: Trials, task_id: str, policy: Callable[[Prompt, int], str]) -> Sequence[Attempt]:
+    """The attempts of a policy, which is given the question and the number of the attempt."""
+    inquiry = trials.inquiry(task_id)
+    while not inquiry.over:
+        inquiry.take(policy(inquiry.question, len(inquiry.attempts) + 1))
+    return inquiry.attempts
+
+
+@pytest.mark.parametrize(("name", "step"), [("virtualhome", 5), ("behavior", 1)])
+def test_what_heeds_feedback_needs_it(name: str, step: int, data_store: Store) -> None:
+    """It mends one spoilt part an attempt; with the first question asked again it stays where it was."""
+    book, noise = answer_book(name, ACTIONS, data_store), Noise(0.1, "0 1")
+    trials = trials_of(name, data_store, EXPLAINED)
+    first_again = replace(trials, asker=Unchanging(trials.asker.prompt_of, trials.asker.wording))
+    mended, gained = [], 0
+    for task_id in trials.suite.task_ids[::step]:
+        if trials.suite.scorer(task_id).unanswered().excluded is not None:
+            continue
+
+        def heeding(question: Prompt, attempt: int, task_id: str = task_id) -> str:
+            return heeding_answer(book, task_id, question.user, attempt, noise, 1.0).text
+
+        attempts = played(trials, task_id, heeding)
+        versions = list(dict.fromkeys(answer.text for answer in spoil(book, task_id, noise).versions()))
+        versions += versions[-1:] * ATTEMPTS
+        wins = [bool(getattr(trials.suite.score(task_id, text), "success", False)) for text in versions]
+        expected = next((k + 1 for k in range(ATTEMPTS) if wins[k]), ATTEMPTS)
+        mended.append((task_id, [attempt.response for attempt in attempts] == versions[:expected]))
+        gained += len(attempts) > 1 and bool(attempts[-1].verdict.success)
+        again = played(first_again, task_id, heeding)
+        assert {attempt.response for attempt in again} == {versions[0]}
+        assert len(again) == (1 if wins[0] else ATTEMPTS)
+    assert [task_id for task_id, as_expected in mended if not as_expected] == []
+    assert gained > 15
+
+
+class Unchanging(Asker):
+    """Asks the first question again, as the published run did."""
+
+    def question(self, trial: Trial) -> Prompt:
+        return self.prompt_of(trial.task.id)
+
+
+class Resampling:
+    """A model that answers anew each time, with known chances.
+
+    Args:
+        suite: the tasks.
+        store: where the gold answers are.
+        rate: how often a part is spoilt.
+    """
+
+    def __init__(self, suite: Suite, store: Store, rate: float) -> None:
+        self._suite = suite
+        self._book = answer_book(suite.domain, ACTIONS, store)
+        self._rate = rate
+        self._succeeds = cache(self._score)
+
+    def answer(self, task_id: str, seed: str) -> str:
+        return noisy_answer(self._book, task_id, Noise(self._rate, seed)).text
+
+    def chance(self, task_id: str, seeds: int) -> float:
+        """The share of so many answers that succeed, none of which is given in a trial."""
+        texts = [self.answer(task_id, f"chance {seed}") for seed in range(seeds)]
+        return sum([self._succeeds(task_id, text) for text in texts]) / seeds
+
+    def _score(self, task_id: str, text: str) -> bool:
+        return bool(getattr(self._suite.score(task_id, text), "success", False))
+
+
+@pytest.mark.parametrize(("name", "step"), [("virtualhome", 6), ("behavior", 2)])
+def test_the_resampling_arm_keeps_to_its_closed_form(name: str, step: int, data_store: Store) -> None:
+    """Success within k answers has the chance 1 - (1 - s)^k, if one succeeds with chance s."""
+    trials = trials_of(name, data_store, replace(EXPLAINED, feedback=Feedback.NONE))
+    model, seeds = Resampling(trials.suite, data_store, 0.1), 2
+    succeeded, chances = [0] * ATTEMPTS, []
+    for task_id in trials.suite.task_ids[::step]:
+        chance = model.chance(task_id, 16)
+        for seed in range(seeds):
+            chances.append(chance)
+            attempts = played(
+                trials,
+                task_id,
+                lambda _, k, t=task_id, s=seed: model.answer(t, f"{s} {k}"),  # type: ignore[misc]
+            )
+            if attempts[-1].verdict.success:
+                for k in range(len(attempts) - 1, ATTEMPTS):
+                    succeeded[k] += 1
+    assert succeeded == sorted(succeeded)
+    for k in range(1, ATTEMPTS + 1):
+        expected = math.fsum(1 - (1 - s) ** k for s in chances)
+        # chances are known from 16 answers each, whose error adds to that of the trials
+        error = [k * (1 - s) ** (k - 1) * math.sqrt(s * (1 - s) / 16) for s in chances]
+        variance = [(1 - (1 - s) ** k) * (1 - s) ** k for s in chances]
+        deviation = math.sqrt(math.fsum(variance) + seeds * math.fsum(each**2 for each in error))
+        assert abs(succeeded[k - 1] - expected) < 4 * deviation, k
+
+
+@pytest.mark.parametrize("world", World)
+def test_the_scorer_holds_the_true_task_whatever_is_asked(world: World, data_store: Store) -> None:
+    """Questions about another task's goals change no verdict."""
+    trials = trials_of("behavior", data_store, replace(EXPLAINED, world=world))
+    task_ids = trials.suite.task_ids[:6]
+    book = answer_book("behavior", ACTIONS, data_store)
+    prompt_of = trials.asker.prompt_of
+    wrong = replace(
+        trials, asker=replace(trials.asker, prompt_of=lambda i: prompt_of(task_ids[task_ids.index(i) - 1]))
+    )
+    for task_id in task_ids:
+        answers = [noisy_answer(book, task_id, Noise(0.3, str(k))).text for k in range(ATTEMPTS)]
+
+        def given(_: Prompt, attempt: int, answers: Sequence[str] = answers) -> str:
+            return answers[attempt - 1]
+
+        verdicts = [[attempt.verdict for attempt in played(each, task_id, given)] for each in (trials, wrong)]
+        assert verdicts[0] == verdicts[1]
+        assert wrong.inquiry(task_id).question != trials.inquiry(task_id).question

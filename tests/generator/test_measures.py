@@ -1,0 +1,86 @@
+"""What is measured on a task and its certificate, by tasks of both households that were written by hand."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import islice
+
+import pytest
+
+import eai.logic.formula as f
+from eai.benchmark.registry import find_benchmark
+from eai.generator.measures import Lid, Measure, Measures, lids
+from eai.generator.outcome import Generated
+from eai.generator.walk import posed
+from eai.world.execution import Action
+from eai.world.state import Fact, Scene, WorldObject
+from generator.worlds import HOUSEHOLDS, generator, tasks
+
+_MEASURED = (Measure.CONTAINERS, Measure.HIDDEN, Measure.TOOL_STEPS, Measure.DISTRACTORS)
+
+
+def test_lids_are_told_from_what_is_declared_to_be_visible() -> None:
+    told = {like: set(lids(find_benchmark(like).domain)) for like in HOUSEHOLDS}
+    assert told == {"virtualhome": {Lid("CLOSED", False)}, "behavior": {Lid("is_open", True)}}
+
+
+@pytest.mark.parametrize(
+    ("plan", "expected"),
+    [
+        # An apple on a table, to be cut by a knife that is shut in, beside a pear that nobody needs.
+        ("OPEN cabinet; LEFT_GRASP knife; SLICE apple", (1, 1, 1, 2)),
+        # A box that is empty is opened too.
+        ("OPEN cabinet; OPEN box; LEFT_GRASP knife; SLICE apple", (2, 1, 1, 1)),
+        # What is shut was open, and hides nothing that was hidden before.
+        ("OPEN cabinet; LEFT_GRASP knife; CLOSE cabinet; SLICE apple", (1, 1, 1, 2)),
+        ("RIGHT_GRASP apple", (0, 0, 0, 4)),
+    ],
+)
+def test_containers_hidden_things_and_tools_of_a_plan(plan: str, expected: tuple[int, ...]) -> None:
+    domain = find_benchmark("behavior").domain
+    things = {
+        "apple": "apple.n.01",
+        "knife": "carving_knife.n.01",
+        "cabinet": "cabinet.n.01",
+        "box": "box.n.01",
+        "pear": "pear.n.01",
+    }
+    names = list(things)
+    scene = Scene(domain.vocabulary, [WorldObject(name, kind) for name, kind in things.items()], None)
+    facts = [
+        Fact("sliceable", (0,)),
+        Fact("slicer", (1,)),
+        Fact("openable", (2,)),
+        Fact("openable", (3,)),
+        Fact("lies_in", (1, 2)),
+    ]
+    steps = [
+        Action(name, tuple([names.index(each) for each in about]))
+        for name, *about in (step.split() for step in plan.split("; "))
+    ]
+    goal = f.Atom("sliced", (f.Constant("apple"),))
+    measured = Measures(domain).of(posed("t", "-", scene.state(facts), [goal], steps))
+    assert tuple(measured[each] for each in _MEASURED) == expected
+
+
+@pytest.mark.parametrize("like", HOUSEHOLDS)
+def test_all_that_is_measured_is_recorded(like: str) -> None:
+    measures = Measures(find_benchmark(like).domain)
+    for made in tasks(like):
+        measured = measures.of(made.task)
+        assert {each.value: made.about[each.value] for each in Measure} == measured
+        assert measured[Measure.STEPS] == len(made.task.script)
+        assert "planner_steps" not in made.about
+
+
+@pytest.mark.parametrize("like", HOUSEHOLDS)
+def test_what_the_planner_finds_for_all_goals_is_recorded_if_asked_for(like: str) -> None:
+    """The tasks are the same."""
+    asked = replace(generator(like), plans_again=True)
+    for made in islice(tasks(like), 4):
+        again = asked.task(str(made.about["seed"]))
+        assert isinstance(again, Generated)
+        planned = again.about["planner_steps"]
+        assert planned is None or (isinstance(planned, int) and planned > 1)
+        assert again.task.script == made.task.script
+        assert {**made.about, "planner_steps": planned} == again.about

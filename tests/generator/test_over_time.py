@@ -1,0 +1,102 @@
+"""Goals over time that are generated: the certificate keeps them, and the temptation does not."""
+
+from __future__ import annotations
+
+import random
+from functools import cache
+
+import pytest
+
+from eai.abilities.action_sequencing.scorer import ActionSequencing
+from eai.abilities.goal_test import GoalTest
+from eai.abilities.protocol import Ability
+from eai.abilities.task import Task
+from eai.abilities.verdict import PlanVerdict
+from eai.benchmark.random_answers import random_walk
+from eai.benchmark.registry import find_benchmark
+from eai.generator.outcome import Generated
+from eai.logic.trace import TakenAction
+from eai.world.execution import Action, Step, Trajectory, execute
+from eai.world.listing import Listing
+from eai.world.state import State
+from generator.worlds import HOUSEHOLDS, generator
+from logic.naive import Facts, Naive
+
+pytestmark = pytest.mark.usefixtures("data_store")
+WALKS = 8
+
+
+@cache
+def tasks(like: str) -> list[Generated]:
+    made = generator(like, over_time=True)
+    return [each for each in map(made.task, map(str, range(30))) if isinstance(each, Generated)]
+
+
+def tempting(made: Generated) -> tuple[Action, ...]:
+    index, steps = made.task.scene.index, made.about["temptation"]
+    assert isinstance(steps, list)
+    return tuple([Action(operator, tuple([index[name] for name in names])) for operator, *names in steps])
+
+
+@pytest.mark.parametrize("like", HOUSEHOLDS)
+def test_certificates_keep_it_and_temptations_break_it_alone(like: str) -> None:
+    benchmark = find_benchmark(like)
+    assert len(tasks(like)) > 6
+    for made in tasks(like):
+        task = made.task
+        assert [goal.is_over_time for goal in task.goals] == [False] * (len(task.goals) - 1) + [True]
+        scorer = ActionSequencing(task, benchmark.domain, benchmark.plans)
+        write = benchmark.plans
+        verdict = scorer.score(write.join(write.write(task.script, task.scene)))
+        assert isinstance(verdict, PlanVerdict)
+        assert verdict.success, task.id
+        assessment = scorer.assess(write.join(write.write(tempting(made), task.scene)))
+        verdict = assessment.verdict
+        assert isinstance(verdict, PlanVerdict)
+        assert verdict.executable, task.id
+        assert verdict.goals_satisfied == (True,) * (len(task.goals) - 1) + (False,), task.id
+        assert assessment.explain().goals[-1].why, task.id
+
+
+def test_all_kinds_are_made() -> None:
+    kinds = {type(made.task.goals[-1].formula).__name__ for like in HOUSEHOLDS for made in tasks(like)}
+    assert {"Until", "Always"} <= kinds
+
+
+@pytest.mark.parametrize("like", HOUSEHOLDS)
+def test_a_naive_twin_judges_random_courses_alike(like: str) -> None:
+    listings = find_benchmark(like).wording(Ability.ACTION_SEQUENCING).listings
+    domain, judged = find_benchmark(like).domain, set()
+    for made in tasks(like)[:12]:
+        task, rng = made.task, random.Random(made.task.id)
+        for _ in range(WALKS):
+            plan = rng.choice((task.script, tempting(made)))
+            begun = execute(domain, task.initial, plan[: rng.randint(0, len(plan))])
+            steps = list(random_walk(domain, begun.final, task.relevant, rng, rng.randint(0, 4)))
+            states = (*begun.states, *(state for _, state in steps))
+            actions = [*begun.executed, *(action for action, _ in steps)]
+            course = Trajectory(states, tuple(Step(action, None) for action in actions))
+            naive = naively(task, states, actions, listings)
+            assert GoalTest(task).reached(course.final, (), course)[-1] == naive, task.id
+            judged.add(naive)
+    assert judged == {True, False}
+
+
+def naively(
+    task: Task, states: tuple[State, ...], actions: list[Action], listings: tuple[Listing, ...]
+) -> bool:
+    things = task.scene.objects
+    categories = tuple((thing.name, thing.category) for thing in things)
+    seen = [
+        Facts(
+            frozenset(
+                (fact.predicate, tuple(things[i].name for i in fact.arguments))
+                for each in listings
+                for fact in each.facts(state, task.relevant)
+            ),
+            categories,
+        )
+        for state in states
+    ]
+    taken = [TakenAction(a.operator, tuple(things[i].name for i in a.arguments)) for a in actions]
+    return Naive(tuple(seen), tuple(taken)).on(task.goals[-1].formula, 0, len(seen) - 1, {})

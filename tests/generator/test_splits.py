@@ -1,0 +1,149 @@
+"""Splits: which goals fall to which, what is refused as another split gives it away, what is counted."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import replace
+from itertools import islice
+
+import pytest
+
+import eai.logic.formula as f
+from eai.benchmark.registry import find_benchmark
+from eai.generator import fingerprint
+from eai.generator.generator import Generator
+from eai.generator.outcome import Generated, Reason, Rejected
+from eai.generator.prior import patterns_of
+from eai.generator.sets import Seeds
+from eai.generator.spec import HeldOut, Spec, Split
+from eai.generator.splits import (
+    SHARES,
+    Overlap,
+    Rivals,
+    bases_of,
+    is_before,
+    split_of,
+    split_of_goals,
+)
+from eai.tasks.source import Source
+from generator.worlds import HOUSEHOLDS, generate, generator, tasks
+
+pytestmark = pytest.mark.usefixtures("data_store")
+
+PARTS = tuple(SHARES)
+
+
+def goals_of(made: Generated) -> list[f.Formula]:
+    return [goal.formula for goal in made.task.goals]
+
+
+def made_in(like: str, split: Split, number: int, held_out: HeldOut = HeldOut.GOALS) -> list[Generated]:
+    benchmark, source = find_benchmark(like), Source()
+    spec = Spec(like, benchmark.tasks(source).sha256, split=split, held_out=held_out)
+    found = generate(Generator(benchmark, spec, source), iter(Seeds(split.value, 5)), number, set())
+    return [each for each in found if isinstance(each, Generated)]
+
+
+def test_a_hash_gives_each_split_its_share() -> None:
+    found = Counter(split_of(f"goals {number}") for number in range(5000))
+    assert list(SHARES) == [Split.TRAIN, Split.VALIDATION, Split.TEST]
+    assert all(abs(found[split] / 5000 - share) < 0.03 for split, share in SHARES.items())
+
+
+@pytest.mark.parametrize("like", HOUSEHOLDS)
+def test_no_goals_are_in_two_splits(like: str) -> None:
+    prints = {
+        split: {fingerprint.of_task(each.task).goals for each in made_in(like, split, 6)} for split in PARTS
+    }
+    assert not prints[Split.TRAIN] & prints[Split.TEST]
+    assert not prints[Split.TRAIN] & prints[Split.VALIDATION]
+    assert not prints[Split.VALIDATION] & prints[Split.TEST]
+    for made in tasks(like):
+        split = split_of_goals(goals_of(made), made.task.scene, HeldOut.GOALS)
+        assert made.about["split"] == split.value
+
+
+def test_names_of_objects_and_the_order_of_goals_do_not_decide() -> None:
+    made = next(each for each in tasks("behavior") if len(each.task.goals) > 1)
+    goals, scene = goals_of(made), made.task.scene
+    for held_out in HeldOut:
+        split = split_of_goals(goals, scene, held_out)
+        assert split_of_goals(goals[::-1], scene, held_out) == split
+
+
+@pytest.mark.parametrize("like", HOUSEHOLDS)
+def test_a_later_split_asks_for_a_pair_that_no_earlier_one_has(like: str) -> None:
+    def pairs(split: Split) -> list[set[tuple[str, ...]]]:
+        found = []
+        for made in made_in(like, split, 4, HeldOut.PAIRS):
+            scene = made.task.scene
+            agent = None if scene.agent is None else scene.objects[scene.agent].category
+            literals = [pattern for goal in goals_of(made) for pattern in patterns_of(goal, scene)]
+            found.append({(p.predicate, *[k for k in p.categories if k != agent][:1]) for p in literals})
+        return found
+
+    seen = set().union(*pairs(Split.TRAIN))
+    assert seen
+    assert all(each - seen for each in pairs(Split.TEST))
+
+
+@pytest.mark.parametrize("held_out", [HeldOut.TITLES, HeldOut.SCENES])
+@pytest.mark.parametrize("like", HOUSEHOLDS)
+def test_every_public_task_is_the_base_of_one_split(like: str, held_out: HeldOut) -> None:
+    public = list(find_benchmark(like).tasks(Source()).values())
+    parts = [bases_of(public, split, held_out) for split in PARTS]
+    assert all(parts)
+    assert sum(map(len, parts)) == len(public) == len(bases_of(public, Split.ALL, held_out))
+    if held_out is HeldOut.TITLES:
+        titles = [{task.title for task in part} for part in parts]
+        assert sum(map(len, titles)) == len({task.title for task in public})
+
+
+def test_what_looking_up_another_split_solves_is_refused_whichever_comes_first() -> None:
+    made = tasks("behavior")[0]
+    domain = find_benchmark("behavior").domain
+    copy = replace(made.task, id="copy")
+    assert Rivals(domain, known=[copy]).give_away(made.task)
+    assert Rivals(domain, held_out=[copy]).give_away(made.task)
+    assert not Rivals(domain).give_away(made.task)
+    benchmark, source = find_benchmark("behavior"), Source()
+    spec = Spec("behavior", benchmark.tasks(source).sha256)
+    seed = str(made.about["seed"])
+    again = Generator(benchmark, spec, source, Rivals(domain, known=[copy])).task(seed)
+    assert again == Rejected(seed, Reason.KNOWN_PLAN)
+
+
+def test_overlap_counts_the_same_those_of_the_same_goals_and_those_solved_by_lookup() -> None:
+    domain = find_benchmark("behavior").domain
+    first, *others = [replace(each.task, id=f"t{i}") for i, each in enumerate(islice(tasks("behavior"), 6))]
+    elsewhere = replace(first, id="x", initial=first.scene.state(list(first.initial.facts())[:-1]))
+    assert Overlap.of([replace(first, id="y")], [first, *others], domain) == Overlap(1, 1, 1, 1)
+    counted = Overlap.of([elsewhere], [first], domain)
+    assert (counted.tasks, counted.same_goals) == (1, 1)
+    assert Overlap.of([], [first], domain) == Overlap(0, 0, 0, 0)
+
+
+def test_the_order_of_splits() -> None:
+    assert is_before("train", "test")
+    assert is_before("validation", "test")
+    assert not is_before("test", "train")
+    assert not is_before("train", "train")
+    assert not is_before("tasks", "test")
+
+
+def test_virtualhome_goals_are_counted_quantified_and_hidden_by_default() -> None:
+    """Its data set has plain goals alone, most about what is in sight."""
+    made = tasks("virtualhome")
+    quantified = [
+        any(isinstance(goal, f.ForAll | f.Exists | f.Exactly) for goal in goals_of(each)) for each in made
+    ]
+    assert sum(quantified) > len(made) // 4
+    assert sum(int(str(each.about["hidden"])) > 0 for each in made) > len(made) // 4
+    assert sum(len(each.task.script) >= 7 for each in made) > len(made) // 3
+
+
+def test_all_of_a_kind_is_said_of_what_some_public_task_has_several_of() -> None:
+    several = generator("virtualhome").prior.several
+    assert {"plate", "cup", "light"} <= several
+    assert {"phone", "television", "soap"}.isdisjoint(several)
+    assert not generator("behavior").prior.several

@@ -1,0 +1,43 @@
+"""Generators and some of their tasks, made once for all tests."""
+
+from __future__ import annotations
+
+from functools import cache
+from itertools import islice
+
+from eai.benchmark.registry import find_benchmark
+from eai.generator.generator import Generator, generate
+from eai.generator.outcome import Generated, Outcome
+from eai.generator.sets import Seeds
+from eai.generator.spec import Forms, Spec, Tier
+from eai.tasks.source import Source
+
+HOUSEHOLDS = ("virtualhome", "behavior")
+
+
+@cache
+def generator(
+    like: str,
+    tier: Tier = Tier.DATA,
+    forms: Forms = Forms.DATA,
+    *,
+    actions: bool = False,
+    over_time: bool = False,
+) -> Generator:
+    benchmark, source = find_benchmark(like), Source()
+    spec = Spec(like, benchmark.tasks(source).sha256, tier, forms, actions=actions, over_time=over_time)
+    return Generator(benchmark, spec, source)
+
+
+@cache
+def outcomes(like: str, number: int = 40, forms: Forms = Forms.DATA) -> tuple[Outcome, ...]:
+    """What becomes of so many seeds."""
+    made = generator(like, forms=forms)
+    return tuple([made.task(seed) for seed in islice(iter(Seeds("test", 1)), number)])
+
+
+def tasks(like: str, number: int = 40, forms: Forms = Forms.DATA) -> list[Generated]:
+    return [each for each in outcomes(like, number, forms) if isinstance(each, Generated)]
+
+
+__all__ = ["HOUSEHOLDS", "generate", "generator", "outcomes", "tasks"]

@@ -1,0 +1,27 @@
+from __future__ import annotations
+
+from eai.households.behavior.evidence import load_evidence
+from oracle import read_shared
+
+
+def test_every_entry_has_a_reason() -> None:
+    claims = load_evidence().claims
+    assert len(claims) == 11
+    assert all(claim.subject and claim.reason.endswith(".") for claim in claims)
+
+
+def test_volumes_go_by_object_then_model_then_default() -> None:
+    volumes = load_evidence().volumes
+    assert volumes.of("Wainscott_0_int", "fridge_97", "fridge") == 1.6
+    assert volumes.of("Pomaria_1_int", "fridge_97", "fridge") == 1.1
+    assert volumes.of("Pomaria_1_int", "gizmo_1", "gizmo") == volumes.default == 0.01
+
+
+def test_the_table_is_the_one_that_was_found() -> None:
+    found = read_shared("spec", "behavior_evidence.json")
+    evidence = load_evidence()
+    assert dict(evidence.volumes.of_model) == found["volume_m3"]["by_category"]
+    assert evidence.standing == set(found["stands_on_its_rooms_floor"]["categories"])
+    assert evidence.initially_open == set(found["initially_open"]["categories"])
+    assert set(evidence.added) == {entry["task"] for entry in found["extra_relations"]}
+    assert set(evidence.removed) == {entry["task"] for entry in found["removed_relations"]}

@@ -1,0 +1,106 @@
+"""The published data set; all of it is skipped where it cannot be had."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+import pytest
+
+from benchmark.graphs import final_graph, initial_graph
+from eai.data.store import Store
+from eai.households.packs import PROMPTS, RESOURCES, open_published, open_virtualhome
+from eai.households.virtualhome.pack import PACK, VirtualHome
+from eai.households.virtualhome.records import (
+    CHARACTER_ID,
+    Edge,
+    EdgeGoal,
+    NodeGoal,
+    ScriptObject,
+    ScriptStep,
+)
+from oracle import Oracle
+
+LOAD = """
+import sys, time
+from pathlib import Path
+from eai.households.packs import open_virtualhome
+from eai.data.store import Store
+tasks = open_virtualhome(Store(Path(sys.argv[1])))
+seconds = time.process_time()
+assert len([task.script for task in tasks.values()]) == 342
+status = Path("/proc/self/status")
+lines = status.read_text().splitlines() if status.exists() else []
+peak = [line.split()[1] for line in lines if line.startswith("VmHWM")]
+print(seconds, *peak)
+"""
+"""Prints the CPU seconds of imports and loading and, on Linux, the peak kB once all tasks are decoded."""
+
+
+@pytest.fixture(scope="module")
+def tasks(data_store: Store) -> VirtualHome:
+    return open_virtualhome(data_store)
+
+
+def test_one_task_reads_as_the_data_set_has_it(tasks: VirtualHome) -> None:
+    task = tasks["27_2"]
+    assert (task.title, len(task.script)) == ("Wash clothes", 14)
+    assert task.script[-1] == ScriptStep("SWITCHON", (ScriptObject("washing_machine", 1001),))
+    assert task.node_goals[1] == NodeGoal(1001, "washing_machine", "ON")
+    assert task.edge_goals == (EdgeGoal(1003, "ON", 1001), EdgeGoal(1002, "ON", 1001))
+    before, after = initial_graph(tasks.base, task), final_graph(tasks.base, task)
+    assert Edge(1003, "ON", 1001) in set(after.edges) - set(before.edges)
+    assert {"CLOSED", "ON"} <= set(after.objects[1001].states)
+    assert set(task.relevant_from_nodes) == {1001}
+    assert {1001, 1002, 1003, CHARACTER_ID} <= set(task.relevant_from_edges)
+
+
+def test_every_graph_is_whole(tasks: VirtualHome) -> None:
+    for task in tasks.values():
+        graph = initial_graph(tasks.base, task)
+        assert 280 <= len(graph.objects) <= 300
+        assert 5656 <= len(graph.edges) <= 5746
+        assert list(graph.objects) == sorted(graph.objects)
+        assert [each.id for each in graph.objects.values() if each.class_name == "character"] == [
+            CHARACTER_ID
+        ]
+
+
+def test_the_scene_is_shared(tasks: VirtualHome) -> None:
+    assert (len(tasks.base.objects), len(tasks.base.edges)) == (275, 5635)
+    assert sum(len(task.initial.added_edges) for task in tasks.values()) < 70 * len(tasks)
+
+
+def test_tasks_come_in_the_order_of_the_references_rows(tasks: VirtualHome, oracle: Oracle) -> None:
+    rows = oracle("virtualhome", "action_sequencing", "gpt-4o-2024-05-13")["tasks"]
+    assert [row["id"] for row in rows] == list(tasks)
+
+
+def test_resources_and_prompts_are_complete(data_store: Store, tasks: VirtualHome) -> None:
+    resources, prompts = open_published(RESOURCES, data_store), open_published(PROMPTS, data_store)
+    with_goals = {task.id for task in tasks.values() if task.tl_goal is not None}
+    assert resources.read_json("problems.json").keys() == with_goals
+    assert len(resources.read_json("success_task.json")) == 296
+    assert resources.read_json("vocabulary.json")["subgoal_actions"]["WIPE"] == 1
+    sizes = {
+        f"{domain}/{ability}": len(prompts.read_json(f"{domain}/{ability}.json"))
+        for domain in ("virtualhome", "behavior")
+        for ability in ("action_sequencing", "subgoal_decomposition", "transition_modeling")
+    }
+    assert sizes == {
+        "virtualhome/action_sequencing": 342,
+        "virtualhome/subgoal_decomposition": 338,
+        "virtualhome/transition_modeling": 296,
+        "behavior/action_sequencing": 100,
+        "behavior/subgoal_decomposition": 100,
+        "behavior/transition_modeling": 100,
+    }
+
+
+def test_the_store_is_small_and_quick_to_load(data_store: Store) -> None:
+    assert data_store.path(PACK).stat().st_size <= 3_000_000
+    command = [sys.executable, "-c", LOAD, str(data_store.folder)]
+    output = subprocess.run(command, capture_output=True, text=True, check=True).stdout
+    seconds, *kilobytes = map(float, output.split())
+    assert seconds <= 0.5
+    assert max(kilobytes, default=0) <= 60_000

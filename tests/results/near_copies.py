@@ -1,0 +1,81 @@
+"""Made-up runs whose tasks are near copies of each other, as many and as alike as in VirtualHome."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Sequence
+
+from eai.abilities.share import Share
+from eai.results.certainty import Case
+
+SIZES = (35, 33, 31, 26, 23, 23, 22, 22, 21, 19, 13, 11, 10, 7, 6, 6, 5, 5, 5, 4, 4, 3, 3, 2, 2, 1)
+"""How many tasks have each of the 26 names."""
+
+ALIKE = 0.6
+"""How alike tasks of one name are: the intraclass correlation of success in action sequencing."""
+
+
+def chances(generator: random.Random, rate: float, alike: float, names: int) -> list[float]:
+    """For each name the chance of success, which is `rate` on average."""
+    if not alike:
+        return [rate] * names
+    sureness = (1 - alike) / alike
+    return [generator.betavariate(rate * sureness, (1 - rate) * sureness) for _ in range(names)]
+
+
+def successes(
+    generator: random.Random, rate: float, sizes: Sequence[int] = SIZES, alike: float = ALIKE
+) -> list[Case]:
+    """A yes or a no from each task."""
+    return [
+        Case(f"{case.name}_{copy}", case.name, Share(int(copy < case.share.numerator), 1))
+        for case in successes_by_name(generator, rate, sizes, alike)
+        for copy in range(int(case.share.denominator))
+    ]
+
+
+def successes_by_name(
+    generator: random.Random, rate: float, sizes: Sequence[int] = SIZES, alike: float = ALIKE
+) -> list[Case]:
+    """The same with one case a name, which is what intervals by name are made from."""
+    draw = generator.random
+    return [
+        Case(str(name), str(name), Share(sum(draw() < chance for _ in range(size)), size))
+        for name, (size, chance) in enumerate(
+            zip(sizes, chances(generator, rate, alike, len(sizes)), strict=True)
+        )
+    ]
+
+
+def matches(
+    generator: random.Random, rate: float, sizes: Sequence[int] = SIZES, alike: float = ALIKE
+) -> list[Case]:
+    """F1 from each task: of one to six goals each is found, or else another is invented half of the time.
+
+    Its expectation is `expected_f1`.
+    """
+    cases = []
+    for name, (size, chance) in enumerate(
+        zip(sizes, chances(generator, rate, alike, len(sizes)), strict=True)
+    ):
+        for copy in range(size):
+            goals = generator.randint(1, 6)
+            draws = [generator.random() for _ in range(goals)]
+            hits = sum(draw < chance for draw in draws)
+            invented = sum(draw > (1 + chance) / 2 for draw in draws)
+            cases.append(Case(f"{name}_{copy}", str(name), Share(2 * hits, goals + hits + invented)))
+    return cases
+
+
+def expected_f1(rate: float) -> float:
+    """The F1 of all answers that `matches` could give."""
+    return 2 * rate / (1 + rate + (1 - rate) / 2)
+
+
+def merged(cases: Sequence[Case]) -> list[Case]:
+    """The same cases with one a name."""
+    sums: dict[str, Share] = {}
+    for case in cases:
+        numerator, denominator = sums.get(case.name, Share(0, 0))
+        sums[case.name] = Share(numerator + case.share.numerator, denominator + case.share.denominator)
+    return [Case(name, name, share) for name, share in sums.items()]

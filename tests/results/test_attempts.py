@@ -1,0 +1,68 @@
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import pytest
+
+from eai.abilities.experiment import Experiment
+from eai.abilities.explanation import Explanation
+from eai.abilities.record import Attempt, Record
+from eai.results.attempts import after, by_attempt, most_attempts
+from eai.results.rate import Rate
+from eai.world.fault import FaultKind
+from results.verdicts import SUCCEEDED, failed, record
+
+WRONG, MISSING = failed(FaultKind.WRONG_ORDER), failed(FaultKind.MISSING_STEP)
+TWICE = Experiment(replans=2)
+
+
+def tried(task_id: str, attempts: Sequence[Attempt], experiment: Experiment | None = TWICE) -> Record:
+    """A record whose verdict is that of the last attempt, as records are."""
+    last = attempts[-1]
+    plain = record(task_id, last.verdict, response=last.response)
+    return replace(plain, explanation=last.explanation, attempts=tuple(attempts), experiment=experiment)
+
+
+FIRST = Attempt("one", WRONG, explanation=Explanation(notes=("too soon",)))
+SECOND = Attempt("two", MISSING)
+THIRD = Attempt("three", SUCCEEDED, explanation=Explanation(notes=("done",)))
+TRIED = tried("a", [FIRST, SECOND, THIRD])
+
+
+@pytest.mark.parametrize(
+    ("attempts", "kept"), [(1, (FIRST,)), (2, (FIRST, SECOND)), (3, TRIED.attempts), (4, TRIED.attempts)]
+)
+def test_an_earlier_end_leaves_the_last_attempt_that_was_made(
+    attempts: int, kept: tuple[Attempt, ...]
+) -> None:
+    assert after(TRIED, attempts) == tried("a", kept)
+
+
+def test_a_record_without_attempts_is_as_it_is() -> None:
+    plain = record("a", WRONG)
+    assert after(plain, 1) is plain
+
+
+@pytest.mark.parametrize(
+    ("records", "most"),
+    [
+        ([], 0),
+        ([record("a", SUCCEEDED)], 0),
+        ([replace(record("a", SUCCEEDED), experiment=Experiment(goals_from="m"))], 0),
+        ([tried("a", [THIRD], Experiment(slip=0.1))], 1),
+        ([tried("a", [THIRD])], 3),  # it could have had them
+        ([replace(record("lost", WRONG), experiment=TWICE), TRIED], 3),
+    ],
+)
+def test_how_many_attempts_there_could_be(records: list[Record], most: int) -> None:
+    assert most_attempts(records) == most
+    assert len(by_attempt(records)) == most
+
+
+def test_metrics_by_the_number_of_attempts() -> None:
+    records = [TRIED, tried("b", [THIRD]), tried("c", [SECOND, FIRST, SECOND])]
+    found = by_attempt(records)
+    assert [rates["task_success"] for rates in found] == [Rate(1, 3), Rate(1, 3), Rate(2, 3)]
+    assert [rates["wrong_order"] for rates in found] == [Rate(1, 3), Rate(1, 3), Rate(0, 3)]
+    assert [rates["missing_step"] for rates in found] == [Rate(1, 3), Rate(1, 3), Rate(1, 3)]

@@ -1,0 +1,51 @@
+from __future__ import annotations
+
+import pytest
+
+from eai.abilities.protocol import Ability
+from eai.results.average import average_performance, average_weights
+from eai.results.paper_tables import PaperColumn, paper_table
+
+OFF_IN_THE_PAPER = {("behavior", "Cohere Command R+"), ("behavior", "o1-preview")}
+"""Averages that do not follow from the paper's own columns."""
+
+
+@pytest.mark.parametrize("domain", ["virtualhome", "behavior"])
+def test_paper_averages_follow_from_its_columns(domain: str) -> None:
+    overview = paper_table("overview")
+    off = set()
+    for model, row in overview.rows.items():
+        figures = dict(zip(overview.columns, row, strict=True))
+        printed = figures.pop(PaperColumn("", "average_performance", domain))
+        found = average_performance(
+            {
+                (Ability(c.ability), c.metric): v
+                for c, v in figures.items()
+                if c.ability and c.domain == domain
+            }
+        )
+        if found != pytest.approx(printed, abs=0.051):
+            off.add((domain, model))
+    assert off == {pair for pair in OFF_IN_THE_PAPER if pair[0] == domain}
+
+
+def test_weights_are_those_of_the_paper_s_equation() -> None:
+    assert average_weights() == {
+        (Ability.GOAL_INTERPRETATION, "overall.f1"): 0.25,
+        (Ability.SUBGOAL_DECOMPOSITION, "task_success"): 0.25,
+        (Ability.ACTION_SEQUENCING, "task_success"): 0.25,
+        (Ability.TRANSITION_MODELING, "overall.f1"): 0.125,
+        (Ability.TRANSITION_MODELING, "overall.planner_success"): 0.125,
+    }
+
+
+def test_plans_that_work_stand_in_the_place_of_planner_success_where_they_are_known() -> None:
+    values: dict[tuple[Ability, str], float | None] = dict.fromkeys(average_weights(), 40.0)
+    assert average_performance(values) == pytest.approx(40)
+    works = Ability.TRANSITION_MODELING, "overall.plan_works"
+    assert average_performance({**values, works: 0.0}) == pytest.approx(35)
+    assert average_performance({**values, works: None}) == pytest.approx(40)
+
+
+def test_no_average_without_all_abilities() -> None:
+    assert average_performance({(Ability.GOAL_INTERPRETATION, "overall.f1"): 50.0}) is None

@@ -1,0 +1,200 @@
+from __future__ import annotations
+
+import random
+from collections.abc import Callable
+
+import pytest
+
+from eai.abilities.share import Share
+from eai.results.certainty import (
+    Case,
+    Interval,
+    certainty_of_difference,
+    certainty_of_mean,
+    certainty_of_rate,
+    mean_over_names,
+)
+from results.near_copies import expected_f1, matches, merged, successes_by_name
+
+PROMISED = 0.93
+"""How often intervals of 95 % must hold the truth, at least."""
+
+
+def alone(right: int, tasks: int) -> list[Case]:
+    """Tasks that stand for themselves, of which so many are right."""
+    return [Case(str(i), str(i), Share(i < right, 1)) for i in range(tasks)]
+
+
+def copies(*names: tuple[int, int]) -> list[Case]:
+    """For each name how many of its tasks are right."""
+    return [
+        Case(f"{name}_{i}", str(name), Share(i < right, 1))
+        for name, (right, tasks) in enumerate(names)
+        for i in range(tasks)
+    ]
+
+
+@pytest.mark.parametrize(
+    ("right", "tasks", "low", "high"),
+    [
+        (0, 100, 0, 3.70),
+        (1, 100, 0.18, 5.45),
+        (60, 100, 50.2, 69.1),
+        (100, 100, 96.3, 100),
+        (8, 10, 49.0, 94.3),
+    ],
+)
+def test_tasks_that_stand_for_themselves_have_wilson_s_interval(
+    right: int, tasks: int, low: float, high: float
+) -> None:
+    found = certainty_of_rate(alone(right, tasks))
+    assert found is not None
+    assert found.interval == pytest.approx(Interval(low, high), abs=0.05)
+    assert found.by_task == found.interval
+    assert (found.tasks, found.names, found.design_effect, found.effective_tasks) == (tasks, tasks, 1, tasks)
+
+
+def test_near_copies_say_less_than_as_many_tasks() -> None:
+    together = certainty_of_rate(copies(*[(20, 20)] * 5, *[(0, 20)] * 5))
+    apart = certainty_of_rate(copies(*[(10, 20)] * 10))
+    assert together is not None
+    assert apart is not None
+    assert (together.tasks, together.names) == (200, 10)
+    assert together.design_effect == pytest.approx(20)  # each name is worth one task
+    assert together.effective_tasks == pytest.approx(10)
+    assert together.by_task == apart.by_task == pytest.approx(Interval(43.1, 56.9), abs=0.05)
+    assert together.interval.low < 25
+    assert together.interval.high > 75
+    assert apart.design_effect == pytest.approx(0)
+
+
+def test_names_that_agree_are_no_proof_where_they_are_few() -> None:
+    for right in (0, 10):
+        found = certainty_of_rate(copies(*[(right, 10)] * 4))
+        assert found is not None
+        assert found.design_effect is None  # nothing varies
+        assert found.effective_tasks is None
+        assert found.interval.high - found.interval.low > 50
+        assert found.by_task.high - found.by_task.low < 10
+
+
+def test_errors_that_count_several_times_a_task() -> None:
+    found = certainty_of_rate([Case(str(i), str(i), Share(i % 4, 1)) for i in range(40)])
+    assert found is not None
+    assert found.interval.low < 150 < found.interval.high
+    assert found.interval.low + found.interval.high == pytest.approx(300)
+
+
+def test_nothing_has_no_certainty() -> None:
+    nothing = [Case("a", "a", Share(0, 0))]
+    assert certainty_of_rate([]) is None
+    assert certainty_of_rate(nothing) is None
+    assert certainty_of_difference(nothing, nothing) is None
+    assert certainty_of_mean([(0.5, alone(1, 2)), (0.5, nothing)]) is None
+    assert mean_over_names(nothing) is None
+
+
+def test_names_may_count_alike() -> None:
+    assert mean_over_names(copies((30, 30), (0, 10))) == 50
+
+
+def test_a_mean_of_rates_of_the_same_tasks_varies_with_their_names() -> None:
+    cases = copies((10, 10), (0, 10), (10, 10), (5, 10), (0, 10), (10, 10))
+    whole, halves = certainty_of_rate(cases), certainty_of_mean([(0.5, cases), (0.5, cases)])
+    assert whole is not None
+    assert halves is not None
+    assert halves.interval == pytest.approx(whole.interval)  # the same twice is no surer than once
+    opposite = [case._replace(share=Share(1 - case.share.numerator, 1)) for case in cases]
+    opposed = certainty_of_mean([(0.5, cases), (0.5, opposite)])
+    assert opposed is not None
+    assert opposed.interval.high - opposed.interval.low < 0.7 * (whole.interval.high - whole.interval.low)
+
+
+def test_a_difference_is_surer_where_the_same_tasks_are_right() -> None:
+    first = copies((10, 10), (0, 10), (10, 10), (0, 10), (9, 10), (1, 10), (10, 10), (0, 10))
+    alike = copies((10, 10), (1, 10), (10, 10), (1, 10), (10, 10), (2, 10), (10, 10), (1, 10))
+    unlike = copies((0, 10), (10, 10), (0, 10), (10, 10), (1, 10), (9, 10), (5, 10), (10, 10))
+    near, far = certainty_of_difference(first, alike), certainty_of_difference(first, unlike)
+    assert near is not None
+    assert far is not None
+    assert near.interval.high - near.interval.low < far.interval.high - far.interval.low
+    assert near.interval.low + near.interval.high == pytest.approx(2 * 100 * 5 / 80)
+
+
+def test_runs_that_agree_everywhere_may_still_differ_elsewhere() -> None:
+    cases = alone(60, 100)
+    found = certainty_of_difference(cases, cases)
+    assert found is not None
+    assert found.interval == pytest.approx(Interval(-2, 2), abs=0.1)
+
+
+def test_an_interval_by_name_is_made_from_the_sums_of_names() -> None:
+    cases = matches(random.Random(3), 0.4)
+    whole, sums = certainty_of_rate(cases), certainty_of_rate(merged(cases))
+    assert whole is not None
+    assert sums is not None
+    assert whole.interval == pytest.approx(sums.interval)
+
+
+def covered(truth: float, samples: int, draw: Callable[[], Interval | None]) -> float:
+    """How often drawn intervals hold the truth, in percent or points."""
+    found = [draw() for _ in range(samples)]
+    return sum(i is not None and i.low <= truth <= i.high for i in found) / samples
+
+
+@pytest.mark.parametrize("rate", [0.01, 0.03, 0.1, 0.17, 0.3, 0.5, 0.8, 0.95, 0.99])
+def test_intervals_of_rates_hold_the_truth(rate: float) -> None:
+    generator = random.Random(f"rate/{rate}")
+
+    def draw() -> Interval | None:
+        found = certainty_of_rate(successes_by_name(generator, rate))
+        return found and found.interval
+
+    assert covered(100 * rate, 1000, draw) >= PROMISED
+
+
+@pytest.mark.parametrize("rate", [0.05, 0.3, 0.6, 0.95])
+def test_intervals_of_f1_hold_the_truth(rate: float) -> None:
+    generator = random.Random(f"f1/{rate}")
+
+    def draw() -> Interval | None:
+        found = certainty_of_rate(merged(matches(generator, rate)))
+        return found and found.interval
+
+    assert covered(100 * expected_f1(rate), 200, draw) >= PROMISED
+
+
+@pytest.mark.parametrize("rates", [(0.01, 0.1), (0.05, 0.2), (0.3, 0.5), (0.8, 0.95), (0.97, 0.99)])
+def test_intervals_of_differences_hold_the_truth(rates: tuple[float, float]) -> None:
+    generator = random.Random(f"difference/{rates}")
+
+    def draw() -> Interval | None:
+        found = certainty_of_difference(*(successes_by_name(generator, rate) for rate in rates))
+        return found and found.interval
+
+    assert covered(100 * (rates[1] - rates[0]), 500, draw) >= PROMISED
+
+
+@pytest.mark.parametrize("rates", [(0.05, 0.2), (0.5, 0.5), (0.8, 0.98)])
+def test_intervals_of_means_hold_the_truth(rates: tuple[float, float]) -> None:
+    generator = random.Random(f"mean/{rates}")
+
+    def draw() -> Interval | None:
+        found = certainty_of_mean([(0.5, successes_by_name(generator, rate)) for rate in rates])
+        return found and found.interval
+
+    assert covered(50 * sum(rates), 500, draw) >= PROMISED
+
+
+@pytest.mark.parametrize("rate", [0.1, 0.5, 0.9])
+def test_intervals_of_what_counts_several_times_hold_the_truth(rate: float) -> None:
+    """As many errors as tasks at a rate of one half: each task has two chances to err."""
+    generator = random.Random(f"several/{rate}")
+
+    def draw() -> Interval | None:
+        names = successes_by_name(generator, rate)
+        twice = [Case(t, n, Share(2 * numerator, of)) for t, n, (numerator, of) in names]
+        found = certainty_of_rate(twice)
+        return found and found.interval
+
+    assert covered(200 * rate, 500, draw) >= PROMISED

@@ -1,0 +1,83 @@
+"""What answers cost."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from pydantic import ValidationError
+
+from eai.abilities.record import Origin, Record, Usage
+from eai.errors import InputError
+from eai.results.cost import PaperCost, Price, Spent, paper_cost, read_price_list, spent
+from results.verdicts import SUCCEEDED, record
+
+PRICES = """\
+date = 2026-11-01
+source = "a page"
+
+[models."of/one"]
+input = 2
+output = 10.5
+"""
+
+
+def answer(usage: Usage | None) -> Record:
+    return replace(record("1_1", SUCCEEDED), origin=Origin(usage=usage))
+
+
+def test_only_answers_that_say_what_they_took_are_counted() -> None:
+    records = [
+        answer(Usage(100, 10, 4, 0.5)),
+        answer(Usage(200, 20)),
+        answer(None),
+        replace(answer(None), origin=None),
+    ]
+    assert spent(records) == Spent(2, Usage(300, 30, 4, 0.5), Usage(200, 20), 1)
+    assert spent(records).tokens == 330
+    assert spent(records[2:]) == Spent()
+
+
+def test_a_price_is_for_what_has_none() -> None:
+    found = spent([answer(Usage(100, 10, cost=0.5)), answer(Usage(1_000_000, 2_000_000))])
+    assert found.priced(Price(input=3, output=10)) == Spent(2, Usage(1_000_100, 2_000_010, cost=23.5))
+    assert found.priced(None) == found
+    assert (found + found).unpriced_answers == 2
+
+
+def test_prices_have_a_day_and_a_source(tmp_path: Path) -> None:
+    file = tmp_path / "prices.toml"
+    file.write_text(PRICES)
+    found = read_price_list(file)
+    assert (str(found.date), found.source) == ("2026-11-01", "a page")
+    assert found.models["of/one"].of(Usage(500_000, 100_000)) == pytest.approx(2.05)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "told"),
+    [
+        ("date = 2026-11-01\n", "", "date: is missing"),
+        ('source = "a page"\n', "", "source: is missing"),
+        ("input = 2\n", "input = -2\n", "models.of/one.input: expected greater than or equal to 0, found -2"),
+        ("input = 2\n", 'input = "2"\n', "models.of/one.input: expected a valid number"),
+        ("output", "outptu", "models.of/one.output: is missing"),
+        ("[models", "models", "expected TOML"),
+    ],
+)
+def test_a_list_of_another_form_is_refused_with_its_place(
+    old: str, new: str, told: str, tmp_path: Path
+) -> None:
+    file = tmp_path / "prices.toml"
+    file.write_text(PRICES.replace(old, new))
+    with pytest.raises(InputError, match=r"prices\.toml") as refused:
+        read_price_list(file)
+    assert told in str(refused.value)
+
+
+def test_the_papers_figures_are_as_printed() -> None:
+    figures = paper_cost()
+    assert (figures.runs, figures.tokens, figures.queries) == (180, 192_280_000, 84_960)
+    assert figures.dollars == 1540.70
+    with pytest.raises(ValidationError):
+        PaperCost.model_validate({**figures.model_dump(), "tokens": "192280000"})

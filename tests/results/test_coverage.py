@@ -1,0 +1,87 @@
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from eai.abilities.record import NOT_ANSWERED, Record
+from eai.abilities.transition_modeling.verdict import OperatorVerdict
+from eai.abilities.verdict import PlanVerdict
+from eai.results.coverage import Coverage, coverage_of, planners_of, together
+from results.verdicts import SUCCEEDED, record, whole
+
+FAILED = PlanVerdict(executable=False, success=False)
+
+
+def run(*verdicts: PlanVerdict, answered: int, size: int | None = None) -> tuple[Record, ...]:
+    records = whole([record(f"{i}_1", verdict) for i, verdict in enumerate(verdicts)])
+    lacking = [replace(r, unanswered="no row") for r in records[answered:]]
+    return tuple(replace(r, suite_size=size or len(records)) for r in (*records[:answered], *lacking))
+
+
+@pytest.mark.parametrize(
+    ("records", "shown", "ranked", "remark"),
+    [
+        (run(SUCCEEDED, SUCCEEDED, answered=2), "2/2", True, None),
+        (
+            run(SUCCEEDED, FAILED, FAILED, answered=1),
+            "1/3",
+            True,
+            "2 of 3 tasks without an answer, counted as failed.",
+        ),
+        (
+            run(SUCCEEDED, FAILED, replace(FAILED, excluded="the reference drops it"), answered=1),
+            "1/3",
+            True,
+            "2 of 3 tasks without an answer, counted as failed where they are in the statistics (1).",
+        ),
+        (
+            run(SUCCEEDED, PlanVerdict(excluded=NOT_ANSWERED), answered=1),
+            "1/2",
+            False,
+            "1 of 2 tasks without an answer, left out; the run is not ranked.",
+        ),
+        (
+            run(SUCCEEDED, FAILED, answered=1, size=9),
+            "1/9",
+            False,
+            "only 2 of 9 tasks were asked; 1 of 2 tasks without an answer, counted as failed; "
+            "the run is not ranked.",
+        ),
+    ],
+)
+def test_what_a_run_covers(records: tuple[Record, ...], shown: str, ranked: bool, remark: str | None) -> None:
+    found = coverage_of(records)
+    assert (str(found), found.ranked, found.remark) == (shown, ranked, remark)
+    numbers = found.to_json()
+    assert numbers["ranked"] is ranked
+    assert numbers["tasks"] == records[0].suite_size
+
+
+def test_records_that_do_not_say_are_never_complete() -> None:
+    silent = [record("1_1", SUCCEEDED), record("2_1", SUCCEEDED)]
+    mixed = [*whole([record("1_1", SUCCEEDED)]), record("2_1", SUCCEEDED)]
+    disagreeing = [replace(silent[0], suite_size=2), replace(silent[1], suite_size=3)]
+    for records in (silent, mixed, disagreeing):
+        found = coverage_of(records)
+        assert (str(found), found.ranked) == ("2/?", False)
+        assert "do not say how many tasks" in str(found.remark)
+        assert found.to_json()["not_asked"] is None
+
+
+def test_suites_together_are_ranked_only_if_each_is() -> None:
+    complete, part, unknown = Coverage(3, 3, tasks=3), Coverage(1, 1, tasks=4), Coverage(5, 5)
+    assert together([complete, complete]) == Coverage(6, 6, tasks=6)
+    assert together([complete, part]) == Coverage(4, 4, tasks=7)
+    assert not Coverage(4, 4, tasks=7).ranked
+    assert together([complete, unknown]) == Coverage(8, 8)
+    assert together([Coverage(4, 2, 2, 1), Coverage(3, 2, 1)]) == Coverage(7, 4, 3, 1)
+    assert together([]) is None
+
+
+def test_older_records_do_not_say_which_planner_judged() -> None:
+    names = (None, "full 24.06", "built_in", "built_in")
+    assert planners_of([SUCCEEDED, *(OperatorVerdict(planner_name=name) for name in names)]) == (
+        "built_in",
+        "full 24.06",
+    )

@@ -1,0 +1,67 @@
+"""Matched differences: strata are weighed alike, and what only one set has is left out."""
+
+from __future__ import annotations
+
+import random
+
+import pytest
+
+from eai.abilities.share import of_all
+from eai.results.certainty import Case
+from eai.results.matched import Placed, matched_difference
+
+
+def placed(which: str, *strata: tuple[str, int, int]) -> list[Placed]:
+    """Tasks of strata: the name of each, how many succeed and how many do not, all of unlike names."""
+    return [
+        Placed(Case(f"{which}{stratum}{i}", f"{which}{stratum}{i}", of_all(i < right)), stratum)
+        for stratum, right, wrong in strata
+        for i in range(right + wrong)
+    ]
+
+
+def test_a_stratum_weighs_what_it_weighs_in_the_first_set() -> None:
+    public = placed("p", ("short", 9, 1), ("long", 10, 20), ("odd", 0, 50))
+    fresh = placed("f", ("short", 30, 30), ("long", 1, 3), ("new", 7, 0))
+    found = matched_difference(public, fresh)
+    assert found is not None
+    assert found.tasks == (40, 64)
+    assert found.first == pytest.approx(100 * 19 / 40)
+    assert found.second == pytest.approx(100 * (10 * 0.5 + 30 * 0.25) / 40)
+    assert found.difference == pytest.approx(found.second - found.first)
+    low, high = found.certainty.interval
+    assert low < found.difference < high
+
+
+def test_nothing_alike_is_no_difference() -> None:
+    assert matched_difference(placed("p", ("a", 1, 1)), placed("f", ("b", 1, 1))) is None
+
+
+def test_tasks_of_one_name_are_one_unit() -> None:
+    public, fresh = placed("p", ("a", 20, 20)), placed("f", ("a", 20, 20))
+    copies = [Placed(case._replace(name=case.task[-1:]), stratum) for case, stratum in public]
+    apart, together = matched_difference(public, fresh), matched_difference(copies, fresh)
+    assert apart is not None
+    assert together is not None
+    assert together.certainty.names < apart.certainty.names
+    assert apart.certainty.interval.high - apart.certainty.interval.low <= (
+        together.certainty.interval.high - together.certainty.interval.low
+    )
+
+
+def test_intervals_hold_the_truth_as_often_as_is_said() -> None:
+    rng, held = random.Random(0), 0
+    for _ in range(200):
+        chances = {"a": 0.8, "b": 0.3}
+        sets = [
+            [
+                Placed(Case(f"{w}{i}", f"{w}{i}", of_all(rng.random() < chances[s])), s)
+                for i in range(80)
+                for s in ["a" if rng.random() < share else "b"]
+            ]
+            for w, share in (("p", 0.3), ("f", 0.7))
+        ]
+        found = matched_difference(*sets)
+        assert found is not None
+        held += found.certainty.interval.low <= 0 <= found.certainty.interval.high
+    assert held >= 186  # 93 % of 200; the truth is 0

@@ -1,0 +1,96 @@
+"""The plots of analyses, as far as they can be told without eyes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import pytest
+
+from eai.results.plot_analyses import PAGE, draw_matrix, draw_names
+from eai.results.table import Cell, Estimate
+from eai.studies.cofactors.plots import draw_effects
+from eai.studies.errors import plots as plot_leaves
+
+pytest.importorskip("matplotlib")
+
+LEAVES = ("success", "missing_step", "affordance")
+
+
+def row(model: str, leaf: str, estimate: Estimate) -> Mapping[str, Cell]:
+    return {"model": model, "leaf": leaf, "rate": estimate}
+
+
+def matrix(models: int, leaves: int) -> list[Mapping[str, Cell]]:
+    half = Estimate(50.0, 40.0, 60.0, 5, 10)
+    return [row(f"m{m}", f"leaf {leaf}", half) for m in range(models) for leaf in range(leaves)]
+
+
+@pytest.mark.parametrize(
+    ("models", "leaves", "below"), [(2, 3, "leaf 0"), (18, 11, "m0"), (18, 30, "leaf 0"), (40, 30, "m0")]
+)
+def test_a_matrix_of_many_models_fits_a_page(models: int, leaves: int, below: str) -> None:
+    figure = draw_matrix(matrix(models, leaves), ("leaf",), "rate", "percent")
+    assert figure is not None
+    assert figure.get_figwidth() <= PAGE
+    (panel,) = figure.axes
+    labels = [text.get_text() for text in panel.get_yticklabels()]
+    assert labels[0] == below
+    assert len(panel.get_xticklabels()) * len(labels) == len(panel.texts) == models * (leaves + 1)
+
+
+@pytest.mark.parametrize(("cases", "told"), [((10, 10), ["10", "2,745"]), ((10, 9), [])])
+def test_how_many_cases_a_model_has_stands_at_its_end_where_all_its_rates_are_of_them(
+    cases: tuple[int, int], told: list[str]
+) -> None:
+    of_first = [row("a", leaf, Estimate(50.0, None, None, 5, n)) for leaf, n in zip("xy", cases, strict=True)]
+    of_second = [row("b", leaf, Estimate(20.0, None, None, 549, 2745)) for leaf in "xy"]
+    figure = draw_matrix([*of_first, *of_second], ("leaf",), "rate", "percent of answers")
+    assert figure is not None
+    assert figure.get_suptitle() == "percent of answers"
+    (panel,) = figure.axes
+    assert [text.get_text() for text in panel.texts][4:] == told
+    assert [text.get_text() for text in panel.get_yticklabels()][2:] == (["n"] if told else [])
+
+
+def test_effects_and_leaves_say_of_how_many_answers_they_are() -> None:
+    effect = {"feature": "objects", "alone": Estimate(1.0), "together": Estimate(2.0)}
+    figure = draw_effects([{**effect, "answers": 2700, "names": 100}])
+    assert figure is not None
+    assert figure.axes[0].get_xlabel().splitlines()[-1] == "2,700 answers to tasks of 100 names"
+    leaf = {"stage": "success", "kind": "", "detail": "", "answers": Estimate(40.0, 30.0, 50.0, 360, 900)}
+    figure = plot_leaves.draw([{"model": "m", **leaf}])
+    assert figure is not None
+    assert figure.axes[0].get_title() == "m, percent of 900 answers"
+
+
+def test_a_number_stands_where_its_name_and_its_model_cross() -> None:
+    cells = [row(m, leaf, Estimate(float(10 * x + y + 1), None, None, 1, 9))
+             for x, m in enumerate("abcd") for y, leaf in enumerate(LEAVES)]  # fmt: skip
+    figure = draw_matrix(cells, ("leaf",), "rate", "percent")
+    assert figure is not None
+    found = {text.get_position(): text.get_text() for text in figure.axes[0].texts}
+    assert found[2, 3] == "33"  # the model d, affordance
+    assert found[0, 1] == "11"
+
+
+def test_a_name_of_no_cases_has_no_line() -> None:
+    known = [row("m", "on", Estimate(80.0, 60, 90, 8, 10)), row("m", "off", Estimate(25.0, 9, 50, 1, 4))]
+    nothing = row("m", "between", Estimate(None, None, None, 0, 0))
+    figure = draw_names([*known, nothing], "leaf", "rate", "recall")
+    assert figure is not None
+    assert [text.get_text() for text in figure.axes[0].get_yticklabels()] == ["on  10", "off  4"]
+    assert draw_names([nothing], "leaf", "rate", "recall") is None
+
+
+def test_a_long_name_is_told_in_full() -> None:
+    check = "there_is_no_soaked_cleaning_tool_detergent_or_running_sink_for"
+    rows = [row("m", check, Estimate(80.0, 60, 90, 8, 10)), row("m", "closed", Estimate(20.0, 9, 50, 2, 10))]
+    figure = draw_names(rows, "leaf", "rate", "share")
+    assert figure is not None
+    (panel,) = figure.axes
+    first, second = (text.get_text() for text in panel.get_yticklabels())
+    assert " ".join(first.split()) == f"{check.replace('_', ' ')} 8"
+    assert all(len(line) <= 35 for line in first.splitlines())
+    high, low = panel.get_yticks()
+    assert low - high > 1  # a name of several lines has the room of several
+    assert second == "closed  2"

@@ -1,0 +1,40 @@
+from __future__ import annotations
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from eai.abilities.share import Share, add, confusion_shares, of_all
+from eai.abilities.verdict import Confusion
+from eai.results.rate import NOTHING, Rate, total
+
+counts = st.integers(0, 50)
+
+
+def test_a_share_of_nothing_is_not_zero() -> None:
+    assert (NOTHING.percent, NOTHING.share) == (None, None)
+    assert Rate(1, 4).share == 0.25
+    assert Rate(0, 4).percent == 0.0
+
+
+def test_total_sums_both_parts() -> None:
+    assert total([{"a": Share(1, 1)}, {"a": Share(0, 3), "b": of_all(True)}]) == {
+        "a": Rate(1, 4),
+        "b": Rate(1, 1),
+    }
+
+
+@given(st.lists(st.tuples(counts, counts, counts), min_size=1))
+def test_rates_of_summed_counts_are_the_totals_of_the_rates(rows: list[tuple[int, int, int]]) -> None:
+    confusions = [Confusion(*row) for row in rows]
+    whole = {name: Rate(*share) for name, share in confusion_shares("x", add(confusions)).items()}
+    assert total(confusion_shares("x", c) for c in confusions) == whole
+
+
+@given(st.integers(1, 50), counts, counts)
+def test_f1_is_the_harmonic_mean(hits: int, extra: int, missed: int) -> None:
+    shares = confusion_shares("x", Confusion(hits, extra, missed))
+    precision, recall, f1 = (Rate(*shares[f"x.{name}"]).percent for name in ("precision", "recall", "f1"))
+    assert precision
+    assert recall
+    assert f1 == pytest.approx(2 * precision * recall / (precision + recall))

@@ -1,0 +1,157 @@
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import pytest
+
+from eai.benchmark.figure import Figure
+from eai.benchmark.registry import find_benchmark
+from eai.data.dataset import fetch
+from eai.data.store import Store
+from eai.households.packs import Pack, open_virtualhome
+from eai.households.virtualhome.counts import count_annotated
+from eai.households.virtualhome.pack import PACK, VirtualHome
+from eai.results.data_set.distributions import distributions
+from eai.results.data_set.profiles import profiles_of
+from eai.results.data_set.statistics import StatRow, table_of
+from eai.tasks.source import ErrataChoice, Source
+from oracle import read_shared
+
+NOT_AS_PRINTED = {
+    "virtualhome": {"percent longer than 10", "tasks: object affordance", "tasks: object orientation"},
+    "behavior": {"action steps"},
+}
+"""The figures of the paper that do not come out, each with a remark that says why."""
+
+
+def rows_of(domain: str, store: Store) -> dict[str, StatRow]:
+    return {row.label: row for row in table_of(find_benchmark(domain), Source(store)).rows}
+
+
+def test_records_are_counted_as_annotated(store: Store, packs: Sequence[Pack]) -> None:
+    fetch(store, packs=packs)
+    figures: dict[str, Figure] = {
+        figure.label: figure for figure in count_annotated(VirtualHome.of(store.open(PACK)), ["1_1"], 5)
+    }
+    assert {label: figure.value for label, figure in figures.items()} == {
+        "task names": 2,
+        "tasks": 3,
+        "instructions": 2,
+        "action sequencing tasks": 2,
+        "transition modeling tasks": 1,
+        "goals": 5,
+        "state goals": 1,
+        "relation goals": 2,
+        "action goals": 2,
+        "action steps": 4,
+        "transition models": 5,
+    }
+    assert "Put cup (1)" in figures["transition modeling tasks"].note
+
+
+@pytest.mark.parametrize("domain", ["virtualhome", "behavior"])
+def test_every_printed_figure_comes_out_or_has_a_remark(data_store: Store, domain: str) -> None:
+    rows = rows_of(domain, data_store)
+    printed = {label: row for label, row in rows.items() if row.printed is not None}
+    differing = {
+        label for label, row in printed.items() if round(row.value, decimals(row.printed)) != row.printed
+    }
+    assert differing == NOT_AS_PRINTED[domain]
+    assert all(rows[label].remark for label in differing)
+
+
+def decimals(printed: float | None) -> int:
+    return len(str(printed).partition(".")[2])
+
+
+def test_the_printed_figures_are_the_papers(data_store: Store) -> None:
+    found = read_shared("paper", "dataset_statistics.json")
+    label_of = {
+        "steps": "action steps",
+        "steps_mean": "steps per trajectory",
+        "steps_min": "fewest steps",
+        "steps_max": "most steps",
+        "share_of_instructions_longer_than_10": "percent longer than 10",
+        "task_names_with_an_instruction_longer_than_10": "names with one longer than 10",
+        "goal_conditions_mean": "goal conditions per task",
+        "ground_goals_mean": "ground goals per task",
+        "goal_options_mean": "goal options per task",
+    }
+    for column, domain in enumerate(found["columns"]):
+        rows = rows_of(domain, data_store)
+        expected = {
+            label_of.get(name, name.replace("_", " ")): figures[column]
+            for name, figures in found["rows"].items()
+            if figures[column] is not None
+        }
+        if domain == "virtualhome":
+            expected["percent longer than 10"] = round(100 * expected["percent longer than 10"])
+        of_categories = read_shared("paper", "task_categories.json")["rows_as_printed"]
+        for name, figures in of_categories.items():
+            if figures[column] is not None:
+                expected[f"tasks: {name.replace('non_', 'non-').replace('_', ' ')}"] = figures[column]
+        assert {label: row.printed for label, row in rows.items() if row.printed is not None} == expected
+
+
+def test_figures_that_the_paper_does_not_print(data_store: Store) -> None:
+    virtualhome, behavior = rows_of("virtualhome", data_store), rows_of("behavior", data_store)
+    assert {
+        label: virtualhome[label].value
+        for label in ("tasks", "action sequencing tasks", "transition modeling tasks", "goal conditions")
+    } == {
+        "tasks": 342,
+        "action sequencing tasks": 305,
+        "transition modeling tasks": 296,
+        "goal conditions": 800,
+    }
+    assert "less the 37 with two or more" in virtualhome["action sequencing tasks"].note
+    assert [virtualhome[f"tasks: object {name}"].value for name in ("affordance", "orientation")] == [167, 28]
+    assert {
+        label: behavior[label].value
+        for label in ("goal conditions", "goal options per task", "goal options, median", "most steps")
+    } == {
+        "goal conditions": 366,
+        "goal options per task": 4164.41,
+        "goal options, median": 1,
+        "most steps": 67,
+    }
+
+
+def test_what_remarks_say_is_so(data_store: Store) -> None:
+    scripts = [task.script for task in open_virtualhome(data_store).values()]
+    goals = profiles_of(find_benchmark("virtualhome"), Source(data_store))
+    instructed = [script for script, task in zip(scripts, goals, strict=True) if task.features.goals]
+    assert round(100 * sum(len(script) >= 10 for script in instructed) / len(instructed), 1) == 38.2
+    tasks = profiles_of(find_benchmark("behavior"), Source(data_store, errata=ErrataChoice.NONE))
+    options = [task.features.goal_options for task in tasks]
+    assert round(max(options) / sum(options), 1) == 0.8
+    lists = read_shared("paper", "task_lists.json")["behavior_plan_length"]
+    released = {task.name: task.features.annotated_steps for task in tasks}
+    assert len(lists) == 60
+    assert {name: (steps, released[name]) for name, steps in lists.items() if released[name] != steps} == {
+        "cleaning_bathrooms": (12, 11)
+    }
+
+
+def test_four_tasks_have_neither_goals_nor_a_temporal_goal(data_store: Store) -> None:
+    tasks = open_virtualhome(data_store).values()
+    assert {task.id for task in tasks if task.tl_goal is None} == {"627_1", "339_1", "84_1", "93_1"}
+    assert all(
+        (task.tl_goal is None) == (not (task.node_goals or task.edge_goals or task.action_goals))
+        for task in tasks
+    )
+
+
+def test_options_by_decade_are_the_papers(data_store: Store) -> None:
+    found = {
+        each.name: each
+        for each in distributions(find_benchmark("behavior"), Source(data_store, errata=ErrataChoice.NONE))
+    }
+    decades = [
+        sum(count for value, count in found["goal_options"].counts.items() if len(str(value)) == digits)
+        for digits in range(1, 7)
+    ]
+    assert decades == [82, 7, 7, 1, 2, 1]
+    assert sum(found["annotated_steps"].counts.values()) == 100
+    assert sum(found["actions"].counts.values()) == 1455
+    assert all(list(each.counts) == sorted(each.counts) for each in found.values() if each.of == "tasks")

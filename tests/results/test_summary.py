@@ -1,0 +1,185 @@
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from eai.abilities.declarations import DECLARATIONS
+from eai.abilities.goal_interpretation.verdict import GoalVerdict
+from eai.abilities.protocol import Ability
+from eai.abilities.record import TaskFeatures
+from eai.abilities.share import Share
+from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory, SubgoalVerdict
+from eai.abilities.transition_modeling.verdict import OperatorVerdict
+from eai.abilities.verdict import Confusion, Counted, ErrorReport, GoalTallies, Tally
+from eai.pddl.planning import PlannerOutcome
+from eai.results.certainty import Case
+from eai.results.rate import Rate
+from eai.results.summary import cases_of, summarise
+from eai.world.fault import FaultKind
+from results.verdicts import SUCCEEDED, failed, goals, record
+
+ARITY = ErrorReport(FaultKind.ARGUMENT_NUMBER, None, "OPEN takes 1 argument")
+
+
+@pytest.mark.parametrize("ability", Ability)
+def test_every_column_that_is_shown_is_a_metric(ability: Ability) -> None:
+    declared = DECLARATIONS[ability]
+    rates = summarise([declared.verdict()], ability)
+    shown = {column.metric for column in declared.columns}
+    assert {*declared.terminal, *declared.main, *declared.averaged, *declared.yes_no} <= rates.keys()
+    assert shown <= rates.keys()
+    assert {*declared.terminal, *declared.main} <= shown
+
+
+@pytest.mark.parametrize("ability", Ability)
+def test_less_is_better_of_errors_alone(ability: Ability) -> None:
+    errors = {kind.value for kind in FaultKind} | {"ill_formed"}
+    for column in DECLARATIONS[ability].columns:
+        assert column.more_is_better is (column.metric not in errors), column.metric
+
+
+def test_every_ability_is_declared() -> None:
+    assert list(DECLARATIONS) == list(Ability)
+    assert all(declared.ability is ability for ability, declared in DECLARATIONS.items())
+
+
+def test_excluded_answers_are_in_no_denominator() -> None:
+    verdicts = [SUCCEEDED, replace(SUCCEEDED, excluded="why")]
+    assert summarise(verdicts, Ability.ACTION_SEQUENCING)["task_success"] == Rate(1, 1)
+
+
+def test_plans_by_the_kind_of_their_end() -> None:
+    verdicts = [SUCCEEDED, failed(FaultKind.MISSING_STEP), failed(FaultKind.PARSING)]
+    rates = summarise(verdicts, Ability.ACTION_SEQUENCING)
+    assert rates["task_success"] == Rate(1, 3)
+    assert rates["missing_step"] == rates["parsing"] == Rate(1, 3)
+    assert rates["wrong_order"] == Rate(0, 3)
+    assert rates["state_goal"] == rates["total_goal"] == Rate(1, 3)
+
+
+def test_additional_steps_count_by_answer_unless_the_verdict_says_otherwise() -> None:
+    three = replace(SUCCEEDED, additional_steps=3)
+    assert summarise([three, SUCCEEDED], Ability.ACTION_SEQUENCING)["additional_step"] == Rate(1, 2)
+    by_step = replace(three, counted=Counted(True, goals((1, 1)), ((FaultKind.ADDITIONAL_STEP, 3),)))
+    assert summarise([by_step, SUCCEEDED], Ability.ACTION_SEQUENCING)["additional_step"] == Rate(3, 2)
+
+
+def test_what_an_answer_counts_as_comes_before_what_its_verdict_says() -> None:
+    failure = failed(FaultKind.PARSING)
+    twice = replace(failure, counted=Counted(False, goals((0, 1)), ((FaultKind.PARSING, 2),)))
+    missed = Counted(False, GoalTallies(Tally(0, 0), Tally(0, 0), Tally(1, 2)), ())
+    rates = summarise([twice, replace(SUCCEEDED, counted=missed)], Ability.ACTION_SEQUENCING)
+    assert rates["parsing"] == Rate(2, 2)
+    assert rates["task_success"] == Rate(0, 2)
+    assert rates["execution_success"] == Rate(1, 2)
+    assert rates["action_goal"] == Rate(1, 2)
+
+
+def test_predicted_goals() -> None:
+    read = GoalVerdict(
+        counts={"state": Confusion(2, 1, 0), "action": Confusion(0, 0, 1)},
+        predicted=4,
+        ill_formed=1,
+        hallucinated=("sofaa", "x"),
+    )
+    unread = GoalVerdict(
+        counts={"state": Confusion(0, 0, 2)}, error=ErrorReport(FaultKind.PARSING, None, "no JSON")
+    )
+    rates = summarise([read, unread], Ability.GOAL_INTERPRETATION)
+    assert rates["state.recall"] == Rate(2, 4)
+    assert rates["overall.precision"] == Rate(2, 3)
+    assert rates["overall.f1"] == Rate(4, 8)
+    assert rates["relation.f1"].percent is None
+    assert rates["parsing"] == Rate(1, 2)
+    assert (rates["ill_formed"], rates["hallucination"]) == (Rate(1, 4), Rate(2, 4))
+
+
+def test_goals_of_no_kind_count_overall() -> None:
+    verdict = GoalVerdict(counts={"state": Confusion(1, 0, 0), "all": Confusion(1, 2, 0)})
+    rates = summarise([verdict], Ability.GOAL_INTERPRETATION)
+    assert rates["overall.precision"] == Rate(1, 3)
+
+
+def test_subgoals_by_outcome() -> None:
+    correct = SubgoalVerdict(category=SubgoalCategory.CORRECT, additional_steps=2, goals=goals((1, 1)))
+    arity = SubgoalVerdict(category=SubgoalCategory.HALLUCINATION, error=ARITY)
+    unknown = SubgoalVerdict(
+        category=SubgoalCategory.HALLUCINATION, error=ErrorReport(FaultKind.HALLUCINATION, None, "x")
+    )
+    unreadable = SubgoalVerdict(category=SubgoalCategory.NOT_PARSEABLE)
+    verdicts = [correct, arity, unknown, unreadable]
+    rates = summarise(verdicts, Ability.SUBGOAL_DECOMPOSITION)
+    for name in ("task_success", "execution_success", "parsing", "argument_number", "hallucination"):
+        assert rates[name] == Rate(1, 4), name
+    assert rates["additional_step"] == Rate(1, 4)
+
+
+def test_errors_of_subgoals_count_as_often_as_the_verdict_says() -> None:
+    wrong_order = ErrorReport(FaultKind.WRONG_ORDER, 0, "why")
+    runtime = SubgoalVerdict(category=SubgoalCategory.RUNTIME, error=wrong_order, additional_steps=1)
+    missed = replace(runtime, category=SubgoalCategory.GOAL_UNREACHABLE)
+    none = goals((0, 1))
+    entries = replace(runtime, counted=Counted(False, none, ((FaultKind.WRONG_ORDER, 2),)))
+    for verdicts, counted, additional in (
+        ([runtime, missed], 2, 2),
+        ([entries, missed], 3, 1),
+        ([entries, replace(missed, counted=Counted(False, none, ()))], 2, 0),
+    ):
+        rates = summarise(verdicts, Ability.SUBGOAL_DECOMPOSITION)
+        assert rates["wrong_order"] == Rate(counted, 2)
+        assert rates["additional_step"] == Rate(additional, 2)
+        assert rates["execution_success"] == Rate(1, 2)
+
+
+def test_operators_count_by_category_and_plans_by_task() -> None:
+    solved = OperatorVerdict(
+        counts={
+            "precondition": {"object_states": Confusion(1, 0, 1)},
+            "effect": {"object_states": Confusion(1, 2, 0), "object_tools": Confusion(3, 0, 0)},
+        },
+        planner=PlannerOutcome.SOLVED,
+        task_categories=("object_states", "spatial_relations"),
+    )
+    unsolved = replace(solved, planner=PlannerOutcome.TIME, counts=None, task_categories=())
+    rates = summarise([solved, unsolved], Ability.TRANSITION_MODELING)
+    assert rates["object_states.f1"] == Rate(4, 7)
+    assert rates["overall.precision"] == Rate(5, 7)
+    assert rates["overall.planner_success"] == Rate(1, 2)
+    assert rates["spatial_relations.planner_success"] == Rate(1, 1)
+    assert rates["object_affordance.planner_success"].percent is None
+
+
+def test_clauses_of_several_categories_count_once_and_literals_apart() -> None:
+    side = {"all": Confusion(1, 1, 2), "object_states": Confusion(1, 0, 1), "other": Confusion(1, 1, 1)}
+    verdict = OperatorVerdict(counts={"effect": side}, literals={"effect": Confusion(4, 1, 3)})
+    rates = summarise([verdict], Ability.TRANSITION_MODELING)
+    assert rates["overall.f1"] == Rate(2, 5)
+    assert rates["object_states.f1"] == Rate(2, 3)
+    assert rates["literals.f1"] == Rate(8, 12)
+    assert rates["literals.recall"] == Rate(4, 7)
+    without = summarise([replace(verdict, literals=None)], Ability.TRANSITION_MODELING)
+    assert without["literals.f1"].percent is None
+
+
+def test_without_a_planner_there_is_no_planner_success() -> None:
+    foregone = OperatorVerdict(planner=PlannerOutcome.INPUT_ERROR)
+    verdicts = [foregone, OperatorVerdict(planner=PlannerOutcome.NOT_RUN)]
+    rates = summarise(verdicts, Ability.TRANSITION_MODELING)
+    assert rates["overall.planner_success"].percent is None
+
+
+@pytest.mark.parametrize("ability", list(Ability))
+def test_a_run_without_scored_answers_has_all_metrics_without_a_value(ability: Ability) -> None:
+    declared = DECLARATIONS[ability]
+    rates = summarise([declared.verdict(excluded="for a reason")], ability)
+    assert rates.keys() == declared.contributions(declared.verdict()).keys()
+    assert all(rate.denominator == 0 for rate in rates.values())
+
+
+def test_cases_are_of_what_is_scored_and_named_by_the_task_where_that_is_known() -> None:
+    named = replace(record("a_1", SUCCEEDED), task=TaskFeatures("a", 4, 1))
+    records = [named, record("b", replace(SUCCEEDED, excluded="why")), record("c", failed(FaultKind.PARSING))]
+    cases = cases_of(records, Ability.ACTION_SEQUENCING)
+    assert cases.keys() == summarise([], Ability.ACTION_SEQUENCING).keys()
+    assert cases["task_success"] == [Case("a_1", "a", Share(1, 1)), Case("c", "c", Share(0, 1))]

@@ -1,0 +1,88 @@
+from __future__ import annotations
+
+import json
+import sys
+from dataclasses import fields
+from pathlib import Path
+
+import pytest
+
+from eai.abilities.share import Share
+from eai.errors import EaiError
+from eai.results.certainty import Case
+from eai.results.lines import TABLES, StepLine
+from eai.results.table import Estimate, Table, lines_csv, write_parquet, write_tables
+from studies.published import GPT_4O
+
+RATE = Estimate.of([Case(str(i), str(i), Share(i % 2, 1)) for i in range(10)])
+TABLE = Table(
+    "sizes", "Sizes", "How big.", ("what", "size", "known"), (("a | b", RATE, True), ("c", None, None))
+)
+STEP = StepLine(
+    protocol="strict",
+    domain="lamps",
+    ability="action_sequencing",
+    model=GPT_4O,
+    task="1",
+    name="Lamps",
+    step=0,
+    operator="GO",
+    objects="lamp_1",
+    outcome="executed",
+    reason="",
+)
+
+
+def test_an_estimate_says_what_it_is_made_of() -> None:
+    assert (RATE.value, RATE.numerator, RATE.denominator) == (50.0, 5, 10)
+    assert str(RATE) == "50 (5/10) [23.7, 76.3]"
+    assert str(Estimate(-0.456, -1.0, 0.25)) == "-0.46 [-1, 0.25]"
+    assert str(Estimate(None)) == ""
+
+
+def test_tables_are_written_in_three_forms(tmp_path: Path) -> None:
+    written = write_tables(tmp_path, "things", [TABLE], ["Mind."])
+    assert [path.name for path in written] == ["sizes.csv", "things.json", "things.md"]
+    csv_file, json_file, markdown = (path.read_text(encoding="utf-8") for path in written)
+    assert csv_file.splitlines()[0] == "what,size,size_low,size_high,size_numerator,size_denominator,known"
+    assert csv_file.splitlines()[2] == "c,,,,,,"
+    assert csv_file.splitlines()[1].endswith("5,10,true")
+    found = json.loads(json_file)
+    assert found["remarks"] == ["Mind."]
+    assert found["tables"]["sizes"]["definition"] == "How big."
+    assert found["tables"]["sizes"]["rows"][0]["size"]["numerator"] == 5
+    assert "| a \\| b | 50 (5/10) [23.7, 76.3] | yes |" in markdown
+
+
+def test_a_line_is_a_line_of_csv() -> None:
+    columns, values = lines_csv(StepLine, [STEP]).splitlines()
+    assert columns == "protocol,domain,ability,model,task,name,step,operator,objects,outcome,reason"
+    assert values == f"strict,lamps,action_sequencing,{GPT_4O},1,Lamps,0,GO,lamp_1,executed,"
+
+
+def test_parquet_keeps_types(tmp_path: Path) -> None:
+    parquet = pytest.importorskip("pyarrow.parquet")
+    for name, kind in TABLES.items():
+        write_parquet(tmp_path / f"{name}.parquet", kind, [STEP] if kind is StepLine else [])
+    read = parquet.read_table(tmp_path / "steps.parquet")
+    assert (str(read.schema.field("step").type), read.num_rows) == ("int64", 1)
+    answers = parquet.read_table(tmp_path / "answers.parquet").schema
+    assert [str(answers.field(name).type) for name in ("success", "cost", "goals")] == [
+        "bool",
+        "double",
+        "int64",
+    ]
+
+
+def test_a_missing_extra_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "pyarrow", None)
+    with pytest.raises(
+        EaiError, match=r"Parquet needs pyarrow: pip install 'embodied-agent-interface\[analysis\]'"
+    ):
+        write_parquet(tmp_path / "steps.parquet", StepLine, [STEP])
+
+
+def test_the_documentation_tells_every_column() -> None:
+    page = (Path(__file__).parents[2] / "docs" / "analyses.md").read_text(encoding="utf-8")
+    columns = {column.name for kind in TABLES.values() for column in fields(kind)}
+    assert [name for name in sorted(columns) if f"\n| `{name}` | " not in page] == []

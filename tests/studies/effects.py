@@ -1,0 +1,67 @@
+"""Made-up answers of nine models to tasks that are near copies, and what analyses make of them."""
+
+from __future__ import annotations
+
+import math
+import random
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from eai.results.table import Estimate
+from eai.studies.cofactors.correlation import rank_correlation
+from eai.studies.cofactors.logit import fit_logit
+from eai.studies.items.analysis import Scores, ability_estimate
+from eai.studies.items.rasch import fit_rasch
+
+MODELS = 9
+
+
+class Answer(NamedTuple):
+    """A made-up answer: its name, its task, who answered, the task's cofactor, whether it succeeds."""
+
+    name: str
+    task: str
+    model: int
+    cofactor: float
+    success: bool
+
+
+def answers(generator: random.Random, sizes: Sequence[int]) -> list[Answer]:
+    """Answers of models of different ability to tasks of names of these sizes."""
+    found = []
+    for name, size in enumerate(sizes):
+        hardness, shared = generator.gauss(0, 2), generator.gauss(0, 1)
+        for task in range(size):
+            cofactor = math.sqrt(0.7) * shared + math.sqrt(0.3) * generator.gauss(0, 1)
+            for model in range(MODELS):
+                score = (model - MODELS // 2) / 3 - cofactor + hardness
+                success = generator.random() < 1 / (1 + math.exp(-score))
+                found.append(Answer(str(name), f"{name}/{task}", model, cofactor, success))
+    return found
+
+
+def log_odds(run: Sequence[Answer]) -> Estimate:
+    """The effect of the cofactor, as the adjusted table has it."""
+    columns = np.array([[e.cofactor, *(float(e.model == m) for m in range(MODELS))] for e in run])
+    found = fit_logit(columns, np.array([float(e.success) for e in run]), [e.name for e in run])
+    return Estimate(None) if found is None else Estimate(found[0].value, found[0].low, found[0].high)
+
+
+def correlation(run: Sequence[Answer]) -> Estimate:
+    """The rank correlation of one model's success with the cofactor."""
+    of_model = [each for each in run if each.model == MODELS // 2]
+    names = [each.name for each in of_model]
+    return rank_correlation([float(e.success) for e in of_model], [e.cofactor for e in of_model], names)
+
+
+def ability(run: Sequence[Answer]) -> Estimate:
+    """The ability of the second best model, as the analysis of items has it."""
+    tasks = {each.task: each.name for each in run}
+    matrix = np.zeros((MODELS, len(tasks)))
+    places = {task: place for place, task in enumerate(tasks)}
+    for each in run:
+        matrix[each.model, places[each.task]] = each.success
+    scores = Scores(tuple(map(str, range(MODELS))), tuple(tasks), tuple(tasks.values()), matrix)
+    return ability_estimate(scores, fit_rasch(matrix), MODELS - 2)

@@ -1,0 +1,78 @@
+from __future__ import annotations
+
+import pytest
+
+from eai.abilities.planning import find_plan
+from eai.planning.planner import Planner
+from eai.studies.perception.belief import UNSEEN, believed_task
+from eai.studies.perception.scene_graph import SceneGraph
+from studies.perception.kitchen import DOMAIN, KITCHEN, TRUTH, WORDS, fact, kitchen_task, seen
+
+ALL = ("in cup_1 box_1", "on box_1 table_1", "lit lamp_1")
+
+
+def plan(graph: SceneGraph) -> list[str]:
+    """What a planner does that believes its eyes."""
+    task = believed_task(kitchen_task(), WORDS, graph)
+    found = find_plan(task, Planner(DOMAIN))
+    return [
+        " ".join([each.operator, *(task.scene.objects[i].name for i in each.arguments)])
+        for each in found.plan
+    ]
+
+
+def test_who_sees_all_believes_what_is_so() -> None:
+    task = kitchen_task()
+    assert believed_task(task, WORDS, TRUTH) is task
+
+
+@pytest.mark.parametrize(
+    ("facts", "done"),
+    [
+        (ALL, ["TAKE cup_1", "PUT_ON cup_1 table_1", "LIGHT lamp_2"]),
+        ((*ALL, "lit lamp_2"), ["TAKE cup_1", "PUT_ON cup_1 table_1"]),
+        (("on cup_1 table_1", *ALL[1:]), ["LIGHT lamp_2"]),
+        (ALL[:2], ["TAKE cup_1", "PUT_ON cup_1 table_1", "LIGHT lamp_1", "LIGHT lamp_2"]),
+    ],
+)
+def test_a_planner_acts_on_what_it_sees(facts: tuple[str, ...], done: list[str]) -> None:
+    assert sorted(plan(seen(*facts).graph)) == sorted(done)
+
+
+def test_what_is_not_seen_is_of_no_kind_and_never_named() -> None:
+    objects = tuple(name for name in TRUTH.objects if name != "lamp_2")
+    task = believed_task(kitchen_task(), WORDS, seen(*ALL, objects=objects).graph)
+    assert task.scene.objects[5].category == UNSEEN
+    assert 5 not in task.relevant
+    assert plan(seen(*ALL, objects=objects).graph) == ["TAKE cup_1", "PUT_ON cup_1 table_1"]
+
+
+def test_what_is_seen_without_being_there_is_like_what_it_is_named_after() -> None:
+    graph = seen(*ALL, "lit lamp_2", "on lamp_7 table_1", objects=(*TRUTH.objects, "lamp_7", "dragon")).graph
+    task = believed_task(kitchen_task(), WORDS, graph)
+    new = [(thing.name, thing.category) for thing in task.scene.objects[6:]]
+    assert new == [("lamp_7", "lamp"), ("dragon", "dragon")]
+    assert task.initial.has("can_light", 6)
+    assert not task.initial.has("can_light", 7)
+    assert "LIGHT lamp_7" in plan(graph)
+
+
+def test_a_circle_of_supports_is_not_believed() -> None:
+    task = believed_task(kitchen_task(), WORDS, seen(*ALL, "in table_1 cup_1").graph)
+    told = [str(each) for each in WORDS.describe(task).facts]
+    assert "in(table_1, cup_1)" not in told
+    assert {str(fact(each)) for each in ALL} == {*told}
+
+
+def test_a_prompt_tells_the_perceived_scene() -> None:
+    task = believed_task(
+        kitchen_task(), WORDS, seen("lit lamp_2", objects=("cup_1", "lamp_2", "lamp_7")).graph
+    )
+    wording = KITCHEN.observed_wording()
+    assert wording.initial(task) == "lit(lamp_2)"
+    assert wording.objects(task).splitlines() == [
+        "robot [robot]: -",
+        "cup_1 [cup]: -",
+        "lamp_2 [lamp]: can_light",
+        "lamp_7 [lamp]: can_light",
+    ]

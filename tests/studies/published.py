@@ -1,0 +1,44 @@
+"""The published answers of nine models, scored and made into tidy tables."""
+
+from __future__ import annotations
+
+from functools import cache
+
+from eai.abilities.protocol import Ability, Protocol
+from eai.abilities.responses import Response, ResponseFile
+from eai.benchmark.suite import open_suite
+from eai.data.store import Store
+from eai.pddl.planning import PlannerChoice
+from eai.results.tidy import TableMaker, Tables
+from eai.scoring.batch import Settings, score_run
+from eai.tasks.source import ErrataChoice, Source
+from oracle import read_oracle
+
+GPT_4O = "gpt-4o-2024-05-13"
+
+
+@cache
+def tables(
+    domain: str,
+    ability: Ability,
+    models: tuple[str, ...] = (GPT_4O,),
+    protocol: Protocol = Protocol.EAI_1_0_5,
+    planner: PlannerChoice = PlannerChoice.NONE,
+) -> Tables:
+    """The tables of one suite; skips the test where the answers are not on this machine."""
+    maker = TableMaker(Source(Store(), errata=ErrataChoice.NONE))  # features are as published
+    suite = open_suite(domain, ability, protocol, source=Source(Store(), planner=planner))
+    for model in models:
+        content = read_oracle(domain, ability.value, model)
+        rows = content.get("tasks") or content.get("records")
+        answers = ResponseFile(
+            model,
+            tuple(
+                Response(
+                    row.get("id", row.get("identifier")), row.get("llm_output", row.get("response")) or ""
+                )
+                for row in rows
+            ),
+        )
+        maker.add(score_run(suite, answers, {}, Settings(explanations=True)))
+    return maker.tables

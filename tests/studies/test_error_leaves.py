@@ -1,0 +1,69 @@
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+from eai.abilities.protocol import Ability
+from eai.data.store import Store
+from eai.results.table import Table
+from eai.results.tidy import TableMaker
+from eai.studies.errors.analysis import Leaf, error_tables, leaf_of
+from eai.tasks.source import Source
+from oracle import MODELS
+from report.samples import action_run, goal_run, operator_run, subgoal_run
+from studies.published import tables
+
+
+def rows(table: Table) -> list[dict[str, Any]]:
+    return [dict(zip(table.columns, row, strict=True)) for row in table.rows]
+
+
+@pytest.mark.parametrize(
+    ("changes", "leaf"),
+    [
+        ({"outcome": "success"}, Leaf("success")),
+        ({"outcome": "not_answered"}, Leaf("not_answered")),
+        ({"outcome": "parsing"}, Leaf("grammar", "parsing")),
+        (
+            {"outcome": "hallucination", "error_check": "unknown_object"},
+            Leaf("grammar", "hallucination", "object"),
+        ),
+        ({"outcome": "wrong_order"}, Leaf("runtime", "wrong_order")),
+        (
+            {"outcome": "goal_missed", "executable": True, "state_met": 0.5, "state_total": 1.0},
+            Leaf("goal", "goal_missed", "state"),
+        ),
+        ({"outcome": "goal_missed", "executable": None}, Leaf("goal_missed")),
+    ],
+)
+def test_every_answer_is_at_one_leaf(changes: dict[str, Any], leaf: Leaf) -> None:
+    maker = TableMaker(Source(Store()))
+    maker.add(action_run())
+    answer = replace(maker.tables.answers[0], relation_met=None, error_check=None)
+    assert leaf_of(replace(answer, **changes)) == leaf
+
+
+def test_leaves_add_up_to_the_outcomes_of_reports() -> None:
+    maker = TableMaker(Source(Store()))
+    for records in (action_run(), goal_run(), subgoal_run(), operator_run()):
+        maker.add(records)
+    found = {table.name: table for table in error_tables(maker.tables.answers, maker.tables.clauses)}
+    outcomes = Counter(a.outcome for a in maker.tables.answers if a.outcome != "excluded")
+    leaves: Counter[str] = Counter()
+    for row in rows(found["leaves"]):
+        leaves[row["kind"] or row["stage"]] += row["answers"].numerator
+    assert leaves == outcomes
+    assert {row["predicate"] for row in rows(found["predicates"])} == {"near", "can_open"}
+
+
+def test_what_is_closed_is_overlooked_most() -> None:
+    """The paper says so without a number; here it is of nine models, 219 of 410 errors."""
+    found = tables("behavior", Ability.ACTION_SEQUENCING, MODELS)
+    why = error_tables(found.answers, found.clauses)[1]
+    together = {row["check"]: row["share"].numerator for row in rows(why) if row["model"] == "all models"}
+    first = ["is_closed", "is_inside_something_that_is_closed"]
+    assert list(together)[:2] == first
+    assert (sum(together[check] for check in first), sum(together.values())) == (219, 410)

@@ -1,0 +1,114 @@
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+from eai.abilities.protocol import Ability
+from eai.data.store import Store
+from eai.planning.planner import Planned, Planner
+from eai.results.suites import SuiteKey
+from eai.results.table import Table
+from eai.studies.items.analysis import Flag, item_tables
+from eai.studies.items.item_flags import ItemFlags
+from eai.tasks.source import Source
+from oracle import MODELS
+from studies.published import tables
+
+pytest.importorskip("scipy")
+
+SUBGOALS = SuiteKey("eai-1.0.5", "virtualhome", "subgoal_decomposition")
+PLANS = SuiteKey("eai-1.0.5", "virtualhome", "action_sequencing")
+WRONG_GOLD = "preserving_food_0_Rs_int_0_2021-08-25_15-53-33"
+
+
+def rows(table: Table) -> list[dict[str, Any]]:
+    return [dict(zip(table.columns, row, strict=True)) for row in table.rows]
+
+
+@pytest.fixture(scope="module")
+def nine() -> dict[str, list[dict[str, Any]]]:
+    answers = tables("behavior", Ability.ACTION_SEQUENCING, MODELS).answers
+    return {table.name: rows(table) for table in item_tables(answers)}
+
+
+def test_a_suite_is_a_test_of_so_many_tasks(nine: dict[str, list[dict[str, Any]]]) -> None:
+    (suite,) = nine["tests"]
+    counts = [suite[name] for name in ("models", "tasks", "saturated", "unsolved", "negative")]
+    assert counts == [9, 100, 9, 25, 4]
+    assert round(suite["alpha"], 3) == 0.968
+    assert suite["held_out_rasch"] > 0.9 > 0.75 > suite["held_out_mean"]
+
+
+def test_null_models_are_no_models() -> None:
+    answers = tables("behavior", Ability.ACTION_SEQUENCING, MODELS[:4]).answers
+    known = [each for each in answers if each.model == MODELS[0]]
+    assert known
+    more = [*answers, *(replace(each, model="eai_copy") for each in known)]
+    assert [table.rows for table in item_tables(more)] == [table.rows for table in item_tables(answers)]
+
+
+def test_models_stand_by_ability_which_is_the_order_of_their_scores(
+    nine: dict[str, list[dict[str, Any]]],
+) -> None:
+    scores = [row["score"].value for row in nine["abilities"]]
+    assert scores == sorted(scores, reverse=True)
+    assert all(row["logit"].low < row["logit"].value < row["logit"].high for row in nine["abilities"])
+
+
+def test_tasks_are_flagged_by_who_solves_them(nine: dict[str, list[dict[str, Any]]]) -> None:
+    for row in nine["items"]:
+        flags = row["flags"].split(", ")
+        assert (Flag.UNSOLVED.value in flags) == (row["solved"] == 0)
+        assert (Flag.SATURATED.value in flags) == (row["solved"] >= 8)
+    hardest = max(nine["items"], key=lambda row: row["difficulty"])
+    assert hardest["solved"] == 0
+    assert len(nine["flagged"]) == 29
+
+
+@pytest.mark.parametrize(
+    ("suite", "task", "unsolved", "flags"),
+    [
+        (PLANS, "120_1", True, [Flag.PLAN_EXISTS, Flag.AMBIGUOUS]),
+        (PLANS, "120_1", False, [Flag.AMBIGUOUS]),
+        (PLANS, "26_1", True, [Flag.PLAN_EXISTS]),
+        (SUBGOALS, "689_1", True, [Flag.PLAN_EXISTS]),
+        (SUBGOALS, "26_1", True, [Flag.UNSOLVED]),
+        (PLANS._replace(ability="goal_interpretation"), "26_1", True, [Flag.UNSOLVED]),
+        (PLANS._replace(domain="elsewhere"), "26_1", True, [Flag.UNSOLVED]),
+        (PLANS, "27_2", False, []),
+    ],
+)
+def test_what_nobody_solves_is_tried_by_the_planner(
+    suite: SuiteKey, task: str, unsolved: bool, flags: list[Flag], data_store: Store
+) -> None:
+    """In 26_1 the character sits, and under eai-1.0.5 no subgoal makes it stand up."""
+    assert list(ItemFlags(Source(data_store))(suite, task, unsolved)) == flags
+
+
+def test_a_gold_answer_that_is_right_proves_a_plan_without_a_search(
+    data_store: Store, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The second task's gold answer is wrong under strict, so that a plan is looked for."""
+    strict, searched = SuiteKey("strict", "behavior", "subgoal_decomposition"), []
+
+    def search(self: Planner, *args: Any, **kwargs: Any) -> Planned:
+        searched.append(args)
+        return plan(self, *args, **kwargs)
+
+    plan = Planner.plan
+    monkeypatch.setattr(Planner, "plan", search)
+    flags = ItemFlags(Source(data_store))
+    for task, looks in (("bottling_fruit_0_Wainscott_0_int_0_2021-05-24_19-46-46", 0), (WRONG_GOLD, 1)):
+        assert list(flags(strict, task, True)) == [Flag.PLAN_EXISTS]
+        assert len(searched) == looks
+
+
+def test_eight_tasks_ask_for_two_lights_of_one_name(data_store: Store) -> None:
+    from eai.benchmark.registry import find_benchmark
+
+    flags = ItemFlags(Source(data_store))
+    tasks = find_benchmark("virtualhome").tasks(Source(data_store))
+    ambiguous = [task for task in tasks if Flag.AMBIGUOUS in flags(PLANS, task, False)]
+    assert len(ambiguous) == 8

@@ -1,0 +1,51 @@
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from eai.studies.cofactors.correlation import rank_correlation
+from eai.studies.cofactors.logit import fit_logit
+
+np = pytest.importorskip("numpy")
+
+
+def test_log_odds_are_those_of_the_counts() -> None:
+    """Of two groups the maximum is known: 30 of 40, and 10 of 40."""
+    group = [1.0] * 40 + [0.0] * 40
+    success = [1.0] * 30 + [0.0] * 10 + [1.0] * 10 + [0.0] * 30
+    effects = fit_logit(
+        np.column_stack([group, np.ones(80)]), np.array(success), [str(number) for number in range(80)]
+    )
+    assert effects is not None
+    assert effects[0].value == pytest.approx(math.log(9))
+    assert effects[1].value == pytest.approx(math.log(1 / 3))
+    assert effects[0].low < math.log(9) < effects[0].high
+    half = (effects[0].high - effects[0].low) / 2
+    assert half == pytest.approx(
+        1.99 * math.sqrt(2 / 30 + 2 / 10), rel=0.05
+    )  # Woolf's, by Student's quantile
+
+
+def test_near_copies_say_less() -> None:
+    group, success = [1.0] * 40 + [0.0] * 40, ([1.0] * 30 + [0.0] * 10) + ([1.0] * 10 + [0.0] * 30)
+    columns = np.column_stack([group, np.ones(80)])
+    alone = fit_logit(columns, np.array(success), [str(n) for n in range(80)])
+    copies = fit_logit(columns, np.array(success), [str(n // 10) for n in range(80)])
+    assert alone is not None
+    assert copies is not None
+    assert copies[0].high - copies[0].low > 2 * (alone[0].high - alone[0].low)
+
+
+def test_there_is_no_maximum_where_a_column_tells_success() -> None:
+    columns = np.column_stack([[1.0] * 5 + [0.0] * 5, np.ones(10)])
+    assert fit_logit(columns, np.array([1.0] * 5 + [0.0] * 5), list("abcdefghij")) is None
+
+
+def test_rank_correlation_is_spearmans() -> None:
+    found = rank_correlation([1, 2, 3, 4, 5, 6], [1, 3, 2, 5, 4, 6], list("abcdef"))
+    assert found.value == pytest.approx(1 - 6 * 4 / (6 * 35))
+    assert found.low is not None
+    assert found.high is not None
+    assert -1 < found.low < (found.value or 0) < found.high < 1
+    assert rank_correlation([1, 1], [1, 2], ["a", "b"]).value is None

@@ -1,0 +1,137 @@
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from eai.abilities.experiment import Experiment
+from eai.abilities.perceived import Perceived
+from eai.abilities.protocol import Ability, Protocol
+from eai.abilities.record import Record, TaskFeatures
+from eai.abilities.verdict import Confusion, PlanVerdict
+from eai.errors import InputError
+from eai.results.table import Estimate, Table
+from eai.studies.perception import plots as plot_perception
+from eai.studies.perception.analysis import PLAIN, perception_runs, perception_tables
+
+NOTHING_WRONG = Perceived(
+    4, 2, 4, 0, 0, 0, 0, 3, 3, 0, 0, {"in": Confusion(2, 0, 0), "lit": Confusion(2, 0, 0)}
+)
+LOST_LIT = replace(
+    NOTHING_WRONG, perceived=3, missing=1, predicates={"in": Confusion(2, 0, 0), "lit": Confusion(1, 0, 1)}
+)
+LOST_IN = replace(
+    NOTHING_WRONG, missing=0, misplaced=1, predicates={"in": Confusion(1, 1, 1), "lit": Confusion(2, 0, 0)}
+)
+BLIND = replace(LOST_LIT, unseen=1, names=2)
+EXTRA = replace(LOST_IN, unnecessary=1, perceived=5)
+
+
+def record(task: int, scene: str | None, perceived: Perceived | None, *, success: bool) -> Record:
+    return Record(
+        Protocol.STRICT,
+        "kitchen",
+        Ability.ACTION_SEQUENCING,
+        "planner",
+        str(task),
+        "[]",
+        "0",
+        PlanVerdict(executable=success, success=success),
+        task=TaskFeatures(f"name {task}", None, 1),
+        experiment=None if scene is None else Experiment(scene=scene),
+        perceived=perceived,
+    )
+
+
+PLAIN_RUN = [record(task, None, None, success=task != 5) for task in range(6)]
+NOISY = [
+    record(task, "noisy-1", seen, success=success)
+    for task, (seen, success) in enumerate(
+        [
+            (NOTHING_WRONG, True),
+            (LOST_LIT, True),
+            (LOST_LIT, False),
+            (LOST_IN, False),
+            (BLIND, False),
+            (EXTRA, False),
+        ]
+    )
+]
+
+
+def tables(*runs: list[Record]) -> dict[str, Table]:
+    return {table.name: table for table in perception_tables(perception_runs(runs))}
+
+
+def plain(row: tuple[object, ...]) -> list[object]:
+    """A row with the values of its estimates, rounded."""
+    cells = [cell.value if isinstance(cell, Estimate) else cell for cell in row]
+    return [round(cell, 1) if isinstance(cell, float) else cell for cell in cells]
+
+
+def test_runs_stand_by_what_was_perceived_in_them() -> None:
+    rows = [plain(row) for row in tables(NOISY, PLAIN_RUN)["perception_runs"].rows]
+    assert rows == [
+        [PLAIN, None, None, None, None, None, None, 83.3],
+        ["noisy-1", 20.8, 12.5, 16.7, 4.5, 0.0, 5.6, 33.3],
+    ]
+
+
+def test_answers_are_grouped_by_their_own_rate_and_set_beside_the_same_tasks() -> None:
+    rows = [plain(row) for row in tables(PLAIN_RUN, NOISY)["perception_rates"].rows]
+    assert rows == [[0, 0, 1, 100.0, 100.0, 0.0], [20, 40, 5, 20.0, 80.0, 60.0]]
+
+
+def test_a_kind_is_told_of_answers_that_have_no_other() -> None:
+    rows = {row[0]: plain(row)[1:] for row in tables(PLAIN_RUN, NOISY)["perception_kinds"].rows}
+    assert rows == {
+        "none": [1, 100.0, 100.0, 0.0],
+        "missing": [2, 50.0, 100.0, 50.0],
+        "misplaced": [1, 0.0, 100.0, 100.0],
+        "unseen object": [1, 0.0, 100.0, 100.0],
+        "several": [1, 0.0, 0.0, 0.0],
+    }
+
+
+def test_the_costliest_facts_come_first() -> None:
+    rows = [plain(row) for row in tables(PLAIN_RUN, NOISY)["perception_predicates"].rows]
+    assert rows == [
+        ["in", 16.7, 2, 1, 0.0, 100.0, 100.0],
+        ["lit", 25.0, 3, 2, 50.0, 100.0, 50.0],
+    ]
+
+
+def test_without_a_plain_run_there_is_no_cost() -> None:
+    found = tables(NOISY)["perception_predicates"].rows
+    assert [plain(row) for row in found] == [
+        ["in", 16.7, 2, 1, 0.0, None, None],
+        ["lit", 25.0, 3, 2, 50.0, None, None],
+    ]
+
+
+def test_near_copies_are_one_unit() -> None:
+    """The interval of tasks of one name is as wide as that of one task."""
+    alike = [replace(each, task=TaskFeatures("one name", None, 1)) for each in NOISY[1:3]]
+    apart = tables(NOISY[1:3])["perception_runs"].rows[0][-1]
+    together = tables(alike)["perception_runs"].rows[0][-1]
+    assert isinstance(apart, Estimate)
+    assert isinstance(together, Estimate)
+    assert apart.low is not None
+    assert together.low is None or together.low <= apart.low
+
+
+def test_what_cannot_be_analysed_is_refused() -> None:
+    with pytest.raises(InputError, match="expected records that say what was perceived"):
+        perception_runs([PLAIN_RUN])
+    with pytest.raises(InputError, match="--metric speed: expected one of task_success"):
+        perception_runs([NOISY], "speed")
+
+
+def test_the_plot_has_a_point_a_run() -> None:
+    pytest.importorskip("matplotlib")
+    figure = plot_perception.draw(perception_runs([PLAIN_RUN, NOISY]))
+    assert figure is not None
+    (panel,) = figure.axes
+    points = [(line.get_xdata()[0], line.get_ydata()[0]) for line in panel.lines]
+    assert [round(float(value), 1) for point in points for value in point] == [0.0, 83.3, 20.8, 33.3]
+    assert panel.get_xlabel() == "facts missing or misplaced, percent (n = 6)"

@@ -1,0 +1,163 @@
+"""Prompts side by side: matrices of known order, and what must be refused."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from cli.conftest import Command
+from eai.abilities.experiment import Experiment
+from eai.abilities.protocol import Ability
+from eai.abilities.record import Record
+from eai.data.store import Store
+from eai.errors import InputError
+from eai.results.table import Estimate, Table
+from eai.studies.prompts.analysis import PLAIN, matrix_of, prompt_tables
+from eai.world.fault import FaultKind
+from processes import eai as in_own_process
+from results.verdicts import SUCCEEDED, failed, record
+from studies.told import read_table
+from suites import answer_book
+
+BAD = failed(FaultKind.AFFORDANCE)
+
+
+def run(model: str, successes: int, tasks: int = 20) -> list[Record]:
+    """A run in which the first tasks succeed."""
+    verdicts = [SUCCEEDED if i < successes else BAD for i in range(tasks)]
+    return [replace(record(f"t{i}", verdict), model=model) for i, verdict in enumerate(verdicts)]
+
+
+def tables_of(matrix: dict[str, dict[str, int]]) -> dict[str, Table]:
+    """The tables of a matrix: prompt -> model -> successes."""
+    runs = [(prompt, run(model, n)) for prompt, row in matrix.items() for model, n in row.items()]
+    return {table.name: table for table in prompt_tables(matrix_of(runs), next(iter(matrix)))}
+
+
+def rows(table: Table) -> list[dict[str, object]]:
+    return [dict(zip(table.columns, row, strict=True)) for row in table.rows]
+
+
+def value(cell: object) -> float | None:
+    assert isinstance(cell, Estimate)
+    return cell.value
+
+
+@pytest.mark.parametrize(
+    ("second", "tau", "w"),
+    [((2, 8, 14), 1.0, 1.0), ((14, 8, 2), -1.0, 0.0), ((8, 8, 8), None, None)],
+)
+def test_agreement_of_a_known_order(second: Sequence[int], tau: float | None, w: float | None) -> None:
+    matrix = {
+        name: {"one": n, "two": other} for name, n, other in zip("abc", (1, 6, 12), second, strict=True)
+    }
+    pair, together = rows(tables_of(matrix)["prompt_agreement"])
+    assert value(pair["tau"]) == tau
+    if w is not None:
+        assert value(together["concordance"]) == pytest.approx(w)
+
+
+def test_equal_cells_have_no_order_and_no_variance() -> None:
+    tables = tables_of({name: {"one": 20, "two": 20} for name in "abc"})
+    pair, together = rows(tables["prompt_agreement"])
+    assert value(pair["tau"]) is None
+    assert value(together["concordance"]) is None
+    assert [row["share"] for row in rows(tables["prompt_variance"])] == [None, None, None]
+    assert {value(row["gain"]) for row in rows(tables["prompt_gains"])} == {0.0}
+
+
+def test_variance_lies_where_it_was_put() -> None:
+    tables = tables_of({name: {"one": n, "two": n} for name, n in zip("abc", (1, 6, 12), strict=True)})
+    assert [row["share"] for row in rows(tables["prompt_variance"])] == pytest.approx([0.0, 1.0, 0.0])
+
+
+def test_gains_are_paired_and_corrected() -> None:
+    found = rows(tables_of({"base": {"one": 4}, "better": {"one": 14}, "same": {"one": 4}})["prompt_gains"])
+    better, same = found
+    assert (value(better["gain"]), better["best"], same["best"]) == (50.0, True, False)
+    assert better["p"] == pytest.approx(2 / 2**10)
+    assert better["p_holm"] == pytest.approx(4 / 2**10)
+    assert same["p_holm"] == 1.0
+
+
+def test_cells_are_of_the_tasks_that_all_runs_have() -> None:
+    runs = [("a", run("m", 5)), ("b", run("m", 5, tasks=10))]
+    cells = rows({t.name: t for t in prompt_tables(matrix_of(runs), "a")}["prompts"])
+    assert [value(row["value"]) for row in cells] == [50.0, 50.0]
+    assert {value(row["format_errors"]) for row in cells} == {0.0}
+
+
+@pytest.mark.parametrize(
+    ("runs", "message"),
+    [
+        ([("a", run("m", 1))], "two prompts or more"),
+        ([("a", run("m", 1)), ("b", run("n", 1))], "n has no run with the prompts a"),
+    ],
+)
+def test_what_makes_no_matrix(runs: list[tuple[str, list[Record]]], message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        matrix_of(runs)
+
+
+def test_unknown_metrics_and_references_are_refused() -> None:
+    runs = [("a", run("m", 1)), ("b", run("m", 2))]
+    with pytest.raises(InputError, match="--metric luck: expected one of"):
+        matrix_of(runs, "luck")
+    with pytest.raises(InputError, match="--reference c: expected one of a, b"):
+        prompt_tables(matrix_of(runs), "c")
+
+
+def test_scored_answers_with_prompt_names_come_out(eai: Command, data_store: Store, tmp_path: Path) -> None:
+    pytest.importorskip("matplotlib")
+    book = answer_book("behavior", Ability.GOAL_INTERPRETATION, data_store)
+    for name, kept in (("base", 1), ("general", 2)):
+        answers = []
+        for number, task_id in enumerate(book.task_ids):
+            gold = book.gold(task_id)
+            answers.append({"identifier": task_id, "llm_output": gold.text if number % 3 < kept else "{}"})
+        file = tmp_path / name / "m_outputs.json"
+        file.parent.mkdir()
+        file.write_text(json.dumps(answers), encoding="utf-8")
+        suite = ("--domain", "behavior", "--ability", "goal_interpretation")
+        named = ("--prompt-name", name, "--out", tmp_path / "scores" / name)
+        assert eai("score", file, *suite, *named).status == 0
+    summary = json.loads((tmp_path / "scores" / "base" / "summary.json").read_text())
+    assert summary["experiment"]["prompt_name"] == "base"
+    outcome = eai("analyze", "prompts", tmp_path / "scores", "--reference", "base", "--out", tmp_path / "out")
+    assert outcome.status == 0
+    assert "2 prompts, 1 model" in outcome.out
+    (folder,) = (tmp_path / "out").iterdir()
+    again = ("--reference", "base", "--no-plots", "--json", "--out", tmp_path / "again")
+    (told,) = json.loads(eai("analyze", "prompts", tmp_path / "scores", *again).out)
+    (row,) = read_table(Path(told["folder"]) / "prompt_gains.csv")
+    assert (told["prompts"], told["models"]) == (["base", row["prompt"]], ["m"])
+    found = json.loads((folder / "prompts.json").read_text())["tables"]
+    (gain,) = found["prompt_gains"]["rows"]
+    assert (gain["prompt"], gain["best"]) == ("general", True)
+    assert gain["p"] < 0.01
+    assert float(row["p"]) == gain["p"]
+    assert (folder / "prompts.svg").exists()
+
+
+def test_a_run_has_the_name_of_its_prompts(data_store: Store, tmp_path: Path) -> None:
+    pytest.importorskip("inspect_ai")
+    suite = ("--domain", "behavior", "--ability", "goal_interpretation", "--limit", "2", "--out", tmp_path)
+    for name in (("--prompt-name", "base"), ("--prompt-name", "general"), ()):
+        assert in_own_process("run", "--model", "eai/oracle", *suite, *name).status == 0
+    folder = tmp_path / "behavior" / "goal_interpretation" / "eai_oracle"
+    assert sorted(path.parent.relative_to(folder).as_posix() for path in folder.rglob("summary.json")) == [
+        ".",
+        "prompt-base",
+        "prompt-general",
+    ]
+    records = (folder / "prompt-base" / "records.jsonl").read_text(encoding="utf-8").splitlines()
+    assert [json.loads(line)["experiment"]["prompt_name"] for line in records] == ["base", "base"]
+    assert "prompts_sha256" in json.loads((folder / "summary.json").read_text())["run"]
+    outcome = in_own_process("analyze", "prompts", tmp_path, "--no-plots", "--out", tmp_path / "out")
+    assert "3 prompts, 1 model" in outcome.out
+    assert PLAIN in next((tmp_path / "out").rglob("prompts.md")).read_text(encoding="utf-8")
+    assert Experiment(prompt_name="base").label == "prompt-base"

@@ -1,0 +1,68 @@
+from __future__ import annotations
+
+import pytest
+
+np = pytest.importorskip("numpy")
+
+from eai.studies.items.rasch import fit_rasch, item_rest, reliability, variance_between  # noqa: E402
+
+SCORES = np.array(
+    [
+        [1, 1, 1, 1, 0, 0],
+        [1, 1, 1, 0, 0, 0],
+        [1, 1, 0, 0, 0, 1],
+        [1, 0, 0, 0, 0, 1],
+    ],
+    dtype=float,
+)
+
+
+def test_the_fit_is_a_maximum_of_the_posterior() -> None:
+    """There every score is, up to its prior, the sum of its chances (abilities: 1, difficulties: 1/4)."""
+    fitted = fit_rasch(SCORES)
+    left = SCORES - fitted.chances()
+    assert left.sum(axis=1) == pytest.approx(fitted.abilities, abs=1e-6)
+    assert left.sum(axis=0) == pytest.approx(-fitted.difficulties / 4, abs=1e-6)
+
+
+def test_who_solves_more_is_abler_and_what_fewer_solve_is_more_difficult() -> None:
+    fitted = fit_rasch(SCORES)
+    assert fitted.abilities[0] > fitted.abilities[1] == pytest.approx(fitted.abilities[2])
+    assert list(np.argsort(fitted.difficulties)[[0, -1]]) == [0, 4]
+    assert (fitted.ability_errors > 0).all()
+
+
+def test_what_a_model_can_do_by_name_is_told_from_chance() -> None:
+    """Twelve names of ten tasks; a model's ability differs by name with variance 1, or not at all."""
+    draw = np.random.default_rng(5)
+    names = [str(task // 10) for task in range(120)]
+    difficulties, abilities = draw.normal(size=120), draw.normal(size=(20, 1))
+    by_name = np.repeat(draw.normal(size=(20, 12)), 10, axis=1)
+    found = []
+    for spread in (0.0, 1.0):
+        chances = 1 / (1 + np.exp(difficulties - abilities - spread * by_name))
+        scores = (draw.random(chances.shape) < chances).astype(float)
+        scores[0, 0] = np.nan
+        found.append(variance_between(scores, fit_rasch(scores), names))
+    assert found[0] < 0.1
+    assert 0.6 < found[1] < 1.4
+    assert variance_between(SCORES, fit_rasch(SCORES), list("abcdef")) == 0
+
+
+def test_gaps_are_left_out() -> None:
+    gaps = SCORES.copy()
+    gaps[0, 0] = np.nan
+    assert fit_rasch(gaps).abilities[0] < fit_rasch(SCORES).abilities[0]
+
+
+def test_a_task_that_worse_models_solve_disagrees_with_the_others() -> None:
+    found = item_rest(SCORES)
+    assert np.isnan(found[0])
+    assert found[3] > 0 > found[5]
+    assert found[1] == pytest.approx(np.corrcoef(SCORES[:, 1], SCORES.sum(axis=1) - SCORES[:, 1])[0, 1])
+
+
+def test_alpha_is_cronbachs() -> None:
+    variances, whole = SCORES.var(axis=0, ddof=1).sum(), SCORES.sum(axis=1).var(ddof=1)
+    assert reliability(SCORES) == pytest.approx(6 / 5 * (1 - variances / whole))
+    assert reliability(np.ones((3, 2))) is None

@@ -1,0 +1,141 @@
+"""What further attempts are worth: from made-up trials whose every outcome is known."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from abilities.action_sequencing.test_trial import BOTH, BOX, LAMP, SHED, SUITE, TORCH, plan, scorer
+from eai.abilities.action_sequencing.trial import Trial
+from eai.abilities.experiment import Experiment, Feedback, World
+from eai.abilities.record import Record
+from eai.cli import app
+from eai.errors import InputError
+from eai.reference.replanning import counted_as_published
+from eai.results.attempts import after, by_attempt
+from eai.results.summary import summarise
+from eai.results.table import Estimate
+from eai.scoring.records import write_records
+from eai.scoring.trials import record_of_trial
+from eai.studies.attempts.analysis import arms_of, remarks, success_by_attempt, tables
+from studies.told import told_tables
+
+EXPLAINED = Experiment(2, feedback=Feedback.EXPLAINED)
+NONE = replace(EXPLAINED, feedback=Feedback.NONE)
+RIGHT, EARLY, MISSED, UNREADABLE = plan(*BOTH), plan(LAMP, TORCH), plan(SHED, BOX, TORCH), "no plan"
+
+
+def run_of(experiment: Experiment, answers: Sequence[Sequence[str]]) -> list[Record]:
+    """A run of one task under many names, each with its answers."""
+    records = []
+    for number, given in enumerate(answers):
+        trial = Trial(scorer(), experiment)
+        for text in given:
+            trial.take(text)
+        record = record_of_trial(SUITE, experiment, "m", "both", tuple(trial.attempts))
+        records.append(replace(record, task_id=f"{number}", task=None))
+    return records
+
+
+TOLD = run_of(EXPLAINED, [[RIGHT], [EARLY, RIGHT], [EARLY, EARLY, RIGHT], [MISSED, UNREADABLE, MISSED]])
+UNTOLD = run_of(NONE, [[RIGHT], [EARLY, EARLY, EARLY], [EARLY, MISSED, MISSED], [MISSED, MISSED, RIGHT]])
+
+
+def numerators(estimates: Sequence[Estimate]) -> list[float | None]:
+    return [estimate.numerator for estimate in estimates]
+
+
+def test_success_by_the_number_of_attempts_never_falls() -> None:
+    untold, told = arms_of([TOLD, UNTOLD])  # the control comes first
+    assert (untold.name, told.name) == ("replans-2-restart-none", "replans-2-restart-explained")
+    assert numerators(success_by_attempt(told)) == [1, 2, 3]
+    assert numerators(success_by_attempt(untold)) == [1, 1, 2]
+    assert [each["task_success"].numerator for each in by_attempt(TOLD)] == [1, 2, 3]
+    assert [len(after(record, 2).attempts) for record in TOLD] == [1, 2, 2, 2]
+
+
+def test_feedback_is_set_beside_being_told_nothing() -> None:
+    _, worth, _ = tables(arms_of([TOLD, UNTOLD]))
+    differences = [row[-1] for row in worth.rows]
+    assert [each.value for each in differences if isinstance(each, Estimate)] == [0, 25, 25]
+    assert remarks(arms_of([TOLD, UNTOLD])) == []
+    (alone,) = remarks(arms_of([TOLD]))
+    assert alone.startswith("No resampling arm stands beside replans-2-restart-explained")
+    assert tables(arms_of([TOLD]))[1].rows == ()
+
+
+def test_what_became_of_each_kind_of_first_failure() -> None:
+    *_, mended = tables(arms_of([TOLD, UNTOLD]))
+    counts = {
+        row[:2]: (row[2], row[3].numerator if isinstance(row[3], Estimate) else None, *row[4:])
+        for row in mended.rows
+    }
+    told, untold = "replans-2-restart-explained", "replans-2-restart-none"
+    assert counts == {
+        (untold, "goal missed"): (1, 1, 0, 0),
+        (untold, "missing step"): (2, 0, 1, 1),
+        (told, "goal missed"): (1, 0, 1, 0),
+        (told, "missing step"): (2, 2, 0, 0),
+    }
+
+
+def test_several_seeds_are_one_arm_whose_unit_is_still_the_task() -> None:
+    slipping = Experiment(1, World.CONTINUE, Feedback.STATE, slip=0.2)
+    one, two = (run_of(replace(slipping, slip_seed=seed), [[plan(*BOTH)]]) for seed in (1, 2))
+    (arm,) = arms_of([one, two])
+    assert list(arm.runs) == [1, 2]
+    assert len(arm.records(1)) == 2
+    assert {case.name for case in arm.cases("task_success", 2)} == {"0"}
+    assert "One seed of slips" in "".join(remarks(arms_of([one])))
+
+
+def test_the_published_counts_know_of_no_error_before_the_last_attempt() -> None:
+    """Three tasks: one reached its goals and failed on attempt 1, one did on attempt 3, one never did."""
+    through, lost = [plan(*BOTH, LAMP)], [EARLY, EARLY, EARLY]
+    runs = run_of(NONE, [through, [EARLY, EARLY, plan(*BOTH, LAMP)], lost])
+    reached = [  # as the rules of the reference have it, goals count although the plan fails after
+        replace(
+            record,
+            attempts=tuple(
+                replace(each, verdict=replace(each.verdict, success=all(each.verdict.goals_satisfied)))
+                for each in record.attempts
+            ),
+        )
+        for record in (replace(r, attempts=r.attempts[:3]) for r in runs)
+    ]
+    reached = [replace(record, verdict=record.attempts[-1].verdict) for record in reached]
+    plain = summarise([record.verdict for record in reached], SUITE.ability)
+    then = summarise([counted_as_published(record).verdict for record in reached], SUITE.ability)
+    assert [rates["task_success"].numerator for rates in (plain, then)] == [2, 2]
+    assert [rates["execution_success"].numerator for rates in (plain, then)] == [0, 0]
+    assert [rates["wrong_order"].numerator for rates in (plain, then)] == [2, 1]
+    assert [rates["missing_step"].numerator for rates in (plain, then)] == [1, 1]
+
+
+def test_the_command_writes_tables_notes_and_a_plot(tmp_path: Path) -> None:
+    for name, records in (("told", TOLD), ("untold", UNTOLD)):
+        (tmp_path / "runs" / name).mkdir(parents=True)
+        virtualhome = [replace(record, domain="virtualhome") for record in records]
+        write_records(tmp_path / "runs" / name / "records.jsonl", virtualhome)
+    out = tmp_path / "out"
+    command = ["analyze", "replanning", str(tmp_path / "runs"), "--out"]
+    result = CliRunner().invoke(app, [*command, str(out)])
+    assert result.exit_code == 0, result.output
+    told = CliRunner().invoke(app, [*command, str(tmp_path / "again"), "--no-plots", "--json"])
+    assert [row["task success"] for row in told_tables(told.stdout)["paper"]] == ["65.2", "77.4"]
+    written = json.loads((out / "replanning.json").read_text(encoding="utf-8"))
+    assert [row["task success"] for row in written["tables"]["paper"]["rows"]] == [65.2, 77.4]
+    assert any("of protocol strict, the paper's figures are not" in each for each in written["remarks"])
+    drawn = (out / "success_by_attempt.svg").read_text("utf-8")
+    assert all(text in drawn for text in ("virtualhome action sequencing, strict, m", ", n = 4"))
+    assert (out / "mended.csv").exists()
+
+
+def test_plain_records_have_nothing_to_analyse(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="expected records of replanning or slips"):
+        arms_of([[replace(TOLD[0], experiment=None)]])

@@ -1,0 +1,201 @@
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Sequence
+from dataclasses import replace
+
+import pytest
+
+from eai.abilities.protocol import Ability, Protocol
+from eai.abilities.record import Record
+from eai.abilities.transition_modeling.judgement import Replaced
+from eai.abilities.transition_modeling.scorer import TransitionModeling
+from eai.abilities.transition_modeling.task import Category, OperatorLibrary, TransitionTask
+from eai.benchmark.suite import open_suite
+from eai.data.store import Store
+from eai.pddl.operator_text import OperatorText
+from eai.pddl.planner import BuiltInPlanner
+from eai.pddl.planning import PlannerChoice, PlannerOutcome
+from eai.pddl.reader import read_domain
+from eai.results.rate import rate_of
+from eai.studies.sensitivity.analysis import NOT_WRITTEN, Trial, cells_of, sensitivity_tables, try_operators
+from eai.tasks.source import Source
+from operator_rules import rules_of
+from oracle import Oracle, read_shared
+from results.verdicts import record
+
+OPEN = OperatorText("open", "(?o)", "(shut ?o)", "(wide ?o)")
+LIGHT = OperatorText("light", "(?o)", "(wide ?o)", "(lit ?o)")
+BROKEN = OperatorText("open", "(?o)", "(lit ?o)", "(wide ?o)")
+DOMAIN = OperatorLibrary(
+    read_domain("(define (domain d) (:predicates (shut ?o) (wide ?o) (lit ?o)))"),
+    {"open": OPEN, "light": LIGHT},
+    dict.fromkeys(("shut", "wide", "lit"), Category.OBJECT_STATES),
+)
+CATEGORIES = (Category.OBJECT_STATES, Category.SPATIAL_RELATIONS)
+PROBLEM = "(define (problem p) (:domain d) (:objects box) (:init (shut box)) (:goal (lit box)))"
+TASK = TransitionTask("t", DOMAIN, ("open", "light"), CATEGORIES, PROBLEM)
+S, U, X = (o.value for o in (PlannerOutcome.SOLVED, PlannerOutcome.UNSOLVABLE, PlannerOutcome.INPUT_ERROR))
+
+
+def answer(*operators: OperatorText) -> str:
+    return json.dumps({"output": "\n".join(operator.pddl for operator in operators)})
+
+
+def tried(text: str, protocol: Protocol, replaced: Replaced = Replaced.OPERATOR) -> list[Trial]:
+    scorer = TransitionModeling(TASK, rules_of(protocol, BuiltInPlanner()))
+    return list(try_operators(scorer, scored(scorer, text, protocol), replaced))
+
+
+def scored(scorer: TransitionModeling, text: str, protocol: Protocol) -> Record:
+    kind = Ability.TRANSITION_MODELING
+    return record("t", scorer.score(text), ability=kind, protocol=protocol, response=text)
+
+
+@pytest.mark.parametrize(
+    ("text", "strict", "reference"),
+    [
+        (answer(OPEN, LIGHT), {"open": S, "light": S}, {"open": S, "light": S}),
+        (answer(BROKEN, LIGHT), {"open": U, "light": S}, {"open": U, "light": S}),
+        (answer(LIGHT), {"open": NOT_WRITTEN, "light": S}, {"open": NOT_WRITTEN, "light": S}),
+        (
+            answer(OperatorText("open", "()", "(dark)", "()"), LIGHT),
+            {"open": X, "light": S},
+            {"open": X, "light": S},
+        ),
+        (
+            "no operators",
+            dict.fromkeys(("open", "light"), NOT_WRITTEN),
+            dict.fromkeys(("open", "light"), NOT_WRITTEN),
+        ),
+        ("3", dict.fromkeys(("open", "light"), NOT_WRITTEN), {}),
+    ],
+)
+def test_each_operator_is_tried_alone_among_gold_ones(
+    text: str, strict: dict[str, str], reference: dict[str, str]
+) -> None:
+    for protocol, expected in zip(Protocol, (strict, reference), strict=True):
+        found = tried(text, protocol)
+        assert {each.operator: each.outcome for each in found} == expected
+        assert all(each.categories == "object_states spatial_relations" for each in found)
+
+
+NO_EFFECT = OperatorText("open", "(?o)", "(shut ?o)", "(shut ?o)")
+OTHER_NAMES = OperatorText("open", "(?x)", "(shut ?x)", "(wide ?x)")
+
+
+@pytest.mark.parametrize(
+    ("written", "precondition", "effect"),
+    [(OPEN, True, True), (BROKEN, False, True), (NO_EFFECT, True, False), (OTHER_NAMES, False, False)],
+)
+@pytest.mark.parametrize("protocol", Protocol)
+def test_one_side_of_an_operator_is_tried_with_the_other_and_the_parameters_of_the_gold_one(
+    protocol: Protocol, written: OperatorText, precondition: bool, effect: bool
+) -> None:
+    for replaced, expected in ((Replaced.PRECONDITION, precondition), (Replaced.EFFECT, effect)):
+        found = tried(answer(written, LIGHT), protocol, replaced)
+        assert {each.operator: each.outcome == S for each in found} == {"open": expected, "light": True}
+
+
+def test_a_trial_says_what_is_wrong_with_what_is_tried() -> None:
+    both = OperatorText("open", "(?o)", "(lit ?o)", "(and (wide ?o) (lit ?o))")
+    wrong = ("precondition:missing:shut", "precondition:additional:lit", "effect:additional:lit")
+    parts = {Replaced.OPERATOR: wrong, Replaced.PRECONDITION: wrong[:2], Replaced.EFFECT: wrong[2:]}
+    for replaced, expected in parts.items():
+        first, second = tried(answer(both, LIGHT), Protocol.STRICT, replaced)
+        assert (first.errors, second.errors) == (" ".join(expected), "")
+
+
+def test_a_missing_answer_has_no_operator() -> None:
+    scorer = TransitionModeling(TASK, rules_of(Protocol.EAI_1_0_5, BuiltInPlanner()))
+    missing = replace(scored(scorer, "3", Protocol.EAI_1_0_5), unanswered="timeout")
+    assert [trial.outcome for trial in try_operators(scorer, missing)] == [NOT_WRITTEN, NOT_WRITTEN]
+
+
+def trial(
+    task: str, operator: str, categories: str, outcome: str, errors: str = "", model: str = "m"
+) -> Trial:
+    return Trial(
+        protocol="strict",
+        domain="d",
+        ability="transition_modeling",
+        model=model,
+        task=task,
+        name=task,
+        replaced="operator",
+        operator=operator,
+        outcome=outcome,
+        categories=categories,
+        errors=errors,
+    )
+
+
+BOTH = "object_states spatial_relations"
+TRIALS = [
+    trial("1", "open", BOTH, S),
+    trial("2", "open", "object_states", U, "precondition:missing:shut effect:additional:lit"),
+    trial("4", "open", "", S, "effect:additional:lit"),
+    trial("2", "light", "object_states", S),
+    trial("3", "light", "", NOT_WRITTEN),
+]
+
+
+def test_gpt_4o_on_virtualhome_is_as_sensitive_as_the_paper_says(oracle: Oracle, data_store: Store) -> None:
+    """The figures that the paper prints for the model, each as it comes out of its public answers."""
+    rows = oracle("virtualhome", "transition_modeling", "gpt-4o-2024-05-13")["tasks"]
+    source = Source(data_store, planner=PlannerChoice.BUILT_IN)
+    suite = open_suite("virtualhome", Ability.TRANSITION_MODELING, Protocol.EAI_1_0_5, source=source)
+    trials: list[Trial] = []
+    for row in rows:
+        scorer = suite.scorer(row["id"])
+        assert isinstance(scorer, TransitionModeling)
+        made = record(
+            row["id"],
+            scorer.unanswered(),
+            ability=suite.ability,
+            protocol=suite.protocol,
+            response=row["llm_output"],
+        )
+        trials += try_operators(scorer, made)
+    cells = cells_of(trials)
+    for category, figures in read_shared("paper", "sensitivity.json")["virtualhome_measured_gpt4o"].items():
+        for operator, figure in figures.items():
+            rate = rate_of(case.share for case in cells[operator, category])
+            assert f"{rate.numerator:g}/{rate.denominator:g}" == figure, (category, operator)
+
+
+def rows_of(name: str, trials: Sequence[Trial] = TRIALS) -> list[str]:
+    table = next(table for table in sensitivity_tables(trials) if table.name == name)
+    return [" ".join(map(str, row[3:])) for row in table.rows]
+
+
+def test_rates_by_operator_and_category_have_the_worst_first() -> None:
+    assert [row.partition(" [")[0] for row in rows_of("sensitivity")] == [
+        "m operator light overall 50 (1/2)",
+        "m operator light object_states 100 (1/1)",
+        "m operator open overall 66.7 (2/3)",
+        "m operator open object_states 50 (1/2)",
+        "m operator open spatial_relations 100 (1/1)",
+    ]
+
+
+def test_outcomes_are_kept_apart() -> None:
+    assert rows_of("outcomes") == ["m operator light 1 0 0 0 0 0 0 1", "m operator open 2 1 0 0 0 0 0 0"]
+
+
+def test_errors_stand_beside_the_same_operator_without_them() -> None:
+    assert [re.sub(r" \[.*?\]", "", row) for row in rows_of("errors")] == [
+        "m operator open effect additional lit 50 (1/2) 0 (0/1)",
+        "m operator open precondition missing shut 100 (1/1) 0 (0/2)",
+    ]
+
+
+def test_models_are_told_together_and_apart() -> None:
+    other = replace(TRIALS[0], model="n")
+    told = [row for row in rows_of("sensitivity", [*TRIALS, other]) if "open overall" in row]
+    assert [row.partition(" [")[0] for row in told] == [
+        "all models operator open overall 75 (3/4)",
+        "m operator open overall 66.7 (2/3)",
+        "n operator open overall 100 (1/1)",
+    ]

@@ -1,0 +1,58 @@
+from __future__ import annotations
+
+import pytest
+
+from eai.abilities.protocol import Ability, Protocol
+from eai.benchmark.registry import find_benchmark
+from eai.benchmark.suite import available_suites, open_suite
+from eai.data.store import Store
+from eai.studies.items.analysis import Scores, scores_of
+from eai.studies.items.short_test import TASKS, choose, cross_validate
+from eai.studies.items.short_tests import short_test
+from eai.tasks.source import Source
+from oracle import MODELS
+from studies.published import tables
+
+np = pytest.importorskip("numpy")
+
+
+def scores(matrix: list[list[float]]) -> Scores:
+    tasks = tuple(map(str, range(len(matrix[0]))))
+    return Scores(tuple(map(str, range(len(matrix)))), tasks, tasks, np.array(matrix))
+
+
+def test_easy_and_difficult_tasks_are_chosen_in_proportion() -> None:
+    """Of eight tasks, four easy, two of middle difficulty and two hard, every other one by difficulty."""
+    found = scores([[1, 1, 1, 1, 0, 0, 0, 0], [1, 1, 1, 1, 1, 1, 0, 0], [1, 1, 1, 1, 1, 1, 1, 1]])
+    assert choose(found, 4) == ("1", "3", "5", "7")
+    assert choose(found, 8) == choose(found, 9) == found.tasks
+
+
+def test_models_that_all_tasks_order_are_ordered() -> None:
+    steps = [[float(task < 3 * model) for task in range(18)] for model in range(7)]
+    found = cross_validate(scores(steps), 6)
+    assert found.chosen.ordered.percent == 100
+    assert found.drawn.ordered.percent is not None
+    assert found.drawn.ordered.percent < 100
+
+
+def test_chosen_tasks_say_how_high_a_score_is_and_drawn_ones_say_it_worse() -> None:
+    """Every third of eighteen steps: of 3k steps climbed exactly k are asked, so that shares are equal."""
+    steps = [[float(task < 3 * model) for task in range(18)] for model in range(7)]
+    found = cross_validate(scores(steps), 6)
+    assert found.chosen.distance < 0.01 < 5 < found.drawn.distance
+
+
+@pytest.mark.parametrize(("domain", "ability"), available_suites())
+def test_every_suite_has_a_short_test_of_its_own_tasks(
+    domain: str, ability: Ability, data_store: Store
+) -> None:
+    suite = open_suite(find_benchmark(domain), ability, source=Source(data_store))
+    found = short_test(domain, ability)
+    assert len(found) == TASKS
+    assert [task for task in suite.task_ids if task in found] == list(found)
+
+
+def test_the_short_test_is_the_one_that_is_chosen() -> None:
+    answers = tables("behavior", Ability.ACTION_SEQUENCING, MODELS, Protocol.STRICT).answers
+    assert choose(scores_of(answers)) == short_test("behavior", Ability.ACTION_SEQUENCING)

@@ -1,0 +1,227 @@
+from __future__ import annotations
+
+import random
+import shutil
+from pathlib import Path
+
+import pytest
+
+from eai.abilities.planning import find_plan
+from eai.abilities.task import GoalKind, Task
+from eai.benchmark.registry import find_benchmark
+from eai.errors import DataError, InputError
+from eai.pddl.execute import Executor, PlanStep
+from eai.pddl.export import export
+from eai.pddl.fast_downward import FastDownward, PlannerLimits
+from eai.pddl.files import COSTS_IGNORED, read_domain_file, read_problem_file
+from eai.pddl.planning import PlannerOutcome, PlanningTask
+from eai.planning.planner import Planner
+from eai.tasks.pddl_files import open_pddl
+from eai.world.conformance import check
+from eai.world.domain import Domain
+from eai.world.execution import Action, Fault, attempt, describe, execute
+from eai.world.fault import FaultKind
+from eai.world.past import Past
+
+FOLDER = Path(__file__).parents[1] / "pddl" / "domains"
+NAMES = ("blocksworld", "logistics", "gripper", "library")
+PROBLEMS = [
+    (path.parent.name, path.stem) for path in sorted(FOLDER.glob("*/*.pddl")) if path.stem != "domain"
+]
+
+
+def opened(name: str) -> tuple[Domain, dict[str, Task]]:
+    domain, tasks, _ = open_pddl(FOLDER / name / "domain.pddl", FOLDER / name)
+    return domain, dict(tasks)
+
+
+def reaches_the_goal(domain: Domain, task: Task, plan: tuple[Action, ...]) -> bool:
+    trajectory = execute(domain, task.initial, plan)
+    return trajectory.failure is None and all(
+        domain.holds(goal.formula, trajectory.final) for goal in task.goals
+    )
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_an_imported_domain_conforms(name: str) -> None:
+    domain, tasks = opened(name)
+    assert check(domain, [task.initial for task in tasks.values()]) == ()
+    assert len(tasks) >= 2
+
+
+@pytest.mark.parametrize(("name", "problem"), PROBLEMS)
+def test_the_built_in_planner_solves_imported_tasks(name: str, problem: str) -> None:
+    domain, tasks = opened(name)
+    plan = find_plan(tasks[problem], Planner(domain)).plan
+    assert plan
+    assert reaches_the_goal(domain, tasks[problem], plan)
+
+
+@pytest.mark.parametrize(("name", "problem"), PROBLEMS)
+def test_fast_downward_solves_the_files_and_what_they_are_exported_as_again(name: str, problem: str) -> None:
+    try:
+        planner = FastDownward.installed(PlannerLimits(cpu_seconds=60))
+    except DataError as error:
+        pytest.skip(str(error))
+    domain, tasks = opened(name)
+    task = tasks[problem]
+    source = read_domain_file(FOLDER / name / "domain.pddl").domain
+    as_written = read_problem_file(FOLDER / name / f"{problem}.pddl", source).problem
+    found = planner.solve(PlanningTask(source, as_written))
+    assert found.outcome is PlannerOutcome.SOLVED, found.detail
+    index = task.scene.index
+    plan = tuple(Action(step.action, tuple(index[name] for name in step.arguments)) for step in found.plan)
+    assert reaches_the_goal(domain, task, plan)
+    exported = export(domain, task.initial, [goal.formula for goal in task.goals])
+    again = planner.solve(PlanningTask(exported.domain, exported.problem))
+    assert again.outcome is PlannerOutcome.SOLVED, again.detail
+    assert reaches_the_goal(domain, task, tuple(map(exported.action, again.plan)))
+
+
+@pytest.mark.parametrize(("name", "problem"), PROBLEMS)
+def test_engine_and_pddl_agree_on_random_walks(name: str, problem: str) -> None:
+    domain, tasks = opened(name)
+    task = tasks[problem]
+    source = read_domain_file(FOLDER / name / "domain.pddl").domain
+    executor = Executor(source, read_problem_file(FOLDER / name / f"{problem}.pddl", source).problem)
+    exported = export(domain, task.initial, ())
+    declared = {predicate.name for predicate in source.predicates}
+    rng = random.Random(problem)
+    past, state, taken = Past(task.initial), executor.initial, 0
+    for _ in range(4_000):
+        operator = rng.choice(domain.operators)
+        action = Action(
+            operator.name, tuple(rng.randrange(len(task.scene.objects)) for _ in operator.parameters)
+        )
+        names = tuple(task.scene.objects[i].name for i in action.arguments)
+        outcome, after = (
+            attempt(domain, past, action),
+            executor.successor(state, PlanStep(operator.name, names)),
+        )
+        assert isinstance(outcome, Fault) is isinstance(after, str), action
+        if isinstance(outcome, Fault):
+            assert describe(outcome, domain, action, task.scene)
+            continue
+        assert not isinstance(after, str)
+        assert {atom for atom in exported.state(outcome) if atom.predicate in declared} == after
+        past = past.then(outcome)
+        state, taken = after, taken + 1
+    assert taken > 3
+
+
+def test_checks_tell_what_an_object_is_from_what_has_not_been_done() -> None:
+    domain, _ = opened("logistics")
+    drive = domain.compiled["drive"].operator
+    kinds = [(check.fault, check.reason) for check in drive.checks]
+    assert kinds == [
+        (FaultKind.AFFORDANCE, "{t} is no truck"),
+        (FaultKind.AFFORDANCE, "{from} is no place"),
+        (FaultKind.AFFORDANCE, "{to} is no place"),
+        (FaultKind.MISSING_STEP, "at({t}, {from}) does not hold"),
+        (
+            FaultKind.AFFORDANCE,
+            "(exists (?c - city) (and (part-of {from} ?c) (part-of {to} ?c))) does not hold",
+        ),
+    ]
+    blocks = opened("blocksworld")[0].compiled["stack"].operator
+    assert blocks.checks[-1].reason == "{x} and {y} are the same"
+
+
+def test_goals_are_split_and_have_kinds() -> None:
+    task = opened("library")[1]["light"]
+    assert [goal.kind for goal in task.goals] == [GoalKind.STATE, GoalKind.RELATION, GoalKind.STATE]
+
+
+def test_costs_are_ignored_with_a_remark() -> None:
+    folder = FOLDER / "gripper"
+    assert open_pddl(folder / "domain.pddl", folder).remarks == (COSTS_IGNORED,)
+    assert open_pddl(FOLDER / "library" / "domain.pddl", FOLDER / "library").remarks == ()
+
+
+def test_problems_of_one_name_are_known_by_their_files(tmp_path: Path) -> None:
+    text = (FOLDER / "blocksworld" / "tower.pddl").read_text()
+    for name in ("one", "two"):
+        (tmp_path / f"{name}.pddl").write_text(text)
+    found = open_pddl(FOLDER / "blocksworld" / "domain.pddl", tmp_path)
+    assert list(found.tasks) == ["one", "two"]
+    (single,) = open_pddl(FOLDER / "blocksworld" / "domain.pddl", tmp_path / "one.pddl").tasks
+    assert single == "tower"
+    (tmp_path / "two.pddl").write_text(text.replace("(on a b)", "(on a c)"))
+    assert open_pddl(FOLDER / "blocksworld" / "domain.pddl", tmp_path).tasks.sha256 != found.tasks.sha256
+
+
+HEAD = "(define (domain d)\n (:requirements :strips)\n "
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("(define (domain d)\n (:predicates (p ?x)", "line 2, column 2: expected a partner"),
+        (f"{HEAD}(:predicates (p ?x ?y ?z)))", "line 3: the predicate p has 3 arguments"),
+        (f"{HEAD}(:durative-action a))", "line 3, column 2: expected no section (:durative-action ...)"),
+        (
+            f"{HEAD}(:predicates (p))\n (:action a :effect (and (p)\n  (q))))",
+            "line 5, column 4: expected a declared",
+        ),
+        (
+            f"{HEAD}(:predicates (p ?x))\n (:action a :effect (p ?y)))",
+            "line 4, column 24: expected a variable",
+        ),
+        (
+            f"{HEAD}(:functions (f))\n (:predicates (p))\n (:action a :precondition (> (f) 1) :effect (p)))",
+            "line 5, column 27: expected no numbers",
+        ),
+        (
+            f"{HEAD}(:predicates (p ?x) (q ?x))\n (:derived (q ?x) (or (p ?x) (q ?x))))",
+            "the derived predicate q depends on itself",
+        ),
+        (
+            f"{HEAD}(:types a)\n (:predicates (p ?x - b)))",
+            "line 4, column 23: expected a declared type, not b",
+        ),
+    ],
+)
+def test_an_error_names_file_line_and_what_was_expected(tmp_path: Path, text: str, message: str) -> None:
+    path = tmp_path / "bad.pddl"
+    path.write_text(text)
+    with pytest.raises(InputError) as error:
+        open_pddl(path, FOLDER / "blocksworld")
+    assert str(error.value).startswith(f"{path}: ")
+    assert message in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("(clear b)", "(clear x)", "line 4, column 66: expected a declared object, not x"),
+        ("blocksworld", "chess", "line 2, column 4: expected (:domain blocksworld)"),
+        ("(on b c)", "(over b c)", "line 5, column 25: expected a declared predicate, not over"),
+        ("(:goal", "(:constraints", "expected no section (:constraints ...)"),
+    ],
+)
+def test_an_error_in_a_problem_has_its_place_too(tmp_path: Path, old: str, new: str, message: str) -> None:
+    path = tmp_path / "bad.pddl"
+    path.write_text((FOLDER / "blocksworld" / "tower.pddl").read_text().replace(old, new))
+    with pytest.raises(InputError) as error:
+        open_pddl(FOLDER / "blocksworld" / "domain.pddl", path)
+    assert str(error.value).startswith(f"{path}: ")
+    assert message in str(error.value)
+
+
+def test_no_files_and_empty_folders_are_named(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="cannot be read"):
+        open_pddl(tmp_path / "none.pddl", tmp_path)
+    with pytest.raises(InputError, match="expected problems"):
+        open_pddl(FOLDER / "gripper" / "domain.pddl", tmp_path)
+
+
+@pytest.mark.parametrize("problems", ["problems", "problems/", "problems/swap.pddl"])
+def test_a_folder_of_problems_may_end_in_a_slash(
+    problems: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    gripper = FOLDER / "gripper"
+    (tmp_path / "problems").mkdir()
+    shutil.copy(gripper / "domain.pddl", tmp_path)
+    shutil.copy(gripper / "swap.pddl", tmp_path / "problems")
+    monkeypatch.chdir(tmp_path)
+    assert find_benchmark(f"pddl:domain.pddl,{problems}").name == "gripper"
