@@ -140,7 +140,8 @@ class Judge:
         executable = failure is None
         return PlanVerdict(
             executable=executable,
-            success=goals.all_satisfied and (executable or rules.success is REFERENCE),
+            success=all(tally.satisfied == tally.total for tally in goals)
+            and (executable or rules.success is REFERENCE),
             error=None if failure is None else ErrorReport(failure.kind, None, ""),
             additional_steps=trajectory.additional_steps,
             goals=goals,

@@ -23,6 +23,7 @@ from statistics import median
 from eai.abilities.transition_modeling.planners import make_planner
 from eai.abilities.transition_modeling.scorer import TransitionModeling
 from eai.abilities.transition_modeling.task import TransitionTask
+from eai.benchmark.gold_answers import join_operators
 from eai.households.gold_operators import open_virtualhome
 from eai.pddl.fast_downward import FastDownward, PlannerLimits
 from eai.pddl.planning import PddlPlanner, PlannerChoice
@@ -71,13 +72,17 @@ def _used() -> float:
     return time.process_time() + children.ru_utime + children.ru_stime
 
 
+def gold_answer(task: TransitionTask) -> str:
+    return join_operators(task.domain.operators[name].pddl for name in task.operators)
+
+
 def ours(tasks: Sequence[TransitionTask], planner: PddlPlanner | None) -> float:
     """Scoring the gold answers under eai-1.0.5: the median of several runs, nothing remembered between
     them."""
     costs = []
     for _ in range(REPEATS):
         rules = ReferenceRules.with_planner(planner)
-        scorers = [(TransitionModeling(task, rules), task.gold_answer()) for task in tasks]
+        scorers = [(TransitionModeling(task, rules), gold_answer(task)) for task in tasks]
         start = _used()
         for scorer, text in scorers:
             scorer.score(text)
@@ -90,7 +95,7 @@ def reference_logic(tasks: Sequence[TransitionTask], python: Path) -> float:
     subprocess.run(
         [str(python), "-m", "pip", "install", "--quiet", *NEEDED], check=True, stdout=subprocess.DEVNULL
     )
-    responses = [{"identifier": task.id, "llm_output": task.gold_answer()} for task in tasks]
+    responses = [{"identifier": task.id, "llm_output": gold_answer(task)} for task in tasks]
     root = package_folder(python) / "resources" / "virtualhome"
     with tempfile.TemporaryDirectory(prefix="eai-bench-") as folder:
         done = subprocess.run(

@@ -1,12 +1,19 @@
-"""The rules for operators by protocol, with a planner of the test's own."""
+"""Gold operators as answers, and the rules for operators by protocol, with a planner of the test's own."""
 
 from __future__ import annotations
 
 from eai.abilities.protocol import Protocol
 from eai.abilities.transition_modeling.judgement import Rules
 from eai.abilities.transition_modeling.rules import PaperRules
+from eai.abilities.transition_modeling.task import TransitionTask
+from eai.benchmark.gold_answers import join_operators
 from eai.pddl.planning import PddlPlanner
 from eai.reference.operator_rules import ReferenceRules
+
+
+def gold_answer(task: TransitionTask) -> str:
+    """The data set's own operators as an answer."""
+    return join_operators(task.domain.operators[name].pddl for name in task.operators)
 
 
 def rules_of(protocol: Protocol, planner: PddlPlanner | None) -> Rules:

@@ -7,11 +7,14 @@ from collections.abc import Mapping
 from eai.abilities.protocol import Ability
 from eai.benchmark.gold_answers import AnswerBook, open_answer_book, open_planned_book
 from eai.benchmark.prompt_library import Library
-from eai.benchmark.registry import find_benchmark
+from eai.benchmark.registry import find_benchmark, registered
 from eai.data.store import Store
 from eai.prompts.prompt import Prompt, PromptSet
 from eai.prompts.published import PromptFiles
 from eai.tasks.source import ErrataChoice, Source
+
+SUITES = tuple((name, ability) for name in registered() for ability in Ability)
+"""Every registered benchmark with each ability."""
 
 
 def official_prompts(

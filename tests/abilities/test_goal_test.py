@@ -47,7 +47,7 @@ def test_a_goal_of_both_kinds_counts_half_as_each_and_whole_numbers_are_whole() 
     first, second, both = (test.tallies(reached) for reached in ((True, False), (False, True), (True, True)))
     assert first == GoalTallies(Tally(0.5, 1.5), Tally(0.5, 0.5), Tally(0, 0))
     assert second == GoalTallies(Tally(1, 1.5), Tally(0, 0.5), Tally(0, 0))
-    assert both.all_satisfied
+    assert all(tally.satisfied == tally.total for tally in both)
     assert isinstance(second.state.satisfied, int)
 
 

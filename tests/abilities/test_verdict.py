@@ -33,22 +33,6 @@ def test_verdicts_of_every_class_come_back_from_workers_as_they_are(verdict: Ver
     assert repr(back) == repr(verdict)  # numbers and enums are of the same types
 
 
-@pytest.mark.parametrize(
-    ("tallies", "satisfied"),
-    [
-        ([(0, 0), (0, 0), (0, 0)], True),
-        ([(1, 1), (2, 2), (0, 0)], True),
-        ([(1, 1), (1, 2), (0, 0)], False),
-        ([(0, 1), (2, 2), (1, 1)], False),
-        ([(1, 1), (2, 2), (0, 1)], False),
-    ],
-)
-def test_all_goals_are_satisfied_if_those_of_every_kind_are(
-    tallies: list[tuple[int, int]], *, satisfied: bool
-) -> None:
-    assert GoalTallies(*(Tally(*tally) for tally in tallies)).all_satisfied is satisfied
-
-
 def test_where_there_is_no_answer_nothing_is_reached_and_no_error_is_the_models() -> None:
     empty = PlanVerdict(
         None, ERROR, ("prose",), False, True, 2, TALLIES, (True, False), Counted(True, TALLIES, ())

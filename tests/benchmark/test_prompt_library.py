@@ -8,12 +8,12 @@ import pytest
 from eai.abilities.protocol import Ability
 from eai.benchmark.prompt_library import Library
 from eai.benchmark.registry import find_benchmark
-from eai.benchmark.suite import available_suites
 from eai.data.store import Store
 from eai.errors import InputError
 from eai.prompts.prompt import PromptSet
 from eai.prompts.template import template_names
 from eai.tasks.source import Source
+from suites import SUITES
 
 SUITE = (find_benchmark("behavior"), Ability.SUBGOAL_DECOMPOSITION)
 TASK = "assembling_gift_baskets_0_Beechwood_0_int_0_2021-10-26_12-46-37"
@@ -68,7 +68,7 @@ def test_every_file_that_could_replace_something_is_accepted(data_store: Store, 
     (tmp_path / "formats/virtualhome_action_sequencing.txt").write_text("mine")
     for name in template_names():
         (tmp_path / name).write_text("mine")
-    for domain, ability in available_suites():
+    for domain, ability in SUITES:
         (tmp_path / f"{domain}_{ability.value}.json").write_text("[]")
         (tmp_path / f"{domain}_{ability.value}_system.json").write_text('{"system_prompt": "mine"}')
     (tmp_path / "README.md").write_text("why")

@@ -6,10 +6,11 @@ import pytest
 
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.record import TaskFeatures
-from eai.benchmark.suite import Suite, available_suites, open_suite
+from eai.benchmark.suite import Suite, open_suite
 from eai.data.store import Store
 from eai.errors import InputError
 from eai.tasks.source import Source
+from suites import SUITES
 
 NAMES_ONLY = '{"WALK": ["floor_lamp"]}'
 WITH_IDS = '{"WALK": ["floor_lamp", "1000"]}'
@@ -24,7 +25,7 @@ def test_action_sequencing_in_virtualhome_has_all_tasks(data_store: Store) -> No
     suite = opened(data_store)
     assert len(suite.task_ids) == 342
     assert (suite.domain, suite.ability) == ("virtualhome", Ability.ACTION_SEQUENCING)
-    assert (suite.domain, suite.ability) in available_suites()
+    assert (suite.domain, suite.ability) in SUITES
     assert len(suite.data_sha256) == 64
 
 

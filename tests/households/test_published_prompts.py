@@ -10,14 +10,14 @@ from eai.abilities.protocol import Ability
 from eai.abilities.transition_modeling.scorer import TransitionModeling
 from eai.benchmark.prompt_library import Library
 from eai.benchmark.registry import find_benchmark
-from eai.benchmark.suite import available_suites, open_suite
+from eai.benchmark.suite import open_suite
 from eai.data.store import Store
 from eai.households.identifiers import SCENE_PREFIX
 from eai.households.packs import PROMPTS, open_published
 from eai.pddl.planning import PlannerChoice
 from eai.prompts.prompt import PromptSet
 from eai.tasks.source import ErrataChoice, Source
-from suites import official_files, official_prompts
+from suites import SUITES, official_files, official_prompts
 
 GOAL_INTERPRETATION = ("virtualhome", Ability.GOAL_INTERPRETATION)
 OPERATORS = ("behavior", Ability.TRANSITION_MODELING)
@@ -104,7 +104,7 @@ def test_questions_about_operators_are_corrected_where_they_ask_for_others_and_n
     assert changed == 25
 
 
-@pytest.mark.parametrize("suite", available_suites())
+@pytest.mark.parametrize("suite", SUITES)
 def test_prompts_name_the_tasks_that_are_scored(data_store: Store, suite: tuple[str, Ability]) -> None:
     task_ids = open_suite(*suite, source=Source(data_store, planner=PlannerChoice.NONE)).task_ids
     assert sorted(official_prompts(*suite, data_store)) == sorted(task_ids)

@@ -5,9 +5,10 @@ import math
 import pytest
 
 from eai.abilities.protocol import Ability
-from eai.benchmark.suite import available_suites, open_suite
+from eai.benchmark.suite import open_suite
 from eai.studies.items.adaptive import Estimated, NearCopies, ability_of, next_tasks
 from eai.studies.items.item_difficulties import item_difficulties, variance_between_names
+from suites import SUITES
 
 DIFFICULTIES = {str(place): place / 2 - 4 for place in range(17)}
 OWN_NAMES = {task: task for task in DIFFICULTIES}
@@ -73,7 +74,7 @@ def test_no_task_is_asked_twice() -> None:
     assert next_tasks(5, dict.fromkeys(DIFFICULTIES, 1.0), DIFFICULTIES, OWN_NAMES) == ()
 
 
-@pytest.mark.parametrize(("domain", "ability"), available_suites())
+@pytest.mark.parametrize(("domain", "ability"), SUITES)
 def test_difficulties_are_known_of_all_tasks_of_plans_and_subgoals(domain: str, ability: Ability) -> None:
     known = item_difficulties(domain, ability)
     assert bool(known) == (ability in PLANS)

@@ -4,7 +4,7 @@ import pytest
 
 from eai.abilities.protocol import Ability, Protocol
 from eai.benchmark.registry import find_benchmark
-from eai.benchmark.suite import available_suites, open_suite
+from eai.benchmark.suite import open_suite
 from eai.data.store import Store
 from eai.studies.items.analysis import Scores, scores_of
 from eai.studies.items.short_test import TASKS, choose, cross_validate
@@ -12,6 +12,7 @@ from eai.studies.items.short_tests import short_test
 from eai.tasks.source import Source
 from oracle import MODELS
 from studies.published import tables
+from suites import SUITES
 
 np = pytest.importorskip("numpy")
 
@@ -43,7 +44,7 @@ def test_chosen_tasks_say_how_high_a_score_is_and_drawn_ones_say_it_worse() -> N
     assert found.chosen.distance < 0.01 < 5 < found.drawn.distance
 
 
-@pytest.mark.parametrize(("domain", "ability"), available_suites())
+@pytest.mark.parametrize(("domain", "ability"), SUITES)
 def test_every_suite_has_a_short_test_of_its_own_tasks(
     domain: str, ability: Ability, data_store: Store
 ) -> None:

@@ -43,11 +43,6 @@ class GoalTallies(NamedTuple):
         """The tallies of these numbers: how many of each kind are satisfied, and of how many, in turn."""
         return GoalTallies(*map(Tally, numbers[::2], numbers[1::2]))
 
-    @property
-    def all_satisfied(self) -> bool:
-        """Whether every goal is satisfied."""
-        return all(tally.satisfied == tally.total for tally in self)
-
 
 class Confusion(NamedTuple):
     """True positives, false positives and false negatives."""

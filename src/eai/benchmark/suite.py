@@ -14,7 +14,7 @@ from eai.abilities.task import Task
 from eai.abilities.verdict import Verdict
 from eai.benchmark.benchmark import Benchmark, Form, FormOf, no_form
 from eai.benchmark.errata import Errata
-from eai.benchmark.registry import find_benchmark, registered
+from eai.benchmark.registry import find_benchmark
 from eai.benchmark.scorers import open_scorers
 from eai.data.progress import silent
 from eai.errors import InputError, did_you_mean
@@ -152,8 +152,3 @@ def open_suite(
     source = replace(source, report=silent)
     again = partial(open_suite, found.reference or found, ability, protocol, source=source, form=form)
     return Suite(found, ability, protocol, *opened, tasks=tasks, reopen=again, source=source, form=form)
-
-
-def available_suites() -> tuple[tuple[str, Ability], ...]:
-    """Every registered benchmark with each ability."""
-    return tuple((name, ability) for name in registered() for ability in Ability)

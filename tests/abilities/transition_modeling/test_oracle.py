@@ -27,7 +27,7 @@ from eai.households.gold_operators import (
 from eai.pddl.match import SideMatch
 from eai.pddl.planning import PddlPlanner, PlannerChoice, PlannerOutcome
 from eai.tasks.source import Source, TaskSet
-from operator_rules import rules_of
+from operator_rules import gold_answer, rules_of
 from oracle import MODELS, Oracle
 
 
@@ -155,7 +155,7 @@ def test_gold_answers_are_right_in_every_respect(
     tasks = virtualhome if domain == "virtualhome" else behavior
     rules = rules_of(protocol, planner())
     for task in tasks.values():
-        verdict = TransitionModeling(task, rules).score(task.gold_answer())
+        verdict = TransitionModeling(task, rules).score(gold_answer(task))
         assert verdict.planner is PlannerOutcome.SOLVED, task.id
         assert verdict.plan_works is (True if protocol is Protocol.STRICT else None)
         assert verdict.repairs == ()

@@ -12,9 +12,8 @@ import pytest
 from browsing import needs_browser
 from cli.conftest import Command
 from eai.abilities.protocol import Ability
-from eai.benchmark.suite import available_suites
 from eai.data.store import Store
-from suites import answer_book, official_prompts
+from suites import SUITES, answer_book, official_prompts
 
 pytestmark = needs_browser
 
@@ -43,7 +42,7 @@ def rates(folder: Path) -> Mapping[str, Any]:
     return dict(json.loads((folder / "summary.json").read_text(encoding="utf-8")))
 
 
-@pytest.mark.parametrize(("domain", "ability"), available_suites())
+@pytest.mark.parametrize(("domain", "ability"), SUITES)
 def test_gold_answers_come_to_what_the_oracle_comes_to(
     eai: Command, page: Any, data_store: Store, tmp_path: Path, domain: str, ability: Ability
 ) -> None:

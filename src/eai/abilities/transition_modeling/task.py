@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
@@ -74,11 +73,6 @@ class TransitionTask:
     def gold(self) -> Mapping[str, PddlAction]:
         """The operators that are asked for, as the data set has them."""
         return {name: _gold(self.domain.operators[name].pddl) for name in self.operators}
-
-    def gold_answer(self) -> str:
-        """The data set's own operators in the form in which answers come."""
-        texts = [self.domain.operators[name].pddl for name in self.operators]
-        return json.dumps({"output": "\n".join(texts)})
 
 
 @lru_cache(maxsize=256)
