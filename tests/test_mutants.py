@@ -31,7 +31,7 @@ def test_what_says_nothing_of_what_is_done_is_left_alone(
     module.write_text(
         "@dataclass(frozen=True)\nclass A:\n    b: int | None = 3\n\n"
         "def f(a: int | None) -> int | None:\n    return [i for i in a if i < 2 or i]\n\n"
-        "pairs = list(zip(a, b, strict=True))\n"
+        "pairs = list(zip(a, b, strict=True))\nhappens = rng.random() < 0.5\n"
     )
     monkeypatch.setattr(tool, "ROOT", tmp_path)
     made = {(mutant.line, mutant.change): mutant.text() for mutant in tool.mutants(Path("sample.py"))}

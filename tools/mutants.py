@@ -4,12 +4,13 @@
     python tools/mutants.py --only world/past --only questions/
 
 A mutant is a module with one small change: a comparison, an operator or a connective is another one, a number
-is one more, a condition is negated. Annotations are left alone, decorators, which say whether instances have
-slots, and ``strict`` of `zip`, which says what holds already. It lies in a copy of the sources, in which run,
-until one notices something, the module's own test file, all tests of its package, the tests elsewhere that
-import the module, and those of the households, where its callers meet real data. Prints what becomes of each,
-and how many are noticed; exits with status 1 if those are fewer than nine in ten. Survivors that no test can
-notice, since they mean the same, are listed in `EQUIVALENT`, with the reason.
+is one more, a condition is negated. Left alone are annotations, decorators, which say whether instances have
+slots, ``strict`` of `zip`, which says what holds already, and what a random float is compared with, as it is
+never just that. The mutant lies in a copy of the sources, in which run, until one notices something, the
+module's own test file, all tests of its package, the tests elsewhere that import the module, and those of the
+households, where its callers meet real data. Prints what becomes of each, and how many are noticed; exits with
+status 1 if those are fewer than nine in ten. Survivors that no test can notice, since they mean the same, are
+listed in `EQUIVALENT`, with the reason.
 """
 
 from __future__ import annotations
@@ -145,6 +146,8 @@ def _text(path: Path) -> str:
 def _change(node: ast.AST) -> str | None:
     """Change a node, and say how; None where there is nothing to change."""
     match node:
+        case ast.Compare(left=ast.Call(func=ast.Attribute(attr="random")), ops=[ast.Lt()]):
+            return None
         case ast.Compare(ops=[op, *rest]) if type(op) in OTHER:
             node.ops = [OTHER[type(op)](), *rest]  # type: ignore[list-item]
             return f"{type(op).__name__} is {type(node.ops[0]).__name__}"

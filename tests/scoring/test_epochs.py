@@ -2,9 +2,37 @@
 
 from __future__ import annotations
 
+import json
+from pathlib import Path
+
 import pytest
 
+from eai.abilities.record import Usage
 from eai.cli.console import counted, dollars
+from eai.prompts.prompt import Prompt
+from eai.scoring.answer import Answer
+from eai.scoring.batch import Settings
+from eai.scoring.epochs import Obtained, settle
+from scoring.work import TASK_IDS, echo_suite
+
+
+@pytest.mark.parametrize("epochs", [1, 2, 3])
+def test_each_epoch_is_scored_by_itself_where_there_are_several(tmp_path: Path, epochs: int) -> None:
+    task_id, usage = TASK_IDS[0], Usage()
+    texts = [f"{text} answer to {task_id}" for text in ("one", "another", "third")][:epochs]
+    given = {
+        (task_id, epoch): Answer(task_id, epoch, "0" * 64, "0" * 64, text, "", "stop", (), usage)
+        for epoch, text in enumerate(texts, 1)
+    }
+    obtained = Obtained("m", "m", {task_id: Prompt("?")}, given, {}, epochs)
+    result = settle(obtained, tmp_path, echo_suite(), Settings())
+    several = list(range(1, epochs + 1)) if epochs > 1 else []
+    assert sorted(tmp_path.glob("epoch_*")) == [tmp_path / f"epoch_{epoch}" for epoch in several]
+    assert [one.folder for one in result.of_epochs] == [tmp_path / f"epoch_{epoch}" for epoch in several]
+    assert [record.response for record in result.by_place().values()] == texts
+    assert list(result.by_place()) == list(given)
+    for one in (result, *result.of_epochs):
+        assert json.loads((one.folder / "summary.json").read_text())["run"]["answered"] == 1
 
 
 @pytest.mark.parametrize(

@@ -18,7 +18,7 @@ from eai.data.store import Store
 from eai.errors import WorkerError
 from eai.scoring.batch import Scoring
 from eai.scoring.reward import Reward
-from eai.scoring.workers import AHEAD, DEATHS, LARGEST, Workers
+from eai.scoring.workers import AHEAD, DEATHS, LARGEST, Workers, batches
 from scoring.work import Dying, asleep, cubes, deadly, failing, folder_of_files, large, squares, unspeakable
 
 
@@ -28,6 +28,16 @@ def test_results_come_in_order(workers: int, number: int) -> None:
     with Workers(workers) as pool:
         for work in (squares, cubes, squares):  # the same processes, other work
             assert list(pool.each(work, range(number))) == work(range(number))
+
+
+@pytest.mark.parametrize(
+    ("workers", "sizes"),
+    [(1, [2, 4, 8, 10, 10, 6]), (2, [2, 2, 4, 4, 8, 8, 10, 2]), (3, [2] * 3 + [4] * 3 + [8, 8, 6])],
+)
+def test_batches_grow_when_every_worker_has_had_one(workers: int, sizes: list[int]) -> None:
+    made = list(batches(range(40), workers, 2, 10))
+    assert [len(batch) for batch in made] == sizes
+    assert [item for batch in made for item in batch] == list(range(40))
 
 
 def test_no_more_is_read_than_is_worked_on() -> None:

@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import chain, permutations
+from operator import itemgetter
 from typing import TypeAlias
 
 import eai.logic.formula as f
@@ -197,22 +198,24 @@ class Seeker:
         other = _Course(plan, trajectory, self._became(task, trajectory.states))
         candidates = list(self._candidates(task, ours, other))
         rng.shuffle(candidates)
-        candidates.sort(key=lambda goal: not _is_of_one_thing(goal))
-        kept = (_if_it_matters(goal, ours, other) for goal in candidates)
+        candidates.sort(key=itemgetter(0))
+        kept = (_if_it_matters(goal, ours, other) for _, goal in candidates)
         return next((found for found in kept if found is not None), None)
 
-    def _candidates(self, task: Task, ours: _Course, other: _Course) -> Iterator[f.Formula]:
+    def _candidates(self, task: Task, ours: _Course, other: _Course) -> Iterator[tuple[bool, f.Formula]]:
+        """Goals that may tell one way from another, and whether what they name has no object in common."""
         both = [atom for atom in ours.became if atom in other.became]
         for first, then in permutations(both, 2):
             if ours.comes_first(first, then) and not other.comes_first(first, then):
-                yield f.Until(f.Not(then), first)
+                yield _are_apart(then, first), f.Until(f.Not(then), first)
             if objects(first) < objects(then) and other.has_both(first, then) > ours.has_both(first, then):
-                yield f.Always(f.Not(f.And((first, then))))
+                yield _are_apart(first, then), f.Always(f.Not(f.And((first, then))))
         wanted = {name for alternatives in self.prior.actions for name in alternatives}
         for action in ours.plan:
             if action.operator in wanted and action.arguments:
                 names = [f.Constant(task.scene.objects[i].name) for i in action.arguments]
-                yield from (f.Until(f.Not(then), f.Occurs(action.operator, tuple(names))) for then in both)
+                done = f.Occurs(action.operator, tuple(names))
+                yield from ((_are_apart(then, done), f.Until(f.Not(then), done)) for then in both)
 
     def _became(self, task: Task, states: Sequence[State]) -> Mapping[f.Atom, Sequence[int]]:
         """What came to be so in which states, as far as goals say it of things."""
@@ -253,10 +256,6 @@ def _reach_all(walk: Walk, goals: Sequence[f.Formula]) -> bool:
     return all(walk.holds(goal, walk.state) for goal in goals)
 
 
-def _is_of_one_thing(goal: f.Formula) -> bool:
-    """Whether the two things that are said share an object."""
-    match goal:
-        case f.Until(f.Not(then), first) | f.Always(f.Not(f.And((then, first)))):
-            return not set(objects(then)).isdisjoint(objects(first))
-        case _:
-            return False
+def _are_apart(one: f.Formula, other: f.Formula) -> bool:
+    """Whether two things that are said have no object in common."""
+    return set(objects(one)).isdisjoint(objects(other))

@@ -84,4 +84,4 @@ def _common_answers(questions: Iterable[Question]) -> dict[Kind, str]:
     for question in questions:
         if question.form is Form.OPEN:
             answers[question.kind][gold_text(question)] += 1
-    return {kind: next(iter(count.most_common(1)), ("", 0))[0] for kind, count in answers.items()}
+    return {kind: max(count, key=count.__getitem__, default="") for kind, count in answers.items()}

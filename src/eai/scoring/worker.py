@@ -62,12 +62,12 @@ def _receive(connection: Connection, given: SimpleQueue[bytes]) -> None:
     except (EOFError, OSError):
         os.kill(os.getpid(), signal.SIGTERM)
     time.sleep(CLEANING_SECONDS)
-    os._exit(128 + signal.SIGTERM)
+    os._exit(signal.SIGTERM)
 
 
 def _end(number: int, frame: FrameType | None) -> None:
     """End as an exception does, so that planners are ended and their folders removed."""
-    sys.exit(128 + number)
+    sys.exit(number)
 
 
 def _done(content: bytes) -> bytes:

@@ -1,0 +1,110 @@
+"""What actors of a Ray cluster are asked for, where Ray is not installed: a stand-in does what it is told."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from importlib import import_module
+from types import ModuleType
+from typing import Any
+
+import pytest
+
+from eai.errors import InputError
+from eai.scoring.workers import AHEAD, DEATHS
+from scoring.work import squares
+
+CORES = 3
+
+
+class Cluster(ModuleType):
+    """What the scoring asks of ``ray``; it counts what was promised and not yet fetched."""
+
+    def __init__(self) -> None:
+        super().__init__("ray")
+        self.options: dict[str, int] = {}
+        self.actors: list[Any] = []
+        self.started: dict[str, Any] | None = None
+        self.promised = self.most = 0
+
+    def is_initialized(self) -> bool:
+        return self.started is not None
+
+    def init(self, address: str, **options: Any) -> None:
+        self.started = {"address": address, **options}
+
+    def shutdown(self) -> None:
+        self.started = None
+
+    def cluster_resources(self) -> dict[str, float]:
+        return {"CPU": float(CORES)}
+
+    def remote(self, **options: int) -> Any:
+        self.options = options
+        return lambda kind: _Remote(lambda: self._actor(kind))
+
+    def _actor(self, kind: Any) -> Any:
+        actor, holder = kind(), ModuleType("actor")
+        vars(holder)["done"] = _Remote(lambda *given: self._promise(actor, given))
+        self.actors.append(holder)
+        return holder
+
+    def _promise(self, actor: Any, given: tuple[bytes, bytes]) -> bytes:
+        self.promised += 1
+        self.most = max(self.most, self.promised)
+        return bytes(actor.done(*given))
+
+    def put(self, content: bytes) -> bytes:
+        return content
+
+    def get(self, promised: bytes) -> bytes:
+        self.promised -= 1
+        return promised
+
+    def kill(self, actor: Any) -> None:
+        self.actors.remove(actor)
+
+
+class _Remote:
+    """What is called elsewhere."""
+
+    def __init__(self, call: Any) -> None:
+        self.remote = call
+
+
+@pytest.fixture
+def cluster(monkeypatch: pytest.MonkeyPatch) -> Iterator[Cluster]:
+    stand_in, errors = Cluster(), ModuleType("ray.exceptions")
+    vars(errors)["RayActorError"] = RuntimeError
+    monkeypatch.setitem(sys.modules, "ray", stand_in)
+    monkeypatch.setitem(sys.modules, "ray.exceptions", errors)
+    monkeypatch.delitem(sys.modules, "eai.envs.ray_scoring", raising=False)
+    yield stand_in
+    sys.modules.pop("eai.envs.ray_scoring", None)  # it is bound to the stand-in
+
+
+def scoring(workers: int) -> Any:
+    return import_module("eai.envs.ray_scoring").RayScoring("local", workers)
+
+
+def test_batches_are_tried_as_often_as_those_of_processes_and_actors_for_ever(cluster: Cluster) -> None:
+    with scoring(2):
+        assert cluster.options == {"num_cpus": 1, "max_restarts": -1, "max_task_retries": DEATHS - 1}
+        assert len(cluster.actors) == 2
+        assert cluster.started is not None
+        assert cluster.started["num_cpus"] == 2
+    assert (cluster.actors, cluster.started) == ([], None)
+
+
+@pytest.mark.parametrize("workers", [1, 2, CORES])
+def test_every_actor_has_work_ahead_and_results_keep_their_order(cluster: Cluster, workers: int) -> None:
+    with scoring(workers) as pool:
+        assert list(pool.each(squares, range(100), at_a_time=(1, 2))) == squares(range(100))
+    assert cluster.most == workers * AHEAD
+    assert cluster.promised == 0
+
+
+def test_a_cluster_with_fewer_cores_is_left_again(cluster: Cluster) -> None:
+    with pytest.raises(InputError, match="4 workers take as many cores, and the cluster has 3"):
+        scoring(CORES + 1)
+    assert cluster.started is None
