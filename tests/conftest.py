@@ -17,7 +17,11 @@ from eai.households.behavior.tasks import BehaviorTasks
 from eai.households.behavior.tasks import open_tasks as open_behavior_tasks
 from eai.households.packs import fetch_published
 from eai.households.virtualhome.tasks import VirtualHomeTasks, open_tasks
+from households.published import index, packs, store, wheel
 from oracle import Oracle, read_oracle
+
+__all__ = ["index", "packs", "store", "wheel"]
+"""The fixtures of the made-up data set."""
 
 settings.register_profile("any machine", deadline=None)
 settings.load_profile("any machine")

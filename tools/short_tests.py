@@ -18,7 +18,7 @@ from eai.abilities.protocol import Ability
 from eai.benchmark.suite import DEFAULT_PROTOCOL
 from eai.cli.analyzed import tables_of
 from eai.results.suites import by_suite
-from eai.studies.items import item_difficulties, short_tests
+from eai.studies.items import adaptive, short_tests
 from eai.studies.items.analysis import Scores, scores_of
 from eai.studies.items.rasch import fit_rasch, variance_between
 from eai.studies.items.short_test import choose, cross_validate
@@ -31,7 +31,7 @@ def main() -> None:
         sys.exit(__doc__)
     answers = tables_of(map(Path, sys.argv[1:]), None).answers
     tests: dict[str, list[str]] = _read(short_tests.FILE)
-    difficulties: dict[str, dict[str, Any]] = _read(item_difficulties.FILE)
+    difficulties: dict[str, dict[str, Any]] = _read(adaptive.FILE)
     for suite, of_suite in by_suite(answers).items():
         if suite.protocol != DEFAULT_PROTOCOL.value:
             sys.exit(f"expected records under {DEFAULT_PROTOCOL.value}, not {suite.protocol}")
@@ -46,7 +46,7 @@ def main() -> None:
             f"{each.ordered.percent:.1f} {each.distance:.1f}" for each in (found.chosen, found.drawn)
         )
         print(f"{name:40} {models}  chosen {chosen}  drawn {drawn}", flush=True)
-    for file, content in ((short_tests.FILE, tests), (item_difficulties.FILE, difficulties)):
+    for file, content in ((short_tests.FILE, tests), (adaptive.FILE, difficulties)):
         text = json.dumps(dict(sorted(content.items())), indent=1)
         (FOLDER / file).write_text(text + "\n", encoding="utf-8")
 

@@ -6,7 +6,7 @@ import pytest
 
 from eai.abilities.subgoal_decomposition.notation import SubgoalNotation
 from eai.abilities.task import Task, make_task
-from eai.benchmark.copied_goals import copied_goal
+from eai.benchmark.copied_answers import copied_goal
 from eai.logic.formula import (
     Constant,
     Exactly,

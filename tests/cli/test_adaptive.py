@@ -16,7 +16,7 @@ from eai.cli.order import Order
 from eai.data.store import Store
 from eai.run.job import Decoding, Endpoint, Pace
 from eai.scoring.batch import Settings
-from eai.studies.items.item_difficulties import item_difficulties
+from eai.studies.items.adaptive import item_difficulties
 from eai.tasks.source import Source
 from results.verdicts import SUCCEEDED, record
 

@@ -8,7 +8,7 @@ import pytest
 
 from eai.abilities.share import of_all
 from eai.results.certainty import Case
-from eai.results.matched import Placed, matched_difference
+from eai.studies.contamination.analysis import Placed, matched_difference
 
 
 def placed(which: str, *strata: tuple[str, int, int]) -> list[Placed]:

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from eai.abilities.share import Share
 from eai.results.certainty import Case
-from eai.results.randomisation import exchange_p, sign_flip_p
+from eai.results.comparison import exchange_p, sign_flip_p
 from results.near_copies import merged, successes
 
 

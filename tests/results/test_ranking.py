@@ -2,7 +2,14 @@ from __future__ import annotations
 
 import pytest
 
-from eai.results.ranking import average_ranks, holm, kendall_tau_b, kendall_w, shared_at_top, two_way_shares
+from eai.studies.prompts.analysis import (
+    average_ranks,
+    holm,
+    kendall_tau_b,
+    kendall_w,
+    shared_at_top,
+    two_way_shares,
+)
 
 
 @pytest.mark.parametrize(

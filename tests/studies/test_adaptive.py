@@ -5,10 +5,22 @@ import math
 import pytest
 
 from eai.abilities.protocol import Ability
+<<<<<<< HEAD
 from eai.benchmark.suite import open_suite
 from eai.studies.items.adaptive import Estimated, NearCopies, ability_of, next_tasks
 from eai.studies.items.item_difficulties import item_difficulties, variance_between_names
 from suites import SUITES
+=======
+from eai.benchmark.suite import available_suites, open_suite
+from eai.studies.items.adaptive import (
+    Estimated,
+    NearCopies,
+    ability_of,
+    item_difficulties,
+    next_tasks,
+    variance_between_names,
+)
+>>>>>>> b8f63b4 (What one module alone imports stands in it: words of households, operator questions, rankings, matched rates)
 
 DIFFICULTIES = {str(place): place / 2 - 4 for place in range(17)}
 OWN_NAMES = {task: task for task in DIFFICULTIES}

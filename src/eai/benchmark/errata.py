@@ -18,20 +18,36 @@ from eai.abilities.protocol import Ability
 from eai.abilities.record import ErrataUse
 from eai.abilities.task import Task
 from eai.abilities.transition_modeling.task import OperatorLibrary, TransitionTask
-from eai.benchmark.operator_questions import asking_for_scored
 from eai.errors import DataError
 from eai.tasks.source import TaskSet
 from eai.world.execution import Action
 from eai.world.state import Scene
 
-if sys.version_info >= (3, 11):
-    import tomllib
-else:
-    import tomli as tomllib
+_BEFORE, _BEHIND = "Action to be finished:\n", "\nOutput:"
+
 
 TaskT = TypeVar("TaskT", bound=Task)
 
 _FILE = "errata.toml"
+
+
+def asking_for_scored(task: TransitionTask, question: str) -> str:
+    """The question with the heads of the operators of its task in the place of those that it asks for."""
+    before, mark, rest = question.rpartition(_BEFORE)
+    _, end, behind = rest.partition(_BEHIND)
+    return "".join((before, mark, *(_head(task, name) for name in task.operators), end, behind))
+
+
+def _head(task: TransitionTask, name: str) -> str:
+    """An operator to be finished as the other questions have it, the bracket behind its name included."""
+    parameters = task.domain.operators[name].parameters
+    return f"(:action {name})\n:parameters {parameters}\n:precondition ()\n:effect ()\n)\n"
+
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
 
 
 @dataclass(frozen=True, slots=True)

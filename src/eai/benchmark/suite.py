@@ -12,10 +12,9 @@ from eai.abilities.record import TaskFeatures
 from eai.abilities.scorer import Scorer
 from eai.abilities.task import Task
 from eai.abilities.verdict import Verdict
-from eai.benchmark.benchmark import Benchmark, Form, FormOf, no_form
+from eai.benchmark.benchmark import Benchmark, Form, FormOf, Opened, no_form
 from eai.benchmark.errata import Errata
 from eai.benchmark.registry import find_benchmark
-from eai.benchmark.scorers import open_scorers
 from eai.data.progress import silent
 from eai.errors import InputError, did_you_mean
 from eai.tasks.source import ErrataChoice, Source
@@ -23,6 +22,54 @@ from eai.tasks.task_reference import TaskReference
 
 DEFAULT_PROTOCOL = Protocol.STRICT
 """The rules for scoring where nothing else is asked for."""
+
+
+def open_scorers(benchmark: Benchmark, ability: Ability, form: Form, source: Source) -> Opened:
+    """The suite of an ability as the paper has it (protocol ``strict``)."""
+    if ability is Ability.TRANSITION_MODELING:
+        return _transition_modeling(benchmark, source)
+    tasks = benchmark.tasks_for(ability, source)
+    make = _MAKERS[ability](benchmark)
+    return Opened(tuple(tasks), tasks.sha256, lambda task_id: make(tasks[task_id]))
+
+
+def _action_sequencing(benchmark: Benchmark) -> Callable[[Task], Scorer]:
+    from eai.abilities.action_sequencing.scorer import ActionSequencing
+
+    return partial(ActionSequencing, domain=benchmark.domain, notation=benchmark.plans)
+
+
+def _goal_interpretation(benchmark: Benchmark) -> Callable[[Task], Scorer]:
+    from eai.abilities.goal_interpretation.scorer import GoalInterpretation
+
+    return partial(GoalInterpretation, domain=benchmark.domain, notation=benchmark.goals)
+
+
+def _subgoal_decomposition(benchmark: Benchmark) -> Callable[[Task], Scorer]:
+    from eai.abilities.subgoal_decomposition.refinement import Refinement
+    from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
+
+    domain = benchmark.subgoal_domain or benchmark.domain
+    return partial(
+        SubgoalDecomposition, domain=domain, notation=benchmark.subgoals, refinement=Refinement(domain)
+    )
+
+
+def _transition_modeling(benchmark: Benchmark, source: Source) -> Opened:
+    from eai.abilities.transition_modeling.planners import make_planner
+    from eai.abilities.transition_modeling.rules import PaperRules
+    from eai.abilities.transition_modeling.scorer import TransitionModeling
+
+    tasks = benchmark.operators(source)
+    rules = PaperRules.with_planner(make_planner(source.planner, benchmark.planner_seconds, source.terms))
+    return Opened(tuple(tasks), tasks.sha256, lambda task_id: TransitionModeling(tasks[task_id], rules))
+
+
+_MAKERS: Mapping[Ability, Callable[[Benchmark], Callable[[Task], Scorer]]] = {
+    Ability.ACTION_SEQUENCING: _action_sequencing,
+    Ability.GOAL_INTERPRETATION: _goal_interpretation,
+    Ability.SUBGOAL_DECOMPOSITION: _subgoal_decomposition,
+}
 
 
 @dataclass(frozen=True)

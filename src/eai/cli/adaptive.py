@@ -15,8 +15,14 @@ from eai.prompts.prompt import Prompt
 from eai.results.table import write_files
 from eai.run.job import Endpoint
 from eai.scoring.epochs import SuiteResult
-from eai.studies.items.adaptive import Estimated, NearCopies, ability_of, next_tasks
-from eai.studies.items.item_difficulties import item_difficulties, variance_between_names
+from eai.studies.items.adaptive import (
+    Estimated,
+    NearCopies,
+    ability_of,
+    item_difficulties,
+    next_tasks,
+    variance_between_names,
+)
 
 ROUND = 5
 """How many tasks are asked at a time, which costs hardly a task more than one by one."""

@@ -12,9 +12,9 @@ import pytest
 from eai.abilities.task import Task
 from eai.benchmark.registry import find_benchmark
 from eai.data.store import Store
-from eai.households.behavior.problems import problem_of
+from eai.households.behavior.planning_problems import problem_of
 from eai.households.behavior.tasks import BehaviorTasks
-from eai.households.virtualhome.demonstrations import open_demonstrations
+from eai.households.virtualhome.benchmark import open_demonstrations
 from eai.households.virtualhome.domain import as_meant
 from eai.households.virtualhome.tasks import PREDICATE_OF_RELATION, VirtualHomeTasks
 from eai.logic.formula import And

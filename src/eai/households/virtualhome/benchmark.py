@@ -2,34 +2,65 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Mapping
 from pathlib import Path
 
 from eai.abilities.protocol import Ability, Protocol
+from eai.abilities.task import Task
 from eai.abilities.transition_modeling.task import TransitionTask
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.errata import errata_of
 from eai.benchmark.formats import formats_of
-from eai.data.progress import Report
+from eai.data.bundle import open_bundle
+from eai.data.progress import Report, silent
 from eai.data.store import Store
 from eai.english.english import english_of
 from eai.households.gold_operators import open_virtualhome
 from eai.households.identifiers import published_task
 from eai.households.published_prompts import OfficialPrompts
+from eai.households.virtualhome.convert import convert_demonstrations
 from eai.households.virtualhome.counts import annotated_figures
 from eai.households.virtualhome.domain import as_meant, with_either_hand
 from eai.households.virtualhome.goal_notation import VirtualHomeGoals
-from eai.households.virtualhome.goal_prompts import goal_interpretation_prompts
-from eai.households.virtualhome.goal_section import GOAL_SECTIONS
+from eai.households.virtualhome.goal_prompts import GOAL_SECTIONS, goal_interpretation_prompts
+from eai.households.virtualhome.pack import VirtualHome
 from eai.households.virtualhome.plan_notation import VirtualHomePlans
 from eai.households.virtualhome.subgoal_notation import VirtualHomeSubgoals
-from eai.households.virtualhome.tasks import VirtualHomeTask
+from eai.households.virtualhome.tasks import PREDICATE_OF_RELATION, VirtualHomeTask, VirtualHomeTasks
 from eai.households.virtualhome.tasks import open_tasks as open_virtualhome_tasks
-from eai.households.virtualhome.wording import wording
+from eai.prompts.wording import Wording
 from eai.reference.wing import virtualhome_wing
 from eai.tasks.source import Source, TaskSet, once_per_store
 
+_RELATION_NAMES = {predicate: name for name, predicate in PREDICATE_OF_RELATION.items()}
+
 NAME = "virtualhome"
+
+
+def open_demonstrations(path: Path, *, report: Report = silent) -> TaskSet[VirtualHomeTask]:
+    """The 518 demonstrations in the reference package's wheel, or in a folder into which it is unpacked.
+
+    The store has 342 of them alone. Reading them takes a minute.
+
+    Raises:
+        DataError: it is not there, or damaged.
+    """
+    with open_bundle(path) as wheel:
+        content = convert_demonstrations(wheel, report)
+    return VirtualHomeTasks(VirtualHome(content, hashlib.sha256(content).hexdigest()))
+
+
+def wording(ability: Ability) -> Wording:
+    """As declared; but goal interpretation speaks of classes, and names relations as scene graphs do."""
+    words = Wording.of(as_meant())
+    if ability is not Ability.GOAL_INTERPRETATION:
+        return words
+    return Wording(words.domain, words.predicates, _RELATION_NAMES, _class_name)
+
+
+def _class_name(task: Task, index: int) -> str:
+    return task.scene.objects[index].category
 
 
 @once_per_store
@@ -45,7 +76,7 @@ def open_operators(source: Source) -> TaskSet[TransitionTask]:
 
 
 def _demonstrations(path: Path, report: Report) -> TaskSet[VirtualHomeTask]:
-    from eai.households.virtualhome.demonstrations import open_demonstrations
+    from eai.households.virtualhome.benchmark import open_demonstrations
 
     return open_demonstrations(path, report=report)
 

@@ -1,14 +1,17 @@
 """The paper's Table 2 of any benchmark, counted from its tasks: each figure with what it counts.
 
-Beside a figure stands what the paper prints (`eai.results.paper_statistics`), and why that is another number
+Beside a figure stands what the paper prints, and why that is another number
 where it is one.
 """
 
 from __future__ import annotations
 
+import sys
 from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cache
+from importlib import resources
 from statistics import fmean, median
 
 from eai.abilities.protocol import Ability
@@ -22,11 +25,41 @@ from eai.logic.traversal import walk
 from eai.pddl.model import effect_atoms, effect_conditions
 from eai.pddl.reader import read_action
 from eai.results.data_set.profiles import Profile, names_of, profiles_of
-from eai.results.paper_statistics import paper_statistics
 from eai.tasks.source import ErrataChoice, Source
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
+
 
 LONG = 10
 """A plan is long that has more steps than this (paper, "Data Statistics and Distribution")."""
+
+
+@dataclass(frozen=True, slots=True)
+class PrintedFigure:
+    """A figure as printed.
+
+    Attributes:
+        remark: why another number comes out, or how this one does; empty if there is nothing to say.
+    """
+
+    value: int | float
+    remark: str = ""
+
+
+@cache
+def paper_statistics(domain: str) -> Mapping[str, PrintedFigure]:
+    """Label of a figure -> the paper's, for one of its domains; nothing for others."""
+    file = resources.files("eai.results") / "paper" / "dataset_statistics.toml"
+    found = tomllib.loads(file.read_text(encoding="utf-8")).get(domain, {})
+    return {
+        label: PrintedFigure(entry["printed"], entry.get("remark", ""))
+        if isinstance(entry, dict)
+        else PrintedFigure(entry)
+        for label, entry in found.items()
+    }
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections import Counter
+from collections.abc import Hashable, Iterator, Sequence
+from dataclasses import dataclass
 from typing import NamedTuple
 
 from eai.abilities.record import Record
-from eai.abilities.share import of_all
+from eai.abilities.share import Share, of_all
 from eai.abilities.verdict import PlanVerdict
-from eai.results.certainty import Case
-from eai.results.matched import Placed, matched_difference
+from eai.results.certainty import Case, Certainty, certainty_of_difference
+from eai.results.rate import rate_of
 from eai.results.table import Cell, Estimate, Table
 
 STEPS = (4, 8, 12, 20)
@@ -26,6 +28,60 @@ REMARKS = (
     "much of the difference is of that kind; compare it with that.",
     "A difference of zero is no proof that nothing is known: memory may not help.",
 )
+
+
+class Placed(NamedTuple):
+    """What one task contributes to a rate, and what it is like."""
+
+    case: Case
+    stratum: Hashable
+
+
+@dataclass(frozen=True, slots=True)
+class MatchedDifference:
+    """The difference of two rates where the tasks are alike.
+
+    Attributes:
+        first: the rate in the first set, in percent.
+        second: that in the second, weighted to the strata of the first.
+        certainty: of second minus first, in percentage points; the names of both sets are its units. The gain
+            from strata is not reckoned with, so that the interval is rather too wide.
+        tasks: how many tasks of the first and of the second set are in a common stratum.
+    """
+
+    first: float
+    second: float
+    certainty: Certainty
+    tasks: tuple[int, int]
+
+    @property
+    def difference(self) -> float:
+        """Second minus first, in percentage points."""
+        return self.second - self.first
+
+
+def matched_difference(first: Sequence[Placed], second: Sequence[Placed]) -> MatchedDifference | None:
+    """The difference of two rates where the tasks are alike; None if they never are."""
+    sizes, others = (Counter(stratum for _, stratum in each) for each in (first, second))
+    ones = [_apart(case, "first") for case, stratum in first if stratum in others]
+    weighted = [
+        _apart(case, "second", sizes[stratum] / others[stratum]) for case, stratum in second if sizes[stratum]
+    ]
+    certainty = certainty_of_difference(ones, weighted) if ones else None
+    if certainty is None:
+        return None
+    return MatchedDifference(_percent(ones), _percent(weighted), certainty, (len(ones), len(weighted)))
+
+
+def _apart(case: Case, which: str, weight: float = 1) -> Case:
+    """A task that is none of the other set, with a weight."""
+    share = Share(weight * case.share.numerator, weight * case.share.denominator)
+    return Case(f"{which} {case.task}", f"{which} {case.name}", share)
+
+
+def _percent(cases: Sequence[Case]) -> float:
+    rate = rate_of(case.share for case in cases)
+    return 0.0 if rate.percent is None else rate.percent
 
 
 class Pair(NamedTuple):

@@ -8,13 +8,48 @@ asked least often the most informative comes next.
 
 from __future__ import annotations
 
+import json
 import math
 from collections import Counter, defaultdict
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cache
+from importlib import resources
+from typing import TypedDict
+
+from eai.abilities.protocol import Ability
+
+FILE = "item_difficulties.json"
+
 
 _STEPS = 100
+
 _SMALL = 1e-9
+
+
+def item_difficulties(domain: str, ability: Ability) -> Mapping[str, float]:
+    """The difficulty of each task of a suite, in the order of the data set; none if they are not known."""
+    found = _known().get(f"{domain}/{ability.value}")
+    return found["difficulties"] if found else {}
+
+
+def variance_between_names(domain: str, ability: Ability) -> float:
+    """How much a model's ability varies from name to name of a suite, in squared logits; 0 if unknown."""
+    found = _known().get(f"{domain}/{ability.value}")
+    return found["variance_between_names"] if found else 0.0
+
+
+class _Suite(TypedDict):
+    variance_between_names: float
+    difficulties: dict[str, float]
+
+
+@cache
+def _known() -> dict[str, _Suite]:
+    found: dict[str, _Suite] = json.loads(
+        (resources.files("eai.studies.items") / FILE).read_text(encoding="utf-8")
+    )
+    return found
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,16 +9,66 @@ from __future__ import annotations
 import csv
 import math
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from statistics import fmean, pvariance
+from typing import TypeAlias
 
 from eai.errors import InputError
-from eai.results.reliability import krippendorff_alpha, mean_rating, weighted_mse
 from eai.results.table import Table
 
+Units: TypeAlias = Sequence[Sequence[float]]
+"""For each thing that was rated, the ratings that it got, each by another rater."""
+
+
 COLUMNS = ("task", "rater", "attribute", "score")
+
 SCORES = (1, 2, 3, 4, 5)
+
+PAPER = (
+    "The paper has action accuracy 3.73 (weighted MSE 0.41), action coverage 4.07 (1.84) and human "
+    "preference 4.27 (0.81); its ratings, seemingly 15 of each, are not published. It calls their "
+    "variability low. Ratings drawn at random from 1 to 5 have a weighted MSE of 1 where tasks are rated "
+    "twice, and of 1.25 where one is rated four times and two twice, which these figures allow: 1.84 is more."
+)
+"""What the paper has to be set beside."""
+
+
+def mean_rating(units: Units) -> float | None:
+    """The mean of all ratings; None if there are none."""
+    ratings = [rating for unit in units for rating in unit]
+    return fmean(ratings) if ratings else None
+
+
+def weighted_mse(units: Units) -> float | None:
+    """How far ratings of one thing lie from their mean, squared: the mean over things, weighted by ratings.
+
+    Things that were rated once say nothing of it and are left out; None if there are no others.
+    """
+    repeated = [unit for unit in units if len(unit) > 1]
+    number = sum(map(len, repeated))
+    return sum(len(unit) * pvariance(unit) for unit in repeated) / number if number else None
+
+
+def krippendorff_alpha(units: Units) -> float | None:
+    """Krippendorff's alpha for ratings on an interval scale, any of which may be missing.
+
+    1 is perfect agreement, 0 what chance gives if raters draw from all ratings, below 0 worse than that.
+    (K. Krippendorff, Content Analysis, chapter "Reliability": observed by expected squared differences.)
+
+    Returns:
+        None if no thing was rated twice, or all those ratings are the same.
+    """
+    pairable = [unit for unit in units if len(unit) > 1]
+    ratings = [rating for unit in pairable for rating in unit]
+    if not ratings or len(set(ratings)) == 1:
+        return None
+    number = len(ratings)
+    # The squares of a unit's ordered pairs add up to 2 size^2 variances; each rating is in size - 1 pairs.
+    observed = sum(2 * len(unit) ** 2 * pvariance(unit) / (len(unit) - 1) for unit in pairable) / number
+    expected = 2 * number * pvariance(ratings) / (number - 1)
+    return 1 - observed / expected
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,7 +91,7 @@ class Quality:
         raters: by how many people.
         repeated: how many of the tasks were rated more than once; only these tell how far raters agree.
         mean: the mean of all ratings.
-        weighted_mse: how far the ratings of a task lie from their mean (`eai.results.reliability`).
+        weighted_mse: how far the ratings of a task lie from their mean (`eai.studies.ratings.analysis`).
         alpha: Krippendorff's alpha on an interval scale.
         histogram: score -> how often it was given.
     """
@@ -55,15 +105,6 @@ class Quality:
     weighted_mse: float | None
     alpha: float | None
     histogram: Mapping[int, int]
-
-
-PAPER = (
-    "The paper has action accuracy 3.73 (weighted MSE 0.41), action coverage 4.07 (1.84) and human "
-    "preference 4.27 (0.81); its ratings, seemingly 15 of each, are not published. It calls their "
-    "variability low. Ratings drawn at random from 1 to 5 have a weighted MSE of 1 where tasks are rated "
-    "twice, and of 1.25 where one is rated four times and two twice, which these figures allow: 1.84 is more."
-)
-"""What the paper has to be set beside."""
 
 
 def read_ratings(path: Path) -> tuple[Rating, ...]:
