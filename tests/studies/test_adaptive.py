@@ -5,13 +5,7 @@ import math
 import pytest
 
 from eai.abilities.protocol import Ability
-<<<<<<< HEAD
 from eai.benchmark.suite import open_suite
-from eai.studies.items.adaptive import Estimated, NearCopies, ability_of, next_tasks
-from eai.studies.items.item_difficulties import item_difficulties, variance_between_names
-from suites import SUITES
-=======
-from eai.benchmark.suite import available_suites, open_suite
 from eai.studies.items.adaptive import (
     Estimated,
     NearCopies,
@@ -20,7 +14,7 @@ from eai.studies.items.adaptive import (
     next_tasks,
     variance_between_names,
 )
->>>>>>> b8f63b4 (What one module alone imports stands in it: words of households, operator questions, rankings, matched rates)
+from suites import SUITES
 
 DIFFICULTIES = {str(place): place / 2 - 4 for place in range(17)}
 OWN_NAMES = {task: task for task in DIFFICULTIES}
