@@ -8,9 +8,9 @@ is one more, a condition is negated. Left alone are annotations, decorators, whi
 slots, ``strict`` of `zip`, which says what holds already, and what a random float is compared with, as it is
 never just that. The mutant lies in a copy of the sources, in which run, until one notices something, the
 module's own test file, all tests of its package, the tests elsewhere that import the module, and those of the
-households, where its callers meet real data. Prints what becomes of each, and how many are noticed; exits with
-status 1 if those are fewer than nine in ten. Survivors that no test can notice, since they mean the same, are
-listed in `EQUIVALENT`, with the reason.
+households, where its callers meet real data. Prints what becomes of each, and how many are noticed; exits
+with status 1 if those are fewer than nine in ten. Survivors that no test can notice, since they mean the
+same, are listed in `EQUIVALENT`, with the reason.
 """
 
 from __future__ import annotations
