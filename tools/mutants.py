@@ -73,8 +73,10 @@ EQUIVALENT: dict[str, str] = {
     "logic/ltl.py: 0 is 1 in `self._stack.append(_Pending(_PREFIX, make, [], 0, self._scope))`": "a "
     "quantifier has one part, and that has one level at least",
     "results/certainty.py: 0 is 1 in `if len(known[0]) < len(parts):`": "what is of no task is of no name",
-    "results/randomisation.py: GtE is Gt in `extreme += _distance(one, other) >= observed - _ROUNDING`": "no "
+    "results/comparison.py: GtE is Gt in `extreme += _distance(one, other) >= observed - _ROUNDING`": "no "
     "distance is less than the observed one by just this rounding",
+    "questions/rules.py: without if isinstance(each, Add | Delete) in `atoms = [each.atom for each in run if "
+    "isinstance(each, Add | Delete)]`": "a run is of one type, and the condition says so to the type checker",
 }
 """A mutant, as it is printed but for the number of its line -> why it means the same."""
 

@@ -6,7 +6,7 @@ import subprocess
 import sys
 from dataclasses import replace
 from fnmatch import fnmatchcase
-from itertools import islice
+from itertools import islice, pairwise
 from pathlib import Path
 
 import pytest
@@ -56,7 +56,7 @@ def test_a_task_is_a_function_of_its_seed_alone(like: str) -> None:
 
 def test_the_order_of_hash_tables_plays_no_part() -> None:
     code = (
-        "import hashlib; from benchmarks.generated.worlds import tasks;"
+        "import hashlib; from generator.worlds import tasks;"
         "from eai.tasks.task_lines import written;"
         "from eai.benchmark.registry import find_benchmark as find;"
         "print(hashlib.sha256(''.join(written(t.task, n, find(n).domain, t.about) for n in ('virtualhome',"
@@ -261,11 +261,21 @@ def test_generating_takes_no_more_than_the_benchmark_says(lamps: Benchmark) -> N
     assert all(solves(lamps.domain, each.task, each.task.script) for each in found)
 
 
-@pytest.fixture
-def lamps(monkeypatch: pytest.MonkeyPatch) -> Benchmark:
-    """The benchmark of the examples: a declaration and two tasks."""
-    monkeypatch.syspath_prepend(Path(__file__).parents[3] / "examples" / "lamps")
-    return find_benchmark("lamps:lamps")
+def test_planners_begin_anew_after_so_many_tasks_and_no_sooner(
+    lamps: Benchmark, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from eai.generator import generator as module
+    from eai.generator.spec import Spec
+
+    monkeypatch.setattr(module, "_RENEWED", 4)
+    source = Source()
+    made = module.Generator(lamps, Spec("lamps:lamps", lamps.tasks(source).sha256), source)
+    planners = []
+    for seed in range(9):
+        made.task(str(seed))
+        planners.append(made._planner)
+    anew = [one is not other for one, other in pairwise(planners)]
+    assert anew == [False, False, True, False, False, False, True, False]
 
 
 @pytest.mark.parametrize("like", HOUSEHOLDS)

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import random
+from dataclasses import replace
 from functools import cache
+from typing import Any
 
 import pytest
 
@@ -12,14 +14,19 @@ from eai.abilities.goal_test import GoalTest
 from eai.abilities.protocol import Ability
 from eai.abilities.task import Task
 from eai.abilities.verdict import PlanVerdict
+from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.random_answers import random_walk
 from eai.benchmark.registry import find_benchmark
 from eai.generator.outcome import Generated
+from eai.generator.over_time import Seeker
+from eai.generator.prior import Kind
+from eai.logic.ltl_printer import print_ltl
 from eai.logic.trace import TakenAction
+from eai.tasks.source import Source
 from eai.world.execution import Action, Step, Trajectory, execute
 from eai.world.listing import Listing
 from eai.world.state import State
-from generator.worlds import HOUSEHOLDS, generator
+from generator.worlds import HOUSEHOLDS, NOTHING_IS_USUAL, generator
 from logic.naive import Facts, Naive
 
 pytestmark = pytest.mark.usefixtures("data_store")
@@ -100,3 +107,33 @@ def naively(
     ]
     taken = [TakenAction(a.operator, tuple(things[i].name for i in a.arguments)) for a in actions]
     return Naive(tuple(seen), tuple(taken)).on(task.goals[-1].formula, 0, len(seen) - 1, {})
+
+
+WANTED = {(name, True): 1 for name in ("at", "holds", "inside", "lit")}
+WAY = "GO lamp_1; PRESS lamp_1; GO box; OPEN box; GO ball; TAKE ball; GO box; PUT ball box"
+LIT, PACKED = {"lit(lamp_1)": list(range(2, 9))}, {"inside(ball, box)": [8]}
+
+
+@pytest.mark.parametrize(
+    ("changes", "expected"),
+    [
+        ({}, LIT | PACKED),
+        ({"wanted": {("inside", True): 1, ("lit", False): 1}}, PACKED),
+        ({"kinds": frozenset({Kind("TAKE", 0, "ball")}), "taken": frozenset({"ball"})}, LIT | PACKED),
+        ({"kinds": frozenset({Kind("TAKE", 0, "cup")}), "taken": frozenset({"cup"})}, LIT),
+    ],
+)
+def test_what_came_to_be_so_is_of_things_that_move_and_not_of_the_agent(
+    lamps: Benchmark, changes: dict[str, Any], expected: dict[str, list[int]]
+) -> None:
+    task = lamps.tasks(Source())["pack"]
+    steps = [
+        Action(name, tuple([task.scene.index[each] for each in about]))
+        for name, *about in (step.split() for step in WAY.split("; "))
+    ]
+    way = execute(lamps.domain, task.initial, steps)
+    assert way.failure is None
+    prior = replace(NOTHING_IS_USUAL, **{"wanted": WANTED, **changes})
+    listings = lamps.wording(Ability.ACTION_SEQUENCING).listings
+    became = Seeker(lamps.domain, lamps.domain, prior, listings)._became(task, way.states)
+    assert {print_ltl(atom): when for atom, when in became.items()} == expected

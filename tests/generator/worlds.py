@@ -8,9 +8,32 @@ from itertools import islice
 from eai.benchmark.registry import find_benchmark
 from eai.generator.generator import Generator, generate
 from eai.generator.outcome import Generated, Outcome
+from eai.generator.prior import Prior
 from eai.generator.sets import Seeds
 from eai.generator.spec import Forms, Spec, Tier
 from eai.tasks.source import Source
+
+NOTHING_IS_USUAL = Prior(
+    patterns={},
+    wanted={},
+    themes={},
+    forms={},
+    paired=frozenset(),
+    nestings=frozenset(),
+    combinations=frozenset(),
+    needy=frozenset(),
+    actions={},
+    operators=frozenset(),
+    kinds=frozenset(),
+    places=(),
+    taken=frozenset(),
+    used=frozenset(),
+    parts=(),
+    several=frozenset(),
+    pieces=frozenset(),
+    holding=(),
+)
+"""What tests of small worlds say otherwise of them."""
 
 HOUSEHOLDS = ("virtualhome", "behavior")
 
@@ -40,4 +63,4 @@ def tasks(like: str, number: int = 40, forms: Forms = Forms.DATA) -> list[Genera
     return [each for each in outcomes(like, number, forms) if isinstance(each, Generated)]
 
 
-__all__ = ["HOUSEHOLDS", "generate", "generator", "outcomes", "tasks"]
+__all__ = ["HOUSEHOLDS", "NOTHING_IS_USUAL", "generate", "generator", "outcomes", "tasks"]

@@ -2,12 +2,14 @@ from __future__ import annotations
 
 import re
 from collections import Counter
+from inspect import signature
 from pathlib import Path
 
 import pytest
 
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.registry import find_benchmark
+from eai.cli.questions import write
 from eai.data.store import Store
 from eai.prompts.template import Templates, template_names
 from eai.questions.balance import balance_of
@@ -55,6 +57,21 @@ def test_only_the_wanted_kinds_and_forms_are_asked(lamps: Benchmark) -> None:
 def test_where_the_tasks_give_no_more_there_are_fewer(lamps: Benchmark) -> None:
     questions = list(Writer(lamps).write(Wanted((Kind.WHY_NOT,), (Form.OPEN,), 100_000)))
     assert 10 < len(questions) < 100_000
+
+
+def test_the_command_asks_for_as_many_as_the_library_where_nobody_says_how_many() -> None:
+    assert Wanted().number == signature(write).parameters["n"].default == 500
+
+
+def test_what_gives_no_question_five_times_in_a_row_is_given_up(
+    lamps: Benchmark, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    tried: list[str] = []
+    monkeypatch.setattr(
+        Writer, "_drafts", lambda self, tasks, cell, number, seed: tried.append(cell.kind) or ()
+    )
+    assert list(Writer(lamps).write(Wanted((Kind.STATE, Kind.FORWARD), (Form.OPEN,)))) == []
+    assert tried == [Kind.STATE, Kind.FORWARD] * 5
 
 
 @pytest.mark.parametrize("domain", ["virtualhome", "behavior"])

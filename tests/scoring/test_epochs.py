@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
-from eai.abilities.record import Usage
+from eai.abilities.record import ErrataUse, Usage
 from eai.cli.console import counted, dollars
 from eai.prompts.prompt import Prompt
 from eai.scoring.answer import Answer
@@ -33,6 +34,19 @@ def test_each_epoch_is_scored_by_itself_where_there_are_several(tmp_path: Path, 
     assert list(result.by_place()) == list(given)
     for one in (result, *result.of_epochs):
         assert json.loads((one.folder / "summary.json").read_text())["run"]["answered"] == 1
+
+
+@pytest.mark.parametrize(
+    ("errata", "told"), [(None, None), (ErrataUse("2.0", ("e1",)), ("2.0", [TASK_IDS[0]]))]
+)
+def test_what_errata_did_is_told_where_there_were_some(
+    tmp_path: Path, errata: ErrataUse | None, told: tuple[str, list[str]] | None
+) -> None:
+    obtained = Obtained("m", "m", {TASK_IDS[0]: Prompt("?")}, {}, {}, 1)
+    result = settle(obtained, tmp_path, echo_suite(), Settings(allow_missing=False))
+    (record,) = result.records
+    found = replace(result, records=[replace(record, errata=errata)]).to_json()["errata"]
+    assert told == ((found["version"], found["corrected"]) if isinstance(found, dict) else found)
 
 
 @pytest.mark.parametrize(

@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from itertools import islice
 from multiprocessing import active_children
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import pytest
 
@@ -18,7 +19,7 @@ from eai.data.store import Store
 from eai.errors import WorkerError
 from eai.scoring.batch import Scoring
 from eai.scoring.reward import Reward
-from eai.scoring.workers import AHEAD, DEATHS, LARGEST, Workers, batches
+from eai.scoring.workers import AHEAD, DEATHS, LARGEST, Workers, _remove, batches
 from scoring.work import Dying, asleep, cubes, deadly, failing, folder_of_files, large, squares, unspeakable
 
 
@@ -116,6 +117,27 @@ def test_what_workers_leave_in_temporary_folders_is_removed() -> None:
         assert all(folder.is_dir() for folder in left)
         pool._workers[0].process.kill()
     assert not any(folder.parent.exists() for folder in left)
+
+
+@pytest.mark.parametrize(("seconds", "stays"), [(60, False), (0, True)])
+def test_a_folder_that_is_written_to_meanwhile_is_removed_again_until_time_is_up(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, seconds: int, stays: bool
+) -> None:
+    class Written(TemporaryDirectory[str]):
+        """Something is there again after it is removed twice."""
+
+        times = 0
+
+        def cleanup(self) -> None:
+            self.times += 1
+            if self.times == 3:
+                super().cleanup()
+
+    monkeypatch.setattr("eai.scoring.workers.CLEANING_SECONDS", seconds)
+    folder = Written(dir=tmp_path)
+    _remove(folder)
+    assert Path(folder.name).exists() is stays
+    TemporaryDirectory.cleanup(folder)
 
 
 def test_what_kills_every_worker_is_named() -> None:

@@ -6,7 +6,7 @@ import math
 import random
 from collections import Counter
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import eai.logic.formula as f
 from eai.abilities.protocol import Ability
@@ -101,9 +101,9 @@ class Generator:
     source: Source
     rivals: Rivals | None = None
     plans_again: bool = False
-    _made: int = field(default=0, init=False)
 
     def __post_init__(self) -> None:
+        self._made = 0
         self._difficulty = difficulty_model(self.benchmark.name)
         if self._difficulty is None and self.spec.difficulty is not None:
             raise InputError(f"how difficult tasks of {self.benchmark.name} are is not known")
