@@ -14,6 +14,9 @@ from eai.world.state import State
 _LOOKED_AT = 16
 """How many states are looked at for what fails there: where it begins, where most parts are met, others."""
 
+_MOST_TESTS = 200_000
+"""How many parts may be tested there; of an aim with very many fewer states are looked at."""
+
 
 class _Rank(NamedTuple):
     """How near an attempt comes: the least would meet most parts, lacks least for that, and is the shortest.
@@ -86,7 +89,8 @@ class _Failing:
         start, *others = refining.nodes
         self.most_met = max([node.met.bit_count() for node in refining.nodes])
         others.sort(key=lambda node: -node.met.bit_count())
-        self._nodes = [start, *others][:_LOOKED_AT]
+        tests = self._aim.size * (len(self._means.wanted) + len(self._means.moving))
+        self._nodes = [start, *others][: max(1, min(_LOOKED_AT, _MOST_TESTS // max(1, tests)))]
 
     def nearest(self) -> _Nearest | None:
         """The attempt that comes nearest to the aim; None if none brings more of it about than was made."""
@@ -118,7 +122,7 @@ class _Failing:
         missing = ground.parts & ~node.met
         if not missing:
             return 0
-        self.effort += 1
+        self.effort += self._aim.step_effort
         after = ground.after(node.state)
         if not self._aim.met(after, ground.touched & missing, 0):
             return 0

@@ -31,9 +31,6 @@ from eai.world.state import Scene, State
 _MOST_TESTS = 200_000
 """How many literals one search may test; of a subgoal with very many fewer actions are applied."""
 
-_TESTED_AT_ONCE = 16
-"""How many literals are tested in the time in which an action is applied."""
-
 
 class _Need(NamedTuple):
     """What a search may have to do with.
@@ -164,7 +161,7 @@ class Refinement:
         for means in self._means(need):
             refining = Refining(aim, means, budget)
             plans = refining.shortest(need.state)
-            effort += refining.effort * (1 + aim.size // _TESTED_AT_ONCE)
+            effort += refining.effort * aim.step_effort
             if plans:
                 return Found(plans, effort)
             in_vain.append(refining)

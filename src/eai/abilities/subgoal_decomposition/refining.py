@@ -17,6 +17,9 @@ from eai.world.state import State
 MAX_PLANS = 4
 """The most sequences that are found for one subgoal."""
 
+_TESTED_AT_ONCE = 16
+"""How many parts are tested in the time in which an action is applied."""
+
 
 class Means(NamedTuple):
     """What may be done.
@@ -60,6 +63,11 @@ class Aim(NamedTuple):
     def size(self) -> int:
         """How many parts it has."""
         return self.everything.bit_count()
+
+    @property
+    def step_effort(self) -> int:
+        """How many applied actions one stands for after which all parts are tested."""
+        return 1 + self.size // _TESTED_AT_ONCE
 
 
 class Node(NamedTuple):
