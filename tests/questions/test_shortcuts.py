@@ -2,15 +2,23 @@
 
 from __future__ import annotations
 
+import random
 import re
 from collections import Counter
+from dataclasses import replace
 
 import pytest
 
+from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.registry import find_benchmark
 from eai.data.store import Store
+from eai.planning.planner import Planner
 from eai.questions.balance import best_chance, chances_of, guesses_of
+from eai.questions.item import Item
+from eai.questions.phrasing import pose
 from eai.questions.question import Form, Kind, Question
+from eai.questions.rules import Rules
+from eai.questions.setting import open_setting
 from eai.questions.shortcuts import Glance, Ledger, Posed, Shortcut
 from eai.questions.writer import Wanted, Writer
 from eai.tasks.source import Source
@@ -81,6 +89,32 @@ def test_no_shortcut_beats_chance(domain: str, data_store: Store) -> None:
             assert (chances[best_chance(chances)].share or 0) <= (0.3 if form is Form.CHOICE else 0.55)
     choices = [each for each in questions if each.form is Form.CHOICE]
     assert sum(map(most_shared, choices)) == pytest.approx(sum(q.shortcuts["names"] for q in choices))
+
+
+def test_a_step_is_asked_about_where_another_by_its_operator_has_the_other_answer(lamps: Benchmark) -> None:
+    about = {"step 1": ["TOUCH"], "step 2": ["GRAB"], "step 3": ["GRAB"], "step 4": ["OPEN"]}
+    world = open_setting(lamps.tasks(Source())["light"], Rules(lamps.domain), Planner(lamps.domain), "0")
+    item = Item(
+        world.states[0], (), 4, ["step 1", "step 2"], ["step 3", "step 4"], (), about=about, paired=True
+    )
+
+    def shown(item: Item, turn: int) -> set[str]:
+        drawn = [pose(item, world, Form.YES_NO, "", Ledger(), random.Random(n), turn) for n in range(20)]
+        return {text for each in drawn if each is not None for text in each[1].shown}
+
+    assert [shown(item, turn) for turn in (0, 1)] == [{"step 2"}, {"step 3"}]
+    assert shown(replace(item, wrong=["step 4"]), 0) == set()
+
+
+def test_hardly_an_operator_has_one_answer_alone(data_store: Store) -> None:
+    """No step to touch or to look at a thing is needed: these are not asked about."""
+    wanted = Wanted([Kind.JUSTIFICATION], [Form.YES_NO], 2 * EACH, seed=5)
+    asked: dict[str, list[str]] = {}
+    for question in Writer(find_benchmark("virtualhome"), Source(data_store)).write(wanted):
+        (number,) = re.findall(r"left out: step (\d+)\?", question.prompt)
+        (operator, *_) = re.findall(rf"^{number}\. ([\w-]+)\(", question.prompt, re.MULTILINE)
+        asked.setdefault(operator, []).extend(question.answer)
+    assert len([name for name, answers in asked.items() if len({*answers}) == 1]) <= 2, asked
 
 
 def most_shared(question: Question) -> float:

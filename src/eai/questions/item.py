@@ -32,6 +32,7 @@ class Item:
         about: the labels of texts that do not begin with their operator or predicate: that operator first.
         actions: whether what is right and wrong are actions: where they are to choose from, no rules but
             theirs are told.
+        paired: whether yes or no is asked only of texts whose operator some text with the other answer has.
     """
 
     state: State
@@ -45,6 +46,7 @@ class Item:
     formulas: tuple[Formula, ...] = ()
     about: Mapping[str, Sequence[str]] = field(default_factory=dict)
     actions: bool = False
+    paired: bool = False
 
 
 Maker: TypeAlias = Callable[[Setting, random.Random, int], Item | None]

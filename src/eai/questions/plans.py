@@ -160,6 +160,7 @@ def justification(setting: Setting, rng: random.Random, number: int) -> Item | N
         values={"plan": numbered([setting.said(action) for action in plan]), "goals": _goals(setting)},
         formulas=setting.goals,
         about={step: (action.operator,) for step, action in zip(steps, plan, strict=True)},
+        paired=True,
     )
 
 
