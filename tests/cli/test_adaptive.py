@@ -14,8 +14,8 @@ from eai.benchmark.suite import Suite, open_suite
 from eai.cli import adaptive
 from eai.cli.order import Order
 from eai.data.store import Store
-from eai.run.job import Decoding, Endpoint, Pace
-from eai.scoring.batch import Settings
+from eai.run.job import Endpoint
+from eai.run.spec import RunSpec
 from eai.studies.items.adaptive import item_difficulties
 from eai.tasks.source import Source
 from results.verdicts import SUCCEEDED, record
@@ -52,7 +52,7 @@ def test_what_does_not_count_is_asked_once_and_says_nothing(
 
     monkeypatch.setattr(adaptive, "obtain_and_score", obtained)
     prompts = dict.fromkeys(suite.task_ids)
-    order = Order([], 1, Decoding(), Pace(), Settings(), tmp_path, quiet=True, prompt_name=None)
+    order = Order(RunSpec(), tmp_path, quiet=True)
     adaptive.obtain_adaptively(order, cast(Any, None), cast(Any, prompts), suite, 0.6)
     assert odd in rounds[0]
     sizes = [len(asked) for asked in rounds]

@@ -74,9 +74,17 @@ def test_what_is_not_answered_is_told_and_counts_unless_it_is_left_out(
     with serve(script) as served:
         run = eai(
             *("run", "--model", "openai-api/local/scripted", "-M", "api_key=none", "-M", "max_retries=0"),
-            *("--model-base-url", served.url, "--max-retries", 0, "--json", "--out", tmp_path),
+            *(
+                "--model-base-url",
+                served.url,
+                "--with",
+                "requests.max_retries=0",
+                "--json",
+                "--out",
+                tmp_path,
+            ),
             *(*NAMED, "--tasks", ",".join(prompts)),
-            *(["--allow-missing"] if allow_missing else []),
+            *(["--with", "scoring.allow_missing=true"] if allow_missing else []),
         )
     assert run.status == 1
     (result,) = json.loads(run.out)
@@ -146,7 +154,7 @@ def test_replayed_answers_are_scored_as_the_file_they_are_from(data_store: Store
 def test_batch_reaches_inspect_and_built_in_models_answer_all_the_same(tmp_path: Path) -> None:
     arguments = ("run", "--model", "eai/oracle", *NAMED, "--limit", 2, "--quiet")
     batches = {}
-    for name, options in (("batch", ("--batch",)), ("plain", ())):
+    for name, options in (("batch", ("--with", "requests.batch=true")), ("plain", ())):
         assert eai(*arguments, *options, "--out", tmp_path / name) == Outcome(0, "", "")
         (log,) = (tmp_path / name / "logs").glob("*.eval")
         batches[name] = read_eval_log(str(log), header_only=True).plan.config.batch
@@ -170,7 +178,7 @@ def test_prices_put_dollars_into_journal_records_summary_and_the_last_line(tmp_p
     price = "{input: 1000, output: 10000, input_cache_write: 0, input_cache_read: 0}"
     prices.write_text(f"eai/oracle: {price}\n")
     models = ("--model", "eai/oracle", "--model", "eai/noisy")
-    run = eai("run", *models, *NAMED, "--limit", 2, "--prices", prices, "--out", tmp_path)
+    run = eai("run", *models, *NAMED, "--limit", 2, "--with", f"model.prices={prices}", "--out", tmp_path)
     assert run.status == 0, run.err
     folder = tmp_path / "virtualhome" / "action_sequencing" / "eai_oracle"
     usages = [json.loads(line)["usage"] for line in (folder / "records.jsonl").read_text().splitlines()]
@@ -249,7 +257,10 @@ def test_an_adaptive_run_ends_where_the_ability_is_known_and_goes_on_where_it_wa
     [
         (("--ability", "goal_interpretation"), "the tasks of behavior goal_interpretation have no known"),
         (("--protocol", "eai-1.0.5"), "difficulties are known under strict alone"),
-        (("--replans", 2), "not with --goals, attempts or slips"),
+        (
+            ("--with", "attempts.replans=2"),
+            "not with attempts.replans, slip or until; ",
+        ),
     ],
 )
 def test_what_has_no_difficulties_is_not_asked_adaptively(
@@ -258,15 +269,14 @@ def test_what_has_no_difficulties_is_not_asked_adaptively(
     named = ("--domain", "behavior", "--adaptive", 0.3, "--out", tmp_path)
     run = eai("run", "--model", "eai/oracle", *named, *options)
     assert run.status == 2
-    assert f"eai: --adaptive: {message}" in " ".join(run.err.split())
+    assert f"adaptive: {message}" in " ".join(run.err.split())
 
 
 def test_an_out_that_is_no_folder_is_said_before_anything_is_asked(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     run = eai("run", "--model", "eai/oracle", *NAMED, "--quiet", "--out", tmp_path / "file")
     assert (run.status, run.out) == (2, "")
-    folder = tmp_path / "file" / "virtualhome" / "action_sequencing" / "eai_oracle"
-    assert run.err == f"eai: {folder}: cannot be written (Not a directory)\n"
+    assert run.err == f"eai: {tmp_path / 'file' / 'run.toml'}: cannot be written (File exists)\n"
 
 
 def test_what_cannot_be_run_is_said_in_one_line(tmp_path: Path) -> None:
@@ -283,7 +293,7 @@ def test_what_cannot_be_run_is_said_in_one_line(tmp_path: Path) -> None:
         ),
         (("--model", "eai/oracle", "--tasks", "0_0"), "eai: --tasks: '0_0' is not a task of"),
         (("--model", "eai/oracle", "-M", "rate"), "eai: -M rate: expected NAME=VALUE"),
-        (("--model", "eai/oracle", "--prices", missing), f"eai: {missing}: cannot be read"),
+        (("--model", "eai/oracle", "--with", f"model.prices={missing}"), f"eai: {missing}: cannot be read"),
     ):
         run = eai("run", *arguments, *NAMED, "--quiet", "--out", tmp_path)
         assert run.status == 2
@@ -300,7 +310,7 @@ def test_a_pipeline_is_two_jobs_in_a_row(data_store: Store, tmp_path: Path) -> N
     oracle = ("run", "--model", "eai/oracle", "--domain", "behavior", "--limit", 3, "--out", tmp_path)
     abilities = ("--ability", "action_sequencing", "--ability", "subgoal_decomposition")
     assert eai(*oracle, *abilities).status == 0
-    run = eai(*oracle, "--goals", "own", "--json")
+    run = eai(*oracle, "--with", "pipeline.goals=own", "--json")
     assert run.status == 0, run.err
     done = [(each["ability"], each["answered"]) for each in json.loads(run.out)]
     assert done == [
@@ -321,7 +331,7 @@ def test_a_pipeline_is_two_jobs_in_a_row(data_store: Store, tmp_path: Path) -> N
                 del record["prompt_sha256"], record["usage"]
         assert piped == modular
     before = (tmp_path / "behavior" / "goal_interpretation" / "eai_oracle" / "answers.jsonl").read_bytes()
-    assert eai(*oracle, "--goals", "own", "--json").out == run.out
+    assert eai(*oracle, "--with", "pipeline.goals=own", "--json").out == run.out
     after = (tmp_path / "behavior" / "goal_interpretation" / "eai_oracle" / "answers.jsonl").read_bytes()
     assert after == before
 
@@ -338,7 +348,7 @@ def test_a_planner_plans_for_the_goals_that_it_is_told(data_store: Store, tmp_pa
     goals.write_text(json.dumps(rows), encoding="utf-8")
     run = eai(
         *("run", "--model", "eai/planner", *NAMED, "--limit", 3),
-        *("--goals", goals, "--out", tmp_path / "runs"),
+        *("--with", f"pipeline.goals={goals}", "--out", tmp_path / "runs"),
     )
     assert run.status == 1
     assert f"1 task not answered ({missing}): there is no answer to goal interpretation" in run.err
@@ -356,10 +366,10 @@ def test_a_planner_plans_for_the_goals_that_it_is_told(data_store: Store, tmp_pa
     ("options", "why"),
     [
         (("--ability", "goal_interpretation"), "those of goal_interpretation do not"),
-        (("--replans", 1), "--goals: not with attempts or slips"),
+        (("--with", "attempts.replans=1"), "attempts.replans, slip or until: not with pipeline.goals"),
     ],
 )
 def test_what_is_no_pipeline(options: tuple[object, ...], why: str, tmp_path: Path) -> None:
-    run = eai("run", "--model", "eai/oracle", "--goals", "own", *options, "--out", tmp_path)
+    run = eai("run", "--model", "eai/oracle", "--with", "pipeline.goals=own", *options, "--out", tmp_path)
     assert run.status == 2
     assert why in run.err

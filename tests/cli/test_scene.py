@@ -19,12 +19,16 @@ HOW = ("run", "--domain", "behavior", "--tasks", JARS, "--set", "eai", "--model"
 PLANS = ("eai/planner", "--ability", "action_sequencing")
 
 
+def with_options(*options: str) -> tuple[str, ...]:
+    return tuple([part for each in options for part in ("--with", f"perception.{each}")])
+
+
 def lines_of(path: Path) -> list[dict[str, Any]]:
     return [json.loads(line) for line in path.read_text(encoding="utf-8").splitlines()]
 
 
 def test_a_noisy_scene_is_told_counted_and_analysed(eai: Command, data_store: Store, tmp_path: Path) -> None:
-    noise = ("--scene", "noisy", "--noise", "missing=0.3", "--noise", "seed=1")
+    noise = with_options("scene=noisy", "noise.missing=0.3", "noise.seed=1")
     assert run_eai(*HOW, *PLANS, *noise, "--out", tmp_path).status == 0
     folder = tmp_path / "behavior" / "action_sequencing" / "eai_planner" / "scene-noisy-missing-0.3-seed-1"
     (line,) = lines_of(folder / "records.jsonl")
@@ -46,11 +50,11 @@ def test_a_noisy_scene_is_told_counted_and_analysed(eai: Command, data_store: St
 
 def test_a_model_sees_for_another_one(data_store: Store, tmp_path: Path) -> None:
     """Twice: what was seen is in the journal, and is not asked for again."""
-    predicted = ("--scene", "predicted", "--scene-model", "eai/eyes", "--scene-arg", "rate=0.5")
+    predicted = with_options("scene=predicted", "scene_model=eai/eyes", "scene_args.rate=0.5", "clutter=some")
     abilities = ("--ability", "subgoal_decomposition", *PLANS[1:])
     folder = tmp_path / "behavior" / "scene_graph" / "eai_eyes"
     for _ in range(2):
-        command = (*HOW, PLANS[0], *abilities, *predicted, "--clutter", "some", "--out", tmp_path)
+        command = (*HOW, PLANS[0], *abilities, *predicted, "--out", tmp_path)
         done = run_eai(*command)
         assert done.status == 0, done.err
         assert "scenes as eai/eyes sees them: predicate errors" in done.out
@@ -70,7 +74,7 @@ def test_a_model_sees_for_another_one(data_store: Store, tmp_path: Path) -> None
 def test_questions_come_with_pictures(scene: str, data_store: Store, tmp_path: Path) -> None:
     """The gold answers stay right: pictures change what is asked, not what is scored."""
     pytest.importorskip("matplotlib")
-    asked = ("eai/oracle", "--ability", "goal_interpretation", "--scene", scene)
+    asked = ("eai/oracle", "--ability", "goal_interpretation", *with_options(f"scene={scene}"))
     assert run_eai(*HOW, *asked, "--out", tmp_path).status == 0
     folder = tmp_path / "behavior" / "goal_interpretation" / "eai_oracle" / f"scene-{scene}"
     (line,) = lines_of(folder / "records.jsonl")
@@ -81,30 +85,45 @@ def test_questions_come_with_pictures(scene: str, data_store: Store, tmp_path: P
 @pytest.mark.parametrize(
     ("options", "why"),
     [
-        (("--noise", "missing=0.1"), "--noise: means nothing with --scene text"),
-        (("--scene", "noisy"), "--scene noisy: expected --noise NAME=RATE"),
-        (("--scene", "image", "--noise", "missing=0.1"), "--noise: means nothing with --scene image"),
-        (("--scene", "predicted"), "--scene predicted: expected --scene-model"),
+        (with_options("noise.missing=0.1"), "perception.noise: means nothing with perception.scene text"),
+        (with_options("scene=noisy"), "perception.scene noisy: expected rates of errors"),
         (
-            ("--scene", "image", "--scene-model", "eai/eyes"),
-            "--scene-model: means nothing with --scene image",
+            with_options("scene=image", "noise.missing=0.1"),
+            "perception.noise: means nothing with perception.scene image",
+        ),
+        (with_options("scene=predicted"), "perception.scene predicted: expected perception.scene_model"),
+        (
+            with_options("scene=image", "scene_model=eai/eyes"),
+            "perception.scene_model: means nothing with perception.scene image",
         ),
         (
-            ("--scene", "predicted", "--scene-model", "eai/oracle"),
-            "--scene-model eai/oracle: expected eai/eyes",
+            with_options("scene=predicted", "scene_model=eai/oracle"),
+            "perception.scene_model eai/oracle: expected eai/eyes",
         ),
         (
-            ("--scene", "image", "--scene-arg", "rate=1"),
-            "--scene-arg, --scene-base-url: expected --scene-model",
+            with_options("scene=image", "scene_args.rate=1"),
+            "perception.scene_args, scene_base_url: expected perception.scene_model",
         ),
-        (("--scene", "image", "--goals", "own"), "--goals: not with --scene image"),
-        (("--scene", "image", "--replans", "1"), "--replans, --slip, --until: not with --scene image"),
-        (("--scene", "image", "--ability", "transition_modeling"), "--scene image: questions of transition_"),
-        (("--scene", "image", "--images", "x", "--clutter", "some"), "--clutter: is of schematic pictures"),
-        (("--scene", "image", "--images", "nowhere"), "--images nowhere: no picture of 1 of 1 tasks"),
         (
-            ("--scene", "image", "--set", "official"),
-            "--scene image: published prompts tell of scenes in their",
+            (*with_options("scene=image"), "--with", "pipeline.goals=own"),
+            "pipeline.goals: not with perception.scene image",
+        ),
+        (
+            (*with_options("scene=image"), "--with", "attempts.replans=1"),
+            "attempts.replans, slip or until: not with perception.scene image",
+        ),
+        (
+            (*with_options("scene=image"), "--ability", "transition_modeling"),
+            "perception.scene image: questions of transition_",
+        ),
+        (
+            with_options("scene=image", "images=x", "clutter=some"),
+            "perception.clutter: is of schematic pictures",
+        ),
+        (with_options("scene=image", "images=nowhere"), "images nowhere: no picture of 1 of 1 tasks"),
+        (
+            (*with_options("scene=image"), "--set", "official"),
+            "perception.scene image: published prompts tell of scenes in their",
         ),
     ],
 )
@@ -120,7 +139,7 @@ def test_what_makes_no_sense_is_said_in_one_line(
 def test_eyes_only_look(eai: Command, tmp_path: Path) -> None:
     done = eai("run", "--model", "eai/eyes", "--out", tmp_path)
     assert (done.status, done.err.partition(":")[0]) == (2, "eai")
-    assert "it only looks" in done.err
+    assert "it only lists scenes" in done.err
 
 
 def test_pictures_are_written_with_their_truth(eai: Command, data_store: Store, tmp_path: Path) -> None:

@@ -233,7 +233,7 @@ def test_what_was_answered_is_not_asked_again(ask: Callable[..., Answers]) -> No
 
 
 def test_how_to_sample_reaches_the_server_and_makes_another_request(ask: Callable[..., Answers]) -> None:
-    sampling = Decoding(temperature=0.7, sampling={"seed": 7, "top_p": 0.9})
+    sampling = Decoding(temperature=0.7, seed=7, top_p=0.9)
     with serve({"good": [Reply(PLAN)]}) as served:
         plain, sampled = ask(served.url, ("good",)), ask(served.url, ("good",), decoding=sampling)
     assert plain.given["good", 1].request_sha256 != sampled.given["good", 1].request_sha256

@@ -36,7 +36,8 @@ def test_a_server_is_sent_the_picture(scene: str, clutter: str, data_store: Stor
     benchmark = find_benchmark("behavior")
     drawn = png(picture_of(task, picture_words(benchmark), Clutter(clutter)).drawing)
     wording = scene_words(benchmark).wording
-    how = ("--scene", scene, "--clutter", clutter, "-M", "api_key=none", "--out", tmp_path)
+    shown = ("--with", f"perception.scene={scene}", "--with", f"perception.clutter={clutter}")
+    how = (*shown, "-M", "api_key=none", "--out", tmp_path)
     with serve(defaultdict(lambda: [Reply("[]")])) as served:
         done = eai(*HOW, "--model", LOCAL, "--model-base-url", served.url, *how)
         assert done.status == 0, done.err
@@ -60,19 +61,17 @@ def test_own_pictures_go_to_the_model_that_sees_and_its_list_to_the_other(
     for view, data in (("left", b"one"), ("right", b"two")):
         (tmp_path / f"{JARS}_{view}.jpg").write_bytes(data)
     graph = json.dumps({"objects": ["fridge_97"], "facts": [["open", "fridge_97"], ["cosy", "fridge_97"]]})
-    eyes = (
-        "--scene",
-        "predicted",
-        "--scene-model",
-        LOCAL,
-        "--scene-arg",
-        "api_key=none",
-        "--images",
-        tmp_path,
-    )
+    captioner = {
+        "scene": "predicted",
+        "scene_model": LOCAL,
+        "scene_args.api_key": "none",
+        "images": tmp_path,
+    }
     out = tmp_path / "out"
     with serve(defaultdict(lambda: [Reply(f"```json\n{graph}\n```")])) as served:
-        address = ("--scene-base-url", served.url, "--model-base-url", served.url)
+        chosen = {**captioner, "scene_base_url": served.url}
+        eyes = [part for name in chosen for part in ("--with", f"perception.{name}={chosen[name]}")]
+        address = ("--model-base-url", served.url)
         done = eai(*HOW, "--model", LOCAL, "-M", "api_key=none", *eyes, *address, "--out", out)
         assert done.status == 0, done.err
     look, plan = served.log.requests

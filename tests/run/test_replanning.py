@@ -78,7 +78,7 @@ def test_the_loop_of_a_run_is_the_loop_without_inspect(
     feedback: Feedback, heed: float | None, data_store: Store, tmp_path: Path
 ) -> None:
     """And what it leaves behind can be replayed, to the same records."""
-    arguments = f"--replans 2 --feedback {feedback.value}"
+    arguments = f"--with attempts.replans=2 --with attempts.feedback={feedback.value}"
     heeding = "" if heed is None else f"-M heed={heed}"
     done = eai(*f"{NOISY} {heeding} {arguments} --out {tmp_path}".split())
     assert done.status == 0, done.err
@@ -113,7 +113,7 @@ def test_what_went_wrong_reaches_a_model(data_store: Store, tmp_path: Path) -> N
     script = defaultdict(lambda: [Reply(gold)], {prompt.user: [Reply(wrong)]})
     with serve(script) as served:
         arguments = f"run --model openai-api/local/scripted -M api_key=none --model-base-url {served.url}"
-        arguments += f" --domain behavior --tasks {task_id} --replans 3 --json --out {tmp_path}"
+        arguments += f" --domain behavior --tasks {task_id} --with attempts.replans=3 --json --out {tmp_path}"
         done = eai(*arguments.split())
         assert done.status == 0, done.err
         said = [[message["content"] for message in each["messages"]] for each in served.log.requests]
@@ -134,7 +134,7 @@ def test_inspect_takes_the_same_options(
     """Its log has the records of ``eai run``, and scoring it again changes nothing."""
     world = {"world": "continue", "feedback": "state"} if slip else {"feedback": "explained"}
     choices = {"replans": 2, **world, "slip": slip}
-    options = " ".join(f"--{name} {value}" for name, value in choices.items())
+    options = " ".join(f"--with attempts.{name}={value}" for name, value in choices.items())
     done = eai(*f"{NOISY} {options} --out {tmp_path}".split())
     assert done.status == 0, done.err
     (folder,) = (tmp_path / FOLDER).iterdir()
@@ -157,9 +157,12 @@ def test_inspect_takes_the_same_options(
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ("--feedback kind", "feedback kind: there is none without replans"),
-        ("--replans 1 --feedback state", "feedback of the state says nothing in a world that begins anew"),
-        ("--replans 1 --ability goal_interpretation", "only plans are carried out"),
+        ("--with attempts.feedback=kind", "feedback kind: there is none without attempts.replans"),
+        (
+            "--with attempts.replans=1 --with attempts.feedback=state",
+            "feedback of the state says nothing in a world that begins anew",
+        ),
+        ("--with attempts.replans=1 --ability goal_interpretation", "only plans are carried out"),
     ],
 )
 def test_options_that_contradict_each_other(options: str, message: str, tmp_path: Path) -> None:

@@ -32,7 +32,7 @@ def start(url: str, out: Path) -> subprocess.Popen[str]:
     """The command of a run; it asks one question after the other."""
     arguments = f"run --model openai-api/local/scripted -M api_key=none --model-base-url {url}".split()
     arguments += f"--domain virtualhome --ability action_sequencing --limit {TASKS}".split()
-    arguments += f"--max-connections 1 --max-retries 0 --json --out {out}".split()
+    arguments += f"--max-connections 1 --with requests.max_retries=0 --json --out {out}".split()
     command = [sys.executable, "-c", "from eai.cli import main; main()", *arguments]
     return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
 

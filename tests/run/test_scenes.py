@@ -72,13 +72,13 @@ def test_a_question_lists_what_is_seen_be_it_there_or_not(data_store: Store) -> 
 def test_what_makes_no_sense_is_refused(data_store: Store) -> None:
     for wrong, message in (
         ({"scene": "image"}, "published prompts tell of scenes in their own way"),
-        ({"scene": "seen"}, "'seen' is no way to show the scene: expected one of text, image"),
+        ({"scene": "seen"}, "perception.scene: expected 'text', 'image', "),
         ({"scene": "predicted"}, "published prompts tell of scenes in their own way"),
-        ({"scene": "predicted", "noise": "missing=0.1"}, "means nothing with --scene predicted"),
-        ({"scene": "noisy", "prompts": "eai"}, "expected --noise NAME=RATE"),
+        ({"scene": "predicted", "noise": "missing=0.1"}, "means nothing with perception.scene predicted"),
+        ({"scene": "noisy", "prompts": "eai"}, "expected rates of errors"),
         ({"scene": "noisy", "prompts": "eai", "noise": "mising=1"}, "did you mean missing"),
-        ({"scene": "image", "prompts": "eai", "replans": 1}, "not with --scene image"),
-        ({"noise": "missing=0.1"}, "means nothing with --scene text"),
+        ({"scene": "image", "prompts": "eai", "replans": 1}, "not with perception.scene image"),
+        ({"noise": "missing=0.1"}, "means nothing with perception.scene text"),
     ):
         with pytest.raises(InputError, match=message):
             MAKE(tasks=[JARS], **wrong)

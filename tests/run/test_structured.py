@@ -27,13 +27,16 @@ WORDS = {
 """Some of what the forms of the answers to the first task of a domain must offer."""
 
 
+STRUCTURED = ("--with", "generation.structured=true")
+
+
 def test_answers_in_a_set_form_are_not_taken_for_those_without(tmp_path: Path) -> None:
     how = ("--limit", 1, "-M", "api_key=none", "--out", tmp_path, "--ability", "action_sequencing")
     path = f"{ROOT / 'examples/lamps'}:{ROOT / 'src'}"
     asked = []
     with serve(defaultdict(lambda: [Reply("[]")])) as served:
         model = ("--model", LOCAL, "--model-base-url", served.url, "--domain", "lamps:lamps")
-        for form in ((), ("--structured",), (), ("--structured",)):
+        for form in ((), STRUCTURED, (), STRUCTURED):
             outcome = eai("run", *model, *how, *form, PYTHONPATH=path)
             assert outcome.status == 0, outcome.err
             asked.append(len(served.log.requests))
@@ -66,7 +69,7 @@ def objects(schema: Any) -> list[dict[str, Any]]:
 
 def test_a_server_is_told_the_words_of_each_task(tmp_path: Path) -> None:
     domains = [part for name in WORDS for part in ("--domain", name)]
-    how = ("--structured", "--planner", "none", "--limit", 1, "-M", "api_key=none", "--out", tmp_path)
+    how = (*STRUCTURED, "--planner", "none", "--limit", 1, "-M", "api_key=none", "--out", tmp_path)
     path = f"{ROOT / 'examples/lamps'}:{ROOT / 'src'}"
     with serve(defaultdict(lambda: [Reply("{}")])) as served:
         outcome = eai(

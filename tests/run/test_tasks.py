@@ -52,9 +52,11 @@ def test_arguments_of_a_task() -> None:
     for wrong, message in (
         ({"tasks": "0_0"}, "tasks: '0_0' is not a task of this suite"),
         ({"tasks": 99}, "tasks=99 is a number and no task"),
-        ({"planner": "fast"}, "'fast' is no planner: expected one of auto, full, built_in"),
-        ({"protocol": "lax"}, "'lax' is no protocol: expected one of strict"),
-        ({"prompts": "mine"}, "'mine' is no set of prompts: expected one of official, eai"),
+        ({"planner": "fast"}, "planner: expected 'auto', 'full', 'built_in'"),
+        ({"protocol": "lax"}, "protocol: expected 'strict' or 'eai-1.0.5', found 'lax'"),
+        ({"prompts": "mine"}, "prompts.set: expected 'official' or 'eai', found 'mine'"),
+        ({"replan": 3}, "replan: unknown; did you mean replans? (there are replans, world, feedback"),
+        ({"scene_model": "eai/eyes"}, "scene_model: in Inspect the model that lists scenes is --model-role"),
     ):
         with pytest.raises(InputError, match=re.escape(message)):
             make(**wrong)

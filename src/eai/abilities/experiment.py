@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import Enum
 
-from eai.abilities.protocol import member
 from eai.abilities.responses import file_name
 from eai.errors import InputError
 from eai.world.episode import Notice, Slips, Until
@@ -135,45 +134,3 @@ class Experiment:
         if self.preset is not None:
             parts.append(f"as-{self.preset}")
         return SEPARATOR.join(parts)
-
-
-def chosen_experiment(
-    replans: int,
-    world: World | str,
-    feedback: Feedback | str | None,
-    form: FeedbackForm | str,
-    slip: float,
-    slip_seed: int,
-    notice: Notice | str,
-    until: Until | str | None,
-) -> Experiment | None:
-    """The experiment of some choices, of which those that do not matter are as in a plain run.
-
-    Feedback explains, and an attempt in a world that goes on ends with the goal, where nothing is chosen.
-
-    Returns:
-        the experiment, or None if these are the choices of a plain run.
-
-    Raises:
-        InputError: choices contradict each other, or one is unknown.
-    """
-    told = Feedback.EXPLAINED if replans else Feedback.NONE
-    if feedback is not None:
-        told = member(Feedback, feedback, "feedback")
-    if told is not Feedback.NONE and not replans:
-        raise InputError(f"feedback {told.value}: there is none without replans")
-    goes_on = member(World, world, "world") is World.CONTINUE and bool(replans)
-    written = member(FeedbackForm, form, "form of feedback")
-    noticed = member(Notice, notice, "notice of slips")
-    ending = Until.GOAL if goes_on else Until.DONE
-    experiment = Experiment(
-        replans,
-        World.CONTINUE if goes_on else World.RESTART,
-        told,
-        FeedbackForm.PROMPT if told is Feedback.NONE else written,
-        slip,
-        slip_seed if slip else None,
-        noticed if slip else Notice.DETECTED,
-        ending if until is None else member(Until, until, "end of an attempt"),
-    )
-    return experiment if experiment.acts else None

@@ -26,6 +26,12 @@ GROUP = "eai.benchmarks"
 PDDL = "pddl"
 """What stands before the colon in a reference to PDDL files."""
 
+REFERENCES = (
+    "virtualhome, behavior, another one by its name, module:object, pddl:FILE,DIR, or task files, FILE.jsonl "
+    "or DIR/"
+)
+"""How a benchmark is named, in words."""
+
 OBFUSCATED = "obfuscated"
 """What stands before the colon in a reference to the twin of a benchmark whose words mean other things."""
 

@@ -27,7 +27,7 @@ class _Commands(LazyGroup):
     """The commands, of which any may be interrupted."""
 
     places: ClassVar = {
-        "run": Place("run", "run", MEASURE),
+        "run": Place("run", "run", MEASURE, kind="RunCommand"),
         "score": Place("score", "score", MEASURE),
         "merge": Place("merge", "merge_shards", MEASURE),
         "submission": Place("submission", panel=MEASURE),

@@ -39,7 +39,9 @@ def perception(
     groups = [list(group) for _, group in groupby(sorted(runs, key=lambda run: run.key.order), _place)]
     seen = [group for group in groups if any(record.perceived for run in group for record in run.records)]
     if not seen:
-        raise InputError("expected records that say what was perceived; eai run --scene noisy makes them")
+        raise InputError(
+            "expected records that say what was perceived; eai run --with perception.scene=noisy does"
+        )
     written = []
     for group in seen:
         key = group[0].key

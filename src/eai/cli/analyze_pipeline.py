@@ -103,7 +103,8 @@ def _pairs(modular: Sequence[Run], piped: Sequence[Run]) -> Iterator[tuple[Run, 
             errors().print(f"left out, as it has no modular run: {run.key}", markup=False, soft_wrap=True)
     if not any(run.key.experiment and run.key.experiment.goals_from for run in piped):
         raise InputError(
-            "PIPELINE: expected records of a pipeline; eai run --goals or eai score --goals makes them"
+            "PIPELINE: expected records of a pipeline; eai run --with pipeline.goals=own makes them, or eai "
+            "score --goals"
         )
 
 

@@ -32,7 +32,7 @@ def prompts(
     plots: Annotated[bool, typer.Option(help="Draw heat maps (needs the extra 'plots').")] = True,
     as_json: AsJson = False,
 ) -> None:
-    """Set runs of models with several prompts (--prompt-name) side by side, suite by suite.
+    """Set runs of models with several prompts (prompts.name) side by side, suite by suite.
 
     Example: eai analyze prompts runs --metric overall.f1 --out prompts
     """

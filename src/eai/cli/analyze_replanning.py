@@ -42,14 +42,16 @@ def replanning(
     """Success by the number of attempts, what feedback is worth, and which errors it mends.
 
     Runs of one model, domain, ability and protocol belong together: those with feedback, and the one with
-    --feedback none, without which nobody knows what feedback is worth.
+    attempts.feedback=none, without which nobody knows what feedback is worth.
 
     Example: eai analyze replanning runs --out replanning
     """
     runs = [run for run in read_runs(records) if _is_shown(run)]
     groups = [list(group) for _, group in groupby(sorted(runs, key=lambda run: run.key.order), _place)]
     if not groups:
-        raise InputError("expected records of replanning or slips, found none; eai run --replans makes them")
+        raise InputError(
+            "expected records of replanning or slips, found none; eai run --with attempts.replans=3 does"
+        )
     written: list[Written] = []
     for group in groups:
         of_runs = [

@@ -15,6 +15,7 @@ from rich.segment import Segment
 
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import Json
+from eai.benchmark.registry import REFERENCES
 from eai.benchmark.suite import Suite
 from eai.data.files import printable
 from eai.data.progress import Progress as Step
@@ -25,14 +26,8 @@ from eai.results.coverage import Coverage
 from eai.results.errata_effect import ErrataEffect
 from eai.tasks.finding import Finding
 
-DOMAIN_HELP = (
-    "A benchmark: virtualhome, behavior, another one by its name, module:object, pddl:FILE,DIR, "
-    "or task files, FILE.jsonl or DIR/."
-)
+DOMAIN_HELP = f"A benchmark: {REFERENCES}."
 """What ``--domain`` takes."""
-
-MISSING_HELP = "Leave tasks without an answer out of all rates; the run is then not ranked."
-"""What ``--allow-missing`` does."""
 
 BUILT_IN_ALONE = (
     "Fast Downward is not installed: the built-in search judges operators alone, and what it cannot decide "

@@ -11,7 +11,6 @@ from eai.abilities.protocol import Ability
 from eai.abilities.responses import file_name
 from eai.benchmark.prompt_library import Library
 from eai.benchmark.suite import Suite, open_suite
-from eai.cli.experiment import OWN
 from eai.errors import InputError
 from eai.prompts.prompt import Prompt
 from eai.run.job import Endpoint
@@ -24,6 +23,7 @@ from eai.studies.pipeline.stage_one import (
     read_interpretations,
     refuse_no_stage_two,
 )
+from eai.studies.pipeline.study import OWN
 
 
 class SecondStage(NamedTuple):
@@ -65,7 +65,7 @@ class FirstStage:
         believed = self._believed[key]
         asked = [task_id for task_id in task_ids if task_id in believed.beliefs]
         if not asked:
-            raise InputError(f"--goals {self.goals}: none of the tasks has an answer to goal interpretation")
+            raise InputError(f"goals {self.goals}: none of the tasks has an answer to goal interpretation")
         beliefs = {task_id: believed.beliefs[task_id] for task_id in asked}
         prompts = self.library.open(suite.benchmark, suite.ability, beliefs)
         return SecondStage({task_id: prompts[task_id] for task_id in asked}, believed)

@@ -11,17 +11,17 @@ METAVARS: Mapping[str, str] = {
     f"--{option}": metavar
     for metavar, options in {
         "NAME": "ability domain errata like metric model planner prompt-name protocol reference split",
-        "N": "bins conditions depth epochs examples limit max-connections max-retries max-tokens n objects"
-        " reasoning-tokens replans sample seed slip-seed workers",
-        "P": "least slip top-p",
-        "S": "planner-seconds timeout",
+        "N": "bins conditions depth epochs examples limit max-connections max-tokens n objects"
+        " sample seed workers",
+        "P": "least",
+        "S": "planner-seconds",
         "X": "margin",
         "DIR": "data images out prompts",
         "FILE": "explorer prices",
         "PATH": "demonstrations from goals",
         "ID,ID": "tasks",
         "SECRET": "secret",
-        "URL": "model-base-url scene-base-url",
+        "URL": "model-base-url",
     }.items()
     for option in options.split()
 }

@@ -23,11 +23,13 @@ class Place(NamedTuple):
         module: a module of this package.
         name: what it is called there: a function, or an app that has commands of its own.
         panel: the panel in the help.
+        kind: the class of the command, in the same module; Typer's own if None.
     """
 
     module: str
     name: str = "app"
     panel: str | None = None
+    kind: str | None = None
 
 
 PANELS = 80
@@ -73,12 +75,13 @@ class LazyGroup(TyperGroup):
 
 def _imported(name: str, place: Place) -> Any:
     with undisturbed():
-        found = getattr(import_module(f"{__package__}.{place.module}"), place.name)
+        module = import_module(f"{__package__}.{place.module}")
+    found, kind = getattr(module, place.name), getattr(module, place.kind) if place.kind else None
     app = Typer(pretty_exceptions_enable=False, rich_markup_mode=_help_mode())
     if isinstance(found, Typer):
         app.add_typer(found, name=name, rich_help_panel=place.panel)
     else:
-        app.command(name, no_args_is_help=True, rich_help_panel=place.panel)(found)
+        app.command(name, cls=kind, no_args_is_help=True, rich_help_panel=place.panel)(found)
     command: Any = get_group(app).commands[name]
     for each in _with_those_below(command):
         label(each)

@@ -7,8 +7,9 @@ from typing import Annotated
 import typer
 
 from eai.abilities.protocol import Ability, Protocol, ability_of, protocol_of
-from eai.cli.console import DOMAIN_HELP, MISSING_HELP
+from eai.cli.console import DOMAIN_HELP
 from eai.pddl.planning import PlannerChoice
+from eai.scoring.options import ScoringOptions
 from eai.tasks.source import ErrataChoice, errata_choice, planner_choice
 
 ANSWERS, SCORING, OUTPUT = "What is scored", "Scoring", "Output"
@@ -32,7 +33,7 @@ Rules = Annotated[
     typer.Option(
         "--protocol",
         parser=protocol_of,
-        help="The rules: strict, the default (what the paper says), or eai-1.0.5 (the reference's verdicts).",
+        help=ScoringOptions.about("protocol"),
         show_default=False,
         rich_help_panel=SCORING,
     ),
@@ -43,8 +44,7 @@ Planner = Annotated[
     typer.Option(
         "--planner",
         parser=planner_choice,
-        help="What judges operators: full (built-in search, then Fast Downward), built_in, fast_downward, "
-        "none, or auto, the default: full where Fast Downward is installed, else built_in.",
+        help=ScoringOptions.about("planner"),
         show_default=False,
         rich_help_panel=SCORING,
     ),
@@ -55,8 +55,7 @@ Errata = Annotated[
     typer.Option(
         "--errata",
         parser=errata_choice,
-        help="What is known to be wrong in the data: current, the default (corrected, or left out of all "
-        "rates, under strict), or none (as published).",
+        help=ScoringOptions.about("errata"),
         show_default=False,
         rich_help_panel=SCORING,
     ),
@@ -67,8 +66,7 @@ PlannerSeconds = Annotated[
     typer.Option(
         "--planner-seconds",
         min=1,
-        help="CPU seconds that Fast Downward may take for one problem (records say so); the benchmark's if "
-        "not given.",
+        help=ScoringOptions.about("planner_seconds"),
         rich_help_panel=SCORING,
     ),
 ]
@@ -79,12 +77,14 @@ PlannerMemory = Annotated[
         "--planner-memory",
         min=64,
         metavar="MIB",
-        help="Memory for all planners at a time; what there is if not given.",
+        help=ScoringOptions.about("planner_memory"),
         rich_help_panel=SCORING,
     ),
 ]
 
-Workers = Annotated[int, typer.Option("--workers", min=1, help="Processes.", rich_help_panel=SCORING)]
+Workers = Annotated[
+    int, typer.Option("--workers", min=1, help=ScoringOptions.about("workers"), rich_help_panel=SCORING)
+]
 
 Ray = Annotated[
     str | None,
@@ -100,7 +100,7 @@ Explanations = Annotated[
     bool,
     typer.Option(
         "--explanations/--no-explanations",
-        help="Put a step-by-step explanation into every record.",
+        help=ScoringOptions.about("explanations"),
         rich_help_panel=SCORING,
     ),
 ]
@@ -109,7 +109,7 @@ AllowMissing = Annotated[
     bool,
     typer.Option(
         "--allow-missing",
-        help=MISSING_HELP,
+        help=ScoringOptions.about("allow_missing"),
         rich_help_panel=SCORING,
     ),
 ]

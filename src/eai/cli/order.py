@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import typer
@@ -17,9 +17,9 @@ from eai.cli.first_stage import FirstStage
 from eai.cli.progress import run_progress, scoring_progress
 from eai.cli.scene_stage import Scenes
 from eai.prompts.prompt import Prompt
-from eai.run.job import Decoding, Endpoint, Job, Pace
+from eai.run.job import Endpoint, Job
 from eai.run.journal import JOURNAL, sole_run
-from eai.scoring.batch import Settings
+from eai.run.spec import RunSpec
 from eai.scoring.epochs import Obtained, SuiteResult, settle
 from eai.scoring.trials import Trials
 from eai.scoring.undisturbed import undisturbed
@@ -30,16 +30,11 @@ SHOWN_TASKS = 5
 
 @dataclass(frozen=True, slots=True)
 class Order:
-    """What the command line asks for, of all suites alike."""
+    """A run of all suites: its specification, the folder of its results, and whether it prints none."""
 
-    endpoints: Sequence[Endpoint]
-    epochs: int
-    decoding: Decoding
-    pace: Pace
-    settings: Settings
+    spec: RunSpec
     out: Path
     quiet: bool
-    prompt_name: str | None
 
 
 def obtain_and_score(
@@ -60,14 +55,15 @@ def obtain_and_score(
         from eai.run.logs import write_scores
     except ImportError as error:
         raise without_inspect(error) from error
+    spec, epochs = order.spec, order.spec.tasks.epochs
     asked, believed = (prompts, None) if first is None else first.second(endpoint, prompts, suite)
     about = {} if believed is None else believed.about
     job = Job(
         endpoint,
         asked,
-        order.epochs,
-        order.decoding,
-        order.pace,
+        epochs,
+        spec.generation,
+        spec.requests,
         trials,
         benchmark=suite.benchmark,
         ability=suite.ability,
@@ -80,29 +76,30 @@ def obtain_and_score(
         folder /= trials.experiment.label
     if believed is not None:
         folder /= believed.experiment.label
-    if order.prompt_name is not None:
-        folder /= Experiment(prompt_name=order.prompt_name).label
+    if spec.prompts.name is not None:
+        folder /= Experiment(prompt_name=spec.prompts.name).label
     title = f"{suite.domain} {suite.ability.value} {endpoint.model}"
     with sole_run(folder):
         with run_progress(title, quiet=order.quiet) as watch:
             answers = obtain_answers(job, folder / JOURNAL, order.out / LOGS, watch=watch)
-        epochs = range(1, order.epochs + 1)
-        unasked = [(task_id, epoch) for task_id in prompts if task_id not in asked for epoch in epochs]
+        unasked = [
+            (task_id, epoch) for task_id in prompts if task_id not in asked for epoch in range(1, epochs + 1)
+        ]
         obtained = Obtained(
             endpoint.model,
             name,
             asked,
             answers.given,
             {**answers.failures, **dict.fromkeys(unasked, "" if believed is None else believed.lacking)},
-            order.epochs,
+            epochs,
             trials,
             answers.tried,
             believed,
-            order.prompt_name,
+            spec.prompts.name,
         )
         with undisturbed():
             with scoring_progress(f"scoring {title}", len(answers.given), quiet=order.quiet) as told:
-                outcome = settle(obtained, folder, suite, order.settings, told)
+                outcome = settle(obtained, folder, suite, spec.scoring.settings, told)
             write_scores(answers.log, outcome.by_place(), suite.source)
     return outcome
 
@@ -134,8 +131,8 @@ def ask_for_scene_graphs(
         prompts,
         benchmark=suite.benchmark,
         ability=Ability.ACTION_SEQUENCING,
-        decoding=replace(order.decoding, structured=False),
-        pace=order.pace,
+        decoding=order.spec.generation.model_copy(update={"structured": False}),
+        pace=order.spec.requests,
         source=suite.source,
         targets=right,
     )

@@ -146,7 +146,9 @@ def run(
     endpoint = Endpoint(model, dict(pair(text) for text in model_arg or ()), model_base_url)
     with sole_run(folder):
         with run_progress(f"questions {model}", quiet=as_json) as watch:
-            answers = ask_questions(asked, endpoint, folder, Pace(max_connections), watch=watch)
+            answers = ask_questions(
+                asked, endpoint, folder, Pace(max_connections=max_connections), watch=watch
+            )
         given = {place[0]: answer.text for place, answer in answers.given.items()}
         responses = tuple([Response(each.id, given[each.id]) for each in asked if each.id in given])
         write_responses(folder, ResponseFile(name, responses))

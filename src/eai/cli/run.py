@@ -9,27 +9,12 @@ from typing import Annotated
 import typer
 
 from eai.abilities.declarations import DECLARATIONS
-from eai.abilities.experiment import FeedbackForm, World, chosen_experiment
+from eai.abilities.protocol import Ability, Protocol, ability_of, protocol_of
 from eai.benchmark.prompt_library import Library
 from eai.benchmark.registry import registered
-from eai.benchmark.suite import DEFAULT_PROTOCOL, Suite, open_suite
+from eai.benchmark.suite import Suite, open_suite
 from eai.cli.adaptive import adaptive_suites, obtain_adaptively
 from eai.cli.arm import Arm
-from eai.cli.asked import (
-    Abilities,
-    Adaptive,
-    Batch,
-    Domains,
-    Limit,
-    MaxConnections,
-    MaxRetries,
-    OfSet,
-    Prices,
-    PromptName,
-    Prompts,
-    Tasks,
-    Timeout,
-)
 from eai.cli.chosen_tasks import chosen_prompts, tasks_of
 from eai.cli.console import (
     counted,
@@ -41,131 +26,67 @@ from eai.cli.console import (
     print_remark,
     say,
 )
-from eai.cli.experiment import (
-    Ending,
-    Goals,
-    InForm,
-    InWorld,
-    OfFeedback,
-    OfNotice,
-    Preset,
-    Replans,
-    Slip,
-    SlipSeed,
-)
 from eai.cli.first_stage import FirstStage
-from eai.cli.models import (
-    Epochs,
-    MaxTokens,
-    ModelArguments,
-    Models,
-    ModelUrl,
-    ReasoningEffort,
-    ReasoningTokens,
-    Seed,
-    Stop,
-    Structured,
-    Temperature,
-    TopP,
-    check_models,
-    check_replay,
-    eyes,
-    pair,
-    sampling,
-)
-from eai.cli.options import (
-    OUTPUT,
-    AllowMissing,
-    AsJson,
-    Errata,
-    Explanations,
-    Planner,
-    PlannerMemory,
-    PlannerSeconds,
-    Rules,
-    Wide,
-    Workers,
-)
+from eai.cli.flags import HELP, SETTING, RunCommand, flag, listing, specification
+from eai.cli.models import check_models, check_replay
+from eai.cli.options import OUTPUT, SCORING, AsJson, Wide
 from eai.cli.order import Order, obtain_and_score, tell
 from eai.cli.planning import planner_terms
 from eai.cli.progress import resumable
-from eai.cli.scene import (
-    InClutter,
-    InScene,
-    SceneImages,
-    SceneModel,
-    SceneModelArgument,
-    SceneModelUrl,
-    SceneNoise,
-)
 from eai.cli.scene_stage import Scenes
 from eai.cli.store import DataFolder, store
 from eai.cli.table import Result, print_rates
+from eai.errors import InputError
 from eai.pddl.planning import PlannerChoice
 from eai.prompts.prompt import Prompt, PromptSet
-from eai.reference.replanning import preset_experiment
 from eai.results.errata_effect import errata_effect
-from eai.run.job import Decoding, Endpoint, Pace
-from eai.scoring.batch import Settings
-from eai.studies.perception.noise import noise_of
-from eai.studies.perception.showing import Scene, SceneChoice
-from eai.tasks.source import ErrataChoice, Source
-from eai.world.episode import Notice
+from eai.run.spec_file import save
+from eai.tasks.source import ErrataChoice, Source, errata_choice, planner_choice
+
+__all__ = ["RunCommand", "run"]
+
+_WHO, _WHAT, _ALL = "Who is asked", "What is asked", "All options"
+"""Panels of the help."""
 
 
 @resumable
 def run(
     context: typer.Context,
-    model: Models,
-    model_arg: ModelArguments = None,
-    model_base_url: ModelUrl = None,
-    temperature: Temperature = 0.0,
-    max_tokens: MaxTokens = None,
-    top_p: TopP = None,
-    seed: Seed = None,
-    reasoning_effort: ReasoningEffort = None,
-    reasoning_tokens: ReasoningTokens = None,
-    stop: Stop = True,
-    structured: Structured = False,
-    epochs: Epochs = 1,
-    domain: Domains = None,
-    ability: Abilities = None,
-    tasks: Tasks = "",
-    limit: Limit = None,
-    adaptive: Adaptive = None,
-    prompt_set: OfSet = PromptSet.OFFICIAL,
-    prompts: Prompts = None,
-    prompt_name: PromptName = None,
-    max_connections: MaxConnections = None,
-    max_retries: MaxRetries = 5,
-    timeout: Timeout = None,
-    batch: Batch = False,
-    prices: Prices = None,
-    replans: Replans = 0,
-    world: InWorld = World.RESTART,
-    feedback: OfFeedback = None,
-    feedback_form: InForm = FeedbackForm.PROMPT,
-    slip: Slip = 0.0,
-    slip_seed: SlipSeed = 0,
-    slip_notice: OfNotice = Notice.DETECTED,
-    until: Ending = None,
-    preset: Preset = "",
-    goals: Goals = None,
-    scene: InScene = Scene.TEXT,
-    noise: SceneNoise = None,
-    images: SceneImages = None,
-    clutter: InClutter = None,
-    scene_model: SceneModel = None,
-    scene_arg: SceneModelArgument = None,
-    scene_base_url: SceneModelUrl = None,
-    protocol: Rules = DEFAULT_PROTOCOL,
-    planner: Planner = PlannerChoice.AUTO,
-    errata: Errata = ErrataChoice.CURRENT,
-    planner_seconds: PlannerSeconds = None,
-    planner_memory: PlannerMemory = None,
-    workers: Workers = 1,
-    explanations: Explanations = True,
-    allow_missing: AllowMissing = False,
+    file: Annotated[
+        Path | None, typer.Argument(metavar="FILE.toml", help="Options from a file; flags replace them.")
+    ] = None,
+    model: Annotated[list[str] | None, flag("model", _WHO)] = None,
+    model_arg: Annotated[
+        list[str] | None,
+        typer.Option("-M", metavar="KEY=VALUE", help="An argument of the model.", rich_help_panel=_WHO),
+    ] = None,
+    model_base_url: Annotated[str | None, flag("model_base_url", _WHO)] = None,
+    temperature: Annotated[float | None, flag("temperature", _WHO, metavar="T")] = None,
+    max_tokens: Annotated[int | None, flag("max_tokens", _WHO)] = None,
+    seed: Annotated[int | None, flag("seed", _WHO)] = None,
+    epochs: Annotated[int | None, flag("epochs", _WHO)] = None,
+    max_connections: Annotated[int | None, flag("max_connections", _WHO)] = None,
+    domain: Annotated[list[str] | None, flag("domain", _WHAT)] = None,
+    ability: Annotated[list[Ability] | None, flag("ability", _WHAT, parser=ability_of)] = None,
+    tasks: Annotated[str | None, flag("tasks", _WHAT)] = None,
+    limit: Annotated[int | None, flag("limit", _WHAT)] = None,
+    adaptive: Annotated[float | None, flag("adaptive", _WHAT, metavar="S")] = None,
+    prompt_set: Annotated[PromptSet | None, flag("prompt_set", _WHAT, "--set")] = None,
+    prompts: Annotated[Path | None, flag("prompts", _WHAT)] = None,
+    settings: Annotated[
+        list[str] | None,
+        typer.Option(
+            SETTING,
+            metavar="OPTION=VALUE",
+            help="Any option of a run, such as attempts.replans=3 or generation.top_p=0.9; "
+            f"{SETTING} {HELP} lists them all.",
+            rich_help_panel=_ALL,
+        ),
+    ] = None,
+    protocol: Annotated[Protocol | None, flag("protocol", SCORING, parser=protocol_of)] = None,
+    planner: Annotated[PlannerChoice | None, flag("planner", SCORING, parser=planner_choice)] = None,
+    errata: Annotated[ErrataChoice | None, flag("errata", SCORING, parser=errata_choice)] = None,
+    workers: Annotated[int | None, flag("workers", SCORING)] = None,
     out: Annotated[
         Path,
         typer.Option(help="Where answers, logs, records, summaries go.", rich_help_panel=OUTPUT),
@@ -178,7 +99,9 @@ def run(
     wide: Wide = False,
     data: DataFolder = None,
 ) -> None:
-    """Obtain answers through Inspect and score them. The same command goes on where it was interrupted.
+    """Obtain answers through Inspect and score them. The same command resumes where it was interrupted.
+
+    The options of a run are written to run.toml beside its results, and read from such a file.
 
     Exit status 1 if some tasks were not answered; until they are, they count as failed.
 
@@ -186,58 +109,46 @@ def run(
 
     Example: eai run --model eai/noisy -M rate=0.2 --domain virtualhome --ability action_sequencing
     """
+    if settings == [HELP]:
+        for line in listing():
+            print(line)
+        return
     need_inspect()
-    check_models(model)
-    how = (replans, world, feedback, feedback_form, slip, slip_seed, slip_notice, until)
-    experiment = preset_experiment(preset, slip, slip_seed, replans) or chosen_experiment(*how)
-    seeing = eyes(scene_model, scene_arg, scene_base_url, prices)
-    seen_with = None if seeing is None else seeing.model
-    shown = SceneChoice(scene, images, clutter, seen_with, noise_of(noise) if noise else None)
-    arm = Arm(experiment, goals, adaptive, shown, seeing)
-    wanted = arm.wanted(ability)
-    arguments = dict(pair(text) for text in model_arg or ())
-    order = Order(
-        endpoints=[Endpoint(name, arguments, model_base_url, prices) for name in model],
-        epochs=epochs,
-        decoding=Decoding(
-            temperature,
-            max_tokens,
-            stop,
-            structured,
-            sampling(top_p, seed, reasoning_effort, reasoning_tokens),
-        ),
-        pace=Pace(max_connections, max_retries, timeout, batch),
-        settings=Settings(workers, explanations, allow_missing),
-        out=out,
-        quiet=quiet or as_json,
-        prompt_name=prompt_name,
-    )
+    spec = specification(context, file, model_arg or (), settings or ())
+    if not spec.model.name:
+        raise InputError("expected --model NAME, or a file with the names of models")
+    check_models(spec.model.name)
+    target, arm, scoring = spec.tasks.adaptive, Arm(spec), spec.scoring
+    wanted = arm.wanted(spec.tasks.ability)
+    order = Order(spec, out, quiet or as_json)
     with data_progress() as report:
-        terms = planner_terms(context, planner_seconds, planner_memory)
-        source = Source(store(data), report, planner, errata, terms)
+        terms = planner_terms(context, scoring.planner_seconds, scoring.planner_memory)
+        source = Source(store(data), report, scoring.planner, scoring.errata, terms)
         suites = [
-            open_suite(name, each, protocol, source=source)
-            for name in domain or registered()
+            open_suite(name, each, scoring.protocol, source=source)
+            for name in spec.tasks.domain or registered()
             for each in wanted
         ]
-        suites = suites if adaptive is None else adaptive_suites(suites, ability)
-        library = Library(prompt_set, prompts, source)
+        suites = suites if target is None else adaptive_suites(suites, spec.tasks.ability)
+        library = Library(spec.prompts.set, spec.prompts.folder, source)
         chosen = []
-        for suite, named in zip(suites, tasks_of(tasks, suites), strict=True):
-            asked = chosen_prompts(suite, library, named, limit)
+        for suite, named in zip(suites, tasks_of(spec.tasks.ids, suites), strict=True):
+            asked = chosen_prompts(suite, library, named, spec.tasks.limit)
             if asked:
                 chosen.append((suite, asked))
-    check_replay(order.endpoints, [suite for suite, _ in chosen])
+    endpoints = spec.model.endpoints
+    check_replay(endpoints, [suite for suite, _ in chosen])
     note_planner([suite for suite, _ in chosen])
     first = arm.first(library, order, chosen)
+    save(spec, out)
     outcomes = []
     for suite, asked in chosen:
         trials = arm.trials(library, suite, asked)
         of_suite = [
             obtain_and_score(order, endpoint, asked, suite, trials, first)
-            if adaptive is None
-            else obtain_adaptively(order, endpoint, asked, suite, adaptive)
-            for endpoint in order.endpoints
+            if target is None
+            else obtain_adaptively(order, endpoint, asked, suite, target)
+            for endpoint in endpoints
         ]
         if not order.quiet:
             results = {outcome.model: Result(outcome.rates, outcome.coverage) for outcome in of_suite}

@@ -21,12 +21,12 @@ from eai.studies.perception.results import in_words, write_scene_graphs
 from eai.studies.perception.scene_graph import read_scene_graph
 from eai.studies.perception.scenes import SCENE_GRAPH, PerceivedScenes, perceived_scenes, scene_graph_question
 from eai.studies.perception.showing import (
-    SceneChoice,
     pictures_for,
     refuse_published,
     showing_prompts,
     shown_scenes,
 )
+from eai.studies.perception.study import Perception
 
 
 class SceneStage(NamedTuple):
@@ -56,7 +56,7 @@ class Scenes:
         told: what was found out about the model that sees, a line a domain.
     """
 
-    choice: SceneChoice
+    choice: Perception
     eyes: Endpoint | None
     library: Library
     ask: AskEyes

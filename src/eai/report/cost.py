@@ -44,7 +44,7 @@ _DEFINITION = """\
 Tokens are those that providers counted: of questions, cached ones included, and of answers with their
 reasoning. An answer that was asked for several times (attempts, votes, repairs) has the tokens of all times,
 and one that is scored under several protocols is paid for once. {priced}"""
-_AS_RUN = "Dollars are those that `eai run --prices` wrote when it asked"
+_AS_RUN = "Dollars are those that `eai run` with `model.prices` wrote when it asked"
 _BY_LIST = (
     "; where it wrote none, they follow from the prices of {date} by {source}, cached tokens at the full one"
 )

@@ -120,7 +120,7 @@ def _evaluate(job: Requests, task: inspect_ai.Task, log_dir: Path) -> EvalLog | 
     There is no log where the run was interrupted before it began.
     """
     pace, model = job.pace, find_model(job.endpoint)
-    sampling: dict[str, Any] = dict(job.decoding.sampling)
+    sampling: dict[str, Any] = {**job.decoding.sampling}
     if job.endpoint.prices is not None:
         set_price(model, read_prices(job.endpoint.prices))
     logs = inspect_ai.eval(

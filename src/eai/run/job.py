@@ -10,6 +10,7 @@ from enum import Enum
 from pathlib import Path
 
 from eai.abilities.answer_schema import Schema
+from eai.abilities.options import Options, option
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import Json
 from eai.benchmark.answer_form import answer_form
@@ -73,41 +74,37 @@ class Effort(Enum):
     MAX = "max"
 
 
-@dataclass(frozen=True, slots=True)
-class Decoding:
-    """What decides an answer besides the prompt.
+class Decoding(Options):
+    """How models answer."""
 
-    Attributes:
-        temperature: 0 as in the paper, or another.
-        max_tokens: the most an answer may take; None for the provider's limit.
-        stop: cut answers where the paper's runs did.
-        structured: hold answers to the form and the words of tasks where the provider can enforce it.
-        sampling: what else providers know, by the names of Inspect's ``GenerateConfig``: ``seed``, ``top_p``,
-            ``reasoning_effort``, ``reasoning_tokens``.
-    """
+    temperature: float = option("For sampling.", 0.0, ge=0)
+    max_tokens: int | None = option("The most tokens of an answer.", ge=1)
+    top_p: float | None = option("For sampling.", ge=0, le=1)
+    seed: int | None = option("For sampling, where a provider takes one.")
+    reasoning_effort: Effort | None = option("none, minimal, low, medium, high, xhigh or max.")
+    reasoning_tokens: int | None = option("The most tokens of its reasoning.", ge=1)
+    stop: bool = option("Stop sequences as in the paper's runs.", True)
+    structured: bool = option("Hold answers to the task's form and words, where a provider can.", False)
 
-    temperature: float = 0.0
-    max_tokens: int | None = None
-    stop: bool = True
-    structured: bool = False
-    sampling: Mapping[str, int | float | str] = field(default_factory=dict)
+    @property
+    def sampling(self) -> dict[str, int | float | str]:
+        """The choices that only some providers know, of those that are made, by their names in Inspect."""
+        given = {
+            "top_p": self.top_p,
+            "seed": self.seed,
+            "reasoning_effort": None if self.reasoning_effort is None else self.reasoning_effort.value,
+            "reasoning_tokens": self.reasoning_tokens,
+        }
+        return {name: value for name, value in given.items() if value is not None}
 
 
-@dataclass(frozen=True, slots=True)
-class Pace:
-    """How requests are made; none of it changes an answer.
+class Pace(Options):
+    """How requests are made, which changes no answer."""
 
-    Attributes:
-        max_connections: requests at a time; None to let Inspect find out. Of a built-in model there is one.
-        max_retries: how often a failed request is repeated.
-        timeout: seconds after which a request counts as failed; None for the provider's own.
-        batch: use the provider's batch service, which is slower and cheaper.
-    """
-
-    max_connections: int | None = None
-    max_retries: int = 5
-    timeout: int | None = None
-    batch: bool = False
+    max_connections: int | None = option("Requests at a time; of a built-in model there is one.", ge=1)
+    max_retries: int = option("How often a failed request is repeated.", 5, ge=0)
+    timeout: int | None = option("Seconds until a request has failed; the provider's if not given.", ge=1)
+    batch: bool = option("Use the provider's batch service, slower and cheaper.", False)
 
 
 @dataclass(frozen=True, slots=True)

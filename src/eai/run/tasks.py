@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import inspect_ai
 from inspect_ai.dataset import MemoryDataset, Sample
@@ -16,8 +16,8 @@ from inspect_ai.util import registry_info
 
 from eai.abilities.codec import experiment_to_json
 from eai.abilities.declarations import DECLARATIONS
-from eai.abilities.experiment import Experiment, FeedbackForm, World, chosen_experiment
-from eai.abilities.protocol import Ability, Protocol, member, protocol_of
+from eai.abilities.experiment import Experiment
+from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.verdict import Json
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.gold_answers import open_answer_book
@@ -28,28 +28,28 @@ from eai.errors import InputError, did_you_mean
 from eai.pddl.planning import PlannerChoice
 from eai.prompts.prompt import Prompt, PromptSet
 from eai.prompts.template import Templates
-from eai.reference.replanning import preset_experiment
+from eai.run.job import EYES
 from eai.run.messages import ERRATA, messages_of
 from eai.run.refusal import refusing
 from eai.run.scorer import EXPERIMENT, SCORERS
-from eai.run.seeing import scene_choice, see
+from eai.run.seeing import see
 from eai.run.solver import ask_as_published
+from eai.run.spec import read_spec, study_of
 from eai.scoring.trials import Trials, open_trials
+from eai.studies.attempts.study import Attempts
 from eai.studies.perception.belief import scene_words
 from eai.studies.perception.scenes import ASKS, SCENE_GRAPH, scene_graph_question
 from eai.studies.perception.showing import (
-    Scene,
-    SceneChoice,
     pictures_for,
-    refuse_besides,
     refuse_published,
     scene_abilities,
     showing_prompts,
     shown_scenes,
 )
+from eai.studies.perception.study import PERCEPTION, Perception, Scene
 from eai.studies.pipeline.stage_one import read_believed
-from eai.tasks.source import ErrataChoice, Source, errata_choice, planner_choice
-from eai.world.episode import Notice
+from eai.studies.pipeline.study import Pipeline
+from eai.tasks.source import ErrataChoice, Source
 
 
 def build_task(
@@ -146,32 +146,21 @@ def published_task(reference: str, ability: Ability) -> Callable[..., inspect_ai
         planner: str = PlannerChoice.AUTO.value,
         errata: str = ErrataChoice.CURRENT.value,
         tasks: str | int | Sequence[str] | None = None,
-        replans: int = 0,
-        world: str = World.RESTART.value,
-        feedback: str | None = None,
-        feedback_form: str = FeedbackForm.PROMPT.value,
-        slip: float = 0.0,
-        slip_seed: int = 0,
-        slip_notice: str = Notice.DETECTED.value,
-        until: str | None = None,
-        preset: str = "",
-        goals: str | None = None,
-        scene: str = Scene.TEXT.value,
-        images: str | None = None,
-        clutter: str | None = None,
-        noise: str | Sequence[str] | None = None,
+        **studies: Any,
     ) -> inspect_ai.Task:
         with refusing():
-            folder = None if prompt_folder is None else Path(prompt_folder)
-            source = Source(planner=planner_choice(planner), errata=errata_choice(errata))
-            suite = open_suite(find_benchmark(reference), ability, protocol_of(protocol), source=source)
-            library = Library(member(PromptSet, prompts, "set of prompts"), folder, source)
-            how = (replans, world, feedback, feedback_form, slip, slip_seed, slip_notice, until)
-            experiment = preset_experiment(preset, slip, slip_seed, replans) or chosen_experiment(*how)
-            if goals is not None and experiment is not None:
-                raise InputError("goals: not with attempts or slips; feedback would tell the task's goals")
-            shown = scene_choice(scene, images, clutter, noise)
-            refuse_besides(shown, {"goals": goals, "replans, slip, until": experiment})
+            spec = read_spec(
+                {
+                    "prompts": {"set": prompts, "folder": prompt_folder},
+                    "scoring": {"protocol": protocol, "planner": planner, "errata": errata},
+                    **_of_studies(studies),
+                }
+            )
+            scoring, goals, shown = spec.scoring, spec.of(Pipeline).goals, spec.of(Perception)
+            experiment = spec.of(Attempts).experiment
+            source = Source(planner=scoring.planner, errata=scoring.errata)
+            suite = open_suite(find_benchmark(reference), ability, scoring.protocol, source=source)
+            library = Library(spec.prompts.set, spec.prompts.folder, source)
             questions = library.open(suite.benchmark, ability)
             asked = _Asked(questions if tasks is None else _only(questions, tasks))
             if shown.scene is not Scene.TEXT:
@@ -201,6 +190,23 @@ def published_task(reference: str, ability: Ability) -> Callable[..., inspect_ai
     if registry_info(registered).name == name:  # Inspect names the package only where it is not editable
         registered = inspect_ai.task(name=f"eai/{name}")(suite)
     return registered
+
+
+def _of_studies(arguments: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
+    """The options of studies as the sections of a specification; Inspect knows the captioner by its role.
+
+    Raises:
+        InputError: no study has such an option.
+    """
+    tables: dict[str, dict[str, Any]] = {}
+    for name, value in arguments.items():
+        if name.startswith("scene_"):
+            raise InputError(f"{name}: in Inspect the model that lists scenes is --model-role {EYES}=MODEL")
+        tables.setdefault(study_of(name), {})[name] = value
+    perception = tables.get(PERCEPTION.name, {})
+    if perception.get("scene") == Scene.PREDICTED.value:
+        perception["scene_model"] = EYES
+    return tables
 
 
 class _Asked(NamedTuple):
@@ -244,7 +250,7 @@ def _stating(answers: Path, asked: _Asked, library: Library, suite: Suite) -> _A
     return _Asked({i: prompts[i] for i in asked.prompts}, believed.about, believed.experiment)
 
 
-def _showing(choice: SceneChoice, asked: _Asked, library: Library, suite: Suite) -> _Asked:
+def _showing(choice: Perception, asked: _Asked, library: Library, suite: Suite) -> _Asked:
     """The same questions with the scene shown in another way, or those that another model is asked first."""
     scene_abilities([suite.ability], choice.scene)
     refuse_published(choice, library, suite.benchmark)

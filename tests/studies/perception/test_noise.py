@@ -68,12 +68,12 @@ def test_the_errors_of_a_rate_are_among_those_of_a_higher_one(kind: str) -> None
 @pytest.mark.parametrize(
     ("settings", "told"),
     [
-        (["mising=0.1"], "--noise mising=0.1: expected NAME=NUMBER, NAME one of missing, "),
-        (["missing"], "--noise missing: expected NAME=NUMBER"),
-        (["missing=x"], "--noise missing=x: expected a number, not 'x'"),
+        (["mising=0.1"], "noise mising=0.1: expected NAME=NUMBER, NAME one of missing, "),
+        (["missing"], "noise missing: expected NAME=NUMBER"),
+        (["missing=x"], "noise missing=x: expected a number, not 'x'"),
         (["missing=1.5"], "noise: expected missing from 0 to 1, not 1.5"),
         (["missing=0.6", "misplaced=0.6"], "noise: missing and misplaced come to more than 1"),
-        (["seed=0.5"], "--noise seed=0.5: expected a whole number"),
+        (["seed=0.5"], "noise seed=0.5: expected a whole number"),
     ],
 )
 def test_settings_that_mean_nothing_are_refused(settings: list[str], told: str) -> None:

@@ -90,7 +90,9 @@ def arms_of(runs: Sequence[Sequence[Record]]) -> list[Arm]:
         if experiment is not None and experiment.acts:
             found.setdefault(replace(experiment, slip_seed=None), {})[experiment.slip_seed] = records
     if not found:
-        raise InputError("expected records of replanning or slips, found none; eai run --replans makes them")
+        raise InputError(
+            "expected records of replanning or slips, found none; eai run --with attempts.replans=3 does"
+        )
     order = [*Feedback]
     return sorted(
         (Arm(experiment, dict(sorted(by_seed.items(), key=str))) for experiment, by_seed in found.items()),
@@ -111,13 +113,13 @@ def remarks(arms: Sequence[Arm]) -> list[str]:
     if alone:
         found.append(
             f"No resampling arm stands beside {', '.join(alone)}: what feedback is worth is not known. "
-            "`eai run` with the same options and `--feedback none` makes it."
+            "`eai run` with the same options and `attempts.feedback=none` makes it."
         )
     once = [arm.name for arm in arms if arm.experiment.slip and len(arm.runs) == 1]
     if once:
         found.append(
             f"One seed of slips: {', '.join(once)}. Its intervals are of other tasks, not of other luck; run "
-            "more with `--slip-seed`."
+            "more with `attempts.slip_seed`."
         )
     return found
 

@@ -137,7 +137,9 @@ def perception_runs(runs: Sequence[Sequence[Record]], metric: str | None = None)
         raise InputError(f"--metric {chosen}: expected one of {', '.join(known)}")
     found = PerceptionRuns(chosen, {_name(records): records for records in runs})
     if not found.seen:
-        raise InputError("expected records that say what was perceived; eai run --scene noisy makes them")
+        raise InputError(
+            "expected records that say what was perceived; eai run --with perception.scene=noisy does"
+        )
     return found
 
 

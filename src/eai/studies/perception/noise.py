@@ -75,14 +75,14 @@ def noise_of(settings: Sequence[str]) -> Noise:
         name, separator, text = setting.partition("=")
         if name not in known or not separator:
             hint = did_you_mean(name, known)
-            raise InputError(f"--noise {setting}: expected NAME=NUMBER, NAME one of {', '.join(known)}{hint}")
+            raise InputError(f"noise {setting}: expected NAME=NUMBER, NAME one of {', '.join(known)}{hint}")
         try:
             values[name] = float(text)
         except ValueError as error:
-            raise InputError(f"--noise {setting}: expected a number, not {text!r}") from error
+            raise InputError(f"noise {setting}: expected a number, not {text!r}") from error
     seed = values.pop("seed", 0)
     if seed != int(seed):
-        raise InputError(f"--noise seed={seed:g}: expected a whole number")
+        raise InputError(f"noise seed={seed:g}: expected a whole number")
     return Noise(**values, seed=int(seed))
 
 

@@ -126,14 +126,14 @@ def images_in(folder: Path, task_ids: Iterable[str]) -> dict[str, tuple[Image, .
     lacking = [task_id for task_id in known if task_id not in files]
     if lacking:
         shown = ", ".join(lacking[:3]) + (", ..." if len(lacking) > 3 else "")
-        raise InputError(f"--images {folder}: no picture of {len(lacking)} of {len(known)} tasks ({shown})")
+        raise InputError(f"images {folder}: no picture of {len(lacking)} of {len(known)} tasks ({shown})")
     try:
         return {
             i: tuple([Image(MEDIA_TYPES[file.suffix.lower()], file.read_bytes()) for file in files[i]])
             for i in known
         }
     except OSError as error:
-        raise InputError(f"--images {folder}: cannot be read ({error.strerror})") from error
+        raise InputError(f"images {folder}: cannot be read ({error.strerror})") from error
 
 
 def _owner(stem: str, task_ids: Sequence[str]) -> str | None:

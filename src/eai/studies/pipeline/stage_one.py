@@ -92,7 +92,7 @@ def refuse_no_stage_two(ability: Ability) -> None:
     """Raise if questions of an ability state no goals."""
     if ability not in STAGE_TWO:
         known = " and ".join(each.value for each in STAGE_TWO)
-        raise InputError(f"--goals: questions of {known} state goals, those of {ability.value} do not")
+        raise InputError(f"goals: questions of {known} state goals, those of {ability.value} do not")
 
 
 def believe(interpretations: Interpretations, benchmark: Benchmark, source: Source) -> BelievedGoals:

@@ -1,0 +1,134 @@
+"""The flags of ``eai run``: short names of options of a run's specification, and one flag for all others."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+import typer
+from typer.core import TyperCommand
+
+from eai.cli.models import json_or_text, pair
+from eai.errors import InputError, did_you_mean
+from eai.run.spec import SECTIONS, STUDIES, RunSpec, keys, read_spec
+from eai.run.spec_file import read_tables
+
+FLAGS = {
+    "model": "model.name",
+    "model_base_url": "model.base_url",
+    "temperature": "generation.temperature",
+    "max_tokens": "generation.max_tokens",
+    "seed": "generation.seed",
+    "domain": "tasks.domain",
+    "ability": "tasks.ability",
+    "tasks": "tasks.ids",
+    "limit": "tasks.limit",
+    "adaptive": "tasks.adaptive",
+    "epochs": "tasks.epochs",
+    "prompt_set": "prompts.set",
+    "prompts": "prompts.folder",
+    "max_connections": "requests.max_connections",
+    "protocol": "scoring.protocol",
+    "errata": "scoring.errata",
+    "planner": "scoring.planner",
+    "workers": "scoring.workers",
+}
+"""The parameters of the command that are options of a specification."""
+
+SETTING = "--with"
+"""The flag for all others."""
+
+HELP = "help"
+"""Its value that lists them."""
+
+
+def flag(parameter: str, panel: str, *names: str, **more: Any) -> Any:
+    """The flag of a parameter, with the meaning, the limits and the default of its option."""
+    key = next(key for key in keys() if key.name == FLAGS[parameter])
+    more |= {end: limit for end, limit in zip(("min", "max"), key.limits, strict=True) if limit is not None}
+    return typer.Option(
+        *names, help=key.meaning, show_default=key.default or False, rich_help_panel=panel, **more
+    )
+
+
+def moved() -> dict[str, str]:
+    """The flags that are options of ``--with`` now, with what to write instead."""
+    found = {
+        "--prompt-name": "prompts.name=NAME",
+        "--scene-arg": "perception.scene_args.NAME=VALUE",
+        "--noise": "perception.noise.NAME=RATE",
+    }
+    for key in keys():
+        if key.name not in FLAGS.values():
+            name = key.name.partition(".")[2].replace("_", "-")
+            if key.default in ("true", "false"):
+                found |= {f"--{name}": f"{key.name}=true", f"--no-{name}": f"{key.name}=false"}
+            else:
+                found.setdefault(f"--{name}", f"{key.name}=VALUE")
+    return found
+
+
+class RunCommand(TyperCommand):
+    """A command that names the option that a flag has become."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Parse a command line.
+
+        Raises:
+            InputError: a flag is none any more.
+        """
+        now = moved()
+        for name in [text.partition("=")[0] for text in args]:
+            if name in now:
+                raise InputError(f"{name}: write {SETTING} {now[name]} ({SETTING} {HELP} lists all options)")
+        return super().parse_args(ctx, args)
+
+
+def specification(
+    command: typer.Context, file: Path | None, model_args: Sequence[str], settings: Sequence[str]
+) -> RunSpec:
+    """The specification that a file, flags and settings make; later ones replace what earlier ones say.
+
+    Raises:
+        InputError: the file cannot be read, there is no such option, or it has no such value.
+    """
+    tables = {} if file is None else read_tables(file)
+    for parameter, key in FLAGS.items():
+        value = command.params.get(parameter)
+        if value not in (None, [], ()):
+            _put(tables, key.split("."), value)
+    for name, argument in map(pair, model_args):
+        _put(tables, ["model", "args", name], argument)
+    for setting in settings:
+        key, separator, text = setting.partition("=")
+        places = key.split(".", 2)
+        if not separator or len(places) == 1:
+            known = [each.name for each in keys()]
+            short = [name for name in known if name.endswith(f".{key}")]
+            hint = f"; did you mean {short[0]}?" if short else did_you_mean(key, known)
+            raise InputError(f"{SETTING} {setting}: expected SECTION.OPTION=VALUE{hint}")
+        _put(tables, places, text if len(places) == 2 else json_or_text(text))
+    return read_spec(tables)
+
+
+def _put(table: dict[str, Any], places: Sequence[str], value: object) -> None:
+    *outer, last = places
+    for place in outer:
+        table = table.setdefault(place, {})
+        if not isinstance(table, dict):
+            raise InputError(f"{'.'.join(places)}: {place} is no table")
+    table[last] = value
+
+
+def listing() -> Iterator[str]:
+    """A table of all options, in Markdown."""
+    yield "| option | if not given | meaning |"
+    yield "|---|---|---|"
+    titles = {study.name: study.title for study in STUDIES}
+    section = ""
+    for key in keys():
+        if section != (section := key.name.partition(".")[0]):
+            title = titles.get(section) or (SECTIONS[section].__doc__ or "").splitlines()[0]
+            yield f"| **{section}** | | {title} |"
+        yield f"| `{key.name}` | {key.default and f'`{key.default}`'} | {key.meaning} |"

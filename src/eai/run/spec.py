@@ -1,0 +1,213 @@
+"""The specification of a run: who is asked what, under which studies, within which limits.
+
+The flags of ``eai run``, the arguments of Inspect's tasks, the file beside a run and the table of options in
+the documentation are made from it. Its sections are tables of the file; a study that is chosen is one more.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Annotated, NamedTuple, TypeVar
+
+from pydantic import BeforeValidator, JsonValue, model_validator
+from typing_extensions import Self
+
+from eai.abilities.options import Arguments, Options, option
+from eai.abilities.protocol import Ability
+from eai.benchmark.registry import REFERENCES
+from eai.errors import InputError, did_you_mean
+from eai.prompts.prompt import PromptSet
+from eai.run.job import EYES, PROVIDER, Decoding, Endpoint, Pace, check_model
+from eai.scoring.options import ScoringOptions
+from eai.studies.attempts.study import ATTEMPTS, Attempts
+from eai.studies.perception.study import PERCEPTION, Perception, Scene
+from eai.studies.pipeline.study import PIPELINE, Pipeline
+
+STUDIES = (ATTEMPTS, PIPELINE, PERCEPTION)
+"""The studies that a run can be of."""
+
+T = TypeVar("T", bound=Options)
+
+
+def _several(given: object) -> object:
+    return (given,) if isinstance(given, str) else given
+
+
+Texts = Annotated[tuple[str, ...], BeforeValidator(_several)]
+Abilities = Annotated[tuple[Ability, ...], BeforeValidator(_several)]
+
+
+class Asked(Options):
+    """Who is asked."""
+
+    name: Texts = option(
+        "As Inspect names it, openai/gpt-4o say; built in, without key and network: eai/oracle (gold), "
+        "eai/planner (finds plans), eai/noisy (corrupted gold), eai/replay (from files); the null "
+        "models eai/copy (what the question says), eai/empty, eai/lookup (answers of similar public tasks), "
+        "eai/random (random possible actions).",
+        (),
+    )
+    args: Arguments = option("Arguments of the model, such as args.rate=0.2.", {})
+    base_url: str | None = option("The address of a local server.")
+    prices: Path | None = option(
+        "A file with the prices of models, as Inspect's --model-cost-config takes it."
+    )
+
+    @property
+    def endpoints(self) -> list[Endpoint]:
+        """The models, and how to reach them."""
+        return [Endpoint(name, self.args, self.base_url, self.prices) for name in self.name]
+
+
+class ChosenTasks(Options):
+    """What is asked."""
+
+    domain: Texts = option(f"A benchmark: {REFERENCES}. All if not given.", ())
+    ability: Abilities = option(f"{', '.join(each.value for each in Ability)}. All if not given.", ())
+    ids: str = option("Only these, in suites that have them; short: forty that stand for a suite.", "")
+    limit: int | None = option("Tasks a suite, at most.", ge=1)
+    adaptive: float | None = option(
+        "Choose the most informative tasks, until the ability's standard error is at most S logits.", ge=0.05
+    )
+    epochs: int = option("Answers a task; the majority counts.", 1, ge=1)
+
+
+class ChosenPrompts(Options):
+    """How it is asked."""
+
+    set: PromptSet = option("The prompts: the data set's (official), or ours (eai).", PromptSet.OFFICIAL)
+    folder: Path | None = option("A folder with prompts of your own.")
+    name: str | None = option("A name for these prompts, in records and tables.")
+
+
+class RunSpec(Options):
+    """The specification of a run.
+
+    Attributes:
+        model: who is asked.
+        tasks: what is asked.
+        prompts: how it is asked.
+        generation: how models answer.
+        requests: how requests are made.
+        scoring: how answers are scored.
+        studies: the options of the studies that are chosen, by name.
+
+    Raises:
+        InputError: what is chosen cannot be combined.
+    """
+
+    model: Asked = Asked()
+    tasks: ChosenTasks = ChosenTasks()
+    prompts: ChosenPrompts = ChosenPrompts()
+    generation: Decoding = Decoding()
+    requests: Pace = Pace()
+    scoring: ScoringOptions = ScoringOptions()
+    studies: Mapping[str, Options] = {}
+
+    @model_validator(mode="after")
+    def _of_one_experiment(self) -> Self:
+        """Feedback would tell the goals of the task, and all of these make tasks harder or easier."""
+        scene = self.of(Perception).scene
+        chosen = {
+            f"perception.scene {scene.value}": scene is not Scene.TEXT,
+            "pipeline.goals": self.of(Pipeline).goals,
+            "attempts.replans, slip or until": self.of(Attempts).experiment,
+            "tasks.adaptive": self.tasks.adaptive,
+        }
+        first, *others = [*(name for name, is_chosen in chosen.items() if is_chosen), ""]
+        if len(others) > 1:
+            raise InputError(f"{others[0]}: not with {first}; a run is of one experiment")
+        return self
+
+    def of(self, study: type[T]) -> T:
+        """The options of a study, be it chosen or not."""
+        return next((each for each in self.studies.values() if isinstance(each, study)), study())
+
+    @property
+    def captioner(self) -> Endpoint | None:
+        """The model that lists what is in pictures, if there is one.
+
+        Raises:
+            InputError: there is no such model, or it cannot see.
+        """
+        seen = self.of(Perception)
+        if seen.scene_model is None:
+            return None
+        check_model(seen.scene_model)
+        provider, _, name = seen.scene_model.partition("/")
+        if provider == PROVIDER and name != EYES:
+            raise InputError(
+                f"perception.scene_model {seen.scene_model}: expected {PROVIDER}/{EYES} or another provider"
+            )
+        return Endpoint(seen.scene_model, seen.scene_args, seen.scene_base_url, self.model.prices)
+
+    @property
+    def tables(self) -> dict[str, dict[str, JsonValue]]:
+        """The specification as tables of a file: every option that has a value, and no keys of servers."""
+        core = {name: getattr(self, name) for name in _CORE}
+        sections: dict[str, Options] = {**core, **self.studies}
+        return {name: each.model_dump(mode="json", exclude_none=True) for name, each in sections.items()}
+
+
+_CORE = {name: type(field.default) for name, field in RunSpec.model_fields.items() if name != "studies"}
+SECTIONS: Mapping[str, type[Options]] = {**_CORE, **{study.name: study.options for study in STUDIES}}
+"""The sections of a specification by name, those of studies last."""
+
+
+def read_spec(tables: Mapping[str, object]) -> RunSpec:
+    """The specification that tables of options make, by the names of sections.
+
+    Raises:
+        InputError: there is no such section or option, it has no such value, or they contradict each other.
+    """
+    for name in tables.keys() - SECTIONS.keys():
+        raise InputError(f"{name}: unknown{did_you_mean(name, SECTIONS)} (there are {', '.join(SECTIONS)})")
+    read = {name: SECTIONS[name].read(name, given) for name, given in tables.items()}
+    studies = {name: read.pop(name) for name in [*read] if name not in _CORE}
+    return RunSpec.model_validate({**read, "studies": studies})
+
+
+def study_of(name: str) -> str:
+    """The name of the study that has an option.
+
+    Raises:
+        InputError: none has.
+    """
+    known = {each: study.name for study in STUDIES for each in study.options.model_fields}
+    if name not in known:
+        raise InputError(f"{name}: unknown{did_you_mean(name, known)} (there are {', '.join(known)})")
+    return known[name]
+
+
+class Key(NamedTuple):
+    """An option as it is listed.
+
+    Attributes:
+        name: its section and its name, with a dot between them.
+        default: the value without a choice; empty where there is none.
+        meaning: what it means.
+        limits: the least and the greatest value, where there is one.
+    """
+
+    name: str
+    default: str
+    meaning: str
+    limits: tuple[float | None, float | None]
+
+
+def keys() -> Iterator[Key]:
+    """All options, section by section."""
+    for section, options in SECTIONS.items():
+        for name, field in options.model_fields.items():
+            least, most = (
+                next((getattr(each, end) for each in field.metadata if hasattr(each, end)), None)
+                for end in ("ge", "le")
+            )
+            yield Key(f"{section}.{name}", _shown(field.default), options.about(name), (least, most))
+
+
+def _shown(value: object) -> str:
+    if value in (None, (), {}):
+        return ""
+    return str(value).lower() if isinstance(value, bool) else str(getattr(value, "value", value))

@@ -1,0 +1,109 @@
+"""Perception: how questions show the scene, as options of the study."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from enum import Enum
+from pathlib import Path
+from typing import Annotated
+
+from pydantic import BeforeValidator, model_validator
+from typing_extensions import Self
+
+from eai.abilities.options import Arguments, Options, option
+from eai.abilities.responses import file_name
+from eai.errors import InputError
+from eai.studies.perception.noise import Noise, noise_of
+from eai.studies.perception.pictures import Clutter
+from eai.studies.study import Study
+
+
+class Scene(str, Enum):
+    """How a question shows the scene (paper, appendix on vision models: experiments 0, 1, 2 and 5).
+
+    ``text``: as a list of what holds. ``image``: in pictures alone. ``both``: in both. ``predicted``: as the
+    list that a second model made from pictures. ``noisy``: as a list with seeded errors.
+    """
+
+    TEXT = "text"
+    IMAGE = "image"
+    BOTH = "both"
+    PREDICTED = "predicted"
+    NOISY = "noisy"
+
+
+def _noise(given: object) -> object:
+    """Noise as a table of rates, or as texts such as ``missing=0.1``."""
+    if isinstance(given, Mapping):
+        given = [f"{name}={rate}" for name, rate in given.items()]
+    elif isinstance(given, str):
+        given = [given]
+    return noise_of([str(each) for each in given]) if isinstance(given, list | tuple) else given
+
+
+class Perception(Options):
+    """How the questions of a run show the scene.
+
+    Raises:
+        InputError: it makes no sense; the message names the option.
+    """
+
+    scene: Scene = option(
+        "How questions show the scene: text, image, both, predicted (as a second model lists it) "
+        "or noisy (with seeded errors).",
+        Scene.TEXT,
+    )
+    images: Path | None = option(
+        "A folder with pictures of your own: files that begin with the id of their task. "
+        "Schematic ones if not given."
+    )
+    clutter: Clutter | None = option("How much else is in schematic pictures: none, some or many.")
+    noise: Annotated[Noise | None, BeforeValidator(_noise)] = option(
+        "The rates of errors in a noisy scene, such as noise.missing=0.1: missing, misplaced, "
+        "unnecessary, invented, unseen; and noise.seed."
+    )
+    scene_model: str | None = option(
+        "The model that lists a predicted scene from pictures; eai/eyes: built in, errs now and then."
+    )
+    scene_args: Arguments = option("Arguments of that model, such as scene_args.rate=0.2.", {})
+    scene_base_url: str | None = option("The address of its server.")
+
+    @model_validator(mode="after")
+    def _without_contradictions(self) -> Self:
+        how = f"perception.scene {self.scene.value}"
+        pictured = self.scene in (Scene.IMAGE, Scene.BOTH, Scene.PREDICTED)
+        for name, given, fits in (
+            ("images", self.images, pictured),
+            ("clutter", self.clutter, pictured),
+            ("scene_model", self.scene_model, self.scene is Scene.PREDICTED),
+            ("noise", self.noise, self.scene is Scene.NOISY),
+        ):
+            if given is not None and not fits:
+                raise InputError(f"perception.{name}: means nothing with {how}")
+        if self.images is not None and self.clutter is not None:
+            raise InputError("perception.clutter: is of schematic pictures, not of perception.images")
+        if self.scene is Scene.PREDICTED and self.scene_model is None:
+            raise InputError(f"{how}: expected perception.scene_model, who sees; eai/eyes is built in")
+        if self.scene is Scene.NOISY and self.noise is None:
+            raise InputError(f"{how}: expected rates of errors, such as perception.noise.missing=0.1")
+        if self.scene_model is None and (self.scene_args or self.scene_base_url is not None):
+            raise InputError("perception.scene_args, scene_base_url: expected perception.scene_model")
+        return self
+
+    @property
+    def label(self) -> str:
+        """A short text that tells it from other ways to show the scene."""
+        if self.noise is not None:
+            return f"{self.scene.value}-{self.noise.label}"
+        who = "" if self.scene_model is None else f"-{file_name(self.scene_model)}"
+        return f"{self.scene.value}{who}{self.pictures}"
+
+    @property
+    def pictures(self) -> str:
+        """A short text that tells its pictures from others."""
+        if self.images is not None:
+            return "-own"
+        return "" if self.clutter in (None, Clutter.NONE) else f"-{self.clutter.value}"
+
+
+PERCEPTION = Study("perception", "How questions show the scene (with prompts.set eai).", Perception)

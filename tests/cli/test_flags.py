@@ -1,0 +1,126 @@
+"""The flags of ``eai run``: few, and each former one names the option that it has become."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+import typer
+
+from cli.conftest import Command
+from eai.cli import app
+from eai.data.store import Store
+from eai.run.spec import keys
+from processes import eai as run_eai
+
+PAGE = Path(__file__).parents[2] / "docs" / "running.md"
+FORMER = {
+    "--top-p": "generation.top_p",
+    "--reasoning-effort": "generation.reasoning_effort",
+    "--reasoning-tokens": "generation.reasoning_tokens",
+    "--stop": "generation.stop=true",
+    "--no-stop": "generation.stop=false",
+    "--structured": "generation.structured=true",
+    "--prompt-name": "prompts.name",
+    "--max-retries": "requests.max_retries",
+    "--timeout": "requests.timeout",
+    "--batch": "requests.batch=true",
+    "--prices": "model.prices",
+    "--replans": "attempts.replans",
+    "--world": "attempts.world",
+    "--feedback": "attempts.feedback",
+    "--feedback-form": "attempts.feedback_form",
+    "--slip": "attempts.slip",
+    "--slip-seed": "attempts.slip_seed",
+    "--slip-notice": "attempts.slip_notice",
+    "--until": "attempts.until",
+    "--preset": "attempts.preset",
+    "--goals": "pipeline.goals",
+    "--scene": "perception.scene",
+    "--noise": "perception.noise.NAME",
+    "--images": "perception.images",
+    "--clutter": "perception.clutter",
+    "--scene-model": "perception.scene_model",
+    "--scene-arg": "perception.scene_args.NAME",
+    "--scene-base-url": "perception.scene_base_url",
+    "--planner-seconds": "scoring.planner_seconds",
+    "--planner-memory": "scoring.planner_memory",
+    "--explanations": "scoring.explanations=true",
+    "--no-explanations": "scoring.explanations=false",
+    "--allow-missing": "scoring.allow_missing=true",
+}
+
+
+@pytest.mark.parametrize("flag", FORMER)
+def test_a_former_flag_names_what_to_write(flag: str, eai: Command, tmp_path: Path) -> None:
+    for written in ((flag,), (flag, "3"), (f"{flag}=3",)):
+        done = eai("run", "--model", "eai/oracle", *written, "--out", tmp_path)
+        assert (done.status, done.out) == (2, "")
+        assert done.err.startswith(f"eai: {flag}: write --with {FORMER[flag]}")
+        assert done.err.count("\n") == 1
+    assert FORMER[flag].partition("=")[0].removesuffix(".NAME") in {key.name for key in keys()}
+
+
+def test_the_flags_are_few() -> None:
+    group: object = typer.main.get_command(app)
+    command = group.commands["run"]  # type: ignore[attr-defined]
+    options = [each for each in command.params if each.param_type_name == "option"]
+    assert len(options) <= 25
+
+
+def test_all_options_are_listed_where_the_documentation_has_them(eai: Command) -> None:
+    listed = eai("run", "--with", "help")
+    assert listed.status == 0
+    assert all(f"| `{key.name}` |" in listed.out for key in keys())
+    assert listed.out in PAGE.read_text(encoding="utf-8"), "put the output of eai run --with help there"
+
+
+@pytest.mark.parametrize(
+    ("setting", "message"),
+    [
+        ("replans=3", "--with replans=3: expected SECTION.OPTION=VALUE; did you mean attempts.replans?"),
+        ("attempts.replans", "--with attempts.replans: expected SECTION.OPTION=VALUE"),
+        (
+            "attempts.replan=3",
+            "attempts.replan: unknown; did you mean replans? (attempts has replans, world, ",
+        ),
+        ("attempts.replans=x", "attempts.replans: expected a whole number, found 'x'"),
+        ("attempts.replans.x=1", "attempts.replans: expected "),
+    ],
+)
+def test_a_setting_that_is_none_is_refused(setting: str, message: str, eai: Command, tmp_path: Path) -> None:
+    done = eai("run", "--model", "eai/oracle", "--with", setting, "--out", tmp_path)
+    assert (done.status, done.err.count("\n")) == (2, 1)
+    assert done.err.startswith(f"eai: {message}")
+
+
+def test_a_run_is_repeated_from_its_file(data_store: Store, tmp_path: Path) -> None:
+    """Nothing is asked again, flags replace what the file says, and another run has a file of its own."""
+    named = (
+        "--model",
+        "eai/noisy",
+        "-M",
+        "rate=0.3",
+        "--domain",
+        "behavior",
+        "--ability",
+        "action_sequencing",
+    )
+    out = ("--out", tmp_path, "--json")
+    first = run_eai("run", *named, "--limit", 2, "--with", "attempts.replans=1", *out)
+    assert first.status == 0, first.err
+    file, (journal,) = tmp_path / "run.toml", tmp_path.glob("**/answers.jsonl")
+    before = journal.read_bytes()
+    assert run_eai("run", file, *out).out == first.out
+    assert journal.read_bytes() == before
+    assert len([*(tmp_path / "logs").iterdir()]) == 1
+    fewer = run_eai("run", file, "--limit", 1, "--with", "attempts.replans=0", *out)
+    (result,) = json.loads(fewer.out)
+    assert (result["answered"], Path(result["folder"]).name) == (1, "eai_noisy")
+    assert sorted(each.name for each in tmp_path.glob("*.toml")) == ["run-2.toml", "run.toml"]
+
+
+def test_somebody_has_to_be_asked(eai: Command, tmp_path: Path) -> None:
+    done = eai("run", "--limit", "1", "--out", tmp_path)
+    assert (done.status, done.err) == (2, "eai: expected --model NAME, or a file with the names of models\n")

@@ -1,0 +1,105 @@
+"""The specification of a run: its sections, its contradictions, and its file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from eai.errors import InputError
+from eai.run.spec import RunSpec, read_spec
+from eai.run.spec_file import read_tables, save
+from eai.studies.perception.noise import Noise
+from eai.studies.perception.study import Perception
+
+EVERYTHING: dict[str, dict[str, Any]] = {
+    "model": {"name": ["openai/gpt-4o"], "args": {"rate": 0.2, "deep": {"a b": [1, True]}, "limit": 1e-9}},
+    "tasks": {"domain": "pddl:a.pddl,b/", "ability": ["action_sequencing"], "limit": "3"},
+    "prompts": {"set": "eai", "folder": "my prompts", "name": "base"},
+    "generation": {"seed": 1, "reasoning_effort": "low", "stop": "false"},
+    "requests": {"batch": True},
+    "scoring": {"protocol": "eai-1.0.5", "planner": "none"},
+    "perception": {"scene": "noisy", "noise": ["missing=0.1", "seed=2"]},
+}
+
+
+def test_a_specification_comes_back_from_its_file(tmp_path: Path) -> None:
+    spec = read_spec(EVERYTHING)
+    assert spec.tasks.limit == 3
+    assert not spec.generation.stop
+    assert spec.of(Perception).noise == Noise(missing=0.1, seed=2)
+    file = save(spec, tmp_path)
+    assert file == tmp_path / "run.toml"
+    assert read_spec(read_tables(file)) == spec
+    assert save(spec, tmp_path) == file
+    assert save(RunSpec(), tmp_path) == tmp_path / "run-2.toml"
+    assert read_spec(read_tables(tmp_path / "run-2.toml")) == RunSpec()
+
+
+@given(
+    st.dictionaries(
+        st.text(st.characters(exclude_categories=["Cs"])).filter(lambda name: not name.endswith("key")),
+        st.recursive(
+            st.text(st.characters(exclude_categories=["Cs"]))
+            | st.booleans()
+            | st.integers()
+            | st.floats(-9, 9),
+            lambda inner: st.lists(inner, max_size=3),
+            max_leaves=5,
+        ),
+        max_size=3,
+    )
+)
+def test_any_arguments_come_back(tmp_path_factory: pytest.TempPathFactory, arguments: dict[str, Any]) -> None:
+    spec = read_spec({"model": {"args": arguments}})
+    assert read_spec(read_tables(save(spec, tmp_path_factory.mktemp("run")))) == spec
+
+
+def test_keys_of_servers_are_in_no_file(tmp_path: Path) -> None:
+    arguments = {"api_key": "sk-1", "HF_TOKEN": "sk-2", "password": "sk-3", "max_tokens": 5}
+    seen = {"scene": "predicted", "scene_model": "openai/gpt-4o", "scene_args": arguments}
+    text = save(read_spec({"model": {"args": arguments}, "perception": seen}), tmp_path).read_text()
+    assert "sk-" not in text
+    assert text.count("max_tokens = 5") == 2
+
+
+@pytest.mark.parametrize(
+    ("tables", "message"),
+    [
+        ({"atempts": {}}, "atempts: unknown; did you mean attempts?"),
+        (
+            {"attempts": {"replan": 1}},
+            "attempts.replan: unknown; did you mean replans? (attempts has replans, ",
+        ),
+        ({"attempts": 3}, "attempts: expected "),
+        ({"generation": {"top_p": 2}}, "generation.top_p: expected less than or equal to 1, found 2"),
+        ({"perception": {"scene": "noisy", "noise": {"mising": 1}}}, "noise mising=1: expected NAME=NUMBER"),
+        (
+            {"attempts": {"slip": 0.1}, "pipeline": {"goals": "own"}},
+            "attempts.replans, slip or until: not with pipeline.goals; a run is of one experiment",
+        ),
+        (
+            {"tasks": {"adaptive": 0.5}, "perception": {"scene": "image"}},
+            "tasks.adaptive: not with perception.scene image",
+        ),
+    ],
+)
+def test_what_is_no_specification(tables: dict[str, Any], message: str) -> None:
+    with pytest.raises(InputError) as error:
+        read_spec(tables)
+    assert str(error.value).startswith(message)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"), [("[model", "expected TOML; "), (None, "cannot be read (No such")]
+)
+def test_what_is_no_file_of_one(tmp_path: Path, text: str | None, message: str) -> None:
+    file = tmp_path / "run.toml"
+    if text is not None:
+        file.write_text(text)
+    with pytest.raises(InputError) as error:
+        read_tables(file)
+    assert str(error.value).startswith(f"{file}: {message}")

@@ -1,0 +1,67 @@
+"""The options of replanning, and the experiment that they come to."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from eai.abilities.experiment import Experiment, Feedback, FeedbackForm, World
+from eai.errors import InputError
+from eai.studies.attempts.study import Attempts
+from eai.world.episode import Notice, Until
+
+
+@pytest.mark.parametrize(
+    ("choices", "experiment"),
+    [
+        ({}, None),
+        # What cannot matter is as in a plain run:
+        ({"world": "continue", "feedback_form": "chat", "slip_notice": "silent", "slip_seed": 3}, None),
+        ({"feedback": "none", "until": "done"}, None),
+        ({"replans": 1}, Experiment(1, feedback=Feedback.EXPLAINED)),
+        ({"replans": 1, "feedback": "none", "feedback_form": "chat"}, Experiment(1)),
+        (
+            {"replans": 1, "feedback_form": "chat"},
+            Experiment(1, feedback=Feedback.EXPLAINED, form=FeedbackForm.CHAT),
+        ),
+        (
+            {"replans": 2, "world": "continue"},
+            Experiment(2, World.CONTINUE, Feedback.EXPLAINED, until=Until.GOAL),
+        ),
+        (
+            {"replans": 2, "world": "continue", "feedback": "state", "until": "done"},
+            Experiment(2, World.CONTINUE, Feedback.STATE),
+        ),
+        ({"slip": 0.1}, Experiment(slip=0.1, slip_seed=7)),
+        (
+            {"slip": 0.1, "slip_notice": "silent", "slip_seed": 0},
+            Experiment(slip=0.1, slip_seed=0, notice=Notice.SILENT),
+        ),
+        ({"until": "goal"}, Experiment(until=Until.GOAL)),
+    ],
+)
+def test_what_some_choices_come_to(choices: dict[str, Any], experiment: Experiment | None) -> None:
+    assert Attempts.read("attempts", {"slip_seed": 7, **choices}).experiment == experiment
+
+
+@pytest.mark.parametrize(
+    ("choices", "complaint"),
+    [
+        ({"feedback": "kind"}, "attempts.feedback kind: there is none without attempts.replans"),
+        ({"replans": 1, "feedback": "explaned"}, "attempts.feedback: expected 'none', 'kind', "),
+        ({"world": "restarted"}, "attempts.world: expected 'restart' or 'continue', found 'restarted'"),
+        ({"feedback_form": "letter"}, "attempts.feedback_form: expected 'prompt' or 'chat'"),
+        ({"slip_notice": "loud"}, "attempts.slip_notice: expected 'detected' or 'silent'"),
+        ({"until": "never"}, "attempts.until: expected 'goal' or 'done'"),
+        ({"replans": -1}, "attempts.replans: expected greater than or equal to 0, found -1"),
+        (
+            {"replans": 1, "feedback": "state"},
+            "feedback of the state says nothing in a world that begins anew",
+        ),
+    ],
+)
+def test_choices_that_contradict_each_other_or_are_unknown(choices: dict[str, Any], complaint: str) -> None:
+    with pytest.raises(InputError) as caught:
+        Attempts.read("attempts", choices)
+    assert str(caught.value).startswith(complaint)
