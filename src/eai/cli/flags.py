@@ -9,9 +9,10 @@ from typing import Any
 import typer
 from typer.core import TyperCommand
 
+from eai.cli import options
 from eai.cli.models import json_or_text, pair
 from eai.errors import InputError, did_you_mean
-from eai.run.spec import SECTIONS, STUDIES, RunSpec, keys, read_spec
+from eai.run.spec import SECTIONS, STUDIES, RunSpec, default_of, keys, read_spec
 from eai.run.spec_file import read_tables
 
 FLAGS = {
@@ -44,12 +45,10 @@ HELP = "help"
 
 
 def flag(parameter: str, panel: str, *names: str, **more: Any) -> Any:
-    """The flag of a parameter, with the meaning, the limits and the default of its option."""
-    key = next(key for key in keys() if key.name == FLAGS[parameter])
-    more |= {end: limit for end, limit in zip(("min", "max"), key.limits, strict=True) if limit is not None}
-    return typer.Option(
-        *names, help=key.meaning, show_default=key.default or False, rich_help_panel=panel, **more
-    )
+    """The flag of a parameter."""
+    section, _, option = FLAGS[parameter].partition(".")
+    default = default_of(SECTIONS[section], option)
+    return options.flag(SECTIONS[section], option, panel, *names, show_default=default or False, **more)
 
 
 def moved() -> dict[str, str]:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
+from eai.abilities.options import Options
 from eai.abilities.protocol import Ability, Protocol, ability_of, protocol_of
 from eai.cli.console import DOMAIN_HELP
 from eai.pddl.planning import PlannerChoice
@@ -28,63 +29,27 @@ ABILITY = typer.Option(
 
 OfAbility = Annotated[Ability, typer.Option("--ability", parser=ability_of, help=f"{ABILITIES}.")]
 
-Rules = Annotated[
-    Protocol,
-    typer.Option(
-        "--protocol",
-        parser=protocol_of,
-        help=ScoringOptions.about("protocol"),
-        show_default=False,
-        rich_help_panel=SCORING,
-    ),
-]
 
-Planner = Annotated[
-    PlannerChoice,
-    typer.Option(
-        "--planner",
-        parser=planner_choice,
-        help=ScoringOptions.about("planner"),
-        show_default=False,
-        rich_help_panel=SCORING,
-    ),
-]
+def flag(options: type[Options], option: str, panel: str, *names: str, **more: Any) -> Any:
+    """The flag of an option of a run's specification, with its meaning and its limits."""
+    field = options.model_fields[option]
+    for end, name in (("min", "ge"), ("max", "le")):
+        more |= {end: getattr(each, name) for each in field.metadata if hasattr(each, name)}  # noqa: B035
+    return typer.Option(*names, help=field.description, rich_help_panel=panel, **more)
 
-Errata = Annotated[
-    ErrataChoice,
-    typer.Option(
-        "--errata",
-        parser=errata_choice,
-        help=ScoringOptions.about("errata"),
-        show_default=False,
-        rich_help_panel=SCORING,
-    ),
-]
 
-PlannerSeconds = Annotated[
-    int | None,
-    typer.Option(
-        "--planner-seconds",
-        min=1,
-        help=ScoringOptions.about("planner_seconds"),
-        rich_help_panel=SCORING,
-    ),
-]
+def _scoring(option: str, *names: str, **more: Any) -> Any:
+    return flag(ScoringOptions, option, SCORING, *names, **more)
 
-PlannerMemory = Annotated[
-    int | None,
-    typer.Option(
-        "--planner-memory",
-        min=64,
-        metavar="MIB",
-        help=ScoringOptions.about("planner_memory"),
-        rich_help_panel=SCORING,
-    ),
-]
 
-Workers = Annotated[
-    int, typer.Option("--workers", min=1, help=ScoringOptions.about("workers"), rich_help_panel=SCORING)
-]
+Rules = Annotated[Protocol, _scoring("protocol", "--protocol", parser=protocol_of)]
+Planner = Annotated[PlannerChoice, _scoring("planner", parser=planner_choice)]
+Errata = Annotated[ErrataChoice, _scoring("errata", parser=errata_choice)]
+PlannerSeconds = Annotated[int | None, _scoring("planner_seconds")]
+PlannerMemory = Annotated[int | None, _scoring("planner_memory", metavar="MIB")]
+Workers = Annotated[int, _scoring("workers")]
+Explanations = Annotated[bool, _scoring("explanations")]
+AllowMissing = Annotated[bool, _scoring("allow_missing", "--allow-missing")]
 
 Ray = Annotated[
     str | None,
@@ -92,24 +57,6 @@ Ray = Annotated[
         "--ray",
         metavar="ADDRESS",
         help="Score on a cluster of Ray's, with so many --workers: auto, HOST:PORT, or local.",
-        rich_help_panel=SCORING,
-    ),
-]
-
-Explanations = Annotated[
-    bool,
-    typer.Option(
-        "--explanations/--no-explanations",
-        help=ScoringOptions.about("explanations"),
-        rich_help_panel=SCORING,
-    ),
-]
-
-AllowMissing = Annotated[
-    bool,
-    typer.Option(
-        "--allow-missing",
-        help=ScoringOptions.about("allow_missing"),
         rich_help_panel=SCORING,
     ),
 ]

@@ -187,27 +187,23 @@ class Key(NamedTuple):
         name: its section and its name, with a dot between them.
         default: the value without a choice; empty where there is none.
         meaning: what it means.
-        limits: the least and the greatest value, where there is one.
     """
 
     name: str
     default: str
     meaning: str
-    limits: tuple[float | None, float | None]
 
 
 def keys() -> Iterator[Key]:
     """All options, section by section."""
     for section, options in SECTIONS.items():
-        for name, field in options.model_fields.items():
-            least, most = (
-                next((getattr(each, end) for each in field.metadata if hasattr(each, end)), None)
-                for end in ("ge", "le")
-            )
-            yield Key(f"{section}.{name}", _shown(field.default), options.about(name), (least, most))
+        for name in options.model_fields:
+            yield Key(f"{section}.{name}", default_of(options, name), options.about(name))
 
 
-def _shown(value: object) -> str:
+def default_of(options: type[Options], name: str) -> str:
+    """The value of an option without a choice, as a setting has it; empty where there is none."""
+    value = options.model_fields[name].default
     if value in (None, (), {}):
         return ""
     return str(value).lower() if isinstance(value, bool) else str(getattr(value, "value", value))

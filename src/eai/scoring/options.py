@@ -14,17 +14,17 @@ class ScoringOptions(Options):
     """How answers are scored."""
 
     protocol: Protocol = option(
-        "The rules: strict, the default (what the paper says), or eai-1.0.5 (the reference's verdicts).",
+        "The rules: strict (what the paper says), or eai-1.0.5 (the reference's verdicts).",
         DEFAULT_PROTOCOL,
     )
     errata: ErrataChoice = option(
-        "What is known to be wrong in the data: current, the default (corrected, or left out of "
-        "all rates, under strict), or none (as published).",
+        "What is known to be wrong in the data: current (corrected, or left out of all rates, under strict), "
+        "or none (as published).",
         ErrataChoice.CURRENT,
     )
     planner: PlannerChoice = option(
         "The judge of operators: full (built-in search, then Fast Downward), built_in, "
-        "fast_downward, none, or auto, the default: full where Fast Downward is installed, else built_in.",
+        "fast_downward, none, or auto: full where Fast Downward is installed, else built_in.",
         PlannerChoice.AUTO,
     )
     planner_seconds: int | None = option(
