@@ -1,7 +1,6 @@
 """Short tests: forty tasks of a suite that stand for all of it, the same for everybody.
 
-They are chosen by `eai.studies.items.short_test` from the answers of nine of the paper's models under
-``strict``; ``tools/short_tests.py`` writes them.
+``tools/short_tests.py`` chooses and writes them, from answers of nine of the paper's models under ``strict``.
 """
 
 from __future__ import annotations
