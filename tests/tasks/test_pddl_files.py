@@ -13,7 +13,7 @@ from eai.errors import DataError, InputError
 from eai.pddl.execute import Executor, PlanStep
 from eai.pddl.export import export
 from eai.pddl.fast_downward import FastDownward, PlannerLimits
-from eai.pddl.files import COSTS_IGNORED, read_domain_file, read_problem_file
+from eai.pddl.files import read_domain_file, read_problem_file
 from eai.pddl.planning import PlannerOutcome, PlanningTask
 from eai.planning.planner import Planner
 from eai.tasks.pddl_files import open_pddl
@@ -31,7 +31,7 @@ PROBLEMS = [
 
 
 def opened(name: str) -> tuple[Domain, dict[str, Task]]:
-    domain, tasks, _ = open_pddl(FOLDER / name / "domain.pddl", FOLDER / name)
+    domain, tasks = open_pddl(FOLDER / name / "domain.pddl", FOLDER / name)
     return domain, dict(tasks)
 
 
@@ -132,22 +132,16 @@ def test_goals_are_split_and_have_kinds() -> None:
     assert [goal.kind for goal in task.goals] == [GoalKind.STATE, GoalKind.RELATION, GoalKind.STATE]
 
 
-def test_costs_are_ignored_with_a_remark() -> None:
-    folder = FOLDER / "gripper"
-    assert open_pddl(folder / "domain.pddl", folder).remarks == (COSTS_IGNORED,)
-    assert open_pddl(FOLDER / "library" / "domain.pddl", FOLDER / "library").remarks == ()
-
-
 def test_problems_of_one_name_are_known_by_their_files(tmp_path: Path) -> None:
     text = (FOLDER / "blocksworld" / "tower.pddl").read_text()
     for name in ("one", "two"):
         (tmp_path / f"{name}.pddl").write_text(text)
-    found = open_pddl(FOLDER / "blocksworld" / "domain.pddl", tmp_path)
-    assert list(found.tasks) == ["one", "two"]
-    (single,) = open_pddl(FOLDER / "blocksworld" / "domain.pddl", tmp_path / "one.pddl").tasks
+    _, found = open_pddl(FOLDER / "blocksworld" / "domain.pddl", tmp_path)
+    assert list(found) == ["one", "two"]
+    (single,) = open_pddl(FOLDER / "blocksworld" / "domain.pddl", tmp_path / "one.pddl")[1]
     assert single == "tower"
     (tmp_path / "two.pddl").write_text(text.replace("(on a b)", "(on a c)"))
-    assert open_pddl(FOLDER / "blocksworld" / "domain.pddl", tmp_path).tasks.sha256 != found.tasks.sha256
+    assert open_pddl(FOLDER / "blocksworld" / "domain.pddl", tmp_path)[1].sha256 != found.sha256
 
 
 HEAD = "(define (domain d)\n (:requirements :strips)\n "

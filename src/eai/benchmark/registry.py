@@ -115,8 +115,8 @@ def _open_pddl(files: str) -> Benchmark:
         raise InputError(f"{PDDL}:{files}: expected {PDDL}:DOMAIN,PROBLEMS, a file and a file or folder")
     from eai.tasks.pddl_files import open_pddl
 
-    opened = open_pddl(Path(domain), Path(problems))
-    return Benchmark(opened.domain.name, opened.domain, lambda source: opened.tasks)
+    declared, tasks = open_pddl(Path(domain), Path(problems))
+    return Benchmark(declared.name, declared, lambda source: tasks)
 
 
 def _open_tasks(path: Path) -> Benchmark:

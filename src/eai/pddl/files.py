@@ -17,8 +17,6 @@ from eai.pddl.offence import Offence, PddlError, PddlFinding
 from eai.pddl.reader import PddlReader
 from eai.pddl.sexpr import Group, SExpr, Symbol, error_at, read_group
 
-COSTS_IGNORED = "costs of actions are ignored"
-
 _DOMAIN = frozenset(
     {
         "domain",
@@ -45,12 +43,11 @@ _EXPECTED = {
 
 @dataclass(frozen=True, slots=True)
 class DomainFile:
-    """A domain that was read, its text, and what was left out of it."""
+    """A domain that was read, and its text."""
 
     domain: PddlDomain
     path: Path
     text: str
-    remarks: tuple[str, ...] = ()
 
     def line(self, word: str) -> int:
         """The line on which a word stands first, or 1."""
@@ -75,12 +72,12 @@ def read_domain_file(path: Path) -> DomainFile:
     text = read_text(path)
     try:
         group = read_group(text)
-        remarks = (COSTS_IGNORED,) if _checked(text, group, _DOMAIN) else ()
+        _check(text, group, _DOMAIN)
         domain = PddlReader(text).domain(_without_costs(group))
         refuse(text, check_domain(domain))
     except PddlError as error:
         raise InputError(f"{path}: {error}") from error
-    return DomainFile(domain, path, text, remarks)
+    return DomainFile(domain, path, text)
 
 
 def read_problem_file(path: Path, domain: PddlDomain) -> ProblemFile:
@@ -92,7 +89,7 @@ def read_problem_file(path: Path, domain: PddlDomain) -> ProblemFile:
     text = read_text(path)
     try:
         group = read_group(text)
-        _checked(text, group, _PROBLEM)
+        _check(text, group, _PROBLEM)
         problem = PddlReader(text).problem(_without_costs(group))
         if problem.domain != domain.name:
             place = _offset(text, ":domain", 0)
@@ -116,19 +113,16 @@ def read_text(path: Path) -> str:
         raise InputError(f"{path}: cannot be read ({reason})") from error
 
 
-def _checked(text: str, group: Group, known: frozenset[str]) -> bool:
-    """Whether costs occur in a definition; what is not understood is an error."""
-    costs = False
+def _check(text: str, group: Group, known: frozenset[str]) -> None:
+    """Refuse what is not understood; costs, which are ignored, are."""
     for section in group.items[1:]:
         if not isinstance(section, Group) or not (head := _head(section)):
             raise error_at(text, section.offset, Offence.MALFORMED, "a section such as (:action ...)")
         if head not in known:
             raise error_at(text, section.offset, Offence.UNSUPPORTED, f"no section ({head} ...)")
-        costs = costs or head in (":functions", ":metric")
     for inner in _groups(group):
         if _head(inner) in _NUMERIC:
             raise error_at(text, inner.offset, Offence.UNSUPPORTED, "no numbers but costs of actions")
-    return costs
 
 
 def _without_costs(group: Group) -> Group:

@@ -6,7 +6,6 @@ import hashlib
 from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
-from typing import NamedTuple
 
 from eai.abilities.task import Goal, GoalKind, Task
 from eai.errors import DomainError, InputError
@@ -19,15 +18,7 @@ from eai.tasks.source import TaskSet
 from eai.world.domain import Domain
 
 
-class OpenedPddl(NamedTuple):
-    """A declared domain with its tasks, and what was left out of the files."""
-
-    domain: Domain
-    tasks: TaskSet[Task]
-    remarks: tuple[str, ...]
-
-
-def open_pddl(domain_file: Path, problems: Path) -> OpenedPddl:
+def open_pddl(domain_file: Path, problems: Path) -> tuple[Domain, TaskSet[Task]]:
     """The domain in a file, and the problems in another or in all ``.pddl`` files of a folder, by name.
 
     A task is known by the name of its problem, or by that of the file where problems share one.
@@ -45,7 +36,7 @@ def open_pddl(domain_file: Path, problems: Path) -> OpenedPddl:
         tasks[name] = _task(name, file, declaration)
     texts = [read.text, *(f"{name}\0{file.text}" for name, file in zip(tasks, files, strict=True))]
     digest = hashlib.sha256("\0".join(texts).encode()).hexdigest()
-    return OpenedPddl(declaration.domain, TaskSet(tasks, tasks.__getitem__, digest), read.remarks)
+    return declaration.domain, TaskSet(tasks, tasks.__getitem__, digest)
 
 
 def _declare(read: DomainFile) -> DeclaredDomain:

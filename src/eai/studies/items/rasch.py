@@ -33,13 +33,11 @@ class Rasch:
     Attributes:
         abilities: of each model.
         difficulties: of each task.
-        ability_errors: their standard errors, as if tasks were independent.
-        difficulty_errors: of the difficulties.
+        difficulty_errors: their standard errors, as if models were independent.
     """
 
     abilities: Matrix
     difficulties: Matrix
-    ability_errors: Matrix
     difficulty_errors: Matrix
 
     def chances(self) -> Matrix:
@@ -78,12 +76,7 @@ def fit_rasch(scores: Matrix) -> Rasch:
         if moved < _SMALL:
             break
     p = chance(abilities[:, None], difficulties[None, :]) * known
-    return Rasch(
-        abilities,
-        difficulties,
-        1 / np.sqrt(_information(p).sum(axis=1) + 1),
-        1 / np.sqrt(_information(p).sum(axis=0) + prior),
-    )
+    return Rasch(abilities, difficulties, 1 / np.sqrt(_information(p).sum(axis=0) + prior))
 
 
 def _information(p: Matrix) -> Matrix:
