@@ -39,6 +39,6 @@ def test_few_parts_are_tested_and_what_it_takes_is_told(lamps: int) -> None:
     assert refining.shortest(start) == []
     tested[0] = 0
     found = nearest_of([refining])
-    assert found.too_far or found.plans
+    assert found.refused is not None or found.plans
     assert 0 < tested[0] <= MOST
     assert found.effort >= tested[0] // 32, "effort stands for tests, too"

@@ -39,7 +39,7 @@ def plans(*literals: str, refinement: Refinement = REFINEMENT) -> list[str]:
 
 
 def written(found: Found) -> list[str]:
-    return ["too far"] * found.too_far + [
+    return ["too far"] * (found.refused is not None) + [
         ", ".join(" ".join([a.operator, *(SCENE.objects[i].name for i in a.arguments)]) for a in plan)
         for plan in found.plans
     ]

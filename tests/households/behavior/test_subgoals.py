@@ -208,6 +208,30 @@ def test_explanations_tell_subgoals_and_what_failed() -> None:
     assert REFERENCE.explain("?").notes[0] == "not_parseable"
 
 
+@pytest.mark.parametrize(
+    ("subgoal", "excluded"),
+    [
+        ("holds_rh(rag.1) and onfloor(rag.1, room_floor_kitchen.0)", True),
+        ("holds_rh(peach.1) and inside(peach.1, fridge.1)", False),  # its halves may be inside
+        ("holds_rh(rag.1) and inside(rag.1, sink.1)", True),
+        ("holds_rh(rag.1) and holds_lh(rag.1)", True),
+        ("holds_rh(rag.1) and holds_rh(peach.1)", True),
+        ("holds_rh(rag.1) and holds_lh(peach.1)", False),
+    ],
+)
+def test_parts_that_exclude_each_other_are_told(subgoal: str, excluded: bool) -> None:
+    """What is told is no action that the search tried in vain, and none is taken."""
+    error = STRICT.score(answer(subgoal)).error
+    assert (error is not None and error.check == "parts_exclude_each_other") is excluded
+    if excluded:
+        assert error is not None
+        assert (error.kind.value, error.detail) == (
+            "missing_step",
+            f"{subgoal} does not hold, and its parts exclude each other",
+        )
+        assert not STRICT.explain(answer(subgoal)).steps
+
+
 SCRAPS = st.sampled_from(
     [
         "open(fridge.1)",

@@ -8,9 +8,9 @@ class; an action is carried out.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from functools import cache, lru_cache, partial
+from functools import cache, lru_cache
 from itertools import product
 from typing import NamedTuple
 
@@ -38,6 +38,7 @@ from eai.errors import InputError
 from eai.logic.frozen import Frozen
 from eai.logic.ltl_printer import print_ltl
 from eai.logic.traversal import is_state_formula, walk
+from eai.planning.exclusion import Exclusion
 from eai.planning.subgoal import GroundAtom
 from eai.world.execution import Action
 from eai.world.fault import FaultKind
@@ -74,11 +75,13 @@ class _Required(Frozen):
     """What must hold, as a test; the check that says what is wrong if it does not; what the test costs.
 
     It is equal to itself alone: what all alternatives have in common is not hashed for each of them.
+    ``refused`` is the check where no state can meet it, by any alternative; it is found out when it is asked.
     """
 
     holds: Holds
     check: Check
     effort: int
+    refused: Callable[[], Check | None]
 
 
 class Programs:
@@ -103,7 +106,7 @@ class Programs:
         self._told_apart = told_apart
         self.extent = Extent(task)
         self.brings_about = refinement.brings_about
-        self.exclude_each_other = partial(refinement.exclude_each_other, initial=task.initial)
+        self._exclusion = cache(lambda: Exclusion(refinement.domain, task.initial))
         self.required = lru_cache(_REMEMBERED)(self._required)
         self.needless = lru_cache(_REMEMBERED)(self._needless)
         self.plans = lru_cache(_REMEMBERED)(self._plans)
@@ -127,14 +130,26 @@ class Programs:
         plans = self._refinement.plans_to_take(action, self.task.scene, self.task.relevant)
         return lru_cache(_STATES)(plans)
 
-    def _required(self, formula: f.Formula, why: _Why) -> _Required:
+    def _required(
+        self, formula: f.Formula, why: _Why, alternatives: tuple[tuple[GroundAtom, ...], ...] = ()
+    ) -> _Required:
         if self.lexicon.is_unobserved(formula):
             raise _impossible(formula)
         meaning = self.lexicon.meaning(formula)
-        reason = f"{print_ltl(formula)} does not hold, and {why.words}"
-        check = Check(meaning, FaultKind.MISSING_STEP, reason, id=why.id)
+
+        def check(why: _Why) -> Check:
+            reason = f"{print_ltl(formula)} does not hold, and {why.words}"
+            return Check(meaning, FaultKind.MISSING_STEP, reason, id=why.id)
+
+        @cache
+        def refused() -> Check | None:
+            several = bool(alternatives) and min(map(len, alternatives)) > 1
+            return (
+                check(_EXCLUDED) if several and all(map(self._exclusion().excludes, alternatives)) else None
+            )
+
         effort = self.extent.literals(formula) // _TESTED_AT_ONCE
-        return _Required(StateTest(meaning, self.task.scene), check, effort)
+        return _Required(StateTest(meaning, self.task.scene), check(why), effort, refused)
 
     def _needless(self, alternatives: tuple[tuple[GroundAtom, ...], ...]) -> Plans:
         """The actions that say of themselves that they are not needed, where one of the alternatives holds.
@@ -151,7 +166,7 @@ class Programs:
         return lru_cache(_STATES)(plans)
 
     def _plans(self, literals: tuple[GroundAtom, ...], required: _Required) -> Plans:
-        """What brings literals about, so that what is required holds."""
+        """What brings literals about, so that what is required holds; nothing where no state meets that."""
         made = cache(
             lambda: self._refinement.plans(
                 literals,
@@ -162,7 +177,13 @@ class Programs:
                 test_effort=required.effort,
             )
         )
-        return lru_cache(_STATES)(lambda state: made()(state))
+
+        def plans(state: State) -> Found:
+            found = made()(state)
+            refused = required.refused() if found.in_vain else None
+            return found if refused is None else Found((), found.effort, refused)
+
+        return lru_cache(_STATES)(plans)
 
 
 class _Builder:
@@ -242,9 +263,7 @@ class _Builder:
         alternatives = tuple(dict.fromkeys(self._alternatives(observed)))
         literals = {literal for alternative in alternatives for literal in alternative}
         why = _NOT_DONE if any(map(self._programs.brings_about, literals)) else _BY_NOTHING
-        if alternatives and all(map(self._programs.exclude_each_other, alternatives)):
-            why = _EXCLUDED
-        required = self._programs.required(observed, why)
+        required = self._programs.required(observed, why, alternatives)
         tested = self._add(_requirement(required, number, then))
         entries = [
             self._add(Do(self._programs.plans(each, required), number, tested, MAX_ACTIONS))

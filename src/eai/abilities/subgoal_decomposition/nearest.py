@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from eai.abilities.subgoal_decomposition.ground import Ground
-from eai.abilities.subgoal_decomposition.program import MAX_ACTIONS, Found, Plan
+from eai.abilities.subgoal_decomposition.program import MAX_ACTIONS, TOO_FAR, Found
 from eai.abilities.subgoal_decomposition.refining import Node, Refining
 from eai.world.execution import Action
 from eai.world.state import State
@@ -43,10 +43,10 @@ class _Attempt(NamedTuple):
 
 
 class _Nearest(NamedTuple):
-    """How near an attempt comes, and a plan whose last action fails; None for one that is too long."""
+    """How near an attempt comes, and the one that is told; None where a plan would be too long."""
 
     rank: _Rank
-    plan: Plan | None
+    told: _Attempt | None
 
 
 def nearest_of(in_vain: Sequence[Refining]) -> Found:
@@ -62,11 +62,13 @@ def nearest_of(in_vain: Sequence[Refining]) -> Found:
     found = [nearest for each in farthest if (nearest := each.nearest()) is not None]
     effort = sum([each.effort for each in failing])
     if found:
-        plan = min(found, key=lambda nearest: nearest.rank).plan
-        return Found((), effort, too_far=True) if plan is None else Found((plan,), effort)
+        told = min(found, key=lambda nearest: nearest.rank).told
+        if told is None:
+            return Found((), effort, TOO_FAR, in_vain=True)
+        return Found((told.plan,), effort, in_vain=not told.ground.is_hopeless(told.failing))
     nodes = [node for refining in in_vain for node in refining.nodes]
     most = max(nodes, key=lambda node: (node.met.bit_count(), -len(node.plan)))
-    return Found((most.plan,), effort)
+    return Found((most.plan,), effort, in_vain=True)
 
 
 class _Failing:
@@ -113,7 +115,7 @@ class _Failing:
             attempt = self._attempt(first, ground)
             told = self._told(attempt)
             vain = attempt.failing == [len(ground.known.operator.checks)]
-            if attempt.failing and (vain or told is not attempt.plan):
+            if attempt.failing and (vain or told is not attempt):
                 return _Nearest(_Rank(0, len(attempt.failing), len(attempt.plan)), told)
         return None
 
@@ -155,16 +157,16 @@ class _Failing:
                         break
         return best
 
-    def _told(self, attempt: _Attempt) -> Plan | None:
+    def _told(self, attempt: _Attempt) -> _Attempt | None:
         """The attempt, or one at another action that would mend what fails, where all such actions fail.
 
         None where it does not fail but is too long, or such an action is possible and undoes nothing.
         """
-        node, ground, plan, state, failing = attempt
+        node, ground, _, state, failing = attempt
         if not failing:
             return None
         if ground.is_hopeless(failing):
-            return plan
+            return attempt
         mending = [
             self._attempt(node, other)
             for other in self._means.helping
@@ -172,7 +174,7 @@ class _Failing:
         ]
         if any(not each.failing and self._undoes_nothing(each) for each in mending):
             return None
-        return mending[0].plan if mending and all(each.failing for each in mending) else plan
+        return mending[0] if mending and all(each.failing for each in mending) else attempt
 
     def _undoes_nothing(self, attempt: _Attempt) -> bool:
         node, ground = attempt.node, attempt.ground

@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import NamedTuple, TypeAlias
 
+from eai.logic.formula import TRUE
 from eai.world.execution import Action
+from eai.world.fault import FaultKind
 from eai.world.operator import Check
 from eai.world.state import State
 
@@ -15,18 +17,29 @@ MAX_ACTIONS = 2
 """How many actions carry out one subgoal at most, movement included."""
 
 
+TOO_FAR = Check(
+    TRUE,
+    FaultKind.MISSING_STEP,
+    f"it takes more than {MAX_ACTIONS} actions: what lies between is a subgoal, too",
+    id="too_many_actions",
+)
+"""What is wrong with a subgoal that takes more actions than it may."""
+
+
 class Found(NamedTuple):
     """What is to be done for a subgoal in a state.
 
     Attributes:
         plans: the plans for it, each to be tried; none if nothing is to be done there.
         effort: how many actions were applied to states to find them.
-        too_far: whether nothing is done, since it would take too many actions.
+        refused: why nothing is done, and the subgoal fails; None where it does not.
+        in_vain: whether nothing brings it about, and not for the kind of its objects.
     """
 
     plans: Sequence[Plan]
     effort: int = 0
-    too_far: bool = False
+    refused: Check | None = None
+    in_vain: bool = False
 
 
 Plans: TypeAlias = Callable[[State], Found]

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from functools import partial, reduce
-from itertools import combinations, permutations, product
+from itertools import permutations, product
 from operator import or_
 from typing import NamedTuple
 
@@ -65,30 +65,19 @@ class Refinement:
     Args:
         domain: the domain.
         budget: how many actions a search may apply to states for each literal of a subgoal.
+
+    Attributes:
+        domain: the domain.
     """
 
     def __init__(self, domain: Domain, budget: int = 300) -> None:
+        self.domain = domain
         self._repertoire = Repertoire(domain)
         self._budget = budget
 
     def brings_about(self, literal: GroundAtom) -> bool:
         """Whether any action changes what the literal is about."""
         return bool(self._repertoire.writers(literal.predicate))
-
-    def exclude_each_other(self, literals: Iterable[GroundAtom], initial: State) -> bool:
-        """Whether no state that actions lead to meets all the literals, for two of the same objects."""
-        of_objects: dict[tuple[int, ...], set[tuple[str, bool]]] = {}
-        for literal in literals:
-            of_objects.setdefault(literal.arguments, set()).add((literal.predicate, literal.truth))
-        for objects, said in of_objects.items():
-            true = sorted([predicate for predicate, truth in said if truth])
-            if any((predicate, False) in said for predicate in true):
-                return True
-            for one, other in combinations(true, 2):
-                excluded = self._repertoire.excluded(one, other)
-                if excluded and not (initial.has(one, *objects) and initial.has(other, *objects)):
-                    return True
-        return False
 
     def plans(
         self,

@@ -12,7 +12,7 @@ from enum import Enum
 from itertools import product
 from typing import NamedTuple, TypeAlias
 
-from eai.logic.formula import And, Atom, Formula, Not, Variable
+from eai.logic.formula import Atom, Formula, Not, Variable
 from eai.logic.traversal import free_variables, walk
 from eai.planning.change import Change, changes_for
 from eai.planning.effect_schema import EffectSchema, effect_schemas, written
@@ -115,7 +115,6 @@ class Repertoire:
         self._writers: dict[str, tuple[Operator, ...]] = {}
         self._ways: dict[GroundAtom, tuple[_Way, ...]] = {}
         self._tests: dict[tuple[str, bool], tuple[Frame, Truth]] = {}
-        self._excluded: dict[tuple[str, str], bool] = {}
 
     def writers(self, predicate: str) -> Sequence[Operator]:
         """The operators that change what a predicate comes down to, in the order of their declaration."""
@@ -125,25 +124,6 @@ class Repertoire:
             found = tuple([o for o in operators if not self._writes[o.name].isdisjoint(sources)])
             self._writers[predicate] = found
         return found
-
-    def excluded(self, one: str, other: str) -> bool:
-        """Whether no action leaves two stored predicates true of the same objects: each undoes the other."""
-        if (one, other) not in self._excluded:
-            schemas = [schema for effects in self._effects.values() for schema in effects if schema.adds]
-            adding = [schema for schema in schemas if schema.atom.predicate in (one, other)]
-            self._excluded[one, other] = {s.atom.predicate for s in adding} == {one, other} and all(
-                self._undoes(schema, other if schema.atom.predicate == one else one) for schema in adding
-            )
-        return self._excluded[one, other]
-
-    def _undoes(self, schema: EffectSchema, other: str) -> bool:
-        """Whether what adds an atom leaves another predicate untrue of its objects."""
-        atom = Atom(other, schema.atom.arguments)
-        around = [e for e in self._effects[schema.operator.name] if _is_about(e.atom, atom)]
-        if any(e.adds and not any(_denied(given, schema.given) for given in e.given) for e in around):
-            return False
-        asked = {part for each in (*schema.checks, *schema.given) for part in _conjuncts(each)}
-        return Not(atom) in asked or any(not e.adds and set(e.given) <= set(schema.given) for e in around)
 
     def touched(self, literals: Sequence[GroundAtom]) -> dict[str, int]:
         """For each operator that can change the truth of some literals, by name, the mask of these."""
@@ -262,22 +242,6 @@ class Repertoire:
         """The stored predicates that formulas come down to."""
         atoms = [part.predicate for formula in formulas for part in walk(formula) if isinstance(part, Atom)]
         return frozenset(stored_sources(atoms, self._domain.vocabulary))
-
-
-def _is_about(effect: Atom, atom: Atom) -> bool:
-    """Whether an effect on an atom is one on this atom, of these objects."""
-    pairs = zip(effect.arguments, atom.arguments, strict=False)
-    same = effect.predicate == atom.predicate and len(effect.arguments) == len(atom.arguments)
-    return same and all(mine in (ANYTHING, its) for mine, its in pairs)
-
-
-def _denied(condition: Formula, given: Sequence[Formula]) -> bool:
-    """Whether a condition is the plain opposite of one that is given."""
-    return any(Not(condition) == each or condition == Not(each) for each in given)
-
-
-def _conjuncts(formula: Formula) -> Sequence[Formula]:
-    return formula.operands if isinstance(formula, And) else (formula,)
 
 
 def named_in(arguments: Iterable[Sequence[int]], scene: Scene) -> tuple[int, ...]:

@@ -22,6 +22,7 @@ from eai.abilities.verdict import ErrorReport
 from eai.logic.formula import Formula, Then
 from eai.logic.ltl import parse
 from eai.logic.ltl_printer import print_ltl
+from eai.logic.traversal import objects
 from eai.world.domain import Domain
 from eai.world.execution import Fault
 from eai.world.fault import FaultKind
@@ -176,6 +177,9 @@ class SubgoalDecomposition(Scorer):
         error = error_of(branch, self.domain, self.task.scene)
         if error is not None and error.step is not None:
             notes.append(f"subgoal {error.step + 1} fails: {error.kind.value}, {error.detail}")
+            named = objects(self.lexicon.meaning(compiled.subgoals[error.step]))
+            if error.kind is FaultKind.AFFORDANCE and not {*error.objects} <= {*named}:
+                notes.append(f"subgoal {error.step + 1} leaves open which object: only the task's were tried")
         if best is not branch:
             notes.append("the goals are those of another way to carry out the subgoals, which reaches more")
         return Explanation(

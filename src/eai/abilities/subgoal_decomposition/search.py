@@ -19,7 +19,7 @@ from typing_extensions import assert_never
 
 from eai.abilities.subgoal_decomposition.branch import BestBranch, Branch, Tried, without_twins
 from eai.abilities.subgoal_decomposition.program import (
-    MAX_ACTIONS,
+    TOO_FAR,
     Do,
     End,
     Halt,
@@ -30,7 +30,6 @@ from eai.abilities.subgoal_decomposition.program import (
     Require,
     Split,
 )
-from eai.logic.formula import TRUE
 from eai.logic.frozen import Frozen
 from eai.world.domain import Domain
 from eai.world.execution import Action, Fault, Step, attempt
@@ -47,11 +46,9 @@ _NONE = -1
 """The number of no subgoal."""
 
 
-def _too_far(branch: Branch, instruction: Do) -> Branch:
-    """The branch that ends at a subgoal which takes more actions than it may; none is taken for it."""
-    reason = f"it takes more than {MAX_ACTIONS} actions: what lies between is a subgoal, too"
-    check = Check(TRUE, FaultKind.MISSING_STEP, reason, id="too_many_actions")
-    fault = Fault(FaultKind.MISSING_STEP, check)
+def _refused(branch: Branch, instruction: Do, check: Check) -> Branch:
+    """The branch that ends at a subgoal for which no action is taken."""
+    fault = Fault(check.fault, check)
     return branch._replace(errors=branch.errors + 1, subgoal=instruction.subgoal, failure=fault)
 
 
@@ -229,8 +226,8 @@ class _Search:
             return
         found = instruction.plans(branch.state)
         self._effort += found.effort
-        if found.too_far:
-            self._finish(_too_far(branch, instruction), self._failed)
+        if found.refused is not None:
+            self._finish(_refused(branch, instruction, found.refused), self._failed)
         elif not found.plans:
             self._waiting[instruction.then].append(branch)
         for plan in found.plans:
@@ -252,7 +249,7 @@ class _Search:
             outcome = attempt(self._domain, past, action)
             if isinstance(outcome, State):
                 if executed == most:
-                    return _too_far(branch, instruction)
+                    return _refused(branch, instruction, TOO_FAR)
                 executed += 1
                 refined += executed == 1
                 met = self._goal.advance(met, past.state, action)

@@ -1,0 +1,379 @@
+"""Exclusion: what no state of an episode meets, as far as it follows from the declaration of the domain.
+
+Two facts exclude each other if they do not both hold at the start, and no action that adds one leaves the
+other: it deletes it, or needs what the other excludes. Pairs are shown together, by induction over the
+actions of an episode: what a pair rests on is assumed until it fails. What cannot be shown is left open.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from copy import copy
+from typing import NamedTuple, TypeAlias
+
+import eai.logic.formula as f
+from eai.logic.traversal import walk
+from eai.planning.effect_schema import EffectSchema, effect_schemas, written
+from eai.planning.subgoal import GroundAtom
+from eai.world.derived import meaning, stored_sources
+from eai.world.domain import Domain
+from eai.world.effect import ANYTHING
+from eai.world.frame import AGENT
+from eai.world.operator import Operator
+from eai.world.state import State
+from eai.world.vocabulary import Vocabulary
+
+_MOST_PAIRS = 64
+"""How many pairs are looked at for one question; of others it is taken that they can hold together."""
+
+_PASSES = 2
+"""How often conditions are gone through."""
+
+_Term: TypeAlias = int | str | None
+"""An object, one that is not known by its name, or any."""
+
+_Scope: TypeAlias = Mapping[str, _Term]
+
+
+class _Fact(NamedTuple):
+    """A fact about a stored predicate; with None in it, all such facts."""
+
+    predicate: str
+    arguments: tuple[_Term, ...]
+
+
+_Pair: TypeAlias = tuple[_Fact, _Fact]
+
+
+class Exclusion:
+    """What no state of an episode meets.
+
+    Args:
+        domain: the domain.
+        initial: where the episode begins.
+    """
+
+    def __init__(self, domain: Domain, initial: State) -> None:
+        self.scene = initial.scene
+        self.vocabulary = domain.vocabulary
+        self._effects = {o.name: tuple(effect_schemas(o)) for o in domain.operators}
+        self._single = {p.name for p in domain.vocabulary.predicates if p.single}
+        self.changed = {name for o in domain.operators for name in _written(o)}
+        self._unread = {
+            name
+            for o in domain.operators
+            if len(_written(o)) > len(self._effects[o.name])
+            for name in _written(o)
+        }
+        self._denying = self._denied_by(domain)
+        self._initially: dict[str, list[tuple[int, ...]]] = {}
+        for fact in initial.facts():
+            self._initially.setdefault(fact.predicate, []).append(fact.arguments)
+        self._holds: dict[_Pair, bool] = {}
+
+    def _denied_by(self, domain: Domain) -> dict[str, set[str]]:
+        """For each predicate those that may exclude it: what adds one deletes or denies the other."""
+        found: dict[str, set[str]] = {}
+        for operator in domain.operators:
+            effects = self._effects[operator.name]
+            added = {each.atom.predicate for each in effects if each.adds}
+            formulas = [c.condition for c in operator.checks] + [g for e in effects for g in e.given]
+            denied = {each.atom.predicate for each in effects if not each.adds}
+            denied |= _denied(formulas, domain.vocabulary)
+            for one in added:
+                for other in denied:
+                    found.setdefault(one, set()).add(other)
+                    found.setdefault(other, set()).add(one)
+        return found
+
+    def excludes(self, literals: Iterable[GroundAtom]) -> bool:
+        """Whether no state that actions lead to meets all the literals."""
+        wanted = []
+        for literal in literals:
+            variables = tuple([f.Variable(str(i)) for i in range(len(literal.arguments))])
+            atom = f.Atom(literal.predicate, variables)
+            scope = {v.name: i for v, i in zip(variables, literal.arguments, strict=True)}
+            wanted.append((atom if literal.truth else f.Not(atom), scope))
+        asking = copy(self)  # threads may ask at once, and no answer rests on what was asked before
+        asking._holds = {}
+        while not _Supposition(asking).meets(wanted):
+            pairs = [pair for pair, assumed in asking._holds.items() if assumed]
+            asked = len(asking._holds)
+            failing = [pair for pair in pairs if not asking._lasts(*pair)]
+            asking._holds.update(dict.fromkeys(failing, False))
+            if not failing and len(asking._holds) == asked:
+                return True
+        return False
+
+    def at_start(self, fact: _Fact) -> bool:
+        """Whether any such fact holds at the start."""
+        return any(_covers(fact.arguments, each) for each in self._initially.get(fact.predicate, ()))
+
+    def apart(self, one: _Fact, other: _Fact) -> bool:
+        """Whether two facts exclude each other, as far as is known or assumed."""
+        one, other = _general(one), _general(other)
+        if one.predicate == other.predicate:
+            different = one != other and None not in (*one.arguments, *other.arguments)
+            if different and one.predicate in self._single and one.arguments[:-1] == other.arguments[:-1]:
+                return True
+        elif {*one.arguments}.isdisjoint({*other.arguments} - {None}):
+            return False
+        same = _is_among(one, other) or _is_among(other, one)
+        if same or other.predicate not in self._denying.get(one.predicate, ()):
+            return False
+        pair = (one, other) if _order(one) < _order(other) else (other, one)
+        if pair not in self._holds:
+            self._holds[pair] = len(self._holds) < _MOST_PAIRS
+        return self._holds[pair]
+
+    def _lasts(self, one: _Fact, other: _Fact) -> bool:
+        """Whether no more than one of them holds at the start, and no action changes that."""
+        if self._unread & {one.predicate, other.predicate} or (self.at_start(one) and self.at_start(other)):
+            return False
+        return all(
+            self._keeps(schema, added, kept)
+            for added, kept in ((one, other), (other, one))
+            for schemas in self._effects.values()
+            for schema in schemas
+            if schema.adds and schema.atom.predicate == added.predicate
+        )
+
+    def _keeps(self, schema: EffectSchema, added: _Fact, other: _Fact) -> bool:
+        """Whether what adds a fact does not leave the other, nor add it, too."""
+        scope: dict[str, _Term] = {}
+        if not self._match(schema.atom, added, scope):
+            return True
+        scope |= {name: f"{name}?" for name in schema.variables if name not in scope}
+        terms = [f"{i}?" if each is None else each for i, each in enumerate(other.arguments)]
+        held = other._replace(arguments=tuple(terms))
+        effects = self._effects[schema.operator.name]
+        if not any(self._deletes(each, schema, held, scope) for each in effects):
+            asked = [check.condition for check in schema.operator.checks]
+            if _Supposition(self, held).meets([(each, scope) for each in (*schema.given, *asked)]):
+                return False
+        return not any(
+            self._adds_both(schema, added, each, other)
+            for each in effects
+            if each.adds and each.atom.predicate == other.predicate
+        )
+
+    def _adds_both(self, schema: EffectSchema, added: _Fact, second: EffectSchema, other: _Fact) -> bool:
+        """Whether an action may make both additions at once."""
+        parameters = [p.name for p in schema.operator.parameters]
+        scope: dict[str, _Term] = {}
+        self._match(schema.atom, added, scope)
+        own = {name: scope[name] for name in parameters if name in scope}
+        if not self._match(second.atom, other, own):
+            return False
+        scope |= {name: own[name] for name in parameters if name in own}
+        scope |= {name: f"{name}?" for name in schema.variables if name not in scope}
+        own |= {name: scope[name] for name in parameters}
+        own |= {name: f"{name}??" for name in second.variables if name not in own}
+        asked = [(check.condition, scope) for check in schema.operator.checks]
+        given = [*[(each, scope) for each in schema.given], *[(each, own) for each in second.given]]
+        return _Supposition(self).meets([*asked, *given])
+
+    def _match(self, atom: f.Atom, fact: _Fact, scope: dict[str, _Term]) -> bool:
+        """Whether an effect can be on such a fact; its variables' objects are entered in the scope."""
+        for term, argument in zip(atom.arguments, fact.arguments, strict=True):
+            if argument is None:
+                continue
+            value = (
+                scope.setdefault(term.name, argument) if isinstance(term, f.Variable) else self.index(term)
+            )
+            if value != argument:
+                return False
+        return True
+
+    def _deletes(self, effect: EffectSchema, schema: EffectSchema, fact: _Fact, scope: _Scope) -> bool:
+        """Whether an effect deletes a fact wherever another one takes place."""
+        return (
+            not effect.adds
+            and effect.atom.predicate == fact.predicate
+            and {*effect.given} <= {*schema.given}
+            and all(
+                term == ANYTHING or self.term(term, scope) == argument
+                for term, argument in zip(effect.atom.arguments, fact.arguments, strict=True)
+            )
+        )
+
+    def term(self, term: f.Term, scope: _Scope) -> _Term:
+        """What a term stands for."""
+        return scope.get(term.name) if isinstance(term, f.Variable) else self.index(term)
+
+    def index(self, constant: f.Constant) -> int | None:
+        """The object that a constant names."""
+        return self.scene.agent if constant == AGENT else self.scene.index.get(constant.name)
+
+
+class _Supposition:
+    """A state of which only some facts are known: what is supposed, and what follows at once.
+
+    Args:
+        exclusion: what is known of all states of the episode.
+        facts: what holds.
+    """
+
+    def __init__(self, exclusion: Exclusion, *facts: _Fact) -> None:
+        self._exclusion = exclusion
+        self._true = dict.fromkeys(facts)
+        self._false: list[_Fact] = []
+        self._unknown = 0
+
+    def meets(self, conditions: Sequence[tuple[f.Formula, _Scope]]) -> bool:
+        """Whether it may meet conditions, as far as can be told; they are supposed."""
+        for _ in range(_PASSES):  # what follows from one may decide another
+            if not all(self._suppose(formula, scope, truth=True) for formula, scope in conditions):
+                return False
+        return True
+
+    def _value(self, formula: f.Formula, scope: _Scope, within: frozenset[str] = frozenset()) -> bool | None:
+        """Whether a formula holds; None where that is not known."""
+        match formula:
+            case f.Atom(predicate, terms):
+                arguments = tuple([self._exclusion.term(term, scope) for term in terms])
+                if predicate not in self._exclusion.vocabulary.derived_by_name:
+                    return self._fact(_Fact(predicate, arguments))
+                inner = None if predicate in within else self._unfolded(predicate, arguments)
+                return None if inner is None else self._value(*inner, within | {predicate})
+            case f.Equals(left, right):
+                one, other = self._exclusion.term(left, scope), self._exclusion.term(right, scope)
+                known = isinstance(one, int) and isinstance(other, int)
+                return one == other if known or (one == other and one is not None) else None
+            case f.Not(operand):
+                value = self._value(operand, scope, within)
+                return None if value is None else not value
+            case f.And(operands) | f.Or(operands):
+                deciding = isinstance(formula, f.Or)
+                values = set()
+                for each in operands:
+                    values.add(self._value(each, scope, within))
+                    if deciding in values:
+                        return deciding
+                return None if None in values else not deciding
+            case f.Implies(premise, conclusion):
+                return self._value(f.Or((f.Not(premise), conclusion)), scope, within)
+            case f.Exists(variable, body) | f.ForAll(variable, body):
+                deciding = isinstance(formula, f.Exists)
+                if self._value(body, {**scope, variable.name: None}, within) is (not deciding):
+                    return not deciding
+                values = {
+                    self._value(body, {**scope, variable.name: t}, within) for t in self._terms(variable)
+                }
+                return deciding if deciding in values else None
+            case _:
+                return None
+
+    def _suppose(
+        self, formula: f.Formula, scope: _Scope, within: frozenset[str] = frozenset(), *, truth: bool
+    ) -> bool:
+        """Suppose a formula, or its opposite, as far as one thing follows; False if it cannot be so."""
+        value = self._value(formula, scope, within)
+        if value is not None:
+            return value is truth
+        match formula:
+            case f.Atom(predicate, terms):
+                arguments = tuple([self._exclusion.term(term, scope) for term in terms])
+                if predicate not in self._exclusion.vocabulary.derived_by_name:
+                    return self._enter(_Fact(predicate, arguments), truth=truth)
+                inner = None if predicate in within else self._unfolded(predicate, arguments)
+                return inner is None or self._suppose(*inner, within | {predicate}, truth=truth)
+            case f.Not(operand):
+                return self._suppose(operand, scope, within, truth=not truth)
+            case f.Implies(premise, conclusion):
+                return self._suppose(f.Or((f.Not(premise), conclusion)), scope, within, truth=truth)
+            case f.And(operands) | f.Or(operands):
+                if isinstance(formula, f.And) is truth:
+                    return all(self._suppose(each, scope, within, truth=truth) for each in operands)
+                left = [each for each in operands if self._value(each, scope, within) is None]
+                return len(left) > 1 or self._suppose(left[0], scope, within, truth=truth)
+            case f.Exists(variable, body) | f.ForAll(variable, body):
+                if isinstance(formula, f.Exists) is not truth:
+                    every = variable.category is None
+                    return not every or self._suppose(
+                        body, {**scope, variable.name: None}, within, truth=truth
+                    )
+                if None in scope.values():  # a different object for each
+                    return True
+                self._unknown += 1
+                return self._suppose(body, {**scope, variable.name: f"{self._unknown}"}, within, truth=truth)
+            case _:
+                return True
+
+    def _enter(self, fact: _Fact, *, truth: bool) -> bool:
+        if not truth:
+            self._false.append(fact)
+            return not any(_is_among(each, fact) for each in self._true)
+        if None not in fact.arguments:
+            self._true[fact] = None
+        return True
+
+    def _fact(self, fact: _Fact) -> bool | None:
+        """Whether a fact holds, or all such facts; None where that is not known."""
+        if fact in self._true:
+            return True
+        if fact.predicate not in self._exclusion.changed:
+            known = all(isinstance(each, int) for each in fact.arguments)
+            found = self._exclusion.at_start(_general(fact))
+            return found if known or not found else None
+        if any(_is_among(fact, each) for each in self._false):
+            return False
+        return False if any(self._exclusion.apart(fact, each) for each in self._true) else None
+
+    def _unfolded(self, predicate: str, arguments: tuple[_Term, ...]) -> tuple[f.Formula, _Scope] | None:
+        """The definition of a derived predicate, for these arguments, if it has one."""
+        defined = meaning(self._exclusion.vocabulary.derived_by_name[predicate])
+        if defined is None:
+            return None
+        return defined.definition, dict(zip([p.name for p in defined.parameters], arguments, strict=True))
+
+    def _terms(self, variable: f.Variable) -> list[_Term]:
+        """What a variable may stand for, of what is known to be about something."""
+        known = dict.fromkeys(term for fact in self._true for term in fact.arguments)
+        if variable.category is None:
+            return [*known]
+        category = self._exclusion.scene.category(variable.category)
+        return [term for term in known if isinstance(term, int) and category >> term & 1]
+
+
+def _written(operator: Operator) -> list[str]:
+    return [
+        name
+        for effects in (operator.effects, *(t.effects for t in operator.tries))
+        for name in written(effects)
+    ]
+
+
+def _denied(formulas: Iterable[f.Formula], vocabulary: Vocabulary) -> set[str]:
+    """The stored predicates that formulas deny, themselves or by what they define."""
+    pending, seen, denied = [*formulas], set[str](), set[str]()
+    while pending:
+        for part in walk(pending.pop()):
+            match part:
+                case f.Not(operand):
+                    denied |= {each.predicate for each in walk(operand) if isinstance(each, f.Atom)}
+                case f.Atom(name) if name in vocabulary.derived_by_name and name not in seen:
+                    seen.add(name)
+                    defined = meaning(vocabulary.derived_by_name[name])
+                    pending += [] if defined is None else [defined.definition]
+    return {*stored_sources(denied, vocabulary)}
+
+
+def _order(fact: _Fact) -> tuple[str, list[int]]:
+    """By which two facts of a pair are put in order."""
+    return fact.predicate, [each if isinstance(each, int) else -1 for each in fact.arguments]
+
+
+def _general(fact: _Fact) -> _Fact:
+    """All facts that one about unknown objects may be."""
+    return fact._replace(
+        arguments=tuple([each if isinstance(each, int) else None for each in fact.arguments])
+    )
+
+
+def _is_among(fact: _Fact, facts: _Fact) -> bool:
+    return fact.predicate == facts.predicate and _covers(facts.arguments, fact.arguments)
+
+
+def _covers(pattern: tuple[_Term, ...], arguments: tuple[_Term, ...]) -> bool:
+    return all(mine in (None, its) for mine, its in zip(pattern, arguments, strict=True))

@@ -1,0 +1,74 @@
+from __future__ import annotations
+
+from itertools import combinations
+
+import pytest
+
+from eai.planning.exclusion import Exclusion
+from eai.planning.subgoal import GroundAtom
+from eai.world.domain import Domain
+from eai.world.effect import Add
+from eai.world.execution import Action, attempt
+from eai.world.operator import Operator
+from eai.world.past import Past
+from eai.world.state import Fact, State
+from world import toy
+
+INITIAL = toy.initial()
+INDEX = INITIAL.scene.index
+
+
+def literal(text: str) -> GroundAtom:
+    words = text.removeprefix("not ").split()
+    return GroundAtom(words[0], tuple([INDEX[name] for name in words[1:]]), not text.startswith("not "))
+
+
+@pytest.mark.parametrize(
+    ("literals", "excluded"),
+    [
+        (["at robot hall", "at robot shed"], True),
+        (["holding red", "holding blue"], True),
+        (["lit lamp", "not lit lamp"], True),
+        (["at robot hall", "at robot shed", "lit lamp"], True),
+        (["at red hall", "at blue hall"], False),
+        (["holding red", "at red hall"], False),
+        (["lit lamp"], False),
+    ],
+)
+def test_what_no_state_meets(literals: list[str], excluded: bool) -> None:
+    assert Exclusion(toy.DOMAIN, INITIAL).excludes(map(literal, literals)) is excluded
+
+
+def test_what_holds_at_the_start_or_is_added_by_another_action_is_not_excluded() -> None:
+    both = [literal("holding red"), literal("holding blue")]
+    held = [Fact(each.predicate, each.arguments) for each in both]
+    started = INITIAL.scene.state([*INITIAL.facts(), *held])
+    assert not Exclusion(toy.DOMAIN, started).excludes(both)
+    snatch = Operator("SNATCH", (toy.X,), (), (Add(toy.holding(toy.X)),))
+    assert not Exclusion(toy.DOMAIN.with_operators(snatch), INITIAL).excludes(both)
+
+
+def reachable(domain: Domain) -> set[State]:
+    """All states of the toy."""
+    actions = [Action(o.name, (i,)) for o in domain.operators for i in INDEX.values()]
+    found, pending = {INITIAL}, [INITIAL]
+    while pending:
+        state = pending.pop()
+        after = {each for a in actions if isinstance(each := attempt(domain, Past(state), a), State)}
+        pending += after - found
+        found |= after
+    return found
+
+
+def test_no_state_that_is_reached_meets_what_is_excluded() -> None:
+    exclusion, states = Exclusion(toy.DOMAIN, INITIAL), reachable(toy.DOMAIN)
+    facts = sorted({fact for state in states for fact in state.facts()})
+    literals = [GroundAtom(*fact, truth) for fact in facts for truth in (True, False)]
+    excluded = [pair for pair in combinations(literals, 2) if exclusion.excludes(pair)]
+    for state in states:
+        for pair in excluded:
+            assert not all(state.has(p, *arguments) is truth for p, arguments, truth in pair)
+    together = {pair for state in states for pair in combinations(sorted(state.facts()), 2)}
+    apart = len([*combinations(facts, 2)]) - len(together)
+    shown = sum(one.truth and other.truth for one, other in excluded)
+    assert (apart, shown) == (apart, apart)
