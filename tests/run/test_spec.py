@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from eai.errors import InputError
-from eai.run.spec import RunSpec, read_spec
+from eai.run.spec import STUDIES, RunSpec, read_spec, study_of
 from eai.run.spec_file import read_tables, save
 from eai.studies.perception.noise import Noise
 from eai.studies.perception.study import Perception
@@ -58,8 +58,24 @@ def test_any_arguments_come_back(tmp_path_factory: pytest.TempPathFactory, argum
     assert read_spec(read_tables(save(spec, tmp_path_factory.mktemp("run")))) == spec
 
 
+def test_names_of_studies_options_are_of_one_study() -> None:
+    """So that Inspect's arguments need no name of a study."""
+    names = [name for study in STUDIES for name in study.options.model_fields]
+    assert [study_of(name) for name in names] == [s.name for s in STUDIES for _ in s.options.model_fields]
+
+
+def test_a_name_that_is_no_text_is_no_crash(tmp_path: Path) -> None:
+    assert save(read_spec({"pipeline": {"goals": "a\udc80"}}), tmp_path).is_file()
+
+
 def test_keys_of_servers_are_in_no_file(tmp_path: Path) -> None:
-    arguments = {"api_key": "sk-1", "HF_TOKEN": "sk-2", "password": "sk-3", "max_tokens": 5}
+    arguments = {
+        "api_key": "sk-1",
+        "HF_TOKEN": "sk-2",
+        "password": "sk-3",
+        "default_headers": {"Authorization": "sk-4"},
+        "max_tokens": 5,
+    }
     seen = {"scene": "predicted", "scene_model": "openai/gpt-4o", "scene_args": arguments}
     text = save(read_spec({"model": {"args": arguments}, "perception": seen}), tmp_path).read_text()
     assert "sk-" not in text

@@ -146,7 +146,7 @@ def test_scored_answers_with_prompt_names_come_out(eai: Command, data_store: Sto
 def test_a_run_has_the_name_of_its_prompts(data_store: Store, tmp_path: Path) -> None:
     pytest.importorskip("inspect_ai")
     suite = ("--domain", "behavior", "--ability", "goal_interpretation", "--limit", "2", "--out", tmp_path)
-    for name in (("--prompt-name", "base"), ("--prompt-name", "general"), ()):
+    for name in (("--with", "prompts.name=base"), ("--with", "prompts.name=general"), ()):
         assert in_own_process("run", "--model", "eai/oracle", *suite, *name).status == 0
     folder = tmp_path / "behavior" / "goal_interpretation" / "eai_oracle"
     assert sorted(path.parent.relative_to(folder).as_posix() for path in folder.rglob("summary.json")) == [

@@ -12,7 +12,7 @@ from typing_extensions import Self
 from eai.abilities.misfit import misfit
 from eai.errors import InputError
 
-_SECRET = re.compile(r"(^|_)(key|token|secret|password)$", re.IGNORECASE)
+_SECRET = re.compile(r"(^|_)(key|token|secret|password|credentials|headers)$", re.IGNORECASE)
 
 
 def _without_secrets(arguments: dict[str, JsonValue]) -> dict[str, JsonValue]:

@@ -115,9 +115,9 @@ class RunSpec(Options):
             "attempts.replans, slip or until": self.of(Attempts).experiment,
             "tasks.adaptive": self.tasks.adaptive,
         }
-        first, *others = [*(name for name, is_chosen in chosen.items() if is_chosen), ""]
-        if len(others) > 1:
-            raise InputError(f"{others[0]}: not with {first}; a run is of one experiment")
+        names = [name for name, is_chosen in chosen.items() if is_chosen]
+        if len(names) > 1:
+            raise InputError(f"{names[1]}: not with {names[0]}; a run is of one experiment")
         return self
 
     def of(self, study: type[T]) -> T:

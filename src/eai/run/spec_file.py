@@ -44,13 +44,13 @@ def save(spec: RunSpec, folder: Path) -> Path:
     Raises:
         InputError: the folder cannot be written.
     """
-    text = "\n".join(
+    content = "\n".join(
         "".join([f"[{name}]\n", *(f"{_key(key)} = {_value(value)}\n" for key, value in table.items())])
         for name, table in spec.tables.items()
-    )
+    ).encode("utf-8", "backslashreplace")
     files = (folder / f"run{'' if number == 1 else f'-{number}'}.toml" for number in count(1))
-    file = next(each for each in files if not each.is_file() or each.read_bytes() == text.encode())
-    write_whole({file: text})
+    file = next(each for each in files if not each.is_file() or each.read_bytes() == content)
+    write_whole({file: content})
     return file
 
 
