@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import random
 import subprocess
 import sys
 from dataclasses import replace
@@ -20,19 +21,21 @@ from eai.benchmark.registry import find_benchmark
 from eai.data.store import Store
 from eai.errors import DataError
 from eai.generator import fingerprint
+from eai.generator.goals import Proposals
 from eai.generator.outcome import Generated, Reason, Rejected
-from eai.generator.prior import kinds_of
+from eai.generator.prior import Pattern, kinds_of
 from eai.generator.sets import Seeds
 from eai.generator.spec import LENGTHS, Forms, Tier
-from eai.generator.walk import lower_bound
+from eai.generator.walk import Walk, lower_bound
 from eai.logic.traversal import walk
 from eai.pddl.val import Val, ValVerdict
+from eai.planning.planner import Planner
 from eai.tasks.source import Source
 from eai.tasks.task_lines import read_line, task_of, written
 from eai.world.domain import Domain
 from eai.world.execution import Action, execute
 from eai.world.operator import Operator
-from eai.world.state import Fact, State
+from eai.world.state import Fact, Scene, State, WorldObject
 from generator.worlds import HOUSEHOLDS, generate, generator, outcomes, tasks
 from world import plain_sets
 
@@ -276,6 +279,26 @@ def test_planners_begin_anew_after_so_many_tasks_and_no_sooner(
         planners.append(made._planner)
     anew = [one is not other for one, other in pairwise(planners)]
     assert anew == [False, False, True, False, False, False, True, False]
+
+
+@pytest.mark.parametrize(("wanted", "tried"), [(3, 5), (15, 5), (18, 6), (24, 8)])
+def test_a_scene_in_which_nothing_is_reached_has_no_more_to_offer(
+    lamps: Benchmark, monkeypatch: pytest.MonkeyPatch, wanted: int, tried: int
+) -> None:
+    """After five goals in a row, or a third as many as steps are wanted."""
+    from eai.generator.generator import Generator
+    from eai.generator.spec import Spec
+
+    source = Source()
+    made = Generator(lamps, Spec("lamps:lamps", lamps.tasks(source).sha256), source)
+    things = [WorldObject(f"lamp_{n}", "lamp") for n in range(30)]
+    start = Scene(lamps.domain.vocabulary, [WorldObject("robot", "robot"), *things], 0).state([])
+    lit = {("lit", True): {Pattern("lit", ("lamp",), True): 1.0}}
+    proposals = Proposals(made.prior, start.scene, {"Atom": 1}, lit)
+    walk, asked = Walk(lamps.domain, Planner(lamps.domain), start), []
+    monkeypatch.setattr(Walk, "reach", lambda self, goal: bool(asked.append(goal)))
+    made._go_on(walk, proposals, (), random.Random(0), wanted, frozenset())
+    assert len(asked) == len(set(asked)) == tried
 
 
 @pytest.mark.parametrize("like", HOUSEHOLDS)

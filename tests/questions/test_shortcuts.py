@@ -71,6 +71,23 @@ def test_a_question_that_evens_out_is_always_welcome() -> None:
     assert ledger.excess(posed(["on(cup)"], None)) == 0
 
 
+def test_what_is_tolerated_grows_with_every_ten_questions() -> None:
+    right, wrong = posed(["on(cup)"], 0), posed(["on(cup)"], None)
+
+    def excess(number: int) -> int:
+        """That of one question more of a kind of which there were eight too many among so many."""
+        ledger = Ledger()
+        for question in [right] * 8 + [right, wrong] * ((number - 8) // 2):
+            ledger.add(question)
+        return ledger.excess(right)
+
+    assert excess(8) > 0
+    assert excess(10) < excess(8)
+    assert [excess(8) - excess(number) for number in range(8, 34, 2)] == [
+        (number // 10) * (excess(8) - excess(10)) for number in range(8, 34, 2)
+    ]
+
+
 KINDS = (Kind.BACKWARD, Kind.INVERSE, Kind.LANDMARKS)
 EACH = 40
 

@@ -1,0 +1,22 @@
+"""Walks from goal to goal."""
+
+from __future__ import annotations
+
+from eai.benchmark.benchmark import Benchmark
+from eai.generator.walk import _course
+from eai.planning.successor_generator import Node
+from eai.tasks.source import Source
+from eai.world.execution import Action, execute
+
+
+def test_the_way_to_a_node_is_that_of_its_plan(lamps: Benchmark) -> None:
+    task = lamps.tasks(Source())["light"]
+    lamp = task.scene.index["lamp_1"]
+    plan = (Action("GO", (lamp,)), Action("PRESS", (lamp,)))
+    way = execute(lamps.domain, task.initial, plan)
+    node = Node(way.states[0])
+    for action, state in zip(plan, way.states[1:], strict=True):
+        node = Node(state, depth=node.depth + 1, parent=node, action=action)
+    course = _course(node)
+    assert course.states == way.states
+    assert course.executed == plan == way.executed
