@@ -9,6 +9,7 @@ from itertools import islice
 import pytest
 
 import eai.logic.formula as f
+from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.registry import find_benchmark
 from eai.generator import fingerprint
 from eai.generator.generator import Generator
@@ -97,6 +98,17 @@ def test_every_public_task_is_the_base_of_one_split(like: str, held_out: HeldOut
     if held_out is HeldOut.TITLES:
         titles = [{task.title for task in part} for part in parts]
         assert sum(map(len, titles)) == len({task.title for task in public})
+
+
+@pytest.mark.parametrize("held_out", [HeldOut.TITLES, HeldOut.SCENES])
+@pytest.mark.parametrize("number", [5, 10, 35])
+def test_titles_and_scenes_are_shared_out_as_near_to_the_shares_as_can_be(
+    lamps: Benchmark, number: int, held_out: HeldOut
+) -> None:
+    task = lamps.tasks(Source())["light"]
+    public = [replace(task, id=f"{n}", title=f"t{n}") for n in range(number)]
+    shared = [len(bases_of(public, split, held_out)) for split in PARTS]
+    assert shared == [pytest.approx(share * number) for share in SHARES.values()]
 
 
 def test_what_looking_up_another_split_solves_is_refused_whichever_comes_first() -> None:

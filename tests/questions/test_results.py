@@ -59,6 +59,12 @@ def test_rates_are_of_all_that_was_asked() -> None:
     assert list(table.by_kind) == [Kind.BACKWARD, Kind.STATE]
 
 
+def test_no_answer_is_not_an_unreadable_one() -> None:
+    unreadable = dict.fromkeys(["yes_no-0", "choice-2", "open-4"], "hard to say")
+    row = tabulate(score(QUESTIONS, unreadable)).overall
+    assert (row.unreadable.numerator, row.unreadable.denominator) == (3, len(QUESTIONS))
+
+
 def test_chance_is_a_random_choice_or_the_most_common_answer() -> None:
     table = tabulate(score(QUESTIONS, ANSWERS))
     assert table.by_form[Form.YES_NO].chance.percent == 50

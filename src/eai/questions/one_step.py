@@ -37,8 +37,7 @@ _CHOICES = 3
 def forward(setting: Setting, rng: random.Random, number: int) -> Item | None:
     """What holds after an action; in open form, what is different."""
     state, action = _moment(setting, rng)
-    after = None if action is None else setting.after(state, action)
-    if action is None or after is None:
+    if action is None or (after := setting.after(state, action)) is None:
         return None
     changes = setting.changes(state, after)
     if not changes and rng.random() > _IDLE:
@@ -50,8 +49,7 @@ def forward(setting: Setting, rng: random.Random, number: int) -> Item | None:
 def backward(setting: Setting, rng: random.Random, number: int) -> Item | None:
     """Which single action makes something true that is not."""
     state, action = _moment(setting, rng)
-    after = None if action is None else setting.after(state, action)
-    if action is None or after is None:
+    if action is None or (after := setting.after(state, action)) is None:
         return None
     added, removed = setting.added(state, after), setting.added(after, state)
     if not added and not removed:
@@ -70,8 +68,7 @@ def backward(setting: Setting, rng: random.Random, number: int) -> Item | None:
 def inverse(setting: Setting, rng: random.Random, number: int) -> Item | None:
     """Which single action made these changes, and no others."""
     state, action = _moment(setting, rng)
-    after = None if action is None else setting.after(state, action)
-    if action is None or after is None:
+    if action is None or (after := setting.after(state, action)) is None:
         return None
     changed = {fact.predicate for fact in (*setting.added(state, after), *setting.added(after, state))}
     if not changed:

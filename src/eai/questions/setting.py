@@ -209,8 +209,7 @@ def _wandering(task: Task, rules: Rules, rng: random.Random) -> tuple[Action, ..
     setting, taken, state = Setting(task, rules, (), (), ""), list[Action](), task.initial
     for _ in range(_WALK):
         action = setting.some_action(rng, state, possible=True)
-        after = None if action is None else setting.after(state, action)
-        if action is not None and after is not None:
+        if action is not None and (after := setting.after(state, action)) is not None:
             taken.append(action)
             state = after
     return tuple(taken)

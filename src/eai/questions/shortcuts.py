@@ -180,7 +180,7 @@ class Ledger:
             learned = shortcut is Shortcut.OPERATOR
             alone = _Trait(shortcut)
             scores = [
-                self._rate(trait, len(seen)) if learned else each.get(alone, 0)
+                self._rate(trait, len(seen)) if learned else alone in each
                 for trait, each in zip(seen, traits, strict=True)
             ]
             right = posed.right or 0
