@@ -54,7 +54,7 @@ def test_the_tests_of_a_module_are_those_that_may_meet_it_nearest_first(tool: Mo
     own, package, elsewhere, last = names("results/attempts.py")
     assert (own, package, last) == (["results/test_attempts.py"], ["results"], ["households"])
     assert "studies/test_replanning.py" in elsewhere
-    own, package, *_ = names("abilities/subgoal_decomposition/nearest.py")
+    own, package, *_ = names("abilities/subgoal_decomposition/__init__.py")
     assert (own, package) == ([], ["abilities/subgoal_decomposition"])
 
 
