@@ -50,7 +50,7 @@ def ask(tmp_path: Path, process: Executor) -> Callable[..., Answers]:
             ability=Ability.SUBGOAL_DECOMPOSITION,
             prompts={task_id: Prompt(task_id, stop=cut_at) for task_id in task_ids},
             decoding=decoding or Decoding(),
-            pace=Pace(connections, max_retries=0, timeout=timeout),
+            pace=Pace(max_connections=connections, max_retries=0, timeout=timeout),
         )
         journal, logs = tmp_path / "answers.jsonl", tmp_path / "logs"
         return process.submit(obtain_in_child, ask_all, journal, logs).result(timeout=300)
