@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from itertools import groupby
 from pathlib import Path
 
@@ -14,12 +15,12 @@ from eai.report.besides import tables_besides
 from eai.report.cost import cost_csv, cost_section
 from eai.report.data_files import tables_csv, tables_json
 from eai.report.document import Plot, report_markdown
-from eai.report.experiments import experiment_tables
 from eai.report.narrow import Narrow
 from eai.report.questions import questions_json, questions_latex
+from eai.report.row import Notes, Row
 from eai.report.run_summary import RunSummary, plain_runs
-from eai.report.table import Table, make_table
-from eai.report.table_specs import TABLES
+from eai.report.table import Table, cells_of_run, make_table, run_rows
+from eai.report.table_specs import TABLES, TableSpec, ability_title, of_ability
 from eai.results.cost import PriceList
 
 WHOLE = Narrow()
@@ -76,7 +77,7 @@ def write_tables(
         how many tables were written.
     """
     plain = plain_runs(runs)
-    experiments = experiment_tables(runs)
+    experiments = _experiment_tables(runs)
     besides = tables_besides(plain) if with_paper else []
     written = [*tables, *experiments, *besides]
     compared = agreements(plain) if with_paper else []
@@ -94,6 +95,45 @@ def write_tables(
         contents["questions.json"] = questions_json(questions)
     write_whole({folder / name: text for name, text in contents.items()})
     return len(written)
+
+
+def _experiment_tables(runs: Sequence[RunSummary]) -> list[Table]:
+    """A table of each suite that has experiments, with those of its models that have any.
+
+    The plain run of the same model stands above its experiments, as what they are to be compared with.
+
+    Args:
+        runs: the runs, plain ones too, sorted by the order of their keys.
+    """
+    places = groupby(runs, key=lambda item: item.key[:3])
+    return [table for _, group in places if (table := _experiment_table(list(group))) is not None]
+
+
+def _experiment_table(runs: Sequence[RunSummary]) -> Table | None:
+    """The table of one suite, or None if it has no experiment."""
+    models = {item.key.model for item in runs if item.key.experiment is not None}
+    shown = [item for item in runs if item.key.model in models]
+    if not shown:
+        return None
+    key = shown[0].key
+    spec = of_ability(key.ability)
+    notes = Notes()
+    return Table(
+        f"experiments_{spec.name}",
+        f"Experiments: {ability_title(key.ability).lower()}",
+        key.protocol,
+        key.domain,
+        spec.columns,
+        ((),) * len(spec.columns),
+        tuple(_experiment_rows(spec, shown, notes)),
+        tuple(notes.texts),
+    )
+
+
+def _experiment_rows(spec: TableSpec, runs: Sequence[RunSummary], notes: Notes) -> Iterator[Row]:
+    for item in runs:
+        for row in run_rows(spec.columns, [item], {item.key.model: cells_of_run(item)}, notes):
+            yield replace(row, model=item.key.name)
 
 
 def _latex(tables: Sequence[Table], questions: Sequence[QuestionRun], narrow: Narrow) -> Iterator[str]:
