@@ -31,7 +31,6 @@ from eai.envs import TextEnvironment, make
 from eai.envs.agents import RandomAgent
 from eai.envs.command import DONE
 from eai.envs.rules import Feedback, Observe
-from eai.envs.rules import Reward as Paid
 from eai.logic.formula import And, Atom, Variable
 from eai.pddl.model import AddEffect, Both
 from eai.pddl.writer import write_action
@@ -117,7 +116,7 @@ def playable(environment: TextEnvironment) -> list[str]:
     return [task_id for task_id in environment.task_ids if tasks[task_id].left_out is None]
 
 
-def done_at_once(name: str, reward: Paid) -> float:
+def done_at_once(name: str, reward: Shaping) -> float:
     """What an agent is paid in the mean that ends each task at once."""
     environment, paid = make(name, reward=reward, gamma=0.9, until=Until.DONE), []
     for task_id in playable(environment):
@@ -165,7 +164,7 @@ def main() -> None:
                     flush=True,
                 )
     for name in HOUSEHOLDS if arguments.sweeps else ():
-        print(name, {reward.value: done_at_once(name, reward) for reward in Paid})
+        print(name, {reward.value: done_at_once(name, reward) for reward in Shaping})
         for observe in Observe:
             steps = steps_to_win(name, observe, arguments.sweeps)
             won = {most: f"{100 * sum(step <= most for step in steps) / len(steps):.1f} %" for most in STEPS}

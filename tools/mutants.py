@@ -68,8 +68,6 @@ EQUIVALENT: dict[str, str] = {
     "()))]`": "the first is alone in the queue",
     "abilities/subgoal_decomposition/refining.py: 0 is 1 in `queue = [(0, 0, Node(start, self.aim.at_start, "
     "()))]`, place 2": "the first is alone in the queue",
-    "envs/rollout.py: 0 is 1 in `executable=True, success=all(reached), additional_steps=0, "
-    "goals_satisfied=reached`": "the faults of an episode stand in the place of the verdict's",
     "logic/ltl.py: 0 is 1 in `self._stack.append(_Pending(_PREFIX, make, [], 0, self._scope))`": "a "
     "quantifier has one part, and that has one level at least",
     "results/certainty.py: 0 is 1 in `if len(known[0]) < len(parts):`": "what is of no task is of no name",

@@ -158,7 +158,7 @@ def test_a_world_that_goes_on_remembers(lamps: Benchmark) -> None:
 def test_an_environment_goes_on_until_the_course_is_right(lamps: Benchmark) -> None:
     asked = task(lamps, "lit(lamp_1)", LATER)
     rules = Rules(until=Until.GOAL)
-    game = Game(Stage(asked, lamps, rules), rules, seed=0, epoch=0)
+    game = Game(Stage(asked, lamps, rules))
     assert '"always c" says' in game.opening()[0]
     turns = [game.act(command) for command in ("GO(lamp_1)", "PRESS(lamp_1)", "GO(lamp_2)", "PRESS(lamp_2)")]
     assert [turn.info["goals"] for turn in turns] == [

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import json
+from collections.abc import Sequence
+
 import eai.world as w
-from eai import Benchmark, Task, given, make_task
+from eai import Benchmark, Shaping, Task, given, make_task
 from eai.logic.formula import Occurs, Or
 
 x, y, r = w.Variable("x"), w.Variable("y"), w.Variable("r")
@@ -68,3 +71,40 @@ SWITCHES = Benchmark("switches", DOMAIN, given(*tasks()))
 
 WON = ("PRESS(lamp)", "GO(shed)", "OPEN(box)", "PRESS(torch)")
 """Commands that win the task ``both``, also where one sees but a part."""
+
+CASES = (
+    ("both", (), (0, 0, 0, 0)),
+    ("both", ("PRESS(lamp)",), (0, 1 / 2, 1 / 2, 1 / 2)),
+    ("both", ("PRESS(lamp)", "PRESS(lamp)"), (0, 0, 0, 0)),
+    ("both", ("PRESS(lamp)", "GO(hall)"), (0, 1 / 2, 1 / 2, 1 / 4)),
+    ("both", ("PRESS(lamp)", "PRESS(torch)"), (0, 0, 1 / 2, 1 / 4)),
+    ("both", ("PRESS(lamp)", "GO(hall)", "PRESS(torch)"), (0, 0, 1 / 2, 1 / 6)),
+    ("both", ("OPEN(box)",), (0, 0, 0, 0)),
+    ("both", WON, (1, 1, 1, 1)),
+    ("both", ("GO(hall)", *WON), (1, 1, 1, 1 / 2)),
+    ("half", ("WAVE()",), (0, 0, 0, 0)),
+    ("half", ("PRESS(lamp)",), (1, 1, 1, 1)),
+    ("half", ("GO(shed)", "OPEN(box)"), (0, 0, 0, 0)),
+    ("greet", ("PRESS(lamp)", "WAVE()"), (0, 1 / 3, 1 / 3, 1 / 3)),
+)
+"""A task, actions until one fails or all goals are reached, and what they are worth by each `eai.Shaping`.
+
+Every face of the reward pays so, those of the packages too.
+"""
+
+CASES_BY_SHAPING = [
+    (task, actions, shaping, worth)
+    for task, actions, by_shaping in CASES
+    for shaping, worth in zip(Shaping, by_shaping, strict=True)
+]
+
+
+def reference(task_id: str) -> str:
+    """A task by its name among all."""
+    return f"envs.switches:SWITCHES/action_sequencing/{task_id}"
+
+
+def as_plan(commands: Sequence[str]) -> str:
+    """Commands as one answer."""
+    steps = [command.rstrip(")").split("(") for command in commands]
+    return json.dumps([{"action": name, "object": [thing] if thing else []} for name, thing in steps])

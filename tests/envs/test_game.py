@@ -8,10 +8,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+import eai
 from eai.data.store import Store
 from eai.envs import TextEnvironment, make
-from eai.envs.rules import Feedback, Observe, Reward, Rules
+from eai.envs.game import stage_of
+from eai.envs.rules import Feedback, Observe, Rules
 from eai.errors import InputError
+from eai.scoring.shaping import Shaping
 from eai.tasks.source import Source
 from eai.world.episode import Until
 from envs.switches import SWITCHES, WON
@@ -223,9 +226,9 @@ def test_a_game_is_cut_off() -> None:
     assert "\nThe episode is over.\n" in turns[-1][0]
 
 
-def test_nothing_else_asked_for_a_game_has_a_hundred_steps_and_is_paid_when_won() -> None:
+def test_nothing_else_asked_for_a_game_has_a_hundred_steps_and_is_paid_for_success() -> None:
     assert make(SWITCHES, "both").rules == Rules()
-    assert Rules() == Rules(0.0, Observe.FULL, Reward.SPARSE, 1.0, Until.GOAL, 100, False, Feedback.FACTS)
+    assert Rules() == Rules(0.0, Observe.FULL, Shaping.SUCCESS, 1.0, Until.GOAL, 100, False, Feedback.FACTS)
 
 
 def test_the_last_step_that_is_allowed_may_win() -> None:
@@ -242,7 +245,7 @@ def test_an_agent_that_ends_the_episode_is_judged_by_the_last_state(
     turns = play(*commands, until="done")
     assert [turn[2] for turn in turns] == [False] * (len(commands) - 1) + [True]
     assert turns[-1][4]["won"] is won
-    assert [turn[1] for turn in turns] == [0.0] * (len(commands) - 1) + [float(won)]
+    assert sum(turn[1] for turn in turns) == won
 
 
 NEITHER = ("GO(shed)", "OPEN(box)", "DONE")
@@ -250,57 +253,62 @@ NEITHER = ("GO(shed)", "OPEN(box)", "DONE")
 
 
 @pytest.mark.parametrize(
-    ("task_id", "commands", "sparse", "progress", "verdict"),
+    ("task_id", "commands", "success", "goals", "progress", "diagnosis"),
     [
         # two goals, of which none holds at the start
-        ("both", ("DONE",), [0], [0], [0]),
-        ("both", ("PRESS(lamp)", "PRESS(lamp)", "DONE"), [0, 0, 0], [0.5, -0.5, 0], [0, 0, 0]),
-        ("both", ("PRESS(lamp)", "DONE"), [0, 0], [0.5, 0], [0, 0.5]),
-        ("both", ("OPEN(lamp)", "PRESS(torch)", "PRESS(lamp)", "DONE"), [0] * 4, [0, 0, 0.5, 0], [0] * 4),
-        ("both", (*WON, "DONE"), [0, 0, 0, 0, 1], [0.5, 0, 0, 0.5, 0], [0, 0, 0, 0, 1]),
+        ("both", ("DONE",), *[[0]] * 4),
+        ("both", ("PRESS(lamp)", "PRESS(lamp)", "DONE"), [0] * 3, *[[0.5, -0.5, 0]] * 3),
+        ("both", ("PRESS(lamp)", "DONE"), [0, 0], *[[0.5, 0]] * 3),
+        (
+            "both",
+            ("PRESS(lamp)", "PRESS(torch)", "WAVE", "DONE"),
+            [0] * 4,
+            [0.5, -0.5, 0.5, 0],
+            [0.5, 0, 0, 0],
+            [0.5, -0.25, 0, 0],
+        ),
+        ("both", (*WON, "DONE"), [0, 0, 0, 1, 0], *[[0.5, 0, 0, 0.5, 0]] * 3),
+        (
+            "both",
+            (*WON, "?", "DONE"),
+            [0, 0, 0, 1, -1, 0],
+            [0.5, 0, 0, 0.5, -1, 0],
+            [0.5, 0, 0, 0.5, 0, 0],
+            [0.5, 0, 0, 0.5, -0.5, 0],
+        ),
         # two, of which one does: the other is all that there is to gain
-        ("half", ("DONE",), [0], [0], [0]),
-        ("half", ("PRESS(lamp)", "DONE"), [0, 1], [1, 0], [0, 1]),
-        ("half", ("PRESS(lamp)", *NEITHER), [0] * 4, [1, 0, -1, 0], [0] * 4),
-        ("half", NEITHER, [0] * 3, [0] * 3, [0] * 3),
+        ("half", ("DONE",), *[[0]] * 4),
+        ("half", ("PRESS(lamp)", "DONE"), *[[1, 0]] * 4),
+        ("half", ("PRESS(lamp)", *NEITHER), *[[1, 0, -1, 0]] * 4),
+        ("half", NEITHER, *[[0] * 3] * 4),
         # one, which does: nothing is to be gained
-        ("done", ("DONE",), [0], [0], [0]),
-        ("done", ("WAVE", "DONE"), [0, 0], [0, 0], [0, 0]),
-        ("done", NEITHER, [0] * 3, [0] * 3, [0] * 3),
+        ("done", ("DONE",), *[[0]] * 4),
+        ("done", ("WAVE", "DONE"), *[[0, 0]] * 4),
+        ("done", NEITHER, *[[0] * 3] * 4),
     ],
 )
 def test_each_reward_is_as_defined(
     task_id: str,
     commands: tuple[str, ...],
-    sparse: list[float],
+    success: list[float],
+    goals: list[float],
     progress: list[float],
-    verdict: list[float],
+    diagnosis: list[float],
 ) -> None:
     """An opened box is not shut, and nothing shuts it."""
-    for reward, paid in (("sparse", sparse), ("progress", progress), ("verdict", verdict)):
+    for reward, paid in zip(Shaping, (success, goals, progress, diagnosis), strict=True):
         assert rewards(*commands, task_id=task_id, reward=reward, until="done") == paid, reward
 
 
-def test_an_episode_is_paid_when_it_ends_whatever_ends_it() -> None:
-    for reward in ("sparse", "verdict"):
-        assert rewards(*WON, reward=reward) == [0, 0, 0, 1]
-    assert rewards("PRESS(lamp)", "WAVE", reward="verdict", max_steps=2) == [0, 0.5]
-    assert rewards("WAVE", task_id="half", reward="verdict", max_steps=1) == [0]
-    assert rewards("WAVE", task_id="done") == [0]
-
-
-def test_a_discount_telescopes_too() -> None:
-    gamma = 0.9
-    paid = rewards(*WON, reward="progress", gamma=gamma)
-    assert sum(gamma**t * r for t, r in enumerate(paid)) == pytest.approx(gamma ** len(WON))
-
-
-@pytest.mark.parametrize(
-    ("slipped_in", "worth"),
-    [("GO(hall)", 1.0), ("WAVE", 1.0), ("PRESS(torch)", 0.0), ("FLY", 0.0), ("what?", 0.0)],
-)
-def test_a_verdict_is_worth_what_the_actions_are_as_a_plan(slipped_in: str, worth: float) -> None:
-    assert rewards(slipped_in, *WON, reward="verdict")[-1] == worth
+def test_a_named_task_is_made_ready_once(data_store: Store) -> None:
+    task_id = eai.open("behavior", "action_sequencing").task_ids[0]
+    task, brief = f"behavior/action_sequencing/{task_id}", Rules(feedback=Feedback.CHANGES)
+    assert stage_of(task) is stage_of(task)
+    assert stage_of(task, brief) is not stage_of(task)
+    with pytest.raises(InputError, match="has no task"):
+        stage_of("behavior/action_sequencing/none")
+    with pytest.raises(InputError, match="only tasks of action_sequencing are played"):
+        stage_of(f"behavior/goal_interpretation/{task_id}")
 
 
 def test_action_goals_are_met_in_order_and_stay_met() -> None:
@@ -382,7 +390,9 @@ def test_what_is_hidden_is_nowhere_in_the_transcript() -> None:
         ({"gamma": -1}, "a discount of -1 is not between 0 and 1"),
         ({"max_steps": 0}, "an episode of at most 0 steps has none"),
         ({"observe": "all"}, "'all' is no way to observe: expected one of full, partial"),
-        ({"reward": "much"}, "'much' is no reward: expected one of sparse, progress, verdict"),
+        ({"reward": "much"}, "'much' is no reward: expected one of success, goals, progress, diagnosis"),
+        ({"reward": "sparse"}, "the reward 'sparse' is called 'success' now"),
+        ({"reward": "verdict"}, "the reward 'verdict' is called 'goals' now"),
         ({"feedback": "none"}, "'none' is no feedback: expected one of facts, changes, outcome"),
         (
             {"observe": "partial", "feedback": "changes"},

@@ -19,7 +19,6 @@ from eai.benchmark.suite import open_suite
 from eai.data.store import Store
 from eai.envs import TextEnvironment, make
 from eai.envs.game import Stage
-from eai.envs.rules import Reward as Paid
 from eai.scoring.reward import Reward
 from eai.scoring.shaping import Shaping, gain
 from eai.tasks.source import Source
@@ -112,28 +111,32 @@ def test_the_return_of_progress_is_what_is_gained_at_the_end(
 
 
 @names
-def test_a_verdict_is_that_of_the_scorer_and_paid_as_its_goals_are(name: str, data_store: Store) -> None:
-    environment = make(name, reward="verdict", until="done", source=Source(data_store))
+def test_an_episode_is_worth_what_its_plan_is(name: str, data_store: Store) -> None:
+    environment = make(name, reward="goals", until="done", source=Source(data_store))
     suite = open_suite(name, Ability.ACTION_SEQUENCING, source=Source(data_store))
     worth = Reward(suite, Shaping.GOALS)
     judged = []
     for plan in gold_plans(name, data_store)[::5]:
         for chosen in (slice(None), slice(-1), slice(1, None)):
-            paid, info = play(environment, plan.task_id, [*plan.lines[chosen], "DONE"])
             text = environment.benchmark.plans.join(plan.parts[chosen])
             verdict = suite.score(plan.task_id, text)
             assert isinstance(verdict, PlanVerdict)
-            if verdict.executable:
-                assert info["goals"] == list(verdict.goals_satisfied)
-            assert paid[-1] == worth(plan.task_id, text)
+            carried_out = plan.lines[chosen]
+            if not verdict.executable:
+                assert verdict.error is not None
+                assert verdict.error.step is not None
+                carried_out = carried_out[: verdict.error.step + 1]
+            paid, info = play(environment, plan.task_id, [*carried_out, "DONE"])
+            assert info["goals"] == list(verdict.goals_satisfied)
+            assert sum(paid) == worth(plan.task_id, text)
             assert info["won"] or not verdict.success
             judged.append((verdict.executable, verdict.success))
     assert {*judged} == {(True, True), (True, False), (False, False)}
 
 
 @names
-@pytest.mark.parametrize("reward", list(Paid))
-def test_who_is_done_at_once_is_paid_nothing(name: str, reward: Paid, data_store: Store) -> None:
+@pytest.mark.parametrize("reward", list(Shaping))
+def test_who_is_done_at_once_is_paid_nothing(name: str, reward: Shaping, data_store: Store) -> None:
     environment = make(name, reward=reward, gamma=0.9, until="done", source=Source(data_store))
     tasks = [task_id for task_id in environment.task_ids if environment._tasks[task_id].left_out is None]
     paid = [play(environment, task_id, ["DONE"])[0] for task_id in tasks]

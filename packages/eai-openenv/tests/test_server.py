@@ -22,9 +22,12 @@ from openenv import GenericEnvClient
 
 import eai
 from eai.envs.rewards import PROMPT_NOT_FOUND
+from eai.envs.rules import Rules
 from eai.errors import InputError
 from eai.scoring.reward import METRICS
+from eai.scoring.shaping import Shaping
 from eai_openenv import Act, Household, Limits, PromptProtocol, Tasks, create_app, scorers
+from envs.switches import CASES_BY_SHAPING, reference
 
 LAMPS = "lamps:lamps"
 LIGHT = f"{LAMPS}/action_sequencing/light"
@@ -32,19 +35,20 @@ WON = ("GO(lamp_1)", "PRESS(lamp_1)", "GO(lamp_2)", "PRESS(lamp_2)")
 STEPS = [command.rstrip(")").split("(") for command in WON]
 PLAN = json.dumps([{"action": action, "object": thing} for action, thing in STEPS])
 TASKS = Tasks({"all": LAMPS})
+RULES = Rules(reward=Shaping.PROGRESS, max_steps=50)
 LIMITS = Limits(sessions=2, message_bytes=20_000, body_bytes=200_000, answers=300)
 
 
 @pytest.fixture
 def client() -> Iterator[TestClient]:
-    with TestClient(create_app(TASKS, "progress", limits=LIMITS)) as client:
+    with TestClient(create_app(TASKS, RULES, LIMITS)) as client:
         yield client
 
 
 @pytest.fixture
 def address() -> Iterator[str]:
     """A server of its own, on a free port."""
-    app = create_app(TASKS, "progress", limits=LIMITS)
+    app = create_app(TASKS, RULES, LIMITS)
     config = uvicorn.Config(
         app, port=0, http=PromptProtocol, log_level="error", ws_max_size=LIMITS.message_bytes
     )
@@ -251,6 +255,16 @@ def test_there_are_only_so_many_sessions(client: TestClient) -> None:
             assert session.receive_json()["type"] == "observation"
         with client.websocket_connect("/ws") as third:
             assert third.receive_json()["data"]["code"] == "CAPACITY_REACHED"
+
+
+@pytest.mark.parametrize(("task_id", "commands", "shaping", "worth"), CASES_BY_SHAPING)
+def test_an_episode_pays_what_the_library_pays(
+    task_id: str, commands: tuple[str, ...], shaping: Shaping, worth: float
+) -> None:
+    household = Household(Tasks({"all": "envs.switches:SWITCHES"}), Rules(reward=shaping))
+    household.reset(task=reference(task_id))
+    paid = [household.step(Act(command=command)).reward for command in commands]
+    assert sum(paid) == pytest.approx(worth)
 
 
 def test_a_session_that_was_closed_for_idleness_plays_no_more() -> None:

@@ -18,9 +18,11 @@ import eai
 from eai.abilities.protocol import Ability
 from eai.errors import DataError
 from eai.scoring.reward import METRICS
+from eai.scoring.shaping import Shaping
 from eai_verifiers.steps import StepsConfig, StepsTaskset
 from eai_verifiers.tasks import suite_of_one
 from eai_verifiers.taskset import HouseholdConfig, HouseholdTask, HouseholdTaskset
+from envs.switches import CASES_BY_SHAPING, as_plan, reference
 
 LAMPS = "lamps:lamps"
 LIGHT = f"{LAMPS}/action_sequencing/light"
@@ -78,6 +80,20 @@ def test_an_episode_is_played_step_by_step(play: Callable[..., list[vf.Trace]]) 
 def test_less_can_be_told_of_a_turn(play: Callable[..., list[vf.Trace]]) -> None:
     (won,) = play(id=STEPS, task={"feedback": "outcome"})
     assert won.branches[-1].messages[2].content == "GO(lamp_1): done."
+
+
+@pytest.mark.parametrize(("task_id", "commands", "shaping", "worth"), CASES_BY_SHAPING)
+def test_the_same_actions_pay_the_same_as_a_plan_and_step_by_step(
+    task_id: str, commands: tuple[str, ...], shaping: Shaping, worth: float
+) -> None:
+    options = {"domain": "envs.switches:SWITCHES", "task": {"shaping": shaping}}
+    whole = {task.data.task: task for task in HouseholdTaskset(HouseholdConfig.model_validate(options))}
+    assert whole[reference(task_id)].grade(as_plan(commands)).value == pytest.approx(worth)
+    steps = {task.data.task: task for task in StepsTaskset(StepsConfig.model_validate(options))}
+    game = steps[reference(task_id)].game()
+    for command in commands:
+        game.act(command)
+    assert game.worth == pytest.approx(worth)
 
 
 def test_a_model_that_fails_is_an_error_and_no_wrong_answer(
@@ -139,4 +155,4 @@ def test_a_new_task_is_all_there_is_to_know_of_it() -> None:
 def test_new_tasks_are_played_step_by_step_too() -> None:
     config = new().config.model_dump(exclude={"task"})
     (task,) = StepsTaskset(StepsConfig.model_validate(config)).take(1)
-    assert task.data.prompt == task.rollout().opening
+    assert task.data.prompt == task.game().briefing()

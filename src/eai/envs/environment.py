@@ -16,8 +16,9 @@ from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.registry import find_benchmark
 from eai.envs.command import MAX_LENGTH
 from eai.envs.game import Game, Stage, manual
-from eai.envs.rules import Feedback, Observe, Reward, Rules
+from eai.envs.rules import Feedback, Observe, Rules
 from eai.errors import InputError
+from eai.scoring.shaping import Shaping
 from eai.studies.perception.pictures import pixels
 from eai.tasks.source import Source
 from eai.world.episode import Until
@@ -65,6 +66,9 @@ class AnyText(gymnasium.Space[str]):
 
 
 RENDER_MODE = "rgb_array"
+
+_RENAMED = {"sparse": Shaping.SUCCESS.value, "verdict": Shaping.GOALS.value}
+"""Rewards by the names that they once had."""
 
 
 class TextEnvironment(gymnasium.Env[str, str]):
@@ -130,7 +134,7 @@ class TextEnvironment(gymnasium.Env[str, str]):
         self._epoch = 0 if seed is not None else self._epoch + 1
         wanted: str | None = (options or {}).get("task_id")
         stage = self._stage(self._chosen() if wanted is None else wanted)
-        self._game = Game(stage, self.rules, self.np_random_seed or 0, self._epoch)
+        self._game = Game(stage, self.np_random_seed or 0, self._epoch)
         observation, info = self._game.opening()
         return observation, {**info}
 
@@ -179,7 +183,7 @@ def make(
     *,
     slip: float = 0.0,
     observe: Observe | str = Observe.FULL,
-    reward: Reward | str = Reward.SPARSE,
+    reward: Shaping | str = Shaping.SUCCESS,
     gamma: float = 1.0,
     until: Until | str = Until.GOAL,
     max_steps: int | None = 100,
@@ -196,8 +200,9 @@ def make(
         slip: the probability that a possible action does not work.
         observe: ``full``, or ``partial``: what the agent can see, as the domain declares it. Then actions may
             name only what has been seen.
-        reward: ``sparse``, ``progress`` or ``verdict``: see `eai.envs.rules.Reward`.
-        gamma: the discount that ``progress`` reckons with.
+        reward: what is paid for: ``success``, ``goals``, ``progress`` or ``diagnosis``, as by `eai.Reward`. A
+            turn pays by how much it changes what the episode is worth.
+        gamma: the discount: a turn pays this share of what the episode is worth after it, less all of before.
         until: ``goal``: an episode ends in the first state in which all goals are reached; ``done``: it ends
             when the agent writes ``DONE``, as a plan ends.
         max_steps: after how many actions an episode is cut off; None for never.
@@ -212,10 +217,12 @@ def make(
         DataError: the data cannot be had.
     """
     found = find_benchmark(benchmark) if isinstance(benchmark, str) else benchmark
+    if reward in _RENAMED:
+        raise InputError(f"the reward {reward!r} is called {_RENAMED[reward]!r} now")
     rules = Rules(
         slip,
         member(Observe, observe, "way to observe"),
-        member(Reward, reward, "reward"),
+        member(Shaping, reward, "reward"),
         gamma,
         member(Until, until, "end of an episode"),
         max_steps,

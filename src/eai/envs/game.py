@@ -2,22 +2,28 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Collection, Mapping
+from functools import lru_cache
 from typing import NamedTuple
 
 from typing_extensions import TypedDict, assert_never
 
 from eai.abilities.goal_test import GoalTest
+from eai.abilities.protocol import Ability
 from eai.abilities.task import Task
 from eai.abilities.verdict import ErrorReport
 from eai.benchmark.benchmark import Benchmark
 from eai.envs.command import DONE, Commands
-from eai.envs.rules import Feedback, Observe, Rules, Standing
+from eai.envs.rules import Feedback, Observe, Rules
 from eai.envs.view import Look, View
 from eai.errors import InputError
 from eai.planning.successor_generator import applicable_actions
 from eai.prompts.template import Templates
 from eai.prompts.wording import Wording
+from eai.scoring.reward import metrics_of, suite_of
+from eai.scoring.shaping import Merit, merit_of_actions
+from eai.tasks.task_reference import TaskReference
 from eai.world.episode import Episode, Luck, Slip, Slips, Until
 from eai.world.execution import Action, Fault, describe
 from eai.world.fault import FaultKind
@@ -65,6 +71,7 @@ class Stage:
             raise InputError(f"{benchmark.name}: {DONE} is an action, so it cannot end an episode")
         wording = benchmark.observed_wording()
         self.task = task
+        self.rules = rules
         self.benchmark = benchmark
         self.domain = benchmark.domain
         self.commands = Commands(task, benchmark.domain, benchmark.plans, wording.object_name)
@@ -97,28 +104,29 @@ class Game:
     """One game.
 
     Args:
-        stage: the task.
-        rules: how it is played.
+        stage: the task, and how it is played.
         seed: of the slips.
         epoch: which of the games with this seed it is.
 
     Attributes:
         over: whether it has ended.
+        worth: what it is worth if it ends now; 0 where nothing can be earned.
     """
 
-    def __init__(self, stage: Stage, rules: Rules, seed: int, epoch: int) -> None:
-        luck = Luck(Slips(rules.slip, seed), stage.task.id, epoch)
+    def __init__(self, stage: Stage, seed: int = 0, epoch: int = 0) -> None:
+        luck = Luck(Slips(stage.rules.slip, seed), stage.task.id, epoch)
         self._stage = stage
-        self._rules = rules
+        self._rules = stage.rules
         self._episode = Episode(stage.domain, stage.task.initial, luck)
         self._taken: list[str] = []
         self._turns = 0
-        self._executable = True
+        self._failed = False
+        self._faults: Counter[FaultKind] = Counter()
         self._look = stage.view.first
         self._known = {*self._look.sight, *stage.view.landmarks}
-        at_start = self._reached()
-        self._standing = Standing(at_start, at_start)
+        self._at_start = self._reached = self._goals_reached()
         self.over = False
+        self.worth = 0.0
 
     @property
     def task(self) -> Task:
@@ -130,6 +138,18 @@ class Game:
         """What is seen now."""
         return self._look
 
+    @property
+    def metrics(self) -> Mapping[str, float]:
+        """Numbers to watch, as those of `eai.scoring.reward.Grade`."""
+        return metrics_of(self._earned())
+
+    def _earned(self) -> Merit | None:
+        return merit_of_actions(self._reached, self._at_start, ended=self._failed, faults=self._faults)
+
+    def briefing(self) -> str:
+        """All that an agent is told before its first action: of the world, and of the task."""
+        return f"{manual(self._stage.benchmark, self._rules.feedback)}\n\n{self.opening()[0]}"
+
     def opening(self) -> tuple[str, Info]:
         """The first observation, and what there is to know besides."""
         objects = self._stage.view.objects(self._known)
@@ -137,24 +157,37 @@ class Game:
         return f"{told}\n\nNow:\n{self._look.text or '-'}", self._info(_Tried(""), ())
 
     def act(self, text: str) -> Turn:
-        """Play one turn. Whatever the text, it is a turn."""
-        before = self._standing
+        """Play one turn. Whatever the text, it is a turn.
+
+        Raises:
+            InputError: the episode has ended.
+        """
+        if self.over:
+            raise InputError("the episode is over")
         command = self._stage.commands.read(text, self._nameable(), ends=self._rules.until is Until.DONE)
         tried = self._try(command.meant)
         self._turns += 1
-        self._executable &= tried.fault in (None, FaultKind.ADDITIONAL_STEP)
-        self._standing = Standing(self._reached(), before.at_start)
-        reached = self._rules.until is Until.GOAL and self._standing.complete
-        terminated = reached or command.meant is None
+        if command.meant is not None:
+            self._failed = tried.fault not in (None, FaultKind.ADDITIONAL_STEP)
+        if tried.fault is not None:
+            self._faults[tried.fault] += 1
+        self._reached = self._goals_reached()
+        complete = all(self._reached)
+        terminated = (self._rules.until is Until.GOAL and complete) or command.meant is None
         truncated = not terminated and self._turns == self._rules.max_steps
         self.over = terminated or truncated
-        reward = self._rules.pay(before, self._standing, ended=self.over, executable=self._executable)
         told = tried.told
         if self.over:
-            told += "\nAll goals are reached." if self._standing.complete else "\nThe episode is over."
+            told += "\nAll goals are reached." if complete else "\nThe episode is over."
         if self._rules.feedback is Feedback.FACTS:
             told += f"\n\nNow:\n{self._look.text or '-'}"
-        return Turn(told, reward, terminated, truncated, self._info(tried, command.repairs))
+        return Turn(told, self._pay(), terminated, truncated, self._info(tried, command.repairs))
+
+    def _pay(self) -> float:
+        """The reward of the turn: by how much it changes what the episode is worth."""
+        before, earned = self.worth, self._earned()
+        self.worth = 0.0 if earned is None else earned.worth(self._rules.reward)
+        return self._rules.gamma * self.worth - before
 
     def _nameable(self) -> Collection[int]:
         """The objects that a command may name."""
@@ -195,14 +228,14 @@ class Game:
             told += f"\n\nYou see for the first time:\n{view.objects(new)}"
         return told
 
-    def _reached(self) -> tuple[bool, ...]:
+    def _goals_reached(self) -> tuple[bool, ...]:
         return self._stage.goals.reached(self._episode.state, self._taken, self._episode.trajectory)
 
     def _info(self, tried: _Tried, repairs: tuple[str, ...]) -> Info:
         info = Info(
             task_id=self._stage.task.id,
-            goals=list(self._standing.reached),
-            won=self.over and self._standing.complete,
+            goals=list(self._reached),
+            won=self.over and all(self._reached),
             fault=None if tried.fault is None else tried.fault.value,
             slipped=tried.slipped,
             repairs=list(repairs),
@@ -247,3 +280,31 @@ def manual(benchmark: Benchmark, feedback: Feedback = Feedback.FACTS) -> str:
 
 def _words(kind: FaultKind) -> str:
     return kind.value.replace("_", " ")
+
+
+RULES = Rules(max_steps=50)
+"""How trainers play tasks where nothing else is asked for."""
+
+_KEPT = 4096
+"""How many tasks are kept ready; one takes some milliseconds to make."""
+
+
+@lru_cache(_KEPT)
+def stage_of(task: str, rules: Rules = RULES) -> Stage:
+    """A named task made ready to be played.
+
+    Args:
+        task: the task, of action sequencing, as `Suite.reference` writes it.
+        rules: how it is played.
+
+    Raises:
+        InputError: there is no such task, or it cannot be played.
+        DataError: the data cannot be had.
+    """
+    reference = TaskReference.parse(task)
+    if reference.ability is not Ability.ACTION_SEQUENCING:
+        raise InputError(f"{task}: only tasks of {Ability.ACTION_SEQUENCING.value} are played")
+    suite = suite_of(reference)
+    if reference.task_id not in suite.tasks:
+        raise InputError(f"{suite.domain} has no task {reference.task_id!r}")
+    return Stage(suite.tasks[reference.task_id], suite.benchmark, rules)

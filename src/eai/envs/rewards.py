@@ -10,11 +10,11 @@ from __future__ import annotations
 import re
 import warnings
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, TypeAlias
 
 from eai.abilities.protocol import member
-from eai.envs.rollout import Rollout, stage_of
+from eai.envs.game import RULES, Game, stage_of
 from eai.scoring.reward import METRICS, Grade, reward_of
 from eai.scoring.shaping import Shaping
 from eai.tasks.task_reference import TaskReference
@@ -100,13 +100,13 @@ class TrlHousehold:
     """
 
     def __init__(self, shaping: Shaping | str = Shaping.SUCCESS) -> None:
-        self._shaping = member(Shaping, shaping, "shaping")
-        self._rollout: Rollout | None = None
+        self._rules = replace(RULES, reward=member(Shaping, shaping, "shaping"))
+        self._game: Game | None = None
 
     def reset(self, *, task: str, **others: object) -> str:
         """Begin an episode: what an agent is told of the world and of the task."""
-        self._rollout = Rollout(stage_of(task), self._shaping)
-        return self._rollout.opening
+        self._game = Game(stage_of(task, self._rules))
+        return self._game.briefing()
 
     def act(self, command: str) -> str:
         """Carry out one action in the household.
@@ -117,13 +117,13 @@ class TrlHousehold:
         Returns:
             What became of it, and all that is seen now.
         """
-        if self._rollout is None or self._rollout.over:
+        if self._game is None or self._game.over:
             return "The episode is over."
-        return self._rollout.act(command).observation
+        return self._game.act(command).observation
 
     def get_reward(self) -> float:
-        """What the episode is worth: `eai.Reward`'s definition, with every failed action as a fault."""
-        return 0.0 if self._rollout is None else self._rollout.worth
+        """What the episode is worth, by the definition that `eai.Reward` pays by."""
+        return 0.0 if self._game is None else self._game.worth
 
 
 def compute_score(

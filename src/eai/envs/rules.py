@@ -1,15 +1,12 @@
-"""The rules of a game: how actions are carried out, what is seen, when it ends and what it pays."""
+"""The rules of a game: how actions are carried out, what is seen, when it ends and what it pays for."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import Enum
-from typing import NamedTuple
-
-from typing_extensions import assert_never
 
 from eai.errors import InputError
-from eai.scoring.shaping import gain
+from eai.scoring.shaping import Shaping
 from eai.world.episode import Slips, Until
 
 
@@ -31,37 +28,6 @@ class Feedback(str, Enum):
     OUTCOME = "outcome"
 
 
-class Reward(str, Enum):
-    """What is paid, by the gain of `eai.Reward`: a goal that holds at the start earns nothing.
-
-    ``sparse`` is the paper's (appendix on the decision process): 1 at the end if all goals are reached, else
-    0. ``progress`` is the change of a potential, the gain: what it adds up to depends on where an episode
-    ends alone (Ng, Harada and Russell 1999). ``verdict`` is paid at the end too: what the actions are worth
-    as one plan, that is, the gain, and 0 if any of them could not be carried out.
-    """
-
-    SPARSE = "sparse"
-    PROGRESS = "progress"
-    VERDICT = "verdict"
-
-
-class Standing(NamedTuple):
-    """Which goals of a task are reached, in order, and which were at the start."""
-
-    reached: tuple[bool, ...]
-    at_start: tuple[bool, ...]
-
-    @property
-    def complete(self) -> bool:
-        """Whether all are."""
-        return all(self.reached)
-
-    @property
-    def gain(self) -> float:
-        """What is gained: the potential of a state; 0 where there is nothing to gain."""
-        return gain(self.reached, self.at_start) or 0.0
-
-
 @dataclass(frozen=True, slots=True)
 class Rules:
     """The rules of a game.
@@ -69,8 +35,9 @@ class Rules:
     Attributes:
         slip: the probability that a possible action does not work.
         observe: how much of the world is shown.
-        reward: what is paid.
-        gamma: the discount that ``progress`` reckons with.
+        reward: what is paid for, by the definition of `eai.Reward`; a turn pays by how much it changes what
+            the episode is worth.
+        gamma: the discount: a turn pays this share of what the episode is worth after it, less all of before.
         until: when an episode ends.
         max_steps: after how many actions it is cut off; None for never.
         admissible: whether all actions that are possible now are listed after each turn.
@@ -82,7 +49,7 @@ class Rules:
 
     slip: float = 0.0
     observe: Observe = Observe.FULL
-    reward: Reward = Reward.SPARSE
+    reward: Shaping = Shaping.SUCCESS
     gamma: float = 1.0
     until: Until = Until.GOAL
     max_steps: int | None = 100
@@ -97,22 +64,3 @@ class Rules:
             raise InputError(f"an episode of at most {self.max_steps} steps has none")
         if self.observe is Observe.PARTIAL and self.feedback is not Feedback.FACTS:
             raise InputError(f"a partial view is told by its facts, not by {self.feedback.value}")
-
-    def pay(self, before: Standing, after: Standing, *, ended: bool, executable: bool) -> float:
-        """The reward of one turn.
-
-        Args:
-            before: how the goals stood before it.
-            after: how they stand after it.
-            ended: whether the episode is over.
-            executable: whether every action so far could be carried out, needless ones aside.
-        """
-        match self.reward:
-            case Reward.SPARSE:
-                return float(ended and after.gain == 1)
-            case Reward.PROGRESS:
-                return self.gamma * after.gain - before.gain
-            case Reward.VERDICT:
-                return after.gain if ended and executable else 0.0
-            case _:
-                assert_never(self.reward)

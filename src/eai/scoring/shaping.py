@@ -4,13 +4,15 @@ All that an answer is worth lies between 0 and 1, and these hold of every answer
 definitions, and what they keep a policy from learning):
 
     success <= goals <= progress        diagnosis <= progress        a success is paid as much as its progress
+
+Episodes are paid by the same definitions: a turn pays by how much it changes what its episode is worth.
 """
 
 from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 
 from typing_extensions import assert_never
@@ -46,7 +48,7 @@ class Merit:
         gain: for plans and subgoals the goals gained, of all that there are to gain; for interpretations of
             goals and for operators F1. Between 0 and 1.
         success: whether the answer is right as a whole, which takes a gain of 1.
-        ended: whether an error ended it.
+        ended: whether an error ended it: its last action, if it has any, could not be carried out.
         faults: how often each kind of fault was diagnosed; kinds that were not are left out.
         added: how many actions a search had to add to carry out subgoals. All that they earn is divided by
             one more, so that the goal copied as a subgoal is not paid for what the search did.
@@ -122,18 +124,30 @@ def gain(reached: Sequence[bool], at_start: Sequence[bool]) -> float | None:
     return max(0, sum(reached) - held) / to_gain if to_gain else None
 
 
+def merit_of_actions(
+    reached: Sequence[bool], at_start: Sequence[bool], *, ended: bool, faults: Mapping[FaultKind, int]
+) -> Merit | None:
+    """What actions may be paid for, as a plan or one a turn; None where there is nothing to earn.
+
+    Args:
+        reached: for each goal, in order, whether it is reached now; none if nothing was carried out.
+        at_start: whether it is reached where nothing is done.
+        ended: whether the last action could not be carried out.
+        faults: how often each kind of fault was made.
+    """
+    gained = gain(reached, at_start)
+    return None if gained is None else Merit(gained, gained == 1 and not ended, ended, faults)
+
+
 def _of_trajectory(verdict: PlanVerdict, at_start: Sequence[bool]) -> Merit | None:
     """Of what is carried out."""
-    gained = gain(verdict.goals_satisfied, at_start)
-    if gained is None:
-        return None
-    return Merit(
-        gain=gained,
-        success=bool(verdict.success) and gained == 1,
-        ended=not verdict.executable,
-        faults=_faults_on_the_way(verdict),
-        added=(verdict.added_actions or 0) if isinstance(verdict, SubgoalVerdict) else 0,
+    earned = merit_of_actions(
+        verdict.goals_satisfied, at_start, ended=not verdict.executable, faults=_faults_on_the_way(verdict)
     )
+    if earned is None:
+        return None
+    added = (verdict.added_actions or 0) if isinstance(verdict, SubgoalVerdict) else 0
+    return replace(earned, success=bool(verdict.success) and earned.gain == 1, added=added)
 
 
 def _of_parts(

@@ -48,8 +48,8 @@ def serve(
     """
     limits = Limits(sessions=sessions, idle_seconds=idle, answers=answers)
     try:
-        rules = Rules(max_steps=turns, observe=observe, feedback=feedback)
-        made = create_app(Tasks(dict(map(_split, domain))), shaping, rules, limits)
+        rules = Rules(max_steps=turns, observe=observe, feedback=feedback, reward=shaping)
+        made = create_app(Tasks(dict(map(_split, domain))), rules, limits)
     except EaiError as error:
         typer.echo(f"eai-openenv: {error}", err=True)
         raise typer.Exit(2) from error

@@ -1,4 +1,4 @@
-"""The environment that OpenEnv plays: a thin translation of `eai.envs.rollout.Rollout`."""
+"""The environment that OpenEnv plays: a thin translation of `eai.envs.game.Game`."""
 
 from __future__ import annotations
 
@@ -10,10 +10,9 @@ from openenv.core.env_server.types import Action, EnvironmentMetadata, Observati
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from eai.abilities.misfit import misfit
-from eai.envs.rollout import RULES, Rollout, stage_of
+from eai.envs.game import RULES, Game, stage_of
 from eai.envs.rules import Rules
 from eai.errors import InputError
-from eai.scoring.shaping import Shaping
 from eai_openenv.meters import Meters
 from eai_openenv.tasks import Tasks
 
@@ -58,12 +57,11 @@ class _Wanted(BaseModel):
 class Household(Environment[Act, Seen, Standing]):
     """One session: episodes one after the other, each of one task.
 
-    The reward is paid when the episode ends, and is what `eai.Reward` pays; until then it is 0.
+    The rewards of an episode's turns add up to what `eai.Reward` pays for its actions.
 
     Args:
         tasks: what may be played.
-        shaping: what an episode is paid for.
-        rules: how tasks are played.
+        rules: how tasks are played, and what is paid for.
         meters: told of every episode and turn.
     """
 
@@ -73,16 +71,14 @@ class Household(Environment[Act, Seen, Standing]):
     def __init__(
         self,
         tasks: Tasks,
-        shaping: Shaping | str = Shaping.SUCCESS,
         rules: Rules = RULES,
         meters: Meters | None = None,
     ) -> None:
         super().__init__()
         self._tasks = tasks
-        self._shaping = shaping
         self._rules = rules
         self._meters = meters or Meters()
-        self._rollout: Rollout | None = None
+        self._game: Game | None = None
         self._standing = Standing()
         self._closed = False
 
@@ -117,10 +113,10 @@ class Household(Environment[Act, Seen, Standing]):
             raise InputError(f"reset: {misfit(error)}") from error
         self._refuse_if_closed()
         chosen = self._tasks.chosen(task, split, index, seed)
-        self._rollout = Rollout(stage_of(chosen, self._rules), self._shaping, self._rules, seed or 0)
+        self._game = Game(stage_of(chosen, self._rules), seed or 0)
         self._standing = Standing(episode_id=episode_id, task=chosen, over=False)
         self._meters.begun()
-        return Seen(text=self._rollout.opening, metadata={"task": chosen})
+        return Seen(text=self._game.briefing(), metadata={"task": chosen})
 
     def step(self, action: Act, timeout_s: float | None = None, **others: Any) -> Seen:
         """Play one turn; a turn takes milliseconds, so that no time is watched.
@@ -129,23 +125,18 @@ class Household(Environment[Act, Seen, Standing]):
             InputError: no episode has begun, or the last one is over.
         """
         self._refuse_if_closed()
-        if self._rollout is None:
+        if self._game is None:
             raise InputError("no episode has begun: reset first, and in the same WebSocket session")
-        turn = self._rollout.act(action.command)
+        turn = self._game.act(action.command)
+        over = self._game.over
         self._standing.step_count += 1
-        self._standing.over = self._rollout.over
+        self._standing.over = over
         self._meters.turned(turn.info["fault"])
         told: dict[str, Any] = {"fault": turn.info["fault"]}
-        if not self._rollout.over:
-            return Seen(text=turn.observation, reward=0.0, metadata=told)
-        self._meters.ended(won=turn.info["won"])
-        metrics = dict(self._rollout.metrics)
-        return Seen(
-            text=turn.observation,
-            reward=self._rollout.worth,
-            done=True,
-            metadata={**told, "metrics": metrics},
-        )
+        if over:
+            self._meters.ended(won=turn.info["won"])
+            told["metrics"] = dict(self._game.metrics)
+        return Seen(text=turn.observation, reward=turn.reward, done=over, metadata=told)
 
     async def reset_async(
         self, seed: int | None = None, episode_id: str | None = None, **kwargs: Any
@@ -165,7 +156,7 @@ class Household(Environment[Act, Seen, Standing]):
     def close(self) -> None:
         """End the session, also where it was idle for too long."""
         self._closed = True
-        self._rollout = None
+        self._game = None
 
     def _refuse_if_closed(self) -> None:
         if self._closed:

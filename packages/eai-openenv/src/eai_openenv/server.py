@@ -9,11 +9,9 @@ from fastapi import FastAPI, Request, Response
 from fastapi.responses import JSONResponse
 from openenv.core.env_server import ConcurrencyConfig, HTTPEnvServer
 
-from eai.abilities.protocol import member
-from eai.envs.rollout import RULES
+from eai.envs.game import RULES
 from eai.envs.rules import Rules
 from eai.errors import EaiError
-from eai.scoring.shaping import Shaping
 from eai_openenv.household import Act, Household, Seen, Standing
 from eai_openenv.limits import Limits
 from eai_openenv.meters import Meters
@@ -24,27 +22,18 @@ __version__ = version("eai-openenv")
 """Of this package."""
 
 
-def create_app(
-    tasks: Tasks,
-    shaping: Shaping | str = Shaping.SUCCESS,
-    rules: Rules = RULES,
-    limits: Limits | None = None,
-) -> FastAPI:
+def create_app(tasks: Tasks, rules: Rules = RULES, limits: Limits | None = None) -> FastAPI:
     """The application, for any ASGI server.
 
     Args:
         tasks: what it plays and rewards.
-        shaping: what answers and episodes are paid for.
-        rules: how tasks are played.
+        rules: how tasks are played, and what answers and episodes are paid for.
         limits: what clients may ask for.
-
-    Raises:
-        InputError: there is no such shaping.
     """
-    limits, meters, paid_for = limits or Limits(), Meters(), member(Shaping, shaping, "shaping")
+    limits, meters = limits or Limits(), Meters()
     app = FastAPI(title="Embodied Agent Interface", version=__version__, max_body_size=limits.body_bytes)
     server = HTTPEnvServer(
-        partial(Household, tasks, paid_for, rules, meters),
+        partial(Household, tasks, rules, meters),
         Act,
         Seen,
         concurrency_config=ConcurrencyConfig(
@@ -55,7 +44,7 @@ def create_app(
     )
     server.register_routes(app)
     meters.watch_sessions(lambda: server.active_sessions)
-    app.include_router(reward_route(tasks, paid_for, limits, meters))
+    app.include_router(reward_route(tasks, rules.reward, limits, meters))
 
     @app.exception_handler(EaiError)
     async def refuse(request: Request, error: EaiError) -> Response:

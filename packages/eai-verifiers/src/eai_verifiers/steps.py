@@ -8,9 +8,8 @@ from functools import lru_cache
 import verifiers.v1 as vf
 
 from eai.abilities.protocol import Ability
-from eai.envs.game import Stage
+from eai.envs.game import Game, Stage, stage_of
 from eai.envs.rewards import answer_of
-from eai.envs.rollout import Rollout, stage_of
 from eai.envs.rules import Feedback, Observe, Rules
 from eai_verifiers.tasks import suite_of_one
 from eai_verifiers.taskset import HouseholdConfig, HouseholdData, HouseholdTaskConfig, HouseholdTaskset
@@ -39,13 +38,15 @@ class StepsConfig(HouseholdConfig):
 class StepsTask(vf.Task[HouseholdData, vf.State, StepsTaskConfig]):
     """One task; the environment pays for it."""
 
-    def rollout(self) -> Rollout:
+    def game(self) -> Game:
         """An episode that begins."""
         config = self.config
-        rules = Rules(max_steps=config.turns, observe=config.observe, feedback=config.feedback)
+        rules = Rules(
+            max_steps=config.turns, observe=config.observe, feedback=config.feedback, reward=config.shaping
+        )
         line = self.data.line
         stage = stage_of(self.data.task, rules) if line is None else _stage_of_one(line, rules)
-        return Rollout(stage, config.shaping, rules)
+        return Game(stage)
 
 
 @lru_cache(_KEPT)
@@ -61,7 +62,7 @@ class StepsTaskset(HouseholdTaskset, vf.Taskset[StepsTask, StepsConfig]):
         """The tasks that can be played, in order."""
         for whole in super().load():
             task = StepsTask(whole.data, self.config.task)
-            yield task.with_data(prompt=task.rollout().opening, system_prompt=None)
+            yield task.with_data(prompt=task.game().briefing(), system_prompt=None)
 
 
 class StepsEnvConfig(vf.EnvConfig):
@@ -75,13 +76,13 @@ class StepsEnv(vf.Env[StepsEnvConfig]):
 
     async def run(self, task: StepsTask, agents: vf.Agents) -> None:
         """Play one episode; its worth is the reward, its faults are metrics."""
-        rollout = task.rollout()
+        game = task.game()
         async with agents.agent.interaction(task) as interaction:
             segment = await interaction.turn()
             while not segment.terminated:
-                turn = rollout.act(answer_of(segment.last_reply))
-                if rollout.over:
+                turn = game.act(answer_of(segment.last_reply))
+                if game.over:
                     break
                 segment = await interaction.turn(turn.observation)
-        interaction.trace.record_reward("household", rollout.worth)
-        interaction.trace.record_metrics(rollout.metrics)
+        interaction.trace.record_reward("household", game.worth)
+        interaction.trace.record_metrics(game.metrics)
