@@ -6,7 +6,7 @@ from itertools import islice
 import pytest
 
 from eai.abilities.explanation import Explanation
-from eai.abilities.protocol import Protocol
+from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.record import NOT_ANSWERED
 from eai.abilities.responses import Response, ResponseFile
 from eai.abilities.verdict import PlanVerdict
@@ -70,3 +70,21 @@ def test_a_killed_worker_changes_no_record() -> None:
         begun = list(islice(records, 20))
         scoring._workers[0].process.kill()
         assert [*begun, *records] == list(Scoring().records(suite, "m", many))
+
+
+@pytest.mark.parametrize(
+    ("ability", "workers", "answers", "shares"),
+    [
+        (Ability.TRANSITION_MODELING, 2, 1_000, (1, 4)),  # each of which a planner may take minutes for
+        (Ability.ACTION_SEQUENCING, 2, 0, (16, 1_024)),  # as many as there may be
+        (Ability.ACTION_SEQUENCING, 2, 10, (16, 16)),
+        (Ability.ACTION_SEQUENCING, 2, 1_001, (251, 251)),
+        (Ability.ACTION_SEQUENCING, 5, 1_000, (100, 100)),
+        (Ability.ACTION_SEQUENCING, 0, 200, (100, 100)),
+        (Ability.ACTION_SEQUENCING, 2, 100_000, (1_024, 1_024)),
+    ],
+)
+def test_a_worker_is_given_two_equal_shares_of_a_known_number(
+    ability: Ability, workers: int, answers: int, shares: tuple[int, int]
+) -> None:
+    assert Scoring(workers)._shares(replace(echo_suite(), ability=ability), answers) == shares
