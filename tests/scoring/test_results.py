@@ -1,0 +1,56 @@
+"""What the summary beside records says, and what it says only where there is something to say."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from eai.abilities.record import ErrataUse, Record
+from eai.abilities.responses import Response, ResponseFile
+from eai.abilities.transition_modeling.verdict import OperatorVerdict
+from eai.results.rate import Rate
+from eai.scoring.batch import score_batch
+from eai.scoring.results import RECORDS, SUMMARY, write_results
+from scoring.work import TASK_IDS, echo_suite
+
+ANSWERS = ResponseFile("m", tuple(Response(i, f"answer to {i}") for i in TASK_IDS))
+
+
+def summary(folder: Path, records: list[Record], **run: Any) -> dict[str, Any]:
+    write_results(folder, records, {"task_success": Rate(1, 4)}, **run)
+    found: dict[str, Any] = json.loads((folder / SUMMARY).read_text())
+    return found
+
+
+def test_a_summary_says_of_what_it_is_one(tmp_path: Path) -> None:
+    records = [replace(record, errata=None) for record in score_batch(echo_suite(), ANSWERS)]
+    told = summary(tmp_path, records)
+    assert {name: told[name] for name in ("protocol", "domain", "ability", "model", "unit", "errata")} == {
+        "protocol": "strict",
+        "domain": "virtualhome",
+        "ability": "action_sequencing",
+        "model": "m",
+        "unit": "percent",
+        "errata": None,
+    }
+    assert told["task_success"] == Rate(1, 4).to_json()
+    assert told.keys().isdisjoint({"planner", "run", "experiment", "by_attempt"})
+    assert len((tmp_path / RECORDS).read_text().splitlines()) == len(records)
+    corrected = [replace(record, errata=ErrataUse("2.0", ("e1",))) for record in records]
+    assert summary(tmp_path, corrected, run={"answered": 7})["errata"]["version"] == "2.0"
+    assert summary(tmp_path, corrected, run={"answered": 7})["run"] == {"answered": 7}
+
+
+@pytest.mark.parametrize(
+    ("names", "told"), [(("search", None), "search"), (("val", "search"), "search, val"), ((None,), None)]
+)
+def test_planners_are_named_where_it_is_known(
+    tmp_path: Path, names: tuple[str | None, ...], told: str | None
+) -> None:
+    record = score_batch(echo_suite(), ANSWERS)[0]
+    verdicts = [OperatorVerdict(planner_name=name) for name in names]
+    assert summary(tmp_path, [replace(record, verdict=each) for each in verdicts]).get("planner") == told
