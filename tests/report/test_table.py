@@ -80,6 +80,15 @@ def test_columns_without_numbers_are_left_out() -> None:
     assert {column.metric for column in found.columns} == {"state_goal", "total_goal"}
 
 
+def test_granularity_is_the_last_column_of_subgoals() -> None:
+    verdict = SubgoalVerdict(category=SubgoalCategory.CORRECT, refined=4, added_actions=1)
+    found = table("subgoal_decomposition_trajectory", [run_of([verdict], Ability.SUBGOAL_DECOMPOSITION, "a")])
+    assert found is not None
+    column, cell = found.columns[-1], found.rows[0].cells[-1]
+    assert (column.group, column.label, cell.percent) == ("Added by search", "Granularity", 25)
+    assert "granularity" not in [each.metric for each in SPECS["action_sequencing_trajectory"].columns]
+
+
 def test_paper_stands_beside_with_notes_on_its_cells() -> None:
     found = whole_table("overview", [plans(10, "a")], Protocol.EAI_1_0_5, with_paper=True)
     assert found is not None

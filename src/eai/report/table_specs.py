@@ -9,7 +9,7 @@ from typing import Any
 from eai.abilities.declaration import AbilityDeclaration, MetricColumn, label_of
 from eai.abilities.declarations import DECLARATIONS
 from eai.abilities.protocol import Ability
-from eai.abilities.trajectory_metrics import GRAMMAR, RUNTIME, SATISFIED, SUCCESS
+from eai.abilities.trajectory_metrics import SATISFIED
 from eai.abilities.transition_modeling.declaration import CATEGORIES, OVERALL, PLANNER
 from eai.benchmark.registry import title_of
 from eai.results.average import AVERAGE
@@ -71,14 +71,14 @@ def _column(declared: AbilityDeclaration[Any], column: MetricColumn, group: str 
     return ColumnSpec(declared.ability, column.metric, group, column.label, column.more_is_better)
 
 
-def _groups(ability: Ability, *groups: str) -> tuple[ColumnSpec, ...]:
-    """The columns of some groups of an ability, or all."""
+def _columns(ability: Ability) -> tuple[ColumnSpec, ...]:
+    """The columns of an ability."""
     declared = DECLARATIONS[ability]
-    return tuple(_column(declared, c) for c in declared.columns if not groups or c.group in groups)
+    return tuple(_column(declared, column) for column in declared.columns)
 
 
 def _trajectory(ability: Ability) -> TableSpec:
-    columns = _groups(ability, SUCCESS, GRAMMAR, RUNTIME)
+    columns = tuple(column for column in _columns(ability) if column.group != SATISFIED)
     return TableSpec(f"{ability.value}_trajectory", ability_title(ability), columns, ("task_success",))
 
 
@@ -96,7 +96,7 @@ def _overview() -> TableSpec:
 
 def _goal_interpretation() -> TableSpec:
     ability = Ability.GOAL_INTERPRETATION
-    return TableSpec(ability.value, ability_title(ability), _groups(ability), ("overall.f1",))
+    return TableSpec(ability.value, ability_title(ability), _columns(ability), ("overall.f1",))
 
 
 def _goal_satisfaction() -> TableSpec:
@@ -111,7 +111,7 @@ def _goal_satisfaction() -> TableSpec:
 
 def _operators() -> Iterator[TableSpec]:
     ability = Ability.TRANSITION_MODELING
-    title, columns = ability_title(ability), _groups(ability)
+    title, columns = ability_title(ability), _columns(ability)
     logic = tuple(column for column in columns if column.group != PLANNER)
     planner = tuple(column for column in columns if column.group == PLANNER)
     yield TableSpec(f"{ability.value}_logic", f"{title}: logical matching", logic, (f"{OVERALL}.f1",))

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
+from eai.abilities.declaration import MetricColumn
 from eai.abilities.protocol import Ability
 from eai.abilities.share import Share, of_all
 from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory, SubgoalVerdict
-from eai.abilities.trajectory_metrics import goal_shares, on_trajectories, times, times_additional
+from eai.abilities.trajectory_metrics import COLUMNS, goal_shares, on_trajectories, times, times_additional
 from eai.world.fault import FaultKind
 
 _RUNTIME_FAULTS = (FaultKind.WRONG_ORDER, FaultKind.MISSING_STEP, FaultKind.AFFORDANCE)
@@ -36,6 +39,9 @@ def contributions(verdict: SubgoalVerdict) -> dict[str, Share]:
     }
 
 
-SUBGOAL_DECOMPOSITION = on_trajectories(
-    Ability.SUBGOAL_DECOMPOSITION, "Subgoal decomposition", "subgoals", SubgoalVerdict, contributions
+SUBGOAL_DECOMPOSITION = replace(
+    on_trajectories(
+        Ability.SUBGOAL_DECOMPOSITION, "Subgoal decomposition", "subgoals", SubgoalVerdict, contributions
+    ),
+    columns=(*COLUMNS, MetricColumn("granularity", "Added by search", "Granularity", False)),
 )
