@@ -2,10 +2,14 @@ from __future__ import annotations
 
 import pytest
 
-from eai.abilities.protocol import Protocol
+from eai.abilities.protocol import Ability, Protocol
+from eai.benchmark.gold_answers import open_answer_book
+from eai.benchmark.registry import find_benchmark
+from eai.benchmark.suite import open_suite
 from eai.data.store import Store
 from eai.households.behavior.subgoal_notation import BehaviorSubgoals
 from eai.households.behavior.tasks import BehaviorTasks, open_tasks
+from eai.tasks.source import Source
 from subgoal_scorers import behavior_subgoals
 
 WORDS = BehaviorSubgoals()
@@ -35,3 +39,15 @@ def test_a_plan_is_written_by_what_its_actions_bring_about(tasks: BehaviorTasks)
         "onfloor(plywood.0, room_floor_kitchen.0)",
         "onfloor(plywood.2, room_floor_kitchen.0)",
     )
+
+
+def test_to_pour_is_written_by_where_everything_comes_to_lie(data_store: Store) -> None:
+    source, ability = Source(data_store), Ability.SUBGOAL_DECOMPOSITION
+    book = open_answer_book(find_benchmark("behavior"), ability, source)
+    (task_id,) = [each for each in book.task_ids if each.startswith("preserving_food")]
+    gold = book.gold(task_id)
+    assert (
+        "inside(strawberry_61_part.0, jar.64) and inside(strawberry_61_part.1, jar.64) and "
+        "inside(strawberry_62_part.0, jar.64) and inside(strawberry_62_part.1, jar.64)"
+    ) in gold.parts
+    assert open_suite("behavior", ability, source=source).scorer(task_id).score(gold.text).success

@@ -15,7 +15,7 @@ from eai.planning.planner import Planner
 from eai.reference.behavior_translation import held
 from eai.world.execution import Action, attempt
 from eai.world.past import Past
-from eai.world.state import State
+from eai.world.state import State, change
 
 STATES = {
     "OPEN": "open({})",
@@ -36,23 +36,25 @@ HANDS = {"LEFT": ("in_left_hand", "holds_lh"), "RIGHT": ("in_right_hand", "holds
 PLACES = {"PLACE_INSIDE": "inside", "PLACE_NEXTTO": "nextto", "PLACE_UNDER": "under"}
 """The relation that stands for putting an object somewhere, but for putting it on something."""
 
+POURING = ("TRANSFER_CONTENTS_INSIDE", "TRANSFER_CONTENTS_ONTOP")
+"""What moves all that is in or on what the hand holds."""
+
+LYING = {"lies_in": "inside", "lies_on": "ontop", "stands_on": "onfloor"}
+"""What the simulator and what subgoals call it that an object rests somewhere."""
+
 _UNWRITTEN = (
     "NAVIGATE_TO",
     "DRY",
-    *(
-        f"{hand}_{verb}"
-        for hand in HANDS
-        for verb in ("TRANSFER_CONTENTS_INSIDE", "TRANSFER_CONTENTS_ONTOP", "PLACE_NEXTTO_ONTOP")
-    ),
+    *(f"{hand}_{verb}" for hand in HANDS for verb in (*POURING, "PLACE_NEXTTO_ONTOP")),
 )
-"""Actions for which no single subgoal stands."""
+"""Actions for which no single literal stands."""
 
 
 def write_subgoals(task: Task, plan: Iterable[Action]) -> tuple[str, ...]:
     """The subgoals that stand for a plan, in order.
 
-    Left out are actions for which no subgoal stands (drying, pouring), and what is no action at all: one
-    step of the data set's plans is misspelt.
+    Left out are actions for which no subgoal stands (drying), and what is no action at all: one step of the
+    data set's plans is misspelt.
     """
     domain = behavior.as_meant()
     writer = _Writer(task)
@@ -112,7 +114,9 @@ class _Writer:
             yield f"not {'stained' if stain_goes else 'dusty'}({names[0]})"
         else:
             hand, _, verb = action.operator.partition("_")
-            if hand in HANDS:
+            if verb in POURING:
+                yield from self._poured(state, after)
+            elif hand in HANDS:
                 yield from self._by_hand(hand, verb, action, state)
 
     def _by_hand(self, hand: str, verb: str, action: Action, state: State) -> Iterator[str]:
@@ -133,3 +137,13 @@ class _Writer:
         if verb in ("PLACE_ONTOP", "PLACE_NEXTTO_ONTOP"):
             on = "onfloor" if state.has("floor", action.arguments[-1]) else "ontop"
             yield f"{on}({thing}, {names[-1]})"
+
+    def _poured(self, state: State, after: State) -> Iterator[str]:
+        """Where everything that is poured comes to lie, as one subgoal; nothing where nothing is."""
+        lying = [
+            f"{LYING[predicate]}({', '.join([self._names[i] for i in arguments])})"
+            for predicate, arguments in change(state, after).added
+            if predicate in LYING
+        ]
+        if lying:
+            yield " and ".join(lying)
