@@ -20,9 +20,6 @@ from eai.world.frame import Binding, Frame, Truth
 from eai.world.state import Scene, State
 from eai.world.timeline import timeline
 
-_REMEMBERED = 256
-"""For how many sets of reached goals their tallies are remembered: answers to one task reach few."""
-
 
 @mypyc_attr(allow_interpreted_subclasses=True)
 class GoalTest:
@@ -54,7 +51,6 @@ class GoalTest:
         shares = [_halves(goal) for goal in task.goals]
         self._shares = tuple([tuple([share[kind] for share in shares]) for kind in range(3)])
         self._totals = tuple([_of_halves(sum(of_kind)) for of_kind in self._shares])
-        self._tallies: dict[tuple[bool, ...], GoalTallies] = {}
         self.none_reached: tuple[bool, ...] = (False,) * len(task.goals)
 
     def reached(
@@ -95,14 +91,8 @@ class GoalTest:
 
     def tallies(self, reached: tuple[bool, ...]) -> GoalTallies:
         """The reached goals by kind, where these are reached."""
-        found = self._tallies.get(reached)
-        if found is None:
-            satisfied = [_of_halves(sum(map(mul, reached, of_kind))) for of_kind in self._shares]
-            found = GoalTallies(*map(Tally, satisfied, self._totals))
-            if len(self._tallies) == _REMEMBERED:
-                self._tallies.clear()
-            self._tallies[reached] = found
-        return found
+        satisfied = [_of_halves(sum(map(mul, reached, of_kind))) for of_kind in self._shares]
+        return GoalTallies(*map(Tally, satisfied, self._totals))
 
     def _met(self, goals: Sequence[tuple[str, ...]], actions: Sequence[str]) -> Sequence[int]:
         """Which of the action goals, given by their alternatives, the actions meet."""

@@ -11,7 +11,6 @@ import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from enum import Enum
-from functools import lru_cache
 from typing import TypeAlias
 
 from typing_extensions import assert_never
@@ -197,7 +196,6 @@ def write_clause(clause: Clause) -> str:
             assert_never(clause)
 
 
-@lru_cache(maxsize=10_000)
 def predicates_in(text: str) -> frozenset[str]:
     """The predicates of a clause as `write_clause` prints it; a name that stands alone is a predicate."""
     return frozenset(_HEAD.findall(text)) - _CONNECTIVES if text.startswith("(") else frozenset({text})

@@ -43,12 +43,11 @@ class _Comparison(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class PaperRules(Frozen):
-    """The rules with what they remember about one domain: equal operators are compared and checked once."""
+    """The rules with what they remember about one domain: equal operators are compared once."""
 
     plans: PlanMemory
     readings: Readings = field(default_factory=Memory)
     compared: Memory[tuple[_Read | None, str], _Comparison] = field(default_factory=Memory)
-    checked: Memory[PddlAction, tuple[PddlFinding, ...]] = field(default_factory=Memory)
     counts_clauses: bool = True
 
     @classmethod
@@ -118,8 +117,7 @@ class PaperRules(Frozen):
         action = written.action
         if action is None:
             return written.unread
-        checked = self.checked.recall(action, written.size, lambda: _checked(task, action))
-        return (*written.unread, *checked)
+        return (*written.unread, *_checked(task, action))
 
     def _plan(
         self,
