@@ -49,7 +49,7 @@ class PlannerTerms:
     Attributes:
         seconds: CPU seconds of each process of a call; the benchmark's if None.
         memory_mib: what all planners together may use at a time; what there is if None.
-        folder: what processes share that plan together (`eai.pddl.sharing`); None where nothing is shared.
+        folder: where processes that plan together share seats (`eai.pddl.sharing`); None where none do.
     """
 
     seconds: int | None = None

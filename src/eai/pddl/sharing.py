@@ -1,11 +1,8 @@
-"""Planning together: what came of a problem, and room for planners, shared by processes through a folder."""
+"""Planning together: room for planners, shared by processes through a folder."""
 
 from __future__ import annotations
 
-import hashlib
-import json
 import os
-import tempfile
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -14,61 +11,8 @@ from pathlib import Path
 
 from filelock import FileLock, Timeout
 
-from eai.pddl.execute import PlanStep
-from eai.pddl.planning import PddlPlanner, PlannerOutcome, PlannerResult, PlanningTask
-from eai.pddl.writer import write_domain, write_problem
-
 _PAUSE = 0.05
 """Seconds until a seat is looked for again; a call of a planner takes longer."""
-
-
-@dataclass(frozen=True, slots=True)
-class SharedPlanner:
-    """Asks a planner about each problem once, whichever process asks.
-
-    Two problems are the same if their texts are: those of answers that repeat each other. (Different
-    models seldom do: of 338 problems of five models no two were the same.) What two processes come to at
-    once may be planned with twice.
-
-    Args:
-        planner: who is asked.
-        folder: where what came of the problems is kept.
-    """
-
-    planner: PddlPlanner
-    folder: Path
-
-    @property
-    def name(self) -> str:
-        """That of the planner."""
-        return self.planner.name
-
-    def solve(self, task: PlanningTask) -> PlannerResult:
-        """Look for a plan, or look up what was found."""
-        path = self.folder / f"{_digest(self.planner.name, task)}.json"
-        if path.exists():
-            return _from_json(path.read_text(encoding="utf-8"))
-        result = self.planner.solve(task)
-        with tempfile.NamedTemporaryFile("w", encoding="utf-8", dir=self.folder, delete=False) as file:
-            file.write(_to_json(result))
-        Path(file.name).replace(path)
-        return result
-
-
-def _digest(planner: str, task: PlanningTask) -> str:
-    asked = (planner, write_domain(task.domain), write_problem(task.problem), str(task.fatal))
-    return hashlib.sha256(json.dumps(asked).encode()).hexdigest()
-
-
-def _to_json(result: PlannerResult) -> str:
-    plan = [[step.action, *step.arguments] for step in result.plan]
-    return json.dumps([result.outcome.value, plan, result.detail])
-
-
-def _from_json(text: str) -> PlannerResult:
-    outcome, plan, detail = json.loads(text)
-    steps = tuple([PlanStep(name, tuple(arguments)) for name, *arguments in plan])
-    return PlannerResult(PlannerOutcome(outcome), steps, detail)
 
 
 @dataclass(frozen=True, slots=True)

@@ -18,7 +18,7 @@ from eai.pddl.operator_text import OperatorText
 from eai.pddl.planner import BuiltInPlanner, TieredPlanner
 from eai.pddl.planning import PlannerChoice, PlannerOutcome, PlannerResult, PlannerTerms, PlanningTask
 from eai.pddl.reader import read_domain
-from eai.pddl.sharing import Seats, SharedPlanner
+from eai.pddl.sharing import Seats
 from eai.world.fault import FaultKind
 from operator_rules import gold_answer, rules_of
 
@@ -277,10 +277,9 @@ def test_the_terms_of_planners_are_told_where_they_are_not_the_usual_ones(tmp_pa
     assert (brief.limits, brief.name) == (PlannerLimits(5), f"{usual.name} (5 s)")
     for memory, limit, seats in ((30_000, 4096, 7), (1_000, 1_000, 1)):
         shared = make_planner(PlannerChoice.FAST_DOWNWARD, 200, PlannerTerms(None, memory, tmp_path))
-        assert isinstance(shared, SharedPlanner)
-        assert isinstance(shared.planner, FastDownward)
-        assert shared.planner.limits == PlannerLimits(200, limit)
-        assert shared.planner.seats == Seats(seats, tmp_path)
+        assert isinstance(shared, FastDownward)
+        assert shared.limits == PlannerLimits(200, limit)
+        assert shared.seats == Seats(seats, tmp_path)
 
 
 def test_fast_downward_is_asked_where_it_is_installed(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -8,7 +8,7 @@ from eai.pddl.fast_downward import FastDownward, PlannerLimits
 from eai.pddl.planner import BuiltInPlanner, TieredPlanner
 from eai.pddl.planning import PddlPlanner, PlannerChoice, PlannerTerms
 from eai.pddl.search import Effort
-from eai.pddl.sharing import Seats, SharedPlanner, machine_memory_mib
+from eai.pddl.sharing import Seats, machine_memory_mib
 
 FIRST_EFFORT = Effort(full=300)
 """What the built-in search may do before Fast Downward is asked, which is then the quicker of the two."""
@@ -35,12 +35,7 @@ def make_planner(
         DataError: Fast Downward is not installed; the message says how to install it.
     """
     terms = terms or PlannerTerms()
-    planner = _planner(available(choice), cpu_seconds, terms)
-    return planner if planner is None or terms.folder is None else SharedPlanner(planner, terms.folder)
-
-
-def _planner(choice: PlannerChoice, cpu_seconds: int, terms: PlannerTerms) -> PddlPlanner | None:
-    match choice:
+    match available(choice):
         case PlannerChoice.NONE:
             return None
         case PlannerChoice.BUILT_IN:
