@@ -24,6 +24,7 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -34,6 +35,7 @@ from eai.abilities.verdict import Verdict
 from eai.benchmark.suite import Suite, open_suite
 from eai.households.behavior.tasks import listed_relations, open_tasks
 from eai.pddl.planning import PlannerChoice
+from eai.reference.protocol import open_virtualhome
 from eai.tasks.source import Source
 from mutated_answers import maker
 from mutations import Dice
@@ -84,9 +86,9 @@ def parts(suite: str) -> tuple[str, Ability]:
 def scorers(suite: str) -> Suite:
     """Ours of a suite; plans of VirtualHome all have ids, as release 1.0.5 expects."""
     domain, ability = parts(suite)
-    form = True if suite == "virtualhome/action_sequencing" else None
+    opener = partial(open_virtualhome, with_ids=True) if suite == "virtualhome/action_sequencing" else None
     source = Source(planner=PlannerChoice.NONE)
-    return open_suite(domain, ability, Protocol.EAI_1_0_5, source=source, form=form)
+    return open_suite(domain, ability, Protocol.EAI_1_0_5, source=source, opener=opener)
 
 
 def judged_by_reference(suite: str, rows: Sequence[Row], python: Path, workers: int) -> list[dict[str, Any]]:

@@ -34,15 +34,18 @@ LAYERS: tuple[frozenset[str], ...] = tuple(
         "english tasks",
         "benchmark",
         "results",
-        "generator households reference",
+        "generator households",
         "scoring",
+        "reference",
         "questions studies",
         "run envs report",
         "cli",
         "__main__",
     )
 )
-ALLOWED_SIBLINGS = frozenset({("households", "reference"), ("reference", "households")})
+ALLOWED_SIBLINGS: frozenset[tuple[str, str]] = frozenset()
+IMPORTED_BY_NONE = frozenset({"reference"})
+"""Packages that are found by an entry point, so that the rest works without them."""
 ONLY_IMPORTER = {"gymnasium": "envs", "inspect_ai": "run", "ray": "envs"}
 OF_EXTRAS = frozenset(ONLY_IMPORTER.values())
 """Packages that load a library that not everybody installs."""
@@ -90,6 +93,8 @@ def offence(importer: str, target: str, parts: frozenset[str]) -> str | None:
         return None
     if here == there or there not in parts:  # its own package, or a name that the root itself defines
         return None
+    if there in IMPORTED_BY_NONE:
+        return f"{there} is found by an entry point, {here} must not import it"
     here_rank, there_rank = rank(here), rank(there)
     if here_rank is None or there_rank is None:
         return None  # reported once, as a part without a place
@@ -143,6 +148,11 @@ def write_package(root: Path, files: dict[str, str]) -> Path:
         ("world/bad.py", "from inspect_ai import Task", "eai/world/bad.py:1: only run imports inspect_ai"),
         ("run/bad.py", "import gymnasium.spaces", "eai/run/bad.py:1: only envs imports gymnasium"),
         ("run/bad.py", "import eai.envs", "eai/run/bad.py:1: run must not import envs"),
+        (
+            "cli/bad.py",
+            "def f():\n    from eai.reference import protocol",
+            "eai/cli/bad.py:2: reference is found by an entry point, cli must not import it",
+        ),
         ("kitchen.py", "", "eai/kitchen: has no place in LAYERS"),
     ],
 )

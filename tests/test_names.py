@@ -61,5 +61,7 @@ def test_nobody_else_asks_which_protocol_is_in_force() -> None:
 @pytest.mark.parametrize("pattern", [HOUSEHOLD, PROTOCOL])
 def test_the_patterns_find_what_they_look_for(pattern: re.Pattern[str]) -> None:
     assert any(
-        pattern.search(path.read_text(encoding="utf-8")) for path in (SOURCE / "households").rglob("*.py")
+        pattern.search(path.read_text(encoding="utf-8"))
+        for home in HOMES
+        for path in (SOURCE / home).rglob("*.py")
     )

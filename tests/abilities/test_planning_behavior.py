@@ -7,7 +7,6 @@ from eai.abilities.planning import find_plan
 from eai.abilities.protocol import Protocol
 from eai.households.behavior import domain as behavior
 from eai.households.behavior.subgoal_notation import BehaviorSubgoals
-from eai.households.behavior.subgoal_writer import carried_out
 from eai.households.behavior.tasks import BehaviorTask, BehaviorTasks
 from eai.planning.planner import Planner
 from eai.world.execution import Action, attempt
@@ -53,15 +52,8 @@ def test_plans_score_and_no_step_can_be_left_out(behavior_tasks: BehaviorTasks) 
 
 def test_plans_of_subgoals_score(behavior_tasks: BehaviorTasks) -> None:
     words = BehaviorSubgoals()
-    planner = words.planner()
+    planner = Planner(DOMAIN)
     for task in sample(behavior_tasks):
-        text = words.join(words.planned(task, planner))
+        text = words.join(words.write(task, find_plan(task, planner).plan))
         verdict = behavior_subgoals(Protocol.STRICT)(task).score(text)
         assert (verdict.success, verdict.executable) == (True, True), task.id
-
-
-def test_a_hand_is_freed_for_what_wants_a_free_hand(behavior_tasks: BehaviorTasks) -> None:
-    task = behavior_tasks["opening_packages_0_Benevolence_2_int_0_2021-10-25_21-06-42"]
-    first, second = task.scene.index["package_0"], task.scene.index["package_1"]
-    plan = (Action("LEFT_GRASP", (first,)), Action("RIGHT_GRASP", (second,)), Action("OPEN", (first,)))
-    assert carried_out(task, plan) == (*plan[:2], Action("RIGHT_RELEASE", (second,)), plan[2])

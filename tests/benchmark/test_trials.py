@@ -9,6 +9,7 @@ from functools import cache
 
 import pytest
 
+from eai.abilities.action_sequencing.plan import WrittenPlan
 from eai.abilities.action_sequencing.scorer import ActionSequencing
 from eai.abilities.action_sequencing.trial import Trial
 from eai.abilities.experiment import Experiment, Feedback, World
@@ -18,6 +19,7 @@ from eai.benchmark.noisy_answers import Noise, heeding_answer, noisy_answer, spo
 from eai.benchmark.prompt_library import Library
 from eai.benchmark.suite import Suite, open_suite
 from eai.data.store import Store
+from eai.households.virtualhome.plan_notation import Identified
 from eai.prompts.feedback import Asker
 from eai.prompts.prompt import Prompt, PromptSet
 from eai.scoring.trials import Trials, open_trials, replay
@@ -71,16 +73,21 @@ def test_an_attempt_is_judged_as_a_single_answer_is(
 def test_how_answers_are_read_is_fixed_by_the_prompts(
     prompts: PromptSet, with_ids: bool, data_store: Store
 ) -> None:
-    for protocol, expected in ((Protocol.STRICT, None), (Protocol.EAI_1_0_5, with_ids)):
+    for protocol, expected in ((Protocol.STRICT, True), (Protocol.EAI_1_0_5, with_ids)):
         suite, library = (
             suite_of("virtualhome", data_store, protocol),
             Library(prompts, None, Source(data_store)),
         )
         asked = library.open(suite.benchmark, ACTIONS)
         trials = open_trials(suite, EXPLAINED, library.asker(suite.benchmark, ACTIONS, asked), asked)
-        assert (trials.experiment.read_as, trials.suite.form) == (expected, expected)
         gold = answer_book("virtualhome", ACTIONS, data_store).gold("27_2").text
-        assert replay(suite, trials.experiment, "27_2", [gold])[0] == trials.trial("27_2").take(gold)
+        scorer = trials.suite.scorer("27_2")
+        assert isinstance(scorer, ActionSequencing)
+        plan = scorer.notation.read(gold)
+        assert isinstance(plan, WrittenPlan)
+        assert any(isinstance(word, Identified) for word in plan.steps[0].objects) is expected
+        read_as_asked = suite.over([asked["27_2"].user])
+        assert replay(read_as_asked, EXPLAINED, "27_2", [gold])[0] == trials.trial("27_2").take(gold)
 
 
 def played(trials: Trials, task_id: str, policy: Callable[[Prompt, int], str]) -> Sequence[Attempt]:

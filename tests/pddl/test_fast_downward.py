@@ -22,11 +22,11 @@ from eai.pddl import fast_downward, limited
 from eai.pddl.execute import PlanStep
 from eai.pddl.fast_downward import FastDownward, PlannerLimits
 from eai.pddl.model import PddlAction
-from eai.pddl.normalise import normalise, read_operator
 from eai.pddl.planner import BuiltInPlanner, TieredPlanner
 from eai.pddl.planning import PlannerOutcome, PlanningTask
 from eai.pddl.reader import read_domain, read_problem
 from eai.pddl.search import Effort
+from eai.reference.planner_of_2024 import normalise, read_operator
 from processes import wait_until, working_in
 
 COUNTER = 18

@@ -14,11 +14,11 @@ from eai.data.store import Store
 from eai.households.gold_operators import open_behavior, open_virtualhome
 from eai.pddl.execute import Executor, PlanStep
 from eai.pddl.model import PddlAction, PddlDomain, PddlProblem, objects_by_type, type_of
-from eai.pddl.normalise import normalise, read_operator
 from eai.pddl.planner import BuiltInPlanner, checked_plan
 from eai.pddl.planning import PlannerOutcome, PlanningTask
 from eai.pddl.reader import read_domain, read_problem
 from eai.pddl.search import Effort, SearchVerdict, search
+from eai.reference.planner_of_2024 import normalise, read_operator
 from pddl.random_pddl import DOMAINS, PROBLEMS
 
 EVERYTHING = Effort(central=50, full=100_000, looks=10**9)

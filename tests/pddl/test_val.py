@@ -12,10 +12,10 @@ from eai.data.store import Store
 from eai.errors import DataError
 from eai.households.gold_operators import open_behavior, open_virtualhome
 from eai.pddl.check import check_problem
-from eai.pddl.normalise import normalise
 from eai.pddl.planning import PlanningTask
 from eai.pddl.search import Effort, SearchVerdict, search
 from eai.pddl.val import Val, ValVerdict
+from eai.reference.planner_of_2024 import normalise
 
 
 @pytest.fixture(scope="module")

@@ -7,10 +7,12 @@ from dataclasses import replace
 import pytest
 
 from abilities.action_sequencing.test_trial import BOTH, LAMP, SHED, TORCH, came_to, plan, scorer
+from eai.abilities.action_sequencing.trial import Trial
 from eai.abilities.experiment import Experiment, Feedback, World
 from eai.abilities.record import Attempt
+from eai.benchmark.protocols import preset_experiment
 from eai.errors import InputError
-from eai.reference.replanning import begin_trial, preset_experiment
+from eai.reference.replanning import ScriptedTrial
 from eai.world.episode import Until
 
 
@@ -22,7 +24,7 @@ def scripted(slip: float = 0.0) -> Experiment:
 
 def tried(experiment: Experiment, *answers: str) -> tuple[list[Attempt], bool]:
     """The attempts, and whether the trial is over after them."""
-    trial = begin_trial(scorer(), experiment)
+    trial = (Trial if experiment.preset is None else ScriptedTrial)(scorer(), experiment)
     for text in answers:
         trial.take(text)
     return trial.attempts, trial.over

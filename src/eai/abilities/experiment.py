@@ -59,8 +59,6 @@ class Experiment:
         until: when an attempt ends.
         goals_from: the model whose goals the questions state instead of the task's; None for the task's.
         preset: the published script whose way of carrying plans out it follows; None for ours.
-        read_as: how all answers are read where their form together would decide it, which cannot be waited
-            for: as the questions show them; None where each is read by itself.
         prompt_name: what the prompts are called among several ways to ask; None where they have no name.
         scene: how the questions show the scene: ``image``, ``both``, ``predicted-...``, ``noisy-...``, with
             what tells these apart; None where they tell of it as it is.
@@ -79,7 +77,6 @@ class Experiment:
     until: Until = Until.DONE
     goals_from: str | None = None
     preset: str | None = None
-    read_as: bool | None = None
     prompt_name: str | None = None
     scene: str | None = None
 

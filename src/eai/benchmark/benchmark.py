@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 from eai.abilities.action_sequencing.notation import JsonPlans, PlanNotation
 from eai.abilities.goal_interpretation.notation import GoalNotation, JsonGoals
-from eai.abilities.protocol import Ability, Protocol
+from eai.abilities.protocol import Ability
 from eai.abilities.scorer import Scorer
 from eai.abilities.subgoal_decomposition.notation import SubgoalNotation
 from eai.abilities.task import Task
@@ -29,25 +29,29 @@ from eai.world.domain import Domain
 if TYPE_CHECKING:
     from eai.tasks.problem_world import ProblemWorld
 
-Form: TypeAlias = bool | None
-"""How all answers that are scored together are written, where that decides how each is read; else None."""
-
-FormOf: TypeAlias = Callable[[Sequence[str]], Form]
-"""Finds out how all answers that are scored together are written."""
+Opener: TypeAlias = Callable[["Benchmark", Ability, Source], "Opened"]
+"""Opens the suite of a benchmark and an ability. It can be pickled."""
 
 
-def no_form(answers: Sequence[str]) -> Form:
-    """Each answer is read by itself."""
+def each_by_itself(answers: Sequence[str]) -> Opener | None:
+    """Answers that are scored together are read as each would be alone."""
     return None
 
 
 class Opened(NamedTuple):
-    """What is particular to a suite: its tasks in order, the digest of its data, and its scorers."""
+    """What is particular to a suite: its tasks in order, the digest of its data, and its scorers.
+
+    Attributes:
+        task_ids: the ids of its tasks.
+        data_sha256: the digest.
+        make: makes the scorer of a task.
+        over: what opens the suite for answers that are scored together, if that is not what opened this one.
+    """
 
     task_ids: tuple[str, ...]
     data_sha256: str
     make: Callable[[str], Scorer]
-    form_of: FormOf = no_form
+    over: Callable[[Sequence[str]], Opener | None] = each_by_itself
 
 
 OpenDemonstrations: TypeAlias = Callable[[Path, Report], TaskSet[Task]]
@@ -58,9 +62,6 @@ ProblemOf: TypeAlias = Callable[[Task, Sequence[Formula]], str]
 
 OpenWorld: TypeAlias = Callable[[Source], "ProblemWorld"]
 """Opens what problems in a language of the data set's own may speak of."""
-
-Wing: TypeAlias = Callable[["Benchmark", Ability, Form, Source], Opened]
-"""How a protocol opens the suites of a benchmark."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,7 +78,6 @@ class Benchmark:
         subgoals: how subgoals are written; by default as formulas with the declared names.
         subgoal_domain: the world in which subgoals are carried out, where that takes actions which plans do
             not name; otherwise the declaration.
-        wings: how other protocols than ``strict`` open the suites.
         open_operators: opens the tasks of transition modeling; exported from the declaration if None.
         asks: for an ability that is not asked for in all tasks, whether it is in one.
         wordings: how prompts name things, by ability; by default as declared.
@@ -109,7 +109,6 @@ class Benchmark:
     goals: GoalNotation = field(default_factory=JsonGoals)
     subgoals: SubgoalNotation | None = None
     subgoal_domain: Domain | None = None
-    wings: Mapping[Protocol, Wing] = field(default_factory=dict)
     open_operators: OpenTasks[TransitionTask] | None = None
     asks: Mapping[Ability, Callable[[Task], bool]] = field(default_factory=dict)
     wordings: Callable[[Ability], Wording] | None = None

@@ -169,14 +169,13 @@ def _subgoals(benchmark: Benchmark, source: Source, *, scripts: bool) -> AnswerB
     """Subgoals that stand for plans: those of the data set, where they can be written, or of the search."""
     tasks = benchmark.tasks_for(Ability.SUBGOAL_DECOMPOSITION, source)
     notation = benchmark.subgoals or SubgoalNotation(benchmark.domain)
-    planner = notation.planner()
+    planner = Planner(benchmark.domain)
 
     @cache
     def answer(task_id: str) -> WrittenAnswer:
         task = tasks[task_id]
-        if scripts and task.script and notation.writes_scripts:
-            return WrittenAnswer(notation.write(task, task.script), notation.join)
-        return WrittenAnswer(notation.planned(task, planner), notation.join)
+        plan = (scripts and task.script) or find_plan(task, planner).plan
+        return WrittenAnswer(notation.write(task, plan), notation.join)
 
     return AnswerBook(tuple(tasks), answer)
 

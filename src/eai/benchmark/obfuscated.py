@@ -27,7 +27,6 @@ from eai.abilities.unreadable import Unreadable
 from eai.benchmark.benchmark import Benchmark
 from eai.english.english import PLAIN, English
 from eai.english.exact_text import ExactText, is_property
-from eai.planning.planner import Planner
 from eai.prompts.wording import Wording
 from eai.tasks.source import Source, TaskSet
 from eai.world.execution import Action
@@ -198,7 +197,6 @@ class _TwinSubgoals(SubgoalNotation):
     def __init__(self, plain: SubgoalNotation, cipher: Cipher) -> None:
         super().__init__(plain.domain)
         self._plain, self._cipher = plain, cipher
-        self.writes_scripts = plain.writes_scripts
 
     def lexicon(self, scene: Scene) -> SubgoalLexicon:
         return self._plain.lexicon(scene)
@@ -206,14 +204,8 @@ class _TwinSubgoals(SubgoalNotation):
     def read(self, text: str) -> WrittenSubgoals | Unreadable:
         return self._plain.read(self._cipher.decode(text))
 
-    def planner(self) -> Planner:
-        return self._plain.planner()
-
     def write(self, task: Task, plan: Iterable[Action]) -> tuple[str, ...]:
         return tuple(map(self._cipher.encode, self._plain.write(task, plan)))
-
-    def planned(self, task: Task, planner: Planner) -> tuple[str, ...]:
-        return tuple(map(self._cipher.encode, self._plain.planned(task, planner)))
 
     def join(self, parts: Iterable[str]) -> str:
         return self._plain.join(parts)
@@ -259,7 +251,6 @@ def _with_exact_rules(benchmark: Benchmark, cipher: Cipher, suffix: str) -> Benc
         subgoals=_TwinSubgoals(benchmark.subgoals or SubgoalNotation(benchmark.domain), cipher),
         wordings=wording,
         formats={ability: in_capitals(text) for ability, text in benchmark.formats.items()},
-        wings={},
         asks={**benchmark.asks, Ability.GOAL_INTERPRETATION: lambda task: False},
         open_operators=lambda source: TaskSet((), dict[str, TransitionTask]().__getitem__, ""),
         published_prompts=None,

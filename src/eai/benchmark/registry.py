@@ -11,11 +11,12 @@ from collections.abc import Mapping
 from dataclasses import replace
 from functools import cache
 from importlib import import_module
-from importlib.metadata import EntryPoint, entry_points
+from importlib.metadata import EntryPoint
 from pathlib import Path
 
 from eai.abilities.task import Task
 from eai.benchmark.benchmark import Benchmark
+from eai.benchmark.entry_points import entry_points_of
 from eai.benchmark.errata import NO_ERRATA
 from eai.errors import InputError, did_you_mean
 from eai.tasks.source import OpenTasks
@@ -47,7 +48,7 @@ FIRST = tuple(CAPITALISED)
 
 @cache
 def _entry_points() -> Mapping[str, EntryPoint]:
-    found = {point.name: point for point in entry_points(group=GROUP)}
+    found = entry_points_of(GROUP)
     return {name: found[name] for name in sorted(found, key=lambda name: (_place(name), name))}
 
 
@@ -145,7 +146,6 @@ def with_tasks(base: Benchmark, name: str, open_tasks: OpenTasks[Task]) -> Bench
         title=f"{base.title or base.name}, {name}",
         reference="",
         open_tasks=open_tasks,
-        wings={},
         asks={},
         open_public=base.open_tasks,
         open_operators=None,

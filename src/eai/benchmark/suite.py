@@ -12,8 +12,9 @@ from eai.abilities.record import TaskFeatures
 from eai.abilities.scorer import Scorer
 from eai.abilities.task import Task
 from eai.abilities.verdict import Verdict
-from eai.benchmark.benchmark import Benchmark, Form, FormOf, Opened, no_form
+from eai.benchmark.benchmark import Benchmark, Opened, Opener, each_by_itself
 from eai.benchmark.errata import Errata
+from eai.benchmark.protocols import implementation_of, implemented
 from eai.benchmark.registry import find_benchmark
 from eai.data.progress import silent
 from eai.errors import InputError, did_you_mean
@@ -24,7 +25,7 @@ DEFAULT_PROTOCOL = Protocol.STRICT
 """The rules for scoring where nothing else is asked for."""
 
 
-def open_scorers(benchmark: Benchmark, ability: Ability, form: Form, source: Source) -> Opened:
+def open_scorers(benchmark: Benchmark, ability: Ability, source: Source) -> Opened:
     """The suite of an ability as the paper has it (protocol ``strict``)."""
     if ability is Ability.TRANSITION_MODELING:
         return _transition_modeling(benchmark, source)
@@ -83,7 +84,6 @@ class Suite:
         reopen: opens the same suite once more, say in another process; None if it was not opened by
             `open_suite`.
         source: where its data comes from, the planner, and whether errata are used.
-        form: how all answers are taken to be written, where that decides how each is read; else None.
     """
 
     benchmark: Benchmark
@@ -92,13 +92,12 @@ class Suite:
     task_ids: tuple[str, ...]
     data_sha256: str
     _make: Callable[[str], Scorer]
-    _form_of: FormOf = no_form
+    _over: Callable[[Sequence[str]], Opener | None] = each_by_itself
     tasks: Mapping[str, Task] = field(default_factory=dict, repr=False)
     _made: dict[str, Scorer] = field(default_factory=dict, repr=False)
     _features: dict[str, TaskFeatures] = field(default_factory=dict, repr=False)
     reopen: Callable[..., Suite] | None = field(default=None, repr=False)
     source: Source = field(default_factory=Source)
-    form: Form = None
 
     def __reduce__(self) -> tuple[Callable[..., Suite], tuple[()]]:
         """A suite is pickled as how it is opened, by name: a declaration holds functions, which are not."""
@@ -131,9 +130,9 @@ class Suite:
         return self.benchmark.errata_for(self.source)
 
     def over(self, answers: Sequence[str]) -> Suite:
-        """The suite as it scores these answers together: the form of all may decide how each is read."""
-        form = self._form_of(answers) if answers else None
-        return self if form is None or self.reopen is None else self.reopen(form=form)
+        """The suite as it scores these answers together: a protocol may read each as all are written."""
+        opener = self._over(answers) if answers else None
+        return self if opener is None or self.reopen is None else self.reopen(opener=opener)
 
     def scorer(self, task_id: str) -> Scorer:
         """The scorer of a task; it is made once.
@@ -171,7 +170,7 @@ def open_suite(
     protocol: Protocol = DEFAULT_PROTOCOL,
     *,
     source: Source | None = None,
-    form: Form = None,
+    opener: Opener | None = None,
 ) -> Suite:
     """Open a suite; the data set is fetched first if it is not there.
 
@@ -181,21 +180,33 @@ def open_suite(
         protocol: the rules for scoring.
         source: where the data comes from; the user's default store if None. Errata are used under the default
             protocol alone: another one is of the data as they are.
-        form: how all answers are written, as `Suite.over` finds out.
+        opener: what opens it, as `Suite.over` finds out; that of the protocol if None.
 
     Raises:
         DataError: the data cannot be had.
         InputError: there is no such benchmark, or it is not scored under this protocol.
     """
     found = find_benchmark(benchmark) if isinstance(benchmark, str) else benchmark
-    wing = open_scorers if protocol is DEFAULT_PROTOCOL else found.wings.get(protocol)
-    if wing is None:
-        raise InputError(f"{found.name} is not scored under {protocol.value}")
     source = source or Source()
     if protocol is not DEFAULT_PROTOCOL:
         source = replace(source, errata=ErrataChoice.NONE)
-    opened = wing(found, ability, form, source)
+    opened = (opener or _opener(protocol))(found, ability, source)
     tasks = found.tasks(source)
     source = replace(source, report=silent)
-    again = partial(open_suite, found.reference or found, ability, protocol, source=source, form=form)
-    return Suite(found, ability, protocol, *opened, tasks=tasks, reopen=again, source=source, form=form)
+    again = partial(open_suite, found.reference or found, ability, protocol, source=source, opener=opener)
+    return Suite(found, ability, protocol, *opened, tasks=tasks, reopen=again, source=source)
+
+
+def _opener(protocol: Protocol) -> Opener:
+    """What opens suites under a protocol.
+
+    Raises:
+        InputError: the protocol is not implemented.
+    """
+    if protocol is DEFAULT_PROTOCOL:
+        return open_scorers
+    implementation = implementation_of(protocol.value)
+    if implementation is None:
+        known = ", ".join((DEFAULT_PROTOCOL.value, *implemented()))
+        raise InputError(f"protocol {protocol.value} is not installed: expected one of {known}")
+    return implementation.open_suite

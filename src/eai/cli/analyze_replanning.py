@@ -15,8 +15,7 @@ from eai.cli.analyzed import Figures, Plots, Records, Written, draw_figures, of_
 from eai.cli.console import output
 from eai.cli.options import AsJson
 from eai.errors import InputError
-from eai.reference.replanning import counted_as_published
-from eai.report.runs import Run, RunKey, read_runs
+from eai.report.runs import Run, RunKey, as_counted_in_paper, read_runs
 from eai.results.paper_tables import paper_setting, paper_table
 from eai.results.table import Cell, Estimate, Table, write_tables
 from eai.studies.attempts import plots as plot_attempts
@@ -54,10 +53,7 @@ def replanning(
         )
     written: list[Written] = []
     for group in groups:
-        of_runs = [
-            [counted_as_published(record) for record in run.records] if published_counts else run.records
-            for run in group
-        ]
+        of_runs = [as_counted_in_paper(run).records if published_counts else run.records for run in group]
         key = group[0].key
         place = f"{key.domain}-{key.protocol.value}-{file_name(key.model)}"
         arms, folder = arms_of(of_runs), out / place if len(groups) > 1 else out

@@ -41,6 +41,10 @@ def label(command: Any) -> None:
         elif parameter.metavar is None:
             name = max(parameter.opts, key=len)
             parameter.metavar = METAVARS.get(name, "" if parameter.is_flag else None)
+        if "--protocol" in parameter.opts:
+            from eai.benchmark.protocols import implemented
+
+            parameter.help = f"{parameter.help} Here: {', '.join(('strict', *implemented()))}."
 
 
 def _nothing(ctx: Any) -> str:

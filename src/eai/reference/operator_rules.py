@@ -3,9 +3,9 @@
 Besides the quirks of `operator_extraction` and `operator_matching`: operators that are asked for
 and not written are neither counted nor missed by the planner, which gets the gold ones in their place and
 all other operators of the domain besides (``complete_pddl_domain``); hallucinated operators take part in
-planning; predicates without a category are not counted; the planner is the one of 2024
-(`eai.pddl.normalise`). Where the reference would raise a KeyError and lose the run (a matched predicate
-without a category), the predicate is ignored.
+planning; predicates without a category are not counted; the planner is that of `planner_of_2024`. Where the
+reference would raise a KeyError and lose the run (a matched predicate without a category), the predicate is
+ignored.
 """
 
 from __future__ import annotations
@@ -19,12 +19,12 @@ from eai.abilities.transition_modeling.report import OperatorReport, OperatorSta
 from eai.abilities.transition_modeling.task import TransitionTask
 from eai.pddl.match import SideMatch
 from eai.pddl.model import PddlAction
-from eai.pddl.normalise import Dropped, normalise, read_operator
 from eai.pddl.offence import PddlFinding
 from eai.pddl.operator_text import OperatorText
 from eai.pddl.planning import PddlPlanner, PlannerResult, PlanningTask, refusal
 from eai.reference.operator_extraction import extract_as_reference
 from eai.reference.operator_matching import compare_as_reference
+from eai.reference.planner_of_2024 import Dropped, normalise, read_operator
 
 FORMAT_ERROR = "the reference leaves out answers that it cannot search for operators"
 

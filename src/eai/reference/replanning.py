@@ -12,37 +12,26 @@ from __future__ import annotations
 from dataclasses import replace
 
 from eai.abilities.action_sequencing.course import Course
-from eai.abilities.action_sequencing.scorer import ActionSequencing
 from eai.abilities.action_sequencing.trial import Trial
 from eai.abilities.experiment import Experiment, Feedback, World
+from eai.abilities.protocol import Protocol
 from eai.abilities.record import Attempt, Record
 from eai.abilities.verdict import ErrorReport, PlanVerdict
-from eai.errors import InputError
 from eai.world.episode import Episode, Until
 from eai.world.execution import Action, Fault
 from eai.world.fault import FaultKind
 
-STOCHASTIC = "eai-1.0.5"
-"""The preset of ``action_sequencing/scripts/replanning.py`` of BEHAVIOR."""
 _REPLANS = 3
 
 
-def preset_experiment(name: str, slip: float, slip_seed: int, replans: int) -> Experiment | None:
-    """The experiment of a preset, on all tasks instead of the twenty that the script draws.
+def scripted_experiment(slip: float, slip_seed: int, replans: int) -> Experiment:
+    """The experiment of the script of stochastic actions, on all tasks instead of the twenty that it draws.
 
     Args:
-        name: the preset; none if empty.
         slip: the probability that an action fails.
         slip_seed: the seed of that.
         replans: how many further attempts there are; the script's three if 0.
-
-    Raises:
-        InputError: there is no such preset.
     """
-    if not name:
-        return None
-    if name != STOCHASTIC:
-        raise InputError(f"{name!r} is no preset: expected {STOCHASTIC}")
     return Experiment(
         replans or _REPLANS,
         World.CONTINUE,
@@ -50,14 +39,8 @@ def preset_experiment(name: str, slip: float, slip_seed: int, replans: int) -> E
         slip=slip,
         slip_seed=slip_seed if slip else None,
         until=Until.GOAL,
-        preset=name,
+        preset=Protocol.EAI_1_0_5.value,
     )
-
-
-def begin_trial(scorer: ActionSequencing, experiment: Experiment, epoch: int = 1) -> Trial:
-    """A trial in the way of the experiment's preset, or in ours."""
-    kind = Trial if experiment.preset is None else ScriptedTrial
-    return kind(scorer, experiment, epoch)
 
 
 class ScriptedTrial(Trial):

@@ -7,8 +7,8 @@ from dataclasses import replace
 
 from eai.households.virtualhome.places import PLACES, Values, object_id, origins
 from eai.households.virtualhome.predicates import VOCABULARY
+from eai.households.virtualhome.slot_order import slot_order, union_order
 from eai.households.virtualhome.tasks import VirtualHomeTask
-from eai.reference.slot_order import slot_order, union_order
 from eai.world.derived import Lookup
 from eai.world.relation import bits
 from eai.world.state import State

@@ -12,10 +12,11 @@ from typing import NamedTuple
 from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.record import Record
+from eai.benchmark.protocols import implementation_of
 from eai.benchmark.registry import registered
 from eai.errors import InputError
 from eai.questions.records import are_of_questions
-from eai.reference.older_wording import as_the_paper_asked
+from eai.results.paper_tables import paper_setting
 from eai.scoring.records import read_records
 
 RECORDS = "records.jsonl"
@@ -65,7 +66,14 @@ class Run:
 
 def as_asked_in_paper(run: Run) -> Run:
     """The run as it is to be set beside the paper's: with the goals that its runs were asked for."""
-    return replace(run, records=tuple(map(as_the_paper_asked, run.records)))
+    protocol = implementation_of(paper_setting().protocol)
+    return run if protocol is None else replace(run, records=tuple(map(protocol.as_asked, run.records)))
+
+
+def as_counted_in_paper(run: Run) -> Run:
+    """The run of an experiment with its errors counted as the script of the paper's runs did."""
+    protocol = implementation_of(paper_setting().protocol)
+    return run if protocol is None else replace(run, records=tuple(map(protocol.as_counted, run.records)))
 
 
 def find_record_files(paths: Iterable[Path]) -> list[Path]:

@@ -109,7 +109,8 @@ def _record_of(state: TaskState, suite: Suite) -> Record:
     told = state.metadata.get(EXPERIMENT)
     experiment = None if told is None else experiment_from_json(told)
     if experiment is not None and experiment.acts:
-        attempts = replay(suite, experiment, task_id, state.metadata[ANSWERS], state.epoch)
+        read_as_asked = suite.over([state.input_text])
+        attempts = replay(read_as_asked, experiment, task_id, state.metadata[ANSWERS], state.epoch)
         return record_of_trial(suite, experiment, model, task_id, attempts)
     answers = ResponseFile(model, (Response(task_id, state.output.completion),))
     (record,) = score_batch(suite, answers, explanations=True)
@@ -164,7 +165,7 @@ def _chosen(scores: Sequence[SampleScore], ability: Ability) -> SampleScore:
 
 
 def _verdicts(scores: Sequence[SampleScore]) -> list[Verdict]:
-    """The verdicts on the answers that count, each read as the form of all of them says.
+    """The verdicts on the answers that count, each read as it is together with the others.
 
     Those of an experiment stand as they are: each was read before the next was asked for.
     """

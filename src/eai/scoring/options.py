@@ -14,7 +14,7 @@ class ScoringOptions(Options):
     """How answers are scored."""
 
     protocol: Protocol = option(
-        "The rules: strict (what the paper says), or eai-1.0.5 (the reference's verdicts).",
+        "The rules: strict (what the paper says), or the name of a release (its verdicts).",
         DEFAULT_PROTOCOL,
     )
     errata: ErrataChoice = option(

@@ -11,11 +11,11 @@ from eai.abilities.action_sequencing.trial import Trial
 from eai.abilities.experiment import Experiment, Feedback
 from eai.abilities.protocol import Ability
 from eai.abilities.record import Attempt, Record, Usage
+from eai.benchmark.protocols import preset
 from eai.benchmark.suite import Suite
 from eai.errors import InputError
 from eai.prompts.feedback import Asker
 from eai.prompts.prompt import Prompt
-from eai.reference.replanning import begin_trial
 from eai.scoring.answer import Answer
 from eai.world.execution import Action
 
@@ -139,7 +139,7 @@ class Trials:
 
     def trial(self, task_id: str, epoch: int = 1) -> Trial:
         """A new trial of a task."""
-        return begin_trial(_plans(self.suite, task_id), self.experiment, epoch)
+        return _begin(self.suite, self.experiment, task_id, epoch)
 
     def inquiry(self, task_id: str, epoch: int = 1) -> Inquiry:
         """A task as it is put to a model."""
@@ -149,14 +149,25 @@ class Trials:
 def replay(
     suite: Suite, experiment: Experiment, task_id: str, answers: Iterable[str], epoch: int = 1
 ) -> tuple[Attempt, ...]:
-    """What becomes of answers that were given before."""
-    read_as_then = suite
-    if experiment.read_as is not suite.form and suite.reopen is not None:
-        read_as_then = suite.reopen(form=experiment.read_as)
-    trial = begin_trial(_plans(read_as_then, task_id), experiment, epoch)
+    """What becomes of answers that were given before.
+
+    Args:
+        suite: the suite, as it reads answers to such questions (`Suite.over`).
+        experiment: the experiment.
+        task_id: the task.
+        answers: the answers, in order.
+        epoch: which epoch they are of.
+    """
+    trial = _begin(suite, experiment, task_id, epoch)
     for text in answers:
         trial.take(text)
     return tuple(trial.attempts)
+
+
+def _begin(suite: Suite, experiment: Experiment, task_id: str, epoch: int) -> Trial:
+    """A new trial of a task, in the way of the experiment's preset or in ours."""
+    kind = Trial if experiment.preset is None else preset(experiment.preset).trial
+    return kind(_plans(suite, task_id), experiment, epoch)
 
 
 def record_of_trial(
@@ -197,8 +208,8 @@ def _plans(suite: Suite, task_id: str) -> ActionSequencing:
 def open_trials(suite: Suite, experiment: Experiment, asker: Asker, task_ids: Iterable[str]) -> Trials:
     """The trials of some tasks of a suite.
 
-    Where the form of all answers decides how each is read, it cannot be waited for: answers are read in that
-    of the examples in the questions, and the experiment says so.
+    Where a protocol reads each answer as all are written, that cannot be waited for: answers are read as the
+    examples in the questions are written.
 
     Raises:
         InputError: the answers of the suite are no plans.
@@ -207,5 +218,4 @@ def open_trials(suite: Suite, experiment: Experiment, asker: Asker, task_ids: It
         raise InputError(
             f"{suite.domain} {suite.ability.value}: only plans are carried out, attempt by attempt"
         )
-    read_as_asked = suite.over([asker.prompt_of(task_id).user for task_id in task_ids])
-    return Trials(read_as_asked, replace(experiment, read_as=read_as_asked.form), asker)
+    return Trials(suite.over([asker.prompt_of(task_id).user for task_id in task_ids]), experiment, asker)

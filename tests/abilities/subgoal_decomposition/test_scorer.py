@@ -20,6 +20,7 @@ from eai.abilities.task import make_task as task_of
 from eai.abilities.verdict import Tally
 from eai.logic.formula import Atom, Constant, Formula, Not, Occurs, Or
 from eai.logic.ltl import parse
+from eai.planning.planner import Planner
 from eai.world.effect import Add, Delete
 from eai.world.operator import Operator, additional
 from eai.world.state import Scene, WorldObject
@@ -308,7 +309,7 @@ def test_the_end_of_the_search_is_told() -> None:
 def test_plans_of_the_planner_are_subgoals() -> None:
     notation = SubgoalNotation(toy.DOMAIN)
     task = make_task(atom("lit", "lamp"), atom("at", "red", "shed"), atom("at", "blue", "hall"))
-    plan = find_plan(task, notation.planner()).plan
+    plan = find_plan(task, Planner(toy.DOMAIN)).plan
     subgoals = notation.write(task, plan)
     assert len(subgoals) == len(plan) > 4
     assert told(SubgoalDecomposition(task, toy.DOMAIN).score(notation.join(subgoals))) == "correct"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -72,6 +72,17 @@ class SubgoalLexicon:
         return f.Occurs(
             self._action_words.get(action.operator, action.operator), self._terms(action.arguments)
         )
+
+    def names_action(self, operator: str) -> bool:
+        """Whether subgoals can name an action of the domain."""
+        return self._action_words.get(operator, operator) in self.signature.actions
+
+    def predicates_of(self, arity: int, first: str) -> Iterator[str]:
+        """The predicates of the domain that subgoals can say of so many objects; one is tried first."""
+        words = [w for w, n in self.signature.predicates.items() if n == arity and w not in self.unobserved]
+        names = dict.fromkeys([self.predicates.get(w, w) for w in words if w not in self.categories])
+        yield from (first,) if first in names else ()
+        yield from (name for name in names if name != first)
 
     def literal(self, formula: f.Formula) -> GroundAtom | None:
         """What an atom or a negated one asks for; None if the domain cannot say it, or not of objects."""

@@ -4,24 +4,22 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Collection, Iterable, Iterator
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 
 from eai.abilities.answer_schema import Schema, closed, listed, text
 from eai.abilities.json_text import Pairs, find_json
-from eai.abilities.planning import find_plan
 from eai.abilities.subgoal_decomposition.lexicon import ObjectsAndClasses, SubgoalLexicon, spelt
 from eai.abilities.task import Task
 from eai.abilities.unreadable import Unreadable
-from eai.logic.formula import And, Formula
+from eai.logic.formula import And, Atom, Constant, Formula
 from eai.logic.ltl_printer import print_ltl
 from eai.logic.signature import Signature
-from eai.planning.planner import Planner
 from eai.planning.subgoal import GroundAtom
 from eai.world.domain import Domain
 from eai.world.execution import Action, attempt
 from eai.world.past import Past
-from eai.world.state import Scene, State, change
+from eai.world.state import Fact, Scene, State, change
 
 _TOKEN = re.compile(r"[\w\-]+(?:\.\d+)?|[^\w\s]")
 _NAME = re.compile(r"\w")
@@ -55,12 +53,7 @@ class SubgoalNotation:
 
     Args:
         domain: the domain.
-
-    Attributes:
-        writes_scripts: whether `write` takes any plan; otherwise those that `planner` finds, no others.
     """
-
-    writes_scripts = True
 
     def __init__(self, domain: Domain) -> None:
         self.domain = domain
@@ -86,30 +79,60 @@ class SubgoalNotation:
         alone += [operator.name for operator in self.domain.operators if operator.arity == 0]
         return read_output(text, frozenset(spelt(alone)))
 
-    def planner(self) -> Planner:
-        """What finds plans that can be written."""
-        return Planner(self.domain)
-
     def write(self, task: Task, plan: Iterable[Action]) -> tuple[str, ...]:
-        """The subgoals that stand for a plan: for each action all visible facts that it changes.
+        """The subgoals that stand for a plan: for each action what it makes true about its objects.
 
-        An action that changes nothing that can be seen stands for itself. What cannot be carried out is left
-        out.
+        Where subgoals can say nothing of the kind it is what the action makes false about them, or else the
+        action by its name, which also stands for one about nothing but the agent. An action that subgoals
+        have no name for is then left out, and so is what cannot be carried out.
         """
         lexicon = self.lexicon(task.scene)
         subgoals: list[str] = []
         state = task.initial
         for action in plan:
+            if action.operator not in self.domain.compiled:
+                continue
             after = attempt(self.domain, Past(state), action)
             if isinstance(after, State):
-                literals = [lexicon.said(literal) for literal in _visible_changes(state, after)]
-                subgoals.append(print_ltl(_subgoal(literals) or lexicon.said_action(action)))
+                formula = self._standing_for(action, state, after, lexicon)
+                subgoals += [] if formula is None else [print_ltl(formula)]
                 state = after
         return tuple(subgoals)
 
-    def planned(self, task: Task, planner: Planner) -> tuple[str, ...]:
-        """The subgoals that stand for the plan that `planner` finds; none if it finds none."""
-        return self.write(task, find_plan(task, planner).plan)
+    def _standing_for(
+        self, action: Action, before: State, after: State, lexicon: SubgoalLexicon
+    ) -> Formula | None:
+        """The subgoal for an action that leads from a state to another, if there is one."""
+        about = {*action.arguments} - {before.scene.agent}
+        named = lexicon.names_action(action.operator)
+        if about or not named:
+            changes = change(before, after)
+            for facts, truth in ((changes.added, True), (changes.removed, False)):
+                own: dict[
+                    tuple[str, frozenset[int]], Fact
+                ] = {}  # of a fact and its mirror image one is enough
+                for fact in facts:
+                    if not about or not about.isdisjoint(fact.arguments):
+                        own.setdefault((fact.predicate, frozenset(fact.arguments)), fact)
+                said = [self._said(fact, truth, before, after, lexicon) for fact in own.values()]
+                literals = tuple([literal for literal in said if literal is not None])
+                if literals:
+                    return literals[0] if len(literals) == 1 else And(literals)
+        return lexicon.said_action(action) if named else None
+
+    def _said(
+        self, fact: Fact, truth: bool, before: State, after: State, lexicon: SubgoalLexicon
+    ) -> Formula | None:
+        """A change of a fact as subgoals say it: by its predicate, or by one that changes with it."""
+        stored = self.domain.vocabulary.stored(fact.predicate)
+        if stored is None or not stored.visible or len({*fact.arguments}) < len(fact.arguments):
+            return None
+        terms = tuple([Constant(before.scene.objects[i].name) for i in fact.arguments])
+        for name in lexicon.predicates_of(len(terms), first=fact.predicate):
+            atom = Atom(name, terms)
+            if self.domain.holds(atom, after) is truth and self.domain.holds(atom, before) is not truth:
+                return lexicon.said(GroundAtom(name, fact.arguments, truth))
+        return None
 
     def join(self, parts: Iterable[str]) -> str:
         """The subgoals as one answer."""
@@ -118,21 +141,6 @@ class SubgoalNotation:
     def schema(self) -> Schema:
         """The form of an answer, for providers that can enforce one. A formula may be any text."""
         return closed({"output": listed(text())})
-
-
-def _visible_changes(before: State, after: State) -> Iterator[GroundAtom]:
-    """What an action makes false, then what it makes true, as far as that can be seen."""
-    vocabulary = before.scene.vocabulary
-    visible = {predicate.name for predicate in vocabulary.predicates if predicate.visible}
-    difference = change(before, after)
-    for facts, truth in ((difference.removed, False), (difference.added, True)):
-        for fact in facts:
-            if fact.predicate in visible:
-                yield GroundAtom(fact.predicate, fact.arguments, truth)
-
-
-def _subgoal(literals: list[Formula]) -> Formula | None:
-    return None if not literals else literals[0] if len(literals) == 1 else And(tuple(literals))
 
 
 def read_output(text: str, without_arguments: Collection[str]) -> WrittenSubgoals | Unreadable:

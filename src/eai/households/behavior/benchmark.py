@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from eai.abilities.protocol import Ability, Protocol
+from eai.abilities.protocol import Ability
 from eai.abilities.task import Task
 from eai.abilities.transition_modeling.task import TransitionTask
 from eai.benchmark.benchmark import Benchmark
@@ -12,6 +12,7 @@ from eai.english.english import english_of
 from eai.households.behavior.activities import Activities
 from eai.households.behavior.domain import as_meant
 from eai.households.behavior.goal_notation import BehaviorGoals
+from eai.households.behavior.goal_section import GOAL_SECTIONS
 from eai.households.behavior.planning_problems import PlanningProblems, problem_text
 from eai.households.behavior.predicates import GOAL_RELATIONS, GOAL_STATES
 from eai.households.behavior.subgoal_notation import BehaviorSubgoals
@@ -21,8 +22,6 @@ from eai.households.gold_operators import open_behavior
 from eai.households.identifiers import published_task
 from eai.households.published_prompts import OfficialPrompts
 from eai.prompts.wording import ObjectName, Wording, declared_name
-from eai.reference.behavior_goal_section import GOAL_SECTIONS
-from eai.reference.wing import behavior_wing
 from eai.tasks.source import Source, TaskSet, once_per_store
 
 _GOAL_PREDICATES = (*(state.name for state in GOAL_STATES), *(each.name for each in GOAL_RELATIONS))
@@ -75,7 +74,6 @@ def behavior() -> Benchmark:
         open_tasks=open_tasks,
         goals=BehaviorGoals(),
         subgoals=BehaviorSubgoals(),
-        wings={Protocol.EAI_1_0_5: behavior_wing},
         open_operators=open_operators,
         wordings=wording,
         also_observed=("in_left_hand", "in_right_hand", "robot_on"),

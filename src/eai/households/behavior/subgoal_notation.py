@@ -8,18 +8,12 @@ are spelt as formulas can have them. All of these are repairs.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
 
-from eai.abilities.planning import find_plan
 from eai.abilities.subgoal_decomposition.lexicon import SubgoalLexicon
 from eai.abilities.subgoal_decomposition.notation import SubgoalNotation, WrittenSubgoals, read_output
-from eai.abilities.task import Task
 from eai.abilities.unreadable import Unreadable
 from eai.households.behavior import domain as behavior
 from eai.households.behavior.subgoal_vocabulary import lexicon
-from eai.households.behavior.subgoal_writer import carried_out, subgoal_planner, write_subgoals
-from eai.planning.planner import Planner
-from eai.world.execution import Action
 from eai.world.state import Scene
 
 _QUANTIFIER = re.compile(r"\b(?:forall|exists|forn|forpairs|fornpairs)\b")
@@ -57,18 +51,6 @@ class BehaviorSubgoals(SubgoalNotation):
                 repairs |= {} if spelt == subgoal else {"spelling": None}
                 kept.append(spelt)
         return WrittenSubgoals(tuple(kept), tuple(repairs), tuple(left_out))
-
-    def planner(self) -> Planner:
-        """What chooses actions that subgoals can stand for."""
-        return subgoal_planner()
-
-    def write(self, task: Task, plan: Iterable[Action]) -> tuple[str, ...]:
-        """The subgoals that stand for a plan."""
-        return write_subgoals(task, plan)
-
-    def planned(self, task: Task, planner: Planner) -> tuple[str, ...]:
-        """The same, with what the actions that were found need of the hands."""
-        return self.write(task, carried_out(task, find_plan(task, planner).plan))
 
 
 def _spelt(subgoal: str) -> str:

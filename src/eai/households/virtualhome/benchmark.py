@@ -6,7 +6,7 @@ import hashlib
 from collections.abc import Mapping
 from pathlib import Path
 
-from eai.abilities.protocol import Ability, Protocol
+from eai.abilities.protocol import Ability
 from eai.abilities.task import Task
 from eai.abilities.transition_modeling.task import TransitionTask
 from eai.benchmark.benchmark import Benchmark
@@ -30,7 +30,6 @@ from eai.households.virtualhome.subgoal_notation import VirtualHomeSubgoals
 from eai.households.virtualhome.tasks import PREDICATE_OF_RELATION, VirtualHomeTask, VirtualHomeTasks
 from eai.households.virtualhome.tasks import open_tasks as open_virtualhome_tasks
 from eai.prompts.wording import Wording
-from eai.reference.wing import virtualhome_wing
 from eai.tasks.source import Source, TaskSet, once_per_store
 
 _RELATION_NAMES = {predicate: name for name, predicate in PREDICATE_OF_RELATION.items()}
@@ -96,7 +95,6 @@ def virtualhome() -> Benchmark:
         goals=VirtualHomeGoals(),
         subgoals=VirtualHomeSubgoals(),
         subgoal_domain=with_either_hand(),
-        wings={Protocol.EAI_1_0_5: virtualhome_wing},
         open_operators=open_operators,
         asks={Ability.SUBGOAL_DECOMPOSITION: lambda task: task.temporal_goal is not None},
         wordings=wording,

@@ -16,10 +16,10 @@ from eai.data.store import Store
 from eai.households.packs import RESOURCES, TEMPLATES, open_published, open_virtualhome
 from eai.households.published_files import TEMPLATE_MEMBER
 from eai.households.virtualhome.records import ObjectRecord, TaskRecord
+from eai.households.virtualhome.slot_order import union_order
 from eai.households.virtualhome.tasks import PREDICATE_OF_RELATION
 from eai.logic.formula import Atom, Formula
 from eai.prompts.believed import Belief, GoalSection
-from eai.reference.slot_order import union_order
 
 _LINE = "-----------------"
 _HEADING_OF_ACTIONS = (

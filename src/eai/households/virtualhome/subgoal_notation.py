@@ -8,13 +8,9 @@ from collections.abc import Iterable, Sequence
 from eai.abilities.answer_schema import Schema, closed, listed, text
 from eai.abilities.subgoal_decomposition.lexicon import ObjectsAndClasses, SubgoalLexicon
 from eai.abilities.subgoal_decomposition.notation import SubgoalNotation, WrittenSubgoals, read_output
-from eai.abilities.task import Task
 from eai.abilities.unreadable import Unreadable
 from eai.households.virtualhome import domain as virtualhome
-from eai.households.virtualhome.subgoal_writer import subgoal_planner, write_subgoals
 from eai.logic.signature import Signature
-from eai.planning.planner import Planner
-from eai.world.execution import Action
 from eai.world.state import Scene
 
 ACTIONS = (
@@ -52,8 +48,6 @@ class VirtualHomeSubgoals(SubgoalNotation):
         actions: the actions that subgoals may name.
     """
 
-    writes_scripts = False
-
     def __init__(self, actions: Sequence[str] = (*ACTIONS, FORGOTTEN)) -> None:
         super().__init__(virtualhome.as_meant())
         self._actions: dict[str, int | None] = {
@@ -72,14 +66,6 @@ class VirtualHomeSubgoals(SubgoalNotation):
     def read(self, text: str) -> WrittenSubgoals | Unreadable:
         """The subgoals in an answer; actions without objects need no brackets."""
         return read_output(text, self._alone)
-
-    def planner(self) -> Planner:
-        """What chooses actions that subgoals can stand for."""
-        return subgoal_planner(tuple(self._actions))
-
-    def write(self, task: Task, plan: Iterable[Action]) -> tuple[str, ...]:
-        """The subgoals for a plan of `planner`, each as a formula."""
-        return write_subgoals(task, plan)
 
     def join(self, parts: Iterable[str]) -> str:
         """The subgoals as one answer."""

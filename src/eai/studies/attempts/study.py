@@ -7,8 +7,8 @@ from typing_extensions import Self
 
 from eai.abilities.experiment import Experiment, Feedback, FeedbackForm, World
 from eai.abilities.options import Options, option
+from eai.benchmark.protocols import preset_experiment
 from eai.errors import InputError
-from eai.reference.replanning import preset_experiment
 from eai.studies.study import Study
 from eai.world.episode import Notice, Until
 
@@ -41,7 +41,7 @@ class Attempts(Options):
         "not given, where the world continues)."
     )
     preset: str = option(
-        "eai-1.0.5: slips as the reference's script has them, three replans, the state told.", ""
+        "A protocol: slips as its published script has them, three replans, the state told.", ""
     )
 
     @model_validator(mode="after")

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from eai.reference.slot_order import slot_order, union_order
+from eai.households.virtualhome.slot_order import slot_order, union_order
 
 ids = st.lists(st.integers(0, 2100), max_size=120)
 pytestmark = pytest.mark.skipif(

@@ -5,7 +5,7 @@ rewrites a domain made of answers so that any standard planner gives the same ve
 version refuses:
 
 * objects of the problem may be named by operators: they become constants of the domain;
-* variables that nothing binds get the meaning of `scope`;
+* variables that nothing binds get the meaning of `unbound_variables`;
 * names that are declared nowhere: each literal with one gets a predicate of its own, so that adding it makes
   the same literal true and nothing else; a comparison with one is false;
 * a type used as a predicate is false; a parameter of several types (``either``) removes its operator;
@@ -26,8 +26,8 @@ from eai.pddl.offence import Offence, PddlError, PddlFinding
 from eai.pddl.operator_text import OperatorText
 from eai.pddl.planning import PlanningTask
 from eai.pddl.reader import PddlReader
-from eai.pddl.scope import UNBOUND_ADDED, bind_loose_variables
 from eai.pddl.sexpr import Group, SExpr, Symbol, read_group
+from eai.reference.unbound_variables import UNBOUND_ADDED, bind_loose_variables
 
 _REFUSED = frozenset({Offence.UNKNOWN_PREDICATE, Offence.WRONG_ARITY, Offence.UNSUPPORTED})
 

@@ -5,13 +5,13 @@ from __future__ import annotations
 import pytest
 
 from eai.pddl.model import PddlAction, PddlDomain
-from eai.pddl.normalise import Dropped, normalise, read_operator
 from eai.pddl.offence import Offence, PddlFinding
 from eai.pddl.operator_text import OperatorText
 from eai.pddl.planning import PlanningTask
 from eai.pddl.reader import read_domain, read_problem
 from eai.pddl.search import Effort, SearchVerdict, search
 from eai.pddl.writer import write_action, write_effect, write_formula
+from eai.reference.planner_of_2024 import Dropped, normalise, read_operator
 
 HEADER = read_domain(
     """(define (domain d) (:types room thing)

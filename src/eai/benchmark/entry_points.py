@@ -1,0 +1,30 @@
+"""Entry points: what this package and other distributions add by name, loaded where it is asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from importlib.metadata import EntryPoint, entry_points
+from importlib.util import find_spec
+
+_OURS = "eai."
+
+
+def entry_points_of(group: str, built_in: Mapping[str, str] | None = None) -> Mapping[str, EntryPoint]:
+    """The entry points of a group by name. One of this package whose module is not there is left out.
+
+    Args:
+        group: the group.
+        built_in: those of this package, ``module:object`` by name, which a source tree has whether or not it
+            was installed since they were declared.
+    """
+    declared = [EntryPoint(name, value, group) for name, value in (built_in or {}).items()]
+    return {point.name: point for point in (*declared, *entry_points(group=group)) if _is_there(point)}
+
+
+def _is_there(point: EntryPoint) -> bool:
+    if not point.module.startswith(_OURS):
+        return True  # not looked for: that would import its package
+    try:
+        return find_spec(point.module) is not None
+    except ModuleNotFoundError:  # a package above it is not there
+        return False
