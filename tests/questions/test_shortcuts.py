@@ -14,7 +14,7 @@ from eai.benchmark.registry import find_benchmark
 from eai.data.store import Store
 from eai.planning.planner import Planner
 from eai.questions.balance import best_chance, chances_of, guesses_of
-from eai.questions.item import Item
+from eai.questions.item import Item, with_counterparts
 from eai.questions.phrasing import pose
 from eai.questions.question import Form, Kind, Question
 from eai.questions.rules import Rules
@@ -109,13 +109,15 @@ def test_no_shortcut_beats_chance(domain: str, data_store: Store) -> None:
 
 
 def test_a_step_is_asked_about_where_another_by_its_operator_has_the_other_answer(lamps: Benchmark) -> None:
-    about = {"step 1": ["TOUCH"], "step 2": ["GRAB"], "step 3": ["GRAB"], "step 4": ["OPEN"]}
+    operators = {"step 1": "TOUCH", "step 2": "GRAB", "step 3": "GRAB", "step 4": "OPEN"}
+    right, wrong = ["step 1", "step 2"], ["step 3", "step 4"]
     world = open_setting(lamps.tasks(Source())["light"], Rules(lamps.domain), Planner(lamps.domain), "0")
-    item = Item(
-        world.states[0], (), 4, ["step 1", "step 2"], ["step 3", "step 4"], (), about=about, paired=True
-    )
+    about = {step: [name] for step, name in operators.items()}
+    item = Item(world.states[0], (), 4, right, wrong, (), about=about)
 
     def shown(item: Item, turn: int) -> set[str]:
+        asked = with_counterparts(item.right, item.wrong, operators.__getitem__)
+        item = replace(item, yes_no=asked)
         drawn = [pose(item, world, Form.YES_NO, "", Ledger(), random.Random(n), turn) for n in range(20)]
         return {text for each in drawn if each is not None for text in each[1].shown}
 

@@ -32,7 +32,7 @@ class Item:
         about: the labels of texts that do not begin with their operator or predicate: that operator first.
         actions: whether what is right and wrong are actions: where they are to choose from, no rules but
             theirs are told.
-        paired: whether yes or no is asked only of texts whose operator some text with the other answer has.
+        yes_no: the texts of which yes or no is asked, as something alike has the other answer; all if None.
     """
 
     state: State
@@ -46,11 +46,19 @@ class Item:
     formulas: tuple[Formula, ...] = ()
     about: Mapping[str, Sequence[str]] = field(default_factory=dict)
     actions: bool = False
-    paired: bool = False
+    yes_no: Collection[str] | None = None
 
 
 Maker: TypeAlias = Callable[[Setting, random.Random, int], Item | None]
 """Makes an item of a setting, at random, or none; the number says which class of answers it is to be of."""
+
+
+def with_counterparts(
+    right: Sequence[str], wrong: Sequence[str], operator: Callable[[str], str]
+) -> frozenset[str]:
+    """The texts of which one with the other answer has the same operator."""
+    shared = set(map(operator, right)) & set(map(operator, wrong))
+    return frozenset([text for text in (*right, *wrong) if operator(text) in shared])
 
 
 def some(rng: random.Random, things: Sequence[T], most: int) -> list[T]:

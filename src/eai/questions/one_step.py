@@ -6,7 +6,7 @@ import random
 from collections.abc import Callable, Iterator, Sequence
 from itertools import product
 
-from eai.questions.item import Item, listed, some
+from eai.questions.item import Item, listed, some, with_counterparts
 from eai.questions.question import Accept
 from eai.questions.setting import Setting
 from eai.world.execution import Action
@@ -136,6 +136,7 @@ def why_not(setting: Setting, rng: random.Random, number: int) -> Item | None:
         [str(n) for n in failing],
         values={"action": setting.said(action)},
         about={reason: (f"{action.operator} {reason}", reason) for reason in reasons},
+        yes_no={reasons[n - 1] for n in seen if any(n not in each for each in unmet.values())},
     )
 
 
@@ -239,16 +240,18 @@ def _which_action(
     setting: Setting, state: State, right: Sequence[Action], wrong: Sequence[Action], values: dict[str, str]
 ) -> Item:
     said = [setting.said(action) for action in right]
+    others = [setting.said(action) for action in wrong]
     return Item(
         state,
         setting.rules.names,
         1,
         said,
-        [setting.said(action) for action in wrong],
+        others,
         said,
         Accept.ANY,
         values,
         actions=True,
+        yes_no=with_counterparts(said, others, lambda text: text.partition("(")[0]),
     )
 
 

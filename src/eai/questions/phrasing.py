@@ -69,10 +69,9 @@ def pose(
         turn: which answer's turn it is to be the right one.
     """
     is_right, place = turn % 2 == 0, turn % len(LETTERS)
-    among, others = (item.right, item.wrong) if is_right else (item.wrong, item.right)
-    if item.paired:
-        either = {item.about[text][0] for text in others}
-        among = [text for text in among if item.about[text][0] in either]
+    among = item.right if is_right else item.wrong
+    if item.yes_no is not None:
+        among = [text for text in among if text in item.yes_no]
     if form is Form.YES_NO and not among:
         return None
     if form is Form.CHOICE and not (item.right and len(item.wrong) >= len(LETTERS) - 1):

@@ -8,7 +8,7 @@ from enum import IntEnum
 from typing import NamedTuple
 
 from eai.abilities.explanation import formula_text
-from eai.questions.item import Item, numbered, some
+from eai.questions.item import Item, numbered, some, with_counterparts
 from eai.questions.one_step import statements
 from eai.questions.setting import Setting
 from eai.world.execution import Action
@@ -150,17 +150,20 @@ def justification(setting: Setting, rng: random.Random, number: int) -> Item | N
         if outcome(setting, course.states[place], plan[place + 1 :]).result is Result.WORKS
     ]
     steps = [f"step {place + 1}" for place in range(len(plan))]
+    operators = {step: action.operator for step, action in zip(steps, plan, strict=True)}
+    right = [steps[place] for place in needless]
+    wrong = [step for place, step in enumerate(steps) if place not in needless]
     return Item(
         setting.states[0],
         _operators(plan),
         len(plan),
-        [steps[place] for place in needless],
-        [step for place, step in enumerate(steps) if place not in needless],
+        right,
+        wrong,
         [str(place + 1) for place in needless],
         values={"plan": numbered([setting.said(action) for action in plan]), "goals": _goals(setting)},
         formulas=setting.goals,
-        about={step: (action.operator,) for step, action in zip(steps, plan, strict=True)},
-        paired=True,
+        about={step: (operator,) for step, operator in operators.items()},
+        yes_no=with_counterparts(right, wrong, operators.__getitem__),
     )
 
 
