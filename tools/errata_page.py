@@ -17,7 +17,7 @@ DONE = {
     "renamed": "the operator has the name that was asked for",
     "problem": "the problem declares it",
     "plan": "the plan is corrected",
-    "question": "the question asks for ids",
+    "question": "the question is corrected",
     "asks_scored": "the question asks for what is scored",
 }
 

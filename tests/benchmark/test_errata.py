@@ -25,7 +25,8 @@ from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import Suite, open_suite
 from eai.data.store import Store
 from eai.errors import DataError, InputError
-from eai.logic.formula import Constant
+from eai.logic.formula import Atom, Constant
+from eai.logic.traversal import walk
 from eai.pddl.check import check_problem
 from eai.pddl.offence import Offence
 from eai.pddl.planning import PlannerChoice
@@ -38,7 +39,7 @@ from oracle import MODELS, Oracle
 
 ROOT = Path(__file__).parents[2]
 
-VERSIONS = {1: "1+92cd0f75"}
+VERSIONS = {1: "1+92cd0f75", 2: "2+2ce9dbe1"}
 """What each version of the table holds: whoever changes a correction makes a new version."""
 
 CURRENT, NONE = ErrataChoice.CURRENT, ErrataChoice.NONE
@@ -148,11 +149,37 @@ def the_plan_fails_as_published(entry: Erratum, store: Store, oracle: Oracle) ->
         assert gold_succeeds(store, entry, CURRENT, task_id) is True
 
 
+def the_question_asks_for_another_relation(entry: Erratum, store: Store, oracle: Oracle) -> None:
+    """Of all plans' questions those of the entry alone have other predicates in their goals than are scored."""
+    (ability,) = entry.abilities
+    for choice, others in ((NONE, set(entry.tasks)), (CURRENT, set())):
+        suite = opened(store, entry, ability, choice)
+        asked = suite.benchmark.official_prompts(ability, suite.source) or {}
+        known = {predicate.name for predicate in suite.benchmark.domain.vocabulary.derived}
+        found = set()
+        for task_id, task in suite.tasks.items():
+            scored = [p for goal in task.goals for p in walk(goal.formula) if isinstance(p, Atom)]
+            goals = asked[task_id].user.rpartition("target environment state:")[2].partition("interactable")[0]
+            words = [word for word in re.findall(r"'(\w+)'", goals) if word in known]
+            if sorted(words) != sorted(atom.predicate for atom in scored):
+                found.add(task_id)
+        assert found == others
+    for task_id in entry.tasks:
+        assert gold_succeeds(store, entry, NONE, task_id) is True
+        for model in MODELS:
+            rows = oracle("behavior", "action_sequencing", model)["records"]
+            (text,) = [row["response"] for row in rows if row["identifier"] == task_id]
+            verdict = suite.score(task_id, text)
+            assert isinstance(verdict, PlanVerdict)
+            assert not verdict.success
+
+
 EVIDENCE: Mapping[str, Callable[[Erratum, Store, Oracle], None]] = {
     "glass-in-both-hands": no_plan_exists,
     "two-lights-of-one-name": names_alone_do_not_do,
     "slice-carvingknife": nobody_writes_the_hyphen,
     "other-operators-asked-for": the_published_models_were_asked_for_the_scored,
+    "ontop-for-touching": the_question_asks_for_another_relation,
     "undeclared-cleansing-agent": the_problem_names_what_it_does_not_declare,
     **{name: the_plan_fails_as_published for name in ENTRIES if name.startswith("plan-of-")},
 }

@@ -51,6 +51,9 @@ MAX_INSTRUCTIONS = 20_000
 _TESTED_AT_ONCE = 100
 """How many literals of a formula are tested in the time in which an action is applied."""
 
+_MOST_LITERALS = 100
+"""How many literals a subgoal may have, over all alternatives, to be told that they exclude each other."""
+
 _REMEMBERED = 32
 """How many subgoals of a task are remembered."""
 
@@ -143,10 +146,10 @@ class Programs:
 
         @cache
         def refused() -> Check | None:
-            several = bool(alternatives) and min(map(len, alternatives)) > 1
-            return (
-                check(_EXCLUDED) if several and all(map(self._exclusion().excludes, alternatives)) else None
-            )
+            sizes = [*map(len, alternatives)]
+            if min(sizes, default=0) < 2 or sum(sizes) > _MOST_LITERALS:
+                return None
+            return check(_EXCLUDED) if all(map(self._exclusion().excludes, alternatives)) else None
 
         effort = self.extent.literals(formula) // _TESTED_AT_ONCE
         return _Required(StateTest(meaning, self.task.scene), check(why), effort, refused)
