@@ -159,7 +159,9 @@ def the_question_asks_for_another_relation(entry: Erratum, store: Store, oracle:
         found = set()
         for task_id, task in suite.tasks.items():
             scored = [p for goal in task.goals for p in walk(goal.formula) if isinstance(p, Atom)]
-            goals = asked[task_id].user.rpartition("target environment state:")[2].partition("interactable")[0]
+            goals = (
+                asked[task_id].user.rpartition("target environment state:")[2].partition("interactable")[0]
+            )
             words = [word for word in re.findall(r"'(\w+)'", goals) if word in known]
             if sorted(words) != sorted(atom.predicate for atom in scored):
                 found.add(task_id)

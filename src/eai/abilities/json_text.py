@@ -167,8 +167,18 @@ def _literal(node: ast.expr, depth: int) -> object:
     return Pairs(members)
 
 
+def is_cut_off(text: str) -> bool:
+    """Whether a bracket is opened in a text and not closed again."""
+    return len(text) <= MAX_LENGTH and bool(_brackets(text)[1])
+
+
 def _segments(text: str) -> list[str]:
-    """The outermost bracketed stretches of a text, in order; within them brackets in quotes do not count."""
+    """The outermost bracketed stretches of a text, in order."""
+    return [text[start:end] for start, end in _brackets(text)[0]]
+
+
+def _brackets(text: str) -> tuple[list[tuple[int, int]], list[int]]:
+    """Where the outermost brackets are, and those that stay open; within them quoted ones do not count."""
     opened: list[int] = []
     closed: list[tuple[int, int]] = []
     position = 0
@@ -181,4 +191,4 @@ def _segments(text: str) -> list[str]:
         while closed and closed[-1][0] > start:
             closed.pop()
         closed.append((start, position))
-    return [text[start:end] for start, end in closed]
+    return closed, opened

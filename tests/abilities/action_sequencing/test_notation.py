@@ -49,6 +49,24 @@ def test_texts_without_steps(text: str) -> None:
 
 
 @pytest.mark.parametrize(
+    ("text", "cut_off"),
+    [
+        ('[{"action": "OPEN", "object": "jar_0"}, {"action": "OP', True),
+        ('[{"action": "OPEN", "object": "jar_0"}, {"action": "OP]', True),
+        ('[{"action": "OPEN", "object": "jar_0"}', True),
+        ('[{"action": "OPEN"}]', False),
+        ("I cannot [do] that.", False),
+        ("", False),
+    ],
+)
+def test_an_answer_that_is_cut_off_is_told_from_one_without_steps(text: str, cut_off: bool) -> None:
+    found = NOTATION.read(text)
+    assert isinstance(found, Unreadable)
+    assert found.reason.startswith("no list of steps with an action and an object was found")
+    assert ("a bracket is not closed" in found.reason) is cut_off
+
+
+@pytest.mark.parametrize(
     ("steps", "text"),
     [
         ([], "[]"),

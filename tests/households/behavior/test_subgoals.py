@@ -232,6 +232,14 @@ def test_parts_that_exclude_each_other_are_told(subgoal: str, excluded: bool) ->
         assert not STRICT.explain(answer(subgoal)).steps
 
 
+def test_no_action_is_told_that_does_no_more_than_others_did() -> None:
+    """Each thing can be put where it shall be; to put one next to itself is what no plan needs."""
+    subgoal = "ontop(carton.1, sink.1) and ontop(plate.2, rag.10) and ontop(rag.1, table.1)"
+    error = STRICT.score(answer(subgoal)).error
+    assert error is not None
+    assert error.check == "too_many_actions"
+
+
 SCRAPS = st.sampled_from(
     [
         "open(fridge.1)",

@@ -12,7 +12,7 @@ from mypy_extensions import mypyc_attr
 
 from eai.abilities.action_sequencing.plan import WrittenPlan, WrittenStep
 from eai.abilities.answer_schema import Schema, closed, either, listed, text
-from eai.abilities.json_text import Pairs, find_json
+from eai.abilities.json_text import Pairs, find_json, is_cut_off
 from eai.abilities.task import Task
 from eai.abilities.unreadable import Unreadable
 from eai.world.domain import Domain
@@ -82,7 +82,9 @@ class JsonPlans(PlanNotation):
         without = _COMMENT.sub("", text)
         found = find_json(without, _steps) if without != text else None
         if found is None:
-            return Unreadable("no list of steps with an action and an object was found")
+            reason = "no list of steps with an action and an object was found"
+            open_end = "; a bracket is not closed, as where an answer is cut off"
+            return Unreadable(reason + open_end * is_cut_off(without))
         plan = WrittenPlan(*found)
         return replace(plan, repairs=(*plan.repairs, "comments"))
 

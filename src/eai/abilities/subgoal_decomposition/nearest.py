@@ -95,7 +95,10 @@ class _Failing:
         self._nodes = [start, *others][: max(1, min(_LOOKED_AT, _MOST_TESTS // max(1, tests)))]
 
     def nearest(self) -> _Nearest | None:
-        """The attempt that comes nearest to the aim; None if none brings more of it about than was made."""
+        """The attempt that comes nearest to the aim; None if none brings more of it about than was made.
+
+        What fails and would bring about no more than was made otherwise is not told.
+        """
         best: _Attempt | None = None
         rank = _Rank(0, 0, 0)
         for node in self._nodes:
@@ -104,6 +107,8 @@ class _Failing:
                 if not met or (best is not None and self._least(node, ground, met) >= rank):
                     continue
                 attempt = self._attempt(node, ground)
+                if attempt.failing and -met <= self.most_met:
+                    continue
                 found = _Rank(met, len(attempt.failing), len(attempt.plan))
                 made = not attempt.failing and len(attempt.plan) <= MAX_ACTIONS
                 if not made and (best is None or found < rank):
