@@ -150,7 +150,7 @@ def the_plan_fails_as_published(entry: Erratum, store: Store, oracle: Oracle) ->
 
 
 def the_question_asks_for_another_relation(entry: Erratum, store: Store, oracle: Oracle) -> None:
-    """Of all plans' questions those of the entry alone have other predicates in their goals than are scored."""
+    """Of the questions about plans these alone have other predicates in their goals than are scored."""
     (ability,) = entry.abilities
     for choice, others in ((NONE, set(entry.tasks)), (CURRENT, set())):
         suite = opened(store, entry, ability, choice)
