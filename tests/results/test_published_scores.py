@@ -44,7 +44,7 @@ def test_the_table_is_of_the_protocol_that_the_paper_has_no_numbers_of() -> None
     table = published_scores()
     assert table.schema == SCHEMA
     assert table.protocol == Protocol.STRICT.value
-    content = (ROOT / "src" / "eai" / "metrics" / "paper" / TABLE).read_bytes()
+    content = (ROOT / "src" / "eai" / "results" / "paper" / TABLE).read_bytes()
     assert published_scores_sha256() == hashlib.sha256(content).hexdigest()
 
 
