@@ -6,9 +6,9 @@ import pytest
 
 from eai.pddl.execute import Executor
 from eai.pddl.reader import read_domain, read_problem
-from eai.pddl.search import Effort, SearchVerdict, search
+from eai.pddl.search import GroundLimits, SearchVerdict, search
 
-ONE = Effort(central=1, full=1)
+ONE = GroundLimits(central=1, full=1)
 HOUSE = read_domain(
     """(define (domain house)
     (:predicates (at ?x) (held ?x) (full) (in ?x ?y) (open ?y) (beside ?x ?y))

@@ -7,12 +7,12 @@ from hypothesis import HealthCheck, given, settings
 
 from eai.pddl.grounding import GroundCondition, Grounder
 from eai.pddl.literals import Literals
-from eai.pddl.looks import Looks
 from eai.pddl.model import PddlDomain, PddlProblem
 from eai.pddl.pairs import Pairs
 from eai.pddl.reader import read_domain, read_problem
-from eai.pddl.search import Effort, SearchVerdict, search
+from eai.pddl.search import GroundLimits, SearchVerdict, search
 from eai.pddl.successors import Successors
+from eai.planning.effort import Effort
 from pddl.random_pddl import DOMAINS, PROBLEMS
 
 
@@ -22,9 +22,9 @@ def test_what_holds_together_somewhere_is_allowed(domain: PddlDomain, problem: P
     grounder = Grounder(domain, problem)
     actions = list(grounder.actions())
     initial, atoms = grounder.initial, grounder.atoms
-    pairs = Pairs(actions, atoms, initial, Looks())
-    literals = Literals(atoms, Looks())
-    successors = Successors(actions, literals, Looks())
+    pairs = Pairs(actions, atoms, initial, Effort())
+    literals = Literals(atoms, Effort())
+    successors = Successors(actions, literals, Effort())
     waiting, seen = [initial], {initial}
     while waiting and len(seen) < 200:
         state = waiting.pop()
@@ -64,9 +64,9 @@ def test_pairs_tell_what_one_hand_cannot_hold(goal: str, is_allowed: bool) -> No
     condition = grounder.goal()
     assert condition is not None
     actions = list(grounder.actions())
-    looks = Looks()
+    looks = Effort()
     assert Pairs(actions, grounder.atoms, grounder.initial, looks).allow(condition) is is_allowed
-    assert Pairs(actions, grounder.atoms, grounder.initial, Looks(looks.used // 2)).allow(condition)
+    assert Pairs(actions, grounder.atoms, grounder.initial, Effort(looks.used // 2)).allow(condition)
 
 
 @pytest.mark.parametrize(
@@ -79,6 +79,6 @@ def test_pairs_tell_what_one_hand_cannot_hold(goal: str, is_allowed: bool) -> No
 def test_what_pairs_exclude_is_not_searched_for(goal: str, verdict: SearchVerdict) -> None:
     names = " ".join("abcdefghijkl")
     problem = read_problem(f"(define (problem p) (:domain house) (:objects {names}) (:init) (:goal {goal}))")
-    result = search(HOUSE, problem, Effort())
+    result = search(HOUSE, problem, GroundLimits())
     assert result.verdict is verdict
     assert result.evaluated <= 60

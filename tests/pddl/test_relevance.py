@@ -7,7 +7,7 @@ import pytest
 from eai.pddl.execute import Executor
 from eai.pddl.reader import read_domain, read_problem
 from eai.pddl.relevance import relevant
-from eai.pddl.search import Effort, SearchVerdict, search
+from eai.pddl.search import GroundLimits, SearchVerdict, search
 
 NAMES = "abcdefghijkl"
 EIGHT = " ".join(f"?x{i}" for i in range(8))
@@ -88,7 +88,7 @@ def test_what_does_not_matter_costs_nothing(
         f"(define (domain d) (:predicates {predicates}) (:constants {constants}) {operators})"
     )
     problem = read_problem(f"(define (problem p) (:domain d) (:init {initial}) (:goal {goal}))")
-    result = search(domain, problem, Effort())
+    result = search(domain, problem, GroundLimits())
     assert result.verdict is verdict, why
     if verdict is SOLVED:
         assert Executor(domain, problem).flaw(result.plan) is None

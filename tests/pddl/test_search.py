@@ -17,11 +17,11 @@ from eai.pddl.model import PddlAction, PddlDomain, PddlProblem, objects_by_type,
 from eai.pddl.planner import BuiltInPlanner, checked_plan
 from eai.pddl.planning import PlannerOutcome, PlanningTask
 from eai.pddl.reader import read_domain, read_problem
-from eai.pddl.search import Effort, SearchVerdict, search
+from eai.pddl.search import GroundLimits, SearchVerdict, search
 from eai.reference.planner_of_2024 import normalise, read_operator
 from pddl.random_pddl import DOMAINS, PROBLEMS
 
-EVERYTHING = Effort(central=50, full=100_000, looks=10**9)
+EVERYTHING = GroundLimits(central=50, full=100_000, looks=10**9)
 
 
 def steps(domain: PddlDomain, problem: PddlProblem) -> Iterator[PlanStep]:
@@ -107,9 +107,9 @@ def test_effort_is_bounded_and_the_verdict_then_open() -> None:
     domain = read_domain(f"(define (domain counter) (:predicates {predicates}) {flips})")
     goal = " ".join(f"({name})" for name in names)
     problem = read_problem(f"(define (problem p) (:domain counter) (:init) (:goal (and {goal})))")
-    assert search(domain, problem, Effort(5, 20)).verdict is SearchVerdict.UNDECIDED
-    assert search(domain, problem, Effort(5, 10_000)).verdict is SearchVerdict.SOLVED
-    few = search(domain, problem, Effort(5, 10_000, looks=1_000))
+    assert search(domain, problem, GroundLimits(5, 20)).verdict is SearchVerdict.UNDECIDED
+    assert search(domain, problem, GroundLimits(5, 10_000)).verdict is SearchVerdict.SOLVED
+    few = search(domain, problem, GroundLimits(5, 10_000, looks=1_000))
     assert (few.verdict, few.evaluated < 100) == (SearchVerdict.UNDECIDED, True)
 
 
@@ -132,7 +132,9 @@ def test_equal_input_gives_an_equal_plan(data_store: Store) -> None:
     header = task.domain.header
     readings = [read_operator(text, header) for text in task.domain.operators.values()]
     made = normalise(header, [r for r in readings if isinstance(r, PddlAction)], task.problem)
-    assert search(made.domain, made.problem, Effort()) == search(made.domain, made.problem, Effort())
+    assert search(made.domain, made.problem, GroundLimits()) == search(
+        made.domain, made.problem, GroundLimits()
+    )
 
 
 def gold_tasks(store: Store) -> list[TransitionTask]:
@@ -142,7 +144,7 @@ def gold_tasks(store: Store) -> list[TransitionTask]:
 def test_solves_all_gold_problems(data_store: Store) -> None:
     for task in gold_tasks(data_store):
         made = normalise(task.domain.header, list(task.gold.values()), task.problem)
-        result = search(made.domain, made.problem, Effort())
+        result = search(made.domain, made.problem, GroundLimits())
         assert result.verdict is SearchVerdict.SOLVED, task.id
         assert Executor(made.domain, made.problem).flaw(result.plan) is None
 
@@ -159,7 +161,7 @@ STACKED = read_problem(
 
 def test_derived_predicates_are_unfolded() -> None:
     domain = read_domain(DERIVED.format(more=""))
-    result = search(domain, STACKED, Effort())
+    result = search(domain, STACKED, GroundLimits())
     assert result.verdict is SearchVerdict.SOLVED
     assert Executor(domain, STACKED).flaw(result.plan) is None
     assert len(result.plan) == 3
@@ -194,7 +196,7 @@ def test_work_is_bounded_however_many_variables_there_are(
         (:action move :parameters (?x ?y) :effect (near ?x ?y)))"""
     )
     problem = read_problem("(define (problem p) (:domain wide) (:init (near a b)) (:goal (done)))")
-    assert search(domain, problem, Effort()).verdict is SearchVerdict.UNDECIDED
+    assert search(domain, problem, GroundLimits()).verdict is SearchVerdict.UNDECIDED
     result = BuiltInPlanner().solve(PlanningTask(domain, problem))
     assert (result.outcome, result.plan) == (PlannerOutcome.TIME, ())
 

@@ -9,7 +9,7 @@ from eai.pddl.offence import Offence, PddlFinding
 from eai.pddl.operator_text import OperatorText
 from eai.pddl.planning import PlanningTask
 from eai.pddl.reader import read_domain, read_problem
-from eai.pddl.search import Effort, SearchVerdict, search
+from eai.pddl.search import GroundLimits, SearchVerdict, search
 from eai.pddl.writer import write_action, write_effect, write_formula
 from eai.reference.planner_of_2024 import Dropped, normalise, read_operator
 
@@ -38,7 +38,7 @@ def task(
 
 def solvable(*actions: PddlAction, init: str = "", goal: str = "(goal)") -> bool:
     made = task(*actions, init=init, goal=goal)
-    verdict = search(made.domain, made.problem, Effort()).verdict
+    verdict = search(made.domain, made.problem, GroundLimits()).verdict
     assert verdict is not SearchVerdict.UNDECIDED
     return verdict is SearchVerdict.SOLVED
 

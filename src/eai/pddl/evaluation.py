@@ -10,8 +10,8 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 import eai.logic.formula as f
 from eai.logic.traversal import walk
-from eai.pddl.looks import Looks
 from eai.pddl.model import PddlAxiom, type_of
+from eai.planning.effort import Effort
 
 PddlState = frozenset[f.Atom]
 Valuation = Mapping[str, str]
@@ -67,9 +67,9 @@ class Evaluation:
         state: PddlState,
         derived: DerivedPredicates,
         objects: Mapping[str, tuple[str, ...]],
-        looks: Looks | None = None,
+        looks: Effort | None = None,
     ) -> None:
-        self._looks = looks or Looks()
+        self._looks = looks or Effort()
         self._axioms = derived.axioms
         self._circles = derived.circles
         self._objects = objects

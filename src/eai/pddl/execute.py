@@ -13,7 +13,7 @@ import eai.logic.formula as f
 import eai.pddl.model as m
 from eai.logic.signature import takes
 from eai.pddl.evaluation import DerivedPredicates, Evaluation, PddlState, Valuation, object_of
-from eai.pddl.looks import Looks
+from eai.planning.effort import Effort
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,7 +47,7 @@ class Executor:
         looks: how many objects quantifiers may look at; any number by default.
     """
 
-    def __init__(self, domain: m.PddlDomain, problem: m.PddlProblem, looks: Looks | None = None) -> None:
+    def __init__(self, domain: m.PddlDomain, problem: m.PddlProblem, looks: Effort | None = None) -> None:
         self._looks = looks
         self._actions = {action.name: action for action in domain.actions}
         self._objects = m.objects_by_type(domain, problem)

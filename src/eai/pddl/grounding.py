@@ -15,7 +15,7 @@ import eai.pddl.model as m
 from eai.logic.traversal import free_variables, objects
 from eai.pddl.evaluation import DerivedPredicates
 from eai.pddl.execute import PlanStep
-from eai.pddl.looks import Looks
+from eai.planning.effort import Effort
 
 
 class GroundCondition(NamedTuple):
@@ -62,8 +62,8 @@ class Grounder:
             they are used up, what is ground lacks some parts.
     """
 
-    def __init__(self, domain: m.PddlDomain, problem: m.PddlProblem, looks: Looks | None = None) -> None:
-        self._looks = looks or Looks()
+    def __init__(self, domain: m.PddlDomain, problem: m.PddlProblem, looks: Effort | None = None) -> None:
+        self._looks = looks or Effort()
         self._domain = domain
         self._problem = problem
         self._objects = m.objects_by_type(domain, problem)

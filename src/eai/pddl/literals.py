@@ -12,7 +12,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 from eai.pddl.grounding import GroundCondition
-from eai.pddl.looks import Looks
+from eai.planning.effort import Effort
 
 
 class _Choice(NamedTuple):
@@ -35,7 +35,7 @@ class Literals:
         atoms: how many atoms there are; literals from 2 to 3 times that number on are left free.
     """
 
-    def __init__(self, atoms: int, looks: Looks) -> None:
+    def __init__(self, atoms: int, looks: Effort) -> None:
         self.atoms = atoms
         self._looks = looks
         self._every_atom = (1 << atoms) - 1

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 from eai.pddl.grounding import ALWAYS, GroundAction, GroundChange, GroundCondition
 from eai.pddl.literals import bits
-from eai.pddl.looks import Looks
+from eai.planning.effort import Effort
 
 
 class _Rule(NamedTuple):
@@ -36,7 +36,7 @@ class Pairs:
         looks: how many literals may be looked at. Where they are used up, what is found means nothing.
     """
 
-    def __init__(self, actions: Sequence[GroundAction], atoms: int, initial: int, looks: Looks) -> None:
+    def __init__(self, actions: Sequence[GroundAction], atoms: int, initial: int, looks: Effort) -> None:
         self._atoms = atoms
         self._every_atom = (1 << atoms) - 1
         self._looks = looks
@@ -48,7 +48,7 @@ class Pairs:
 
     def allow(self, condition: GroundCondition) -> bool:
         """Whether all that a condition needs may hold together, as far as pairs tell."""
-        return self._looks.are_used_up or self._with(self._needs(condition)) is not None
+        return self._looks.is_exceeded or self._with(self._needs(condition)) is not None
 
     def _rules(self, action: GroundAction) -> Iterator[_Rule]:
         always = perhaps = 0
@@ -68,7 +68,7 @@ class Pairs:
         """Add the pairs that effects make, in turn; whether there are any new ones."""
         grew = False
         for rule in rules:
-            if self._looks.are_used_up:
+            if self._looks.is_exceeded:
                 return False
             grew |= self._apply(rule)
         return grew

@@ -12,9 +12,9 @@ from dataclasses import dataclass, field
 from eai.pddl.evaluation import DerivedPredicates
 from eai.pddl.execute import Executor, PlanStep
 from eai.pddl.idle import without_idle_quantifiers
-from eai.pddl.looks import Looks
 from eai.pddl.planning import PddlPlanner, PlannerOutcome, PlannerResult, PlanningTask
-from eai.pddl.search import Effort, SearchVerdict, search
+from eai.pddl.search import GroundLimits, SearchVerdict, search
+from eai.planning.effort import Effort
 
 _LOOKS = 300_000
 """How many objects the quantifiers of a plan may look at; a plan of the gold operators looks at hundreds."""
@@ -24,7 +24,7 @@ _LOOKS = 300_000
 class BuiltInPlanner:
     """The search of this package, alone. What exceeds its effort is `PlannerOutcome.TIME`."""
 
-    effort: Effort = field(default_factory=Effort)
+    limits: GroundLimits = field(default_factory=GroundLimits)
 
     @property
     def name(self) -> str:
@@ -39,7 +39,7 @@ class BuiltInPlanner:
             detail = "a derived predicate depends on itself"
             return PlannerResult(PlannerOutcome.UNSUPPORTED, detail=detail)
         task = without_idle_quantifiers(task)
-        result = search(task.domain, task.problem, self.effort)
+        result = search(task.domain, task.problem, self.limits)
         match result.verdict:
             case SearchVerdict.SOLVED:
                 return checked_plan(task, result.plan, self.name)
@@ -71,9 +71,9 @@ class TieredPlanner:
 
 def checked_plan(task: PlanningTask, plan: Sequence[PlanStep], source: str) -> PlannerResult:
     """The result of a planner that claims to have found a plan, after executing it."""
-    looks = Looks(_LOOKS)
+    looks = Effort(_LOOKS)
     flaw = Executor(task.domain, task.problem, looks).flaw(plan)
-    if looks.are_used_up:
+    if looks.is_exceeded:
         return PlannerResult(PlannerOutcome.TIME, detail=f"{source}: its plan takes too long to execute")
     if flaw is None:
         return PlannerResult(PlannerOutcome.SOLVED, tuple(plan), source)

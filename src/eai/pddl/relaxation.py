@@ -14,8 +14,8 @@ from typing import NamedTuple
 
 from eai.pddl.grounding import ALWAYS, GroundAction, GroundCondition
 from eai.pddl.literals import Literals, bits, grouped
-from eai.pddl.looks import Looks
 from eai.pddl.successors import looks_for
+from eai.planning.effort import Effort
 
 _EVERYTHING = -1
 """More literals than there are."""
@@ -63,7 +63,7 @@ class Relaxation:
     """
 
     def __init__(
-        self, actions: Sequence[GroundAction], goal: GroundCondition, literals: Literals, looks: Looks
+        self, actions: Sequence[GroundAction], goal: GroundCondition, literals: Literals, looks: Effort
     ) -> None:
         self._looks = looks
         self._literals = literals
@@ -117,7 +117,7 @@ class Relaxation:
         lacking += [_Lacking(bit << self._again, 0, self._making.get(bit, 0)) for bit in bits(again)]
         layers, waiting = Layers([literals], []), (1 << len(self._rules)) - 1
         looks = self._looks
-        while goal & ~literals and not looks.are_used_up:
+        while goal & ~literals and not looks.is_exceeded:
             looks.used += self._price * len(lacking)
             kept = 0
             for _, needing, _ in lacking:

@@ -20,12 +20,12 @@ from eai.pddl.execute import PlanStep
 from eai.pddl.grounding import GroundAction, GroundCondition, Grounder
 from eai.pddl.literals import Literals
 from eai.pddl.lookahead import Lookahead
-from eai.pddl.looks import Looks
 from eai.pddl.model import PddlDomain, PddlProblem
 from eai.pddl.pairs import Pairs
 from eai.pddl.relaxation import Relaxation
 from eai.pddl.relevance import relevant
 from eai.pddl.successors import Successors
+from eai.planning.effort import Effort
 
 _DOUBT = 60
 """After how many evaluated states it is asked whether the goal's literals may hold together at all."""
@@ -53,7 +53,7 @@ class SearchResult:
 
 
 @dataclass(frozen=True, slots=True)
-class Effort:
+class GroundLimits:
     """How much may be done, counted and never timed.
 
     On the gold operators the default leaves no problem undecided; of the operators of nine models none is
@@ -73,30 +73,30 @@ class Effort:
     looks: int = 700_000
 
 
-def search(domain: PddlDomain, problem: PddlProblem, effort: Effort) -> SearchResult:
+def search(domain: PddlDomain, problem: PddlProblem, limits: GroundLimits) -> SearchResult:
     """Look for a plan.
 
     `SearchVerdict.UNSOLVABLE` is a proof: the goal is out of reach even if nothing is ever lost, or two of
     its literals never hold together, or the whole state space was searched. What is too large to be grounded
     is undecided.
     """
-    looks = Looks(effort.size)
+    looks = Effort(limits.size)
     grounder = Grounder(relevant(domain, problem), problem, looks)
     goal = grounder.goal()
-    if goal is None and not looks.are_used_up:
+    if goal is None and not looks.is_exceeded:
         return SearchResult(SearchVerdict.UNSOLVABLE)
     objects = grounder.central_objects()
     central, all_are_central = list(grounder.actions(objects)), objects >= grounder.objects
-    if goal is None or looks.are_used_up:
+    if goal is None or looks.is_exceeded:
         return SearchResult(SearchVerdict.UNDECIDED)
-    work, limit = Looks(effort.looks), effort.full if all_are_central else effort.central
+    work, limit = Effort(limits.looks), limits.full if all_are_central else limits.central
     result = _Search(central, goal, grounder.atoms, work).run(grounder.initial, limit)
     if result.verdict is SearchVerdict.SOLVED or all_are_central:
         return result
     everything = list(grounder.actions())
-    if looks.are_used_up:
+    if looks.is_exceeded:
         return SearchResult(SearchVerdict.UNDECIDED, evaluated=result.evaluated)
-    return _Search(everything, goal, grounder.atoms, work).run(grounder.initial, effort.full)
+    return _Search(everything, goal, grounder.atoms, work).run(grounder.initial, limits.full)
 
 
 @dataclass(frozen=True, slots=True)
@@ -155,7 +155,7 @@ class _Search:
     """One search over one set of ground actions."""
 
     def __init__(
-        self, actions: Sequence[GroundAction], goal: GroundCondition, atoms: int, looks: Looks
+        self, actions: Sequence[GroundAction], goal: GroundCondition, atoms: int, looks: Effort
     ) -> None:
         self._literals = Literals(atoms, looks)
         self._relaxation = Relaxation(actions, goal, self._literals, looks)
@@ -174,7 +174,7 @@ class _Search:
             literals = self._literals.of(node.state)
             if not self._goal & ~literals:
                 return SearchResult(SearchVerdict.SOLVED, node.plan(), len(done))
-            if len(done) == limit or self._looks.are_used_up:
+            if len(done) == limit or self._looks.is_exceeded:
                 return SearchResult(SearchVerdict.UNDECIDED, evaluated=len(done))
             if len(done) == _DOUBT and not self._goal_is_consistent(initial):
                 break
@@ -193,7 +193,7 @@ class _Search:
                         frontier.push(estimate.length, child, preferred=bool(action & estimate.helpful))
             seen.add(ahead.state)
             node = ahead if ahead.state not in done else _next(frontier, done)
-        verdict = SearchVerdict.UNDECIDED if self._looks.are_used_up else SearchVerdict.UNSOLVABLE
+        verdict = SearchVerdict.UNDECIDED if self._looks.is_exceeded else SearchVerdict.UNSOLVABLE
         return SearchResult(verdict, evaluated=len(done))
 
     def _goal_is_consistent(self, initial: int) -> bool:

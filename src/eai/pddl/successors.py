@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from eai.pddl.grounding import ALWAYS, GroundAction
 from eai.pddl.literals import Literals, bits, grouped
-from eai.pddl.looks import Looks
+from eai.planning.effort import Effort
 
 _SUCCESSOR = 10
 """How many looks it takes to apply an action."""
@@ -45,7 +45,7 @@ class Successors:
         looks: how many literals, conditions and effects may be looked at.
     """
 
-    def __init__(self, actions: Sequence[GroundAction], literals: Literals, looks: Looks) -> None:
+    def __init__(self, actions: Sequence[GroundAction], literals: Literals, looks: Effort) -> None:
         self._looks = looks
         self._everything = (1 << len(actions)) - 1
         self._needing = grouped([literals.needs(action.precondition) for action in actions])

@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from eai.planning.additive_heuristic import INFINITE, AdditiveHeuristic, Estimates
+from eai.planning.effort import Effort
 from eai.planning.preferred_operators import PreferredOperators
 from eai.planning.subgoal import Subgoal
 from eai.planning.successor_generator import Node, SuccessorGenerator
@@ -70,22 +71,24 @@ class BestFirst:
         states: states that all searches together may reach and estimate.
 
     Attributes:
-        states: how many of them are left.
+        effort: how many were reached and estimated.
     """
 
     def __init__(self, heuristic: AdditiveHeuristic, successors: SuccessorGenerator, states: int) -> None:
         self._heuristic = heuristic
         self._successors = successors
-        self.states = states
+        self.effort = Effort(states)
 
     def search(self, start: Node, target: Target, budget: Budget) -> SearchOutcome:
         """Look for a way from a node to a target."""
-        if self.states <= 0:
+        if self.effort.is_used_up:
             return SearchOutcome(None)
-        affordable = budget._replace(states=min(budget.states, self.states))
-        run = _BestFirstRun(self._heuristic, self._successors, start, target, affordable)
+        affordable = Effort(min(budget.states, self.effort.limit - self.effort.used))
+        run = _BestFirstRun(
+            self._heuristic, self._successors, start, target, affordable, complete=budget.complete
+        )
         found = run.run()
-        self.states -= run.states
+        self.effort.used += affordable.used
         return found
 
 
@@ -98,22 +101,24 @@ class _BestFirstRun:
         successors: SuccessorGenerator,
         start: Node,
         target: Target,
-        budget: Budget,
+        effort: Effort,
+        *,
+        complete: bool,
     ) -> None:
         self._heuristic = heuristic
         self._successors = successors
         self._start = start
         self._target = target
-        self._effort = budget
+        self._effort = effort
+        self._complete = complete
         self._seen = {(start.state, start.taken)}
         self._queue: list[tuple[float, int, Node, tuple[Action, ...]]] = []
         self._later: list[tuple[float, int, Node]] = []
-        self.states = 0
 
     def run(self) -> SearchOutcome:
         found = self._reach(self._start)
         while found is None:
-            if self.states >= self._effort.states:
+            if self._effort.is_used_up:
                 return SearchOutcome(None)
             step = self._next()
             if step is None:
@@ -127,14 +132,14 @@ class _BestFirstRun:
             rank, number, node, preferred = heapq.heappop(self._queue)
             heapq.heappush(self._later, (rank, number, node))
             return node, preferred
-        if self._later and self._effort.complete:
+        if self._later and self._complete:
             _, _, node = heapq.heappop(self._later)
             return node, tuple(self._successors.applicable(node))
         return None
 
     def _expand(self, node: Node, actions: Sequence[Action]) -> Node | None:
         for action in actions:
-            if self.states >= self._effort.states:
+            if self._effort.is_used_up:
                 return None
             after = self._successors.successor(node, action)
             if after is None or (after.state, after.taken) in self._seen:
@@ -147,12 +152,12 @@ class _BestFirstRun:
 
     def _reach(self, node: Node) -> Node | None:
         """Estimate a state that was reached and queue it; the node itself if the target is reached in it."""
-        self.states += 1
+        self._effort.used += 1
         estimate = self._estimate(node)
         if estimate.cost == 0.0:
             return node
         rank = estimate.cost + _STEP_COST * (node.depth - self._start.depth)
-        heapq.heappush(self._queue, (rank, -self.states, node, estimate.preferred))
+        heapq.heappush(self._queue, (rank, -self._effort.used, node, estimate.preferred))
         return None
 
     def _estimate(self, node: Node) -> _Estimate:

@@ -162,12 +162,12 @@ class _PlanSearch:
         node, budget = start, _FIRST_BUDGET
         while not self._is_reached(node):
             further = agenda.advance(node, budget)
-            if self._search.states <= 0:
+            if self._search.effort.is_used_up:
                 return self._failed(PlanningEnd.STATES, start)
             if further is not None:
                 node, budget = further, _FIRST_BUDGET
             elif not self._limits.thorough:
-                return Planned(PlanningEnd.STATES, (), self._spent)
+                return Planned(PlanningEnd.STATES, (), self._search.effort.used)
             elif agenda.learn():
                 node, budget = start, _FIRST_BUDGET
             else:
@@ -177,11 +177,7 @@ class _PlanSearch:
                     return self._failed(PlanningEnd.UNREACHABLE, start)
                 node = found.node or node
         end = without_needless_actions(self._successors, start, node, self._is_reached)
-        return Planned(PlanningEnd.SOLVED, tuple(end.plan()), self._spent)
-
-    @property
-    def _spent(self) -> int:
-        return self._limits.states - self._search.states
+        return Planned(PlanningEnd.SOLVED, tuple(end.plan()), self._search.effort.used)
 
     def _is_reached(self, node: Node) -> bool:
         holds = self._heuristic.readings.holds
@@ -189,7 +185,7 @@ class _PlanSearch:
         return node.taken == len(self._goal.actions) and all(holds(c, {}, node.state) for c in conditions)
 
     def _failed(self, end: PlanningEnd, start: Node) -> Planned:
-        return Planned(end, (), self._spent, self._blocked(start))
+        return Planned(end, (), self._search.effort.used, self._blocked(start))
 
     def _blocked(self, start: Node) -> tuple[Formula | tuple[str, ...], ...]:
         estimates = Estimates(self._heuristic, start.state, self._successors.objects)

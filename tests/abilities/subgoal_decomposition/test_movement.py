@@ -6,8 +6,9 @@ import pytest
 
 import eai.world as w
 from eai.abilities.subgoal_decomposition.ground import Ground
-from eai.abilities.subgoal_decomposition.movement import Budget, Movement, Way
+from eai.abilities.subgoal_decomposition.movement import Movement, Way
 from eai.abilities.subgoal_decomposition.repertoire import Repertoire
+from eai.planning.effort import Effort
 from eai.world.execution import Action, execute
 from world import toy
 
@@ -33,10 +34,10 @@ ACTIONS = [
 ]
 
 
-def movement(allowed: int) -> tuple[Movement, Budget]:
-    known, budget = Repertoire(DOMAIN).known, Budget(allowed)
+def movement(allowed: int) -> tuple[Movement, Effort]:
+    known, effort = Repertoire(DOMAIN).known, Effort(allowed)
     moves = [Ground.of(action, known[action.operator], SITTING) for action in ACTIONS]
-    return Movement(moves, budget), budget
+    return Movement(moves, effort), effort
 
 
 def written(way: Way) -> str:
@@ -54,23 +55,23 @@ def written(way: Way) -> str:
 @pytest.mark.parametrize("allowed", [0, 1, 2, 3, 9])
 def test_ways(before: list[str], ways: list[str], allowed: int) -> None:
     start = execute(DOMAIN, SITTING, [Action(name, ()) for name in before]).final
-    moving, budget = movement(allowed)
+    moving, effort = movement(allowed)
     found = list(moving.ways(start))
     assert [written(way) for way in found] == ways[:allowed]
-    assert budget.spent == len(found), "an action for each, and none in vain"
+    assert effort.used == len(found), "an action for each, and none in vain"
     assert all(execute(DOMAIN, start, way.plan).final == way.state for way in found)
 
 
 def test_ways_are_found_once_and_as_far_as_they_are_looked_at() -> None:
-    moving, budget = movement(9)
+    moving, effort = movement(9)
     first = next(iter(moving.ways(SITTING)))
-    assert budget.spent == 1
+    assert effort.used == 1
     assert next(iter(moving.ways(SITTING))) is first
-    assert budget.spent == 1
+    assert effort.used == 1
     assert list(moving.ways(SITTING)) == list(moving.ways(SITTING))
-    assert budget.spent == 3
+    assert effort.used == 3
 
 
 def test_without_anything_that_moves_there_is_no_movement() -> None:
-    assert not Movement([], Budget(9))
+    assert not Movement([], Effort(9))
     assert movement(0)[0]

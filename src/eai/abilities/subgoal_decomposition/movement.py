@@ -6,6 +6,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from typing import NamedTuple
 
 from eai.abilities.subgoal_decomposition.ground import Ground
+from eai.planning.effort import Effort
 from eai.world.execution import Action
 from eai.world.state import State
 
@@ -20,39 +21,17 @@ class Way(NamedTuple):
     state: State
 
 
-class Budget:
-    """How many actions may still be applied to states.
-
-    Args:
-        allowed: how many.
-
-    Attributes:
-        left: how many are left of them; less than none if the last thing done was dear.
-    """
-
-    __slots__ = ("_allowed", "left")
-
-    def __init__(self, allowed: int) -> None:
-        self._allowed = allowed
-        self.left = allowed
-
-    @property
-    def spent(self) -> int:
-        """How many have been applied."""
-        return self._allowed - self.left
-
-
 class Movement:
     """What movement leads to.
 
     Args:
         moves: what moves the agent.
-        budget: how much may be done.
+        effort: how many actions may be applied to states.
     """
 
-    def __init__(self, moves: Sequence[Ground], budget: Budget) -> None:
+    def __init__(self, moves: Sequence[Ground], effort: Effort) -> None:
         self._moves = moves
-        self._budget = budget
+        self._effort = effort
         self._ways: dict[State, _Ways] = {}
 
     def __bool__(self) -> bool:
@@ -74,10 +53,10 @@ class Movement:
             for way in ways:
                 taken = [action.operator for action in way.plan]
                 for ground in moves:
-                    if ground.action.operator in taken or self._budget.left <= 0:
+                    if ground.action.operator in taken or self._effort.is_used_up:
                         continue
                     if ground.known.common(way.state, ground.binding) and ground.is_possible_now(way.state):
-                        self._budget.left -= 1
+                        self._effort.used += 1
                         after = ground.after(way.state)
                         if after not in seen:
                             seen.add(after)

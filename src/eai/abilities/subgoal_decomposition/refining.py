@@ -8,9 +8,10 @@ from itertools import count
 from typing import NamedTuple
 
 from eai.abilities.subgoal_decomposition.ground import Ground, told_apart
-from eai.abilities.subgoal_decomposition.movement import Budget, Movement, Way
+from eai.abilities.subgoal_decomposition.movement import Movement, Way
 from eai.abilities.subgoal_decomposition.program import MAX_ACTIONS, Plan
 from eai.abilities.subgoal_decomposition.repertoire import Holds
+from eai.planning.effort import Effort
 from eai.world.execution import Action
 from eai.world.state import State
 
@@ -97,8 +98,8 @@ class Refining:
     def __init__(self, aim: Aim, means: Means, budget: int) -> None:
         self.aim = aim
         self.means = means
-        self._budget = Budget(budget)
-        self.movement = Movement(means.movement, self._budget)
+        self._effort = Effort(budget)
+        self.movement = Movement(means.movement, self._effort)
         self._best = MAX_ACTIONS
         self.nodes: list[Node] = []
         self.out_of_reach: set[tuple[State, Action]] = set()
@@ -106,7 +107,7 @@ class Refining:
     @property
     def effort(self) -> int:
         """How many actions have been applied to states."""
-        return self._budget.spent
+        return self._effort.used
 
     def shortest(self, start: State) -> list[Plan]:
         """The shortest plans, at most `MAX_PLANS`; no two to one state that the goal cannot tell apart."""
@@ -115,7 +116,7 @@ class Refining:
         queue = [(0, 0, Node(start, self.aim.at_start, ()))]
         lengths = {start: 0}
         numbers = count(1)
-        while queue and self._budget.left > 0:
+        while queue and not self._effort.is_used_up:
             length, _, node = heappop(queue)
             self.nodes.append(node)
             if length >= self._best:
@@ -135,7 +136,7 @@ class Refining:
 
     def _holds(self, state: State) -> bool:
         """Whether all that is asked for holds; a long formula costs as much as it is long."""
-        self._budget.left -= self.aim.effort
+        self._effort.used += self.aim.effort
         return self.aim.holds(state)
 
     def _children(self, node: Node, grounds: Sequence[Ground]) -> Iterator[Node]:
@@ -151,7 +152,7 @@ class Refining:
             way = self._approach(node, ground) if allowed[name] else None
             if way is None:
                 continue
-            self._budget.left -= 1
+            self._effort.used += 1
             after = ground.after(way.state)
             touched = ground.touched | (self.means.touched if way.plan else 0)
             gained = self.aim.met(after, parts, 0) if is_deed else 0

@@ -31,6 +31,7 @@ from eai.abilities.subgoal_decomposition.program import (
     Split,
 )
 from eai.logic.frozen import Frozen
+from eai.planning.effort import Effort
 from eai.world.domain import Domain
 from eai.world.execution import Action, Fault, Step, attempt
 from eai.world.fault import FaultKind
@@ -152,8 +153,8 @@ class _Search:
         self._goal = goal
         self._limits = limits
         self._waiting: list[list[Branch]] = [[] for _ in program]
-        self._attempts = 0
-        self._effort = 0
+        self._attempts = Effort(limits.attempts)
+        self._effort = Effort(limits.effort)
         self._end = SearchEnd.COMPLETE
         self._is_cut = False
         self._reason = ""
@@ -195,7 +196,7 @@ class _Search:
             success=self._successful.branch is not None,
             executable=self._successful.branch is not None or self._executable.branch is not None,
             end=self._end,
-            attempts=self._attempts,
+            attempts=self._attempts.used,
             ended=tuple(self._ended),
             reason=self._reason,
         )
@@ -207,7 +208,7 @@ class _Search:
             case Require():
                 self._require(branch, instruction)
             case Held():
-                self._effort += instruction.effort
+                self._effort.used += instruction.effort
                 held = instruction.holds(branch.state)
                 self._waiting[instruction.then if held else instruction.otherwise].append(branch)
             case Split(targets):
@@ -225,7 +226,7 @@ class _Search:
         if self._is_exhausted():
             return
         found = instruction.plans(branch.state)
-        self._effort += found.effort
+        self._effort.used += found.effort
         if found.refused is not None:
             self._finish(_refused(branch, instruction, found.refused), self._failed)
         elif not found.plans:
@@ -245,7 +246,7 @@ class _Search:
         subgoal, most = instruction.subgoal, instruction.most
         executed, refined = branch.executed_for(subgoal), branch.refined
         for action in plan:
-            self._attempts += 1
+            self._attempts.used += 1
             outcome = attempt(self._domain, past, action)
             if isinstance(outcome, State):
                 if executed == most:
@@ -260,14 +261,14 @@ class _Search:
             if self._halts(outcome):
                 self._halt(outcome.check.reason)
             if outcome.kind is not FaultKind.ADDITIONAL_STEP:
-                self._effort += past.number // _LOOKED_AT_ONCE
+                self._effort.used += past.number // _LOOKED_AT_ONCE
                 return Branch(past, tried, errors, met, subgoal, outcome, executed, refined)
         return Branch(past, tried, errors, met, subgoal, None, executed, refined)
 
     def _require(self, branch: Branch, instruction: Require) -> None:
         if self._is_exhausted():
             return
-        self._effort += instruction.effort
+        self._effort.used += instruction.effort
         if instruction.holds(branch.state):
             self._waiting[instruction.then].append(branch)
             return
@@ -284,7 +285,7 @@ class _Search:
         """The number of the latest state in which what is required held; any where that takes too long."""
 
         def held(state: State) -> bool:
-            self._effort += instruction.effort
+            self._effort.used += instruction.effort
             return self._is_exhausted() or instruction.holds(state)
 
         return branch.past.latest(instruction.holds, held)
@@ -298,8 +299,8 @@ class _Search:
         self._end, self._reason = SearchEnd.HALTED, reason
 
     def _is_exhausted(self) -> bool:
-        if self._attempts >= self._limits.attempts:
+        if self._attempts.is_used_up:
             self._end = SearchEnd.ATTEMPTS
-        elif self._effort >= self._limits.effort:
+        elif self._effort.is_used_up:
             self._end = SearchEnd.EFFORT
         return self._end is not SearchEnd.COMPLETE
