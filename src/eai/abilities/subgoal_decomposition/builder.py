@@ -144,7 +144,6 @@ class Programs:
             reason = f"{print_ltl(formula)} does not hold, and {why.words}"
             return Check(meaning, FaultKind.MISSING_STEP, reason, id=why.id)
 
-        @cache
         def refused() -> Check | None:
             sizes = [*map(len, alternatives)]
             if min(sizes, default=0) < 2 or sum(sizes) > _MOST_LITERALS:
@@ -152,7 +151,7 @@ class Programs:
             return check(_EXCLUDED) if all(map(self._exclusion().excludes, alternatives)) else None
 
         effort = self.extent.literals(formula) // _TESTED_AT_ONCE
-        return _Required(StateTest(meaning, self.task.scene), check(why), effort, refused)
+        return _Required(StateTest(meaning, self.task.scene), check(why), effort, cache(refused))
 
     def _needless(self, alternatives: tuple[tuple[GroundAtom, ...], ...]) -> Plans:
         """The actions that say of themselves that they are not needed, where one of the alternatives holds.
