@@ -40,3 +40,17 @@ def test_no_text_controls_the_terminal_and_none_is_markup(
     shown = getattr(console, stream)()
     shown.print("[/red] \x1b[2J", Text("\x9b31m", style="bold"), highlight=False)
     assert "".join(capsys.readouterr()) == "[/red] \\x1b[2J \\x9b31m\n"
+
+
+@pytest.mark.parametrize(
+    ("terminal", "shown"), [(False, "| a | b |\n|---|---|\n| **c** | `d` |\n"), (True, "c d")]
+)
+def test_markdown_stands_as_it_is_where_it_is_piped_and_is_set_on_a_terminal(
+    terminal: bool, shown: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    written = StringIO()
+    screen = Console(file=written, force_terminal=terminal, width=24, color_system=None)
+    monkeypatch.setattr(console, "output", lambda: screen)
+    console.print_markdown("| a | b |\n|---|---|\n| **c** | `d` |")
+    printed = capsys.readouterr().out + written.getvalue()
+    assert shown in (" ".join(printed.split()) if terminal else printed)

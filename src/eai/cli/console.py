@@ -62,6 +62,17 @@ def say(line: str) -> None:
     _print(output(), line)
 
 
+def print_markdown(text: str) -> None:
+    """Print Markdown as it stands; on a terminal it is set."""
+    console = output()
+    if console.is_terminal:
+        from rich.markdown import Markdown
+
+        console.print(Markdown(text))
+    else:
+        print(text)
+
+
 def note(line: str) -> None:
     """Print a line about how a command found it, on standard error, likewise."""
     _print(errors(), line)

@@ -23,6 +23,7 @@ from eai.cli.console import (
     note_planner,
     output,
     print_errata,
+    print_markdown,
     print_remark,
     say,
 )
@@ -110,8 +111,7 @@ def run(
     Example: eai run --model eai/noisy -M rate=0.2 --domain virtualhome --ability action_sequencing
     """
     if settings == [HELP]:
-        for line in listing():
-            print(line)
+        print_markdown("\n".join(listing()))
         return
     need_inspect()
     spec = specification(context, file, model_arg or (), settings or ())
