@@ -20,7 +20,7 @@ from eai.pddl.reader import read_domain, read_problem
 from eai.studies.annotation.decisions import read_decisions
 
 TESTS = Path(__file__).parents[1]
-SHELVES = ("--domain", "annotation.demonstrated:shelves")
+SHELVES = ("--domain", "studies.annotation.demonstrated:shelves")
 CHOOSE = ("annotate", "choose", *SHELVES, "--title", "Tidy up", "--without", "near")
 
 
