@@ -151,6 +151,7 @@ def test_an_interrupt_loses_no_decision() -> None:
         said = [process.stdout.readline()]
         while not (said.count("candidate 1, met by 2:\n") == 2 and "   6 " in said[-1]):
             said.append(process.stdout.readline())
+            assert said[-1], "".join(said)  # it ended
         process.send_signal(signal.SIGINT)
         rest = process.stdout.read()
     assert "interrupted; every decision is in decisions.toml, and the same command goes on from here" in rest
