@@ -14,12 +14,14 @@ from abilities.action_sequencing.test_trial import BOTH, BOX, LAMP, SHED, SUITE,
 from eai.abilities.action_sequencing.trial import Trial
 from eai.abilities.experiment import Experiment, Feedback, World
 from eai.abilities.record import Record
+from eai.abilities.responses import read_responses
 from eai.cli import app
 from eai.errors import InputError
 from eai.reference.replanning import counted_as_published
 from eai.results.attempts import after, by_attempt
 from eai.results.summary import summarise
 from eai.results.table import Estimate
+from eai.scoring.epochs import _write_attempts
 from eai.scoring.records import write_records
 from eai.scoring.trials import record_of_trial
 from eai.studies.attempts.analysis import arms_of, remarks, success_by_attempt, tables
@@ -48,6 +50,15 @@ UNTOLD = run_of(NONE, [[RIGHT], [EARLY, EARLY, EARLY], [EARLY, MISSED, MISSED], 
 
 def numerators(estimates: Sequence[Estimate]) -> list[float | None]:
     return [estimate.numerator for estimate in estimates]
+
+
+def test_the_answers_of_each_attempt_are_a_file(tmp_path: Path) -> None:
+    _write_attempts(tmp_path, "m", TOLD)
+    written = [read_responses(tmp_path / f"m_attempt_{number}_outputs.json", "0123") for number in (1, 2, 3)]
+    asked = [[each.task_id for each in file.responses] for file in written]
+    assert asked == [["0", "1", "2", "3"], ["1", "2", "3"], ["2", "3"]]
+    assert [each.text for each in written[1].responses] == [RIGHT, EARLY, UNREADABLE]
+    assert len(list(tmp_path.iterdir())) == 3
 
 
 def test_success_by_the_number_of_attempts_never_falls() -> None:
