@@ -56,8 +56,18 @@ FIELDS = (
 OF_ERRORS = ("kind", "step", "detail")
 """What an error has said from the beginning."""
 
-_SINGULAR = re.compile(r"(?<= takes 1 )(object|argument)(?=,)")
-"""What such a detail said in the plural when the digests were first taken, and is hashed as."""
+REWORDED = (
+    (re.compile(r"(?<= takes 1 )(object|argument)(?=,)"), r"\1s"),
+    (
+        re.compile(r"no hand holds a cleaning tool, and (\S+) is in no running sink or dishwasher"),
+        r"there is no cleaning tool, running sink or dishwasher for \1",
+    ),
+    (
+        re.compile(r"no hand holds a soaked cleaning tool or detergent, and (\S+) is in no running sink"),
+        r"there is no soaked cleaning tool, detergent or running sink for \1",
+    ),
+)
+"""What details say, and what they said when the digests were first taken, as which they are hashed."""
 
 OWN_FIELDS: Mapping[str, tuple[str, ...]] = {
     "virtualhome/action_sequencing": (),
@@ -166,7 +176,8 @@ def _kept(suite: str, fields: Mapping[str, Any]) -> dict[str, Any]:
     kept = {name: _plain(fields.get(name)) for name in (*FIELDS, *OWN_FIELDS[suite])}
     if kept["error"] is not None:
         kept["error"] = {name: kept["error"][name] for name in OF_ERRORS}
-        kept["error"]["detail"] = _SINGULAR.sub(r"\1s", kept["error"]["detail"])
+        for pattern, before in REWORDED:
+            kept["error"]["detail"] = pattern.sub(before, kept["error"]["detail"])
     return {name: value for name, value in kept.items() if value not in (None, [], {})}
 
 

@@ -37,9 +37,14 @@ class LiteralMatch(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class OperatorMatch:
-    """How an operator compares with the gold one: clause by clause, and literal by literal."""
+    """How an operator compares with the gold one: clause by clause, and literal by literal.
+
+    Attributes:
+        renamed: the parameters of the answer that stand for gold ones of another name, with that name.
+    """
 
     precondition: SideMatch
     effect: SideMatch
     precondition_literals: LiteralMatch
     effect_literals: LiteralMatch
+    renamed: tuple[tuple[str, str], ...] = ()

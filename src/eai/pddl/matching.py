@@ -73,15 +73,16 @@ def match_operators(predicted: PddlAction, gold: PddlAction) -> OperatorMatch:
     ]
     renamings = _renamings(predicted, gold)
     wanted = sum(len(side.wanted) for side in sides)
-    found = _best(sides, renamings, _match_clauses, lambda clauses: len(clauses.matched), wanted)
+    renaming, found = _best(sides, renamings, _match_clauses, lambda clauses: len(clauses.matched), wanted)
     precondition, effect = [SideMatch(*[tuple(map(write_clause, part)) for part in side]) for side in found]
     wanted = sum(_size(side.theirs) for side in sides)
-    matched = _best(sides, renamings, _match_side_literals, int, wanted)
-    in_literals = [
+    _, matched = _best(sides, renamings, _match_side_literals, int, wanted)
+    of_precondition, of_effect = [
         LiteralMatch(number, _size(side.ours) - number, _size(side.theirs) - number)
         for number, side in zip(matched, sides, strict=True)
     ]
-    return OperatorMatch(precondition, effect, *in_literals)
+    renamed = tuple([(ours, theirs) for ours, theirs in renaming.items() if ours != theirs])
+    return OperatorMatch(precondition, effect, of_precondition, of_effect, renamed)
 
 
 def missing_operator(gold: PddlAction) -> OperatorMatch:
@@ -95,15 +96,15 @@ def _best(
     match: Callable[[_Side, Renaming], _T],
     number: Callable[[_T], int],
     wanted: int,
-) -> list[_T]:
-    """What is found on each side with the first of the renamings with which most is found."""
-    best: list[_T] = []
+) -> tuple[Renaming, list[_T]]:
+    """The first of the renamings with which most is found, and what is found on each side with it."""
+    best: tuple[Renaming, list[_T]] = ({}, [])
     most = -1
     for renaming in renamings:
         found = [match(side, renaming) for side in sides]
         total = sum(map(number, found))
         if total > most:
-            best, most = found, total
+            best, most = (renaming, found), total
         if most == wanted:
             break
     return best

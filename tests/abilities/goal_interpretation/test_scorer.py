@@ -170,6 +170,14 @@ def test_what_is_missed_of_a_goal_that_is_stated_in_part_is_told() -> None:
         assert not any("in part" in note for note in SCORER.explain(answer(said)).notes)
 
 
+def test_a_condition_of_another_way_to_meet_a_goal_is_told_as_that() -> None:
+    either = Or((atom("lit", "lamp_0"), atom("open", "box_0")))
+    scorer = GoalInterpretation(make_task(either), DOMAIN, ByCategory())
+    notes = scorer.explain(answer([["lit", "lamp"], ["open", "box"]])).notes
+    assert notes[-1].startswith("wrong: ")
+    assert notes[-1].endswith(", of another way to meet a goal than the one that counts")
+
+
 def test_a_goal_that_is_said_more_often_than_it_is_one_is_wrong_and_told() -> None:
     scorer = GoalInterpretation(make_task(atom("lit", "lamp_0")), DOMAIN, ByCategory())
     text = answer([["lit", "lamp"], ["lit", "lamp"], ["open", "lamp"], ["open", "lamp"]])

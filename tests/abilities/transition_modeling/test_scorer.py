@@ -201,6 +201,15 @@ def test_a_side_that_cannot_be_read_costs_its_own_clauses_and_no_others() -> Non
     assert not any("precondition" in note or "the effect lacks" in note for note in notes)
 
 
+def test_an_explanation_says_where_parameters_are_compared_as_others() -> None:
+    scorer = TransitionModeling(TASK, rules_of(Protocol.STRICT, BuiltInPlanner()))
+    other = OPEN.pddl.replace("?o", "?thing")
+    notes = scorer.explain(json.dumps({"output": f"{other}\n{LIGHT.pddl}"})).notes
+    assert [note for note in notes if "compared so" in note] == [
+        "open: compared so that its ?thing is the data set's ?o"
+    ]
+
+
 def test_an_explanation_names_the_repairs_of_each_operator() -> None:
     scorer = TransitionModeling(TASK, rules_of(Protocol.STRICT, BuiltInPlanner()))
     short = OPEN.pddl.replace("(near ?o))", "(near ?o)")

@@ -146,9 +146,13 @@ def test_any_plan_has_a_verdict(steps: list[tuple[str, str]]) -> None:
         assert verdict.executable is (verdict.error is None)
 
 
-DUSTY = "is_dusty(plate_1) remains: there is no cleaning tool, running sink or dishwasher for plate_1"
+DUSTY = (
+    "is_dusty(plate_1) remains: "
+    "no hand holds a cleaning tool, and plate_1 is in no running sink or dishwasher"
+)
 STAINED = (
-    "is_stained(plate_1) remains: there is no soaked cleaning tool, detergent or running sink for plate_1"
+    "is_stained(plate_1) remains: "
+    "no hand holds a soaked cleaning tool or detergent, and plate_1 is in no running sink"
 )
 
 

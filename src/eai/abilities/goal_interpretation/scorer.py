@@ -12,7 +12,7 @@ be read misses all goals of its task.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Container, Iterable, Iterator
 from dataclasses import replace
 from functools import partial, reduce
 from operator import or_
@@ -159,7 +159,7 @@ class GoalInterpretation(Scorer):
                     for kind, count in (verdict.counts or {}).items()
                     if isinstance(count, Confusion) and kind != ALL
                 ),
-                *wrong_told(verdict),
+                *wrong_told(verdict, {str(goal) for goal in self.gold.mask_of}),
                 *self._lacking(goals),
             ),
             goals=self.reports(goals),
@@ -212,11 +212,20 @@ def ill_formed_told(entries: Iterable[IllFormed]) -> Iterator[str]:
         yield f"left out as ill-formed: {shorten(entry.text, _WIDTH, placeholder=' ...')}"
 
 
-def wrong_told(verdict: GoalVerdict) -> tuple[str, ...]:
-    """What there is to say of the wrong goals of an answer, each once, and how often it is stated."""
+def wrong_told(verdict: GoalVerdict, options: Container[str] = ()) -> tuple[str, ...]:
+    """What there is to say of the wrong goals of an answer, each once, and how often it is stated.
+
+    ``options`` are the conditions that some way to meet a goal asks for.
+    """
     return tuple(
         f"wrong: {goal}"
         + (f", {times} times" if times > 1 else "")
-        + (", said more often than it is a goal" if goal in verdict.matched else "")
+        + (
+            ", said more often than it is a goal"
+            if goal in verdict.matched
+            else ", of another way to meet a goal than the one that counts"
+            if goal in options
+            else ""
+        )
         for goal, times in Counter(verdict.wrong).items()
     )

@@ -175,8 +175,12 @@ class SubgoalDecomposition(Scorer):
         if outcome.end is not SearchEnd.COMPLETE:
             notes.append(f"the search was ended: {outcome.end.value} {outcome.reason}".rstrip())
         error = error_of(branch, self.domain, self.task.scene)
+        steps = step_reports(self.task, self.domain, branch.trajectory)
         if error is not None and error.step is not None:
-            notes.append(f"subgoal {error.step + 1} fails: {error.kind.value}, {error.detail}")
+            why = error.detail
+            if steps and steps[-1].outcome == error.kind.value:
+                why = steps[-1].reason
+            notes.append(f"subgoal {error.step + 1} fails: {error.kind.value}, {why}")
             named = objects(self.lexicon.meaning(compiled.subgoals[error.step]))
             if error.kind is FaultKind.AFFORDANCE and not {*error.objects} <= {*named}:
                 notes.append(f"subgoal {error.step + 1} leaves open which object: only the task's were tried")
@@ -184,7 +188,7 @@ class SubgoalDecomposition(Scorer):
             notes.append("the goals are those of another way to carry out the subgoals, which reaches more")
         return Explanation(
             tuple(notes),
-            step_reports(self.task, self.domain, branch.trajectory),
+            steps,
             goal_reports(self.task.goals, self._reached(best), best.trajectory),
             part_reports(self.temporal_goal, branch.trajectory),
         )

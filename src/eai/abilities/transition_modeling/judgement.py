@@ -39,6 +39,7 @@ class Judgement:
         plan_flaw: why it does not; None if it does, or there is no plan.
         repairs: the names of the repairs that reading made.
         repaired: those of them that were made of single operators, by operator.
+        renamed: the parameters that stand for gold ones of another name, with that name, by operator.
         error: why nothing could be read, or None.
         excluded: why the answer is left out of all statistics, or None.
     """
@@ -50,6 +51,7 @@ class Judgement:
     literals: Mapping[str, Confusion] | None = None
     repairs: tuple[str, ...] = ()
     repaired: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    renamed: Mapping[str, tuple[tuple[str, str], ...]] = field(default_factory=dict)
     error: ErrorReport | None = None
     excluded: str | None = None
 

@@ -81,6 +81,7 @@ class PaperRules(Frozen):
             literals=_literals(compared),
             repairs=written.repairs,
             repaired={name: operator.repairs for name, operator in by_name.items() if operator.repairs},
+            renamed={each.report.name: each.match.renamed for each in compared if each.match.renamed},
         )
 
     def unanswered(self, task: TransitionTask) -> Judgement:

@@ -97,6 +97,10 @@ def _notes(judgement: Judgement) -> Iterator[str]:
         yield f"{report.name}: {report.status.value}"
         if report.name in judgement.repaired:
             yield f"{report.name}: read with repair: {', '.join(judgement.repaired[report.name])}"
+        if report.name in judgement.renamed:
+            renamed = judgement.renamed[report.name]
+            pairs = [f"its ?{ours} is the data set's ?{theirs}" for ours, theirs in renamed]
+            yield f"{report.name}: compared so that {', '.join(pairs)}"
         yield from _sides(report)
         for finding in report.offences:
             yield f"{report.name}: {finding.offence.value} in the {finding.place}: {finding.name}"

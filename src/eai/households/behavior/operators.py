@@ -296,19 +296,27 @@ def clean() -> Operator:
         additional(p.is_dusty(X) | p.is_stained(X), "{x} is neither dusty nor stained"),
     )
     tries = (
-        _wipe(p.is_dusty, in_sink | in_dishwasher | tool, "no cleaning tool, running sink or dishwasher"),
         _wipe(
-            p.is_stained, in_sink | wet_tool | detergent, "no soaked cleaning tool, detergent or running sink"
+            p.is_dusty,
+            in_sink | in_dishwasher | tool,
+            "no hand holds a cleaning tool, and {x} is in no running sink or dishwasher",
+            "there_is_no_cleaning_tool_running_sink_or_dishwasher_for",
+        ),
+        _wipe(
+            p.is_stained,
+            in_sink | wet_tool | detergent,
+            "no hand holds a soaked cleaning tool or detergent, and {x} is in no running sink",
+            "there_is_no_soaked_cleaning_tool_detergent_or_running_sink_for",
         ),
     )
     return Operator("CLEAN", (X,), checks, (), "clean the object of dust and stains", tries=tries)
 
 
-def _wipe(dirt: Predicate, means: Formula, lacking: str) -> Try:
+def _wipe(dirt: Predicate, means: Formula, lacking: str, id: str) -> Try:
     checks = (
         additional(dirt(X), f"{{x}} {_already(dirt, holds=False)}"),
         *interactable(X),
-        missing(means, f"there is {lacking} for {{x}}"),
+        replace(missing(means, lacking), id=id),
     )
     return Try(dirt(X), checks, (Delete(dirt(X)),))
 
