@@ -41,7 +41,7 @@ from suites import answer_book, official_prompts
 PLANS = ("virtualhome", Ability.ACTION_SEQUENCING)
 SUITES = [(domain, ability) for domain in ("virtualhome", "behavior") for ability in Ability]
 TASK_COUNT = 12
-NOISY = Whom("eai/noisy", {"rate": 0.35, "seed": 3})
+NOISY = Whom("eai/noisy", {"rate": 0.6, "seed": 3})
 
 
 @pytest.fixture(scope="module")
