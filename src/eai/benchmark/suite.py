@@ -26,7 +26,10 @@ DEFAULT_PROTOCOL = Protocol.STRICT
 
 
 def open_scorers(benchmark: Benchmark, ability: Ability, source: Source) -> Opened:
-    """The suite of an ability as the paper has it (protocol ``strict``)."""
+    """The suite of an ability as the paper has it (protocol ``strict``).
+
+    Each scorer is imported where it is made: scoring plans loads no planner of operators.
+    """
     if ability is Ability.TRANSITION_MODELING:
         return _transition_modeling(benchmark, source)
     tasks = benchmark.tasks_for(ability, source)

@@ -70,7 +70,7 @@ def print_markdown(text: str) -> None:
 
         console.print(Markdown(text))
     else:
-        print(text)
+        say(text)
 
 
 def note(line: str) -> None:

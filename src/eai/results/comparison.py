@@ -1,4 +1,9 @@
-"""Two runs on the same tasks: how much they differ, how surely, and on which tasks."""
+"""Two runs on the same tasks: how much they differ, how surely, and on which tasks.
+
+Randomisation tests ask what if a coin decided, unit by unit, which run gave which answers: under the
+hypothesis that the runs are alike their difference varies like that, whatever the tasks are like. Units are
+names or tasks; with tasks as units, and a yes or no from each, the test is McNemar's.
+"""
 
 from __future__ import annotations
 

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from eai.abilities.options import Options, option
 from eai.abilities.protocol import Protocol
 from eai.benchmark.suite import DEFAULT_PROTOCOL
 from eai.pddl.planning import PlannerChoice
-from eai.scoring.batch import Settings
 from eai.tasks.source import ErrataChoice
+
+if TYPE_CHECKING:
+    from eai.scoring.batch import Settings
 
 
 class ScoringOptions(Options):
@@ -44,4 +48,6 @@ class ScoringOptions(Options):
     @property
     def settings(self) -> Settings:
         """The part that is about how a batch is scored."""
+        from eai.scoring.batch import Settings  # which commands that score nothing do not need
+
         return Settings(self.workers, self.explanations, self.allow_missing)

@@ -1,4 +1,8 @@
-"""BEHAVIOR's own planning problems, in PDDL: parts of activities, with other spellings of their names."""
+"""BEHAVIOR's own planning problems, in PDDL: parts of activities, with other spellings of their names.
+
+The objects of a problem are those of its goals, those of the categories that bring such goals about, and all
+that an initial condition about one of them names.
+"""
 
 from __future__ import annotations
 

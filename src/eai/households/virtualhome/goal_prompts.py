@@ -1,7 +1,11 @@
-"""VirtualHome's goal interpretation: the official prompts that the data set ships as a template only.
+"""VirtualHome's official prompts: how they state goals, and those that the data set ships as a template only.
 
-The reference prints Python sets in them, whose order changes from run to run; here each has the order of the
-data set (reference: ``goal_interpretation/scripts/generate_prompts.py``, ``motion_planner.py``).
+The template is that of goal interpretation. The reference prints Python sets in it, whose order changes from
+run to run; here each has the order of the data set (reference:
+``goal_interpretation/scripts/generate_prompts.py``, ``motion_planner.py``).
+
+Relations among the goals of a task have the order of the goals. In 21 of the published prompts of subgoal
+decomposition it is that of a Python set.
 """
 
 from __future__ import annotations

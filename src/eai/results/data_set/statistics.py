@@ -1,7 +1,7 @@
 """The paper's Table 2 of any benchmark, counted from its tasks: each figure with what it counts.
 
-Beside a figure stands what the paper prints, and why that is another number
-where it is one.
+Beside a figure stands what the paper prints (Table 2, and in its text), and why that is another number where
+it is one.
 """
 
 from __future__ import annotations

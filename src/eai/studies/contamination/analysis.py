@@ -1,4 +1,9 @@
-"""Public tasks beside generated ones of the same world: what success owes to answers that are known."""
+"""Public tasks beside generated ones of the same world: what success owes to answers that are known.
+
+The two rates are on different tasks and are compared where these are alike. Tasks are put into strata of what
+they are like. Those of the second set are weighted so that each stratum weighs as much as in the first
+(post-stratification); strata that only one set has are left out of both.
+"""
 
 from __future__ import annotations
 

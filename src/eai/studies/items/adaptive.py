@@ -1,9 +1,11 @@
 """A test that chooses its tasks as it goes: the most informative next, until an ability is known well enough.
 
-The difficulties of tasks are known from models that were asked before (`eai.studies.items.rasch`). A task
-tells most of a model whose chance to solve it is even: its Fisher information is p (1 - p). Near copies of
-a task say less than that, for a model fails or solves them together, so that of the tasks whose name was
-asked least often the most informative comes next.
+The difficulties of tasks are known from nine of the paper's models under ``strict``, by the Rasch model
+(`eai.studies.items.rasch`): in logits from the mean ability of these models, with the variance of a model's
+ability between names, for action sequencing and subgoal decomposition, whose answers are right or wrong
+without a planner; ``tools/short_tests.py`` writes them. A task tells most of a model whose chance to solve it
+is even: its Fisher information is p (1 - p). Near copies of a task say less than that, for a model fails or
+solves them together, so that of the tasks whose name was asked least often the most informative comes next.
 """
 
 from __future__ import annotations

@@ -1,7 +1,8 @@
 """How good annotations are, by people who rated them (paper, "Annotation Quality").
 
 A rater gives a task's annotation 1 to 5 points in some attributes. Ratings come in a CSV file with the
-columns task, rater, attribute and score.
+columns task, rater, attribute and score. How far raters agree is the spread of their ratings of one thing,
+and Krippendorff's alpha.
 """
 
 from __future__ import annotations
