@@ -33,9 +33,9 @@ from eai.households.behavior.tasks import BehaviorTask, initial_relations, initi
 from eai.households.packs import fetch_published
 from eai.logic.formula import Atom, Formula, Not
 from eai.logic.traversal import walk
+from eai.reference.behavior_goal_test import truncated_options
 from eai.reference.behavior_plans import BehaviorActionSequencing
 from eai.reference.behavior_subgoals import BehaviorSubgoalDecomposition
-from eai.reference.truncated_options import truncated_options
 from eai.world.execution import Action
 from eai.world.scene_objects import SceneObjects
 from eai.world.state import Scene

@@ -23,8 +23,7 @@ from statistics import quantiles
 
 from eai.abilities.protocol import Ability
 from eai.abilities.responses import find_response_files, read_responses
-from eai.benchmark.gold_answers import open_answer_book
-from eai.benchmark.noisy_answers import Noise, noisy_answer
+from eai.benchmark.gold_answers import Noise, noisy_answer, open_answer_book
 from eai.benchmark.suite import Suite, open_suite
 from eai.scoring.batch import Scoring
 from eai.scoring.reward import Reward

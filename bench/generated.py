@@ -29,10 +29,9 @@ from eai.errors import DataError
 from eai.generator import fingerprint
 from eai.generator.census import prior_of
 from eai.generator.generator import Generator, generate
-from eai.generator.outcome import Generated
 from eai.generator.prior import Prior, kinds_of
 from eai.generator.sets import Seeds
-from eai.generator.spec import Spec, Tier
+from eai.generator.spec import Generated, Spec, Tier
 from eai.pddl.val import Val
 from eai.tasks.source import Source
 from eai.tasks.task_files import open_task_files

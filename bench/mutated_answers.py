@@ -10,7 +10,7 @@ from eai.abilities.protocol import Ability
 from eai.benchmark.gold_answers import AnswerBook, open_answer_book
 from eai.benchmark.registry import find_benchmark
 from eai.households.behavior import tasks as behavior
-from eai.households.behavior.subgoal_vocabulary import lexicon
+from eai.households.behavior.subgoal_notation import lexicon
 from eai.households.virtualhome import tasks as virtualhome
 from eai.households.virtualhome.subgoal_notation import ACTIONS, VirtualHomeSubgoals
 from eai.world.state import Scene

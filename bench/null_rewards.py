@@ -28,8 +28,8 @@ from eai.benchmark.prompt_library import Library
 from eai.benchmark.random_answers import open_random_answers
 from eai.benchmark.suite import Suite, open_suite
 from eai.envs import TextEnvironment, make
-from eai.envs.agents import RandomAgent
 from eai.envs.command import DONE
+from eai.envs.environment import RandomAgent
 from eai.envs.rules import Feedback, Observe
 from eai.logic.formula import And, Atom, Variable
 from eai.pddl.model import AddEffect, Both

@@ -21,17 +21,17 @@ from eai.abilities.responses import ResponseFile, find_response_files, read_resp
 from eai.abilities.unreadable import Unreadable
 from eai.abilities.verdict import Counted, ErrorReport, GoalTallies, PlanVerdict
 from eai.benchmark.errata import errata_of
-from eai.households.identifiers import task_id_of
+from eai.households.published_files import task_id_of
 from eai.households.virtualhome import domain as virtualhome
 from eai.households.virtualhome.operators import declared_operators
 from eai.households.virtualhome.plan_notation import VirtualHomePlans
 from eai.households.virtualhome.predicates import VOCABULARY
 from eai.households.virtualhome.tasks import VirtualHomeTask, open_tasks
-from eai.reference import virtualhome_domain
-from eai.reference.virtualhome_goal_test import VirtualHomeGoalTest
+from eai.reference import virtualhome_quirks
 from eai.reference.virtualhome_plans import (
     LIST_IS_NOT_JSON,
     VirtualHomeActionSequencing,
+    VirtualHomeGoalTest,
     written_with_ids,
 )
 from eai.reference.virtualhome_quirks import QUIRKS
@@ -72,7 +72,7 @@ class Rules:
 
 def rules_of(protocol: Protocol) -> Rules:
     """The rules of one protocol throughout."""
-    simulator = virtualhome.as_meant() if protocol is STRICT else virtualhome_domain.as_in_reference()
+    simulator = virtualhome.as_meant() if protocol is STRICT else virtualhome_quirks.as_in_reference()
     return Rules(*(protocol,) * 8, simulator)
 
 

@@ -30,7 +30,7 @@ def main(ability: str, paths: list[Path]) -> None:
     from eai.households.virtualhome import domain as virtualhome
     from eai.households.virtualhome.tasks import open_tasks
     from eai.logic.ltl import Dialect, parse
-    from eai.reference import virtualhome_domain
+    from eai.reference import virtualhome_quirks
     from eai.reference.virtualhome_goals import ByLargestId
     from eai.reference.virtualhome_subgoals import VirtualHomeSubgoalDecomposition
 
@@ -44,7 +44,7 @@ def main(ability: str, paths: list[Path]) -> None:
     )
     with suppress(ParseError):
         parse("?", dialect=Dialect.RELEASE)  # makes the parser, and what it finds errors with
-    _ = virtualhome_domain.as_in_reference().compiled
+    _ = virtualhome_quirks.as_in_reference().compiled
     gc.collect()
     loaded = time.process_time()
     for task_id, text in rows:

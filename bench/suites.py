@@ -22,8 +22,7 @@ from typing import TypeVar
 from eai.abilities.goal_interpretation.gold import write_goals
 from eai.abilities.protocol import Ability
 from eai.abilities.task import Task
-from eai.benchmark.gold_answers import AnswerBook, WrittenAnswer
-from eai.benchmark.noisy_answers import Noise, noisy_answer
+from eai.benchmark.gold_answers import AnswerBook, Noise, WrittenAnswer, noisy_answer
 from eai.households.packs import fetch_published
 from eai.households.virtualhome.domain import as_meant
 from eai.households.virtualhome.goal_notation import VirtualHomeGoals

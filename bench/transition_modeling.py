@@ -24,7 +24,7 @@ from eai.abilities.transition_modeling.planners import make_planner
 from eai.abilities.transition_modeling.scorer import TransitionModeling
 from eai.abilities.transition_modeling.task import TransitionTask
 from eai.benchmark.gold_answers import join_operators
-from eai.households.gold_operators import open_virtualhome
+from eai.households.published import open_virtualhome
 from eai.pddl.fast_downward import FastDownward, PlannerLimits
 from eai.pddl.planning import PddlPlanner, PlannerChoice
 from eai.reference.operator_rules import ReferenceRules

@@ -24,7 +24,7 @@ from openenv import GenericEnvClient
 from eai.abilities.protocol import Ability
 from eai.benchmark.gold_answers import open_answer_book
 from eai.scoring.reward import suite_of
-from eai.tasks.task_reference import TaskReference
+from eai.tasks.source import TaskReference
 
 PORT = 8765
 

@@ -14,10 +14,9 @@ import pytest
 from eai.abilities.action_sequencing.notation import PlanNotation
 from eai.abilities.answer_schema import Schema, fits
 from eai.abilities.protocol import Ability, Protocol
-from eai.benchmark.answer_form import answer_form
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.gold_answers import open_answer_book
-from eai.benchmark.prompt_library import Library
+from eai.benchmark.prompt_library import Library, answer_form
 from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import open_suite
 from eai.data.store import Store

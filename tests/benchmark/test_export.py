@@ -21,7 +21,7 @@ from eai.pddl.execute import Executor
 from eai.pddl.export import export
 from eai.pddl.fast_downward import FastDownward, PlannerLimits
 from eai.pddl.planning import PlannerOutcome, PlanningTask
-from eai.reference.virtualhome_domain import as_in_reference
+from eai.reference.virtualhome_quirks import as_in_reference
 from eai.world.domain import Domain
 from eai.world.execution import Fault, attempt, execute
 from eai.world.fault import FaultKind

@@ -6,8 +6,7 @@ import pytest
 
 from eai.abilities.declarations import DECLARATIONS
 from eai.abilities.protocol import Ability, Protocol
-from eai.benchmark.gold_answers import AnswerBook, WrittenAnswer
-from eai.benchmark.noisy_answers import Noise, noisy_answer
+from eai.benchmark.gold_answers import AnswerBook, Noise, WrittenAnswer, noisy_answer
 from eai.benchmark.suite import open_suite
 from eai.data.store import Store
 from eai.errors import InputError

@@ -10,8 +10,7 @@ import pytest
 
 from cli.conftest import Command, eai
 from eai.abilities.protocol import Ability
-from eai.benchmark.gold_answers import open_answer_book
-from eai.benchmark.noisy_answers import Noise, noisy_answer
+from eai.benchmark.gold_answers import Noise, noisy_answer, open_answer_book
 from eai.benchmark.obfuscated import Cipher
 from eai.benchmark.prompt_library import Library
 from eai.benchmark.registry import find_benchmark

@@ -9,8 +9,7 @@ from eai.abilities.protocol import Ability
 from eai.abilities.task import GoalKind, Task
 from eai.abilities.verdict import PlanVerdict
 from eai.benchmark.benchmark import Benchmark
-from eai.benchmark.gold_answers import open_answer_book, open_planned_book
-from eai.benchmark.noisy_answers import Noise, noisy_answer
+from eai.benchmark.gold_answers import Noise, noisy_answer, open_answer_book, open_planned_book
 from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import open_suite
 from eai.data.store import Store

@@ -15,7 +15,7 @@ from eai.abilities.action_sequencing.trial import Trial
 from eai.abilities.experiment import Experiment, Feedback, World
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.record import Attempt
-from eai.benchmark.noisy_answers import Noise, heeding_answer, noisy_answer, spoil
+from eai.benchmark.gold_answers import Noise, heeding_answer, noisy_answer, spoil
 from eai.benchmark.prompt_library import Library
 from eai.benchmark.suite import Suite, open_suite
 from eai.data.store import Store

@@ -10,7 +10,7 @@ import pytest
 from cli.conftest import Command
 from eai.generator.fingerprint import Prints
 from eai.generator.generator import Generator
-from eai.generator.outcome import Outcome
+from eai.generator.spec import Outcome
 from eai.pddl.val import Val, ValVerdict
 
 pytestmark = pytest.mark.usefixtures("data_store")

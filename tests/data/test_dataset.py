@@ -20,7 +20,7 @@ from eai.data.source import Archive
 from eai.data.store import Store
 from eai.errors import DataError
 from eai.households.packs import BEHAVIOR_PDDL, PROMPTS, RESOURCES, TEMPLATES, Pack
-from eai.households.virtualhome.pack import PACK, VirtualHome
+from eai.households.virtualhome.records import PACK, VirtualHome
 
 NAMES = (PACK, RESOURCES, PROMPTS, BEHAVIOR_PDDL, TEMPLATES)
 
@@ -47,7 +47,7 @@ HANG = """
 import sys, time
 from pathlib import Path
 from eai.data.dataset import fetch
-from eai.data.pack import Pack
+from eai.data.source import Pack
 from eai.data.store import Store
 
 def convert(files, report):

@@ -22,10 +22,9 @@ from eai.data.store import Store
 from eai.errors import DataError
 from eai.generator import fingerprint
 from eai.generator.goals import Proposals
-from eai.generator.outcome import Generated, Reason, Rejected
 from eai.generator.prior import Pattern, kinds_of
 from eai.generator.sets import Seeds
-from eai.generator.spec import LENGTHS, Forms, Tier
+from eai.generator.spec import LENGTHS, Forms, Generated, Reason, Rejected, Tier
 from eai.generator.walk import Walk, lower_bound
 from eai.logic.traversal import walk
 from eai.pddl.val import Val, ValVerdict

@@ -15,9 +15,8 @@ from eai.benchmark.registry import find_benchmark
 from eai.data.store import Store
 from eai.generator.generator import Generator
 from eai.generator.measures import AtLeast, Measure
-from eai.generator.outcome import Generated, Rejected
 from eai.generator.sets import Seeds
-from eai.generator.spec import Forms, Spec, Tier
+from eai.generator.spec import Forms, Generated, Rejected, Spec, Tier
 from eai.tasks.source import Source
 from eai.tasks.task_lines import written
 from generator.worlds import HOUSEHOLDS

@@ -17,9 +17,9 @@ from eai.abilities.verdict import PlanVerdict
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.random_answers import random_walk
 from eai.benchmark.registry import find_benchmark
-from eai.generator.outcome import Generated
 from eai.generator.over_time import Seeker
 from eai.generator.prior import Kind
+from eai.generator.spec import Generated
 from eai.logic.ltl_printer import print_ltl
 from eai.logic.trace import TakenAction
 from eai.tasks.source import Source

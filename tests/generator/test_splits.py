@@ -13,10 +13,9 @@ from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.registry import find_benchmark
 from eai.generator import fingerprint
 from eai.generator.generator import Generator
-from eai.generator.outcome import Generated, Reason, Rejected
 from eai.generator.prior import patterns_of
 from eai.generator.sets import Seeds
-from eai.generator.spec import HeldOut, Spec, Split
+from eai.generator.spec import Generated, HeldOut, Reason, Rejected, Spec, Split
 from eai.generator.splits import (
     SHARES,
     Overlap,

@@ -9,10 +9,9 @@ import pytest
 
 import eai.logic.formula as f
 from eai.benchmark.registry import find_benchmark
-from eai.english.english import English
-from eai.english.grammar import Voice, plural
+from eai.english.english import English, Voice, plural
 from eai.errors import InputError
-from eai.generator.reader import Reader
+from eai.generator.objections import Reader
 from eai.generator.spec import Forms
 from eai.generator.words import Words
 from eai.logic.ltl import parse

@@ -7,10 +7,9 @@ from itertools import islice
 
 from eai.benchmark.registry import find_benchmark
 from eai.generator.generator import Generator, generate
-from eai.generator.outcome import Generated, Outcome
 from eai.generator.prior import Prior
 from eai.generator.sets import Seeds
-from eai.generator.spec import Forms, Spec, Tier
+from eai.generator.spec import Forms, Generated, Outcome, Spec, Tier
 from eai.tasks.source import Source
 
 NOTHING_IS_USUAL = Prior(

@@ -9,8 +9,7 @@ from pathlib import Path
 import pytest
 
 from benchmark.synthetic import build_wheel
-from eai.data.pack import Pack
-from eai.data.source import Archive
+from eai.data.source import Archive, Pack
 from eai.data.store import Store
 from eai.households.packs import published_packs
 

@@ -10,7 +10,7 @@ import pytest
 from eai.data.store import Store
 from eai.errors import InputError
 from eai.households.submission import build_submission, check_submission, submission_files
-from eai.tasks.finding import Finding
+from eai.tasks.source import Finding
 
 COUNTS = {
     "virtualhome_goal_interpretation_outputs.json": 342,

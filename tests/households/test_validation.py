@@ -8,11 +8,11 @@ from typing import Any
 import pytest
 
 from eai.data.dataset import fetch
-from eai.data.pack import Pack
+from eai.data.source import Pack
 from eai.data.store import Store
 from eai.households.packs import PROMPTS, RESOURCES
 from eai.households.validation import validate
-from eai.households.virtualhome.pack import PACK, TASKS_MEMBER
+from eai.households.virtualhome.records import PACK, TASKS_MEMBER
 
 Change = Callable[[dict[str, Any]], None]
 

@@ -9,7 +9,7 @@ from eai.logic.choice import AllOf, AnyOf, Choose, Leaf, Pairing, ground, litera
 from eai.logic.formula import And, Atom, Constant, Not, Variable
 from eai.logic.ltl import parse
 from eai.logic.options import options
-from eai.reference.truncated_options import truncated_options
+from eai.reference.behavior_goal_test import truncated_options
 from logic.activities import universe
 
 

@@ -16,7 +16,7 @@ import pytest
 from eai.abilities.transition_modeling.task import TransitionTask
 from eai.data.store import Store
 from eai.errors import DataError
-from eai.households.gold_operators import open_behavior, open_virtualhome
+from eai.households.published import open_behavior, open_virtualhome
 from eai.logic.formula import Atom
 from eai.pddl import fast_downward, limited
 from eai.pddl.execute import PlanStep

@@ -3,7 +3,7 @@ from __future__ import annotations
 import pytest
 
 from eai.data.store import Store
-from eai.households.gold_operators import open_behavior, open_virtualhome
+from eai.households.published import open_behavior, open_virtualhome
 from eai.pddl.clauses import condition_clause, effect_clause, predicates_in, write_clause
 from eai.pddl.match import LiteralMatch, SideMatch
 from eai.pddl.matching import match_operators, missing_operator

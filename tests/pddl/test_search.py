@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from eai.abilities.transition_modeling.task import TransitionTask
 from eai.data.store import Store
-from eai.households.gold_operators import open_behavior, open_virtualhome
+from eai.households.published import open_behavior, open_virtualhome
 from eai.pddl.execute import Executor, PlanStep
 from eai.pddl.model import PddlAction, PddlDomain, PddlProblem, objects_by_type, type_of
 from eai.pddl.planner import BuiltInPlanner, checked_plan

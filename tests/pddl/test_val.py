@@ -10,7 +10,7 @@ import pytest
 from eai.abilities.transition_modeling.task import TransitionTask
 from eai.data.store import Store
 from eai.errors import DataError
-from eai.households.gold_operators import open_behavior, open_virtualhome
+from eai.households.published import open_behavior, open_virtualhome
 from eai.pddl.check import check_problem
 from eai.pddl.planning import PlanningTask
 from eai.pddl.search import GroundLimits, SearchVerdict, search

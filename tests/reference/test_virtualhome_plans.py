@@ -6,10 +6,13 @@ import pytest
 
 from benchmark.plan_scorers import virtualhome_scorer
 from eai.abilities.action_sequencing.plan import TOO_LONG, WrittenPlan
+from eai.abilities.goal_test import GoalTest
 from eai.abilities.json_text import MAX_LENGTH
 from eai.abilities.protocol import Protocol
+from eai.abilities.task import Task
 from eai.abilities.unreadable import Unreadable
-from eai.reference.virtualhome_plans import LIST_IS_NOT_JSON, read_plan
+from eai.abilities.verdict import GoalTallies, Tally
+from eai.reference.virtualhome_plans import LIST_IS_NOT_JSON, VirtualHomeGoalTest, read_plan
 from households.virtualhome.household import make_task
 
 Steps = list[tuple[str, tuple[object, ...]]]
@@ -110,3 +113,123 @@ def test_equal_to_the_script_is_what_has_its_text(plan: str, outcome: str) -> No
         return
     assert ("success" if verdict.success else "equals the script") == outcome
     assert verdict.executable
+
+
+OPEN_FRIDGE = "state OPEN fridge.10"
+TWO_RELATIONS = ("relation ONTOP cup.13 table.12", "relation ONTOP bread.14 table.12")
+BOTH = pytest.mark.parametrize("kind", [GoalTest, VirtualHomeGoalTest], ids=["strict", "reference"])
+
+
+def tallies(kind: type[GoalTest], task: Task, actions: list[str]) -> GoalTallies:
+    test = kind(task)
+    return test.tallies(test.reached(task.initial, actions))
+
+
+def actions_met(kind: type[GoalTest], goals: list[str], actions: list[str]) -> Tally:
+    return tallies(kind, make_task(goals=[f"action {goal}" for goal in goals]), actions).action
+
+
+@BOTH
+@pytest.mark.parametrize(
+    ("goals", "expected"),
+    [
+        (["state CLOSED fridge.10", OPEN_FRIDGE], ((1, 2), (0, 0), (0, 0))),
+        (["relation ONTOP cup.13 table.12"], ((0, 0), (1, 1), (0, 0))),
+        (["relation ONTOP cup.13 bed.20"], ((0, 0), (0, 1), (0, 0))),
+        (["relation INSIDE milk.11 fridge.10", "state ON fridge.10"], ((0, 1), (1, 1), (0, 0))),
+        (["action GRAB"], ((0, 0), (0, 0), (0, 1))),
+        ([], ((0, 0), (0, 0), (0, 0))),
+    ],
+)
+def test_goals_are_counted_by_kind(
+    kind: type[GoalTest], goals: list[str], expected: tuple[tuple[int, int], ...]
+) -> None:
+    counted = tallies(kind, make_task(goals=goals), [])
+    assert counted == GoalTallies(*(Tally(*tally) for tally in expected))
+
+
+@pytest.mark.parametrize(("kind", "counted"), [(GoalTest, 2), (VirtualHomeGoalTest, 1)])
+def test_quirk_the_first_relation_that_holds_ends_the_count(kind: type[GoalTest], counted: int) -> None:
+    assert tallies(kind, make_task(goals=TWO_RELATIONS), []).relation == Tally(counted, 2)
+
+
+@BOTH
+@pytest.mark.parametrize(
+    ("goals", "actions", "satisfied"),
+    [
+        (["GRAB"], [], 0),
+        (["GRAB"], ["WALK", "GRAB"], 1),
+        (["LOOKAT|WATCH"], ["WATCH"], 1),
+        (["LOOKAT|WATCH"], ["LOOKAT"], 1),
+        (["LOOKAT|WATCH"], ["READ"], 0),
+        (["GRAB", "WASH|RINSE"], ["GRAB", "WALK", "RINSE"], 2),
+        (["GRAB", "WASH|RINSE"], ["RINSE", "GRAB"], 1),
+        (["GRAB", "WASH"], ["GRAB", "GRAB"], 1),
+        (["GRAB", "GRAB"], ["GRAB"], 1),
+    ],
+)
+def test_action_goals_count_in_order(
+    kind: type[GoalTest], goals: list[str], actions: list[str], satisfied: int
+) -> None:
+    assert actions_met(kind, goals, actions) == Tally(satisfied, len(goals))
+
+
+@pytest.mark.parametrize(
+    ("goals", "actions", "strict", "reference"),
+    [
+        # Substrings: the reference finds LOOKAT in LOOKAT_SHORT, and PUT in PUTBACK.
+        (["LOOKAT"], ["LOOKAT_SHORT"], 0, 1),
+        (["PUT"], ["PUTBACK"], 0, 1),
+        # The first alternative that occurs at all counts for the reference, even if another occurs earlier.
+        (["A|B", "C"], ["B", "C", "A"], 2, 1),
+        # A goal that is never met: the reference does not look at those after it, `strict` does.
+        (["GRAB", "WASH"], ["WASH"], 1, 0),
+        # The reference takes the goals in the order of hash seed 0, which is the alphabetical one.
+        (["TYPE", "SWITCHOFF"], ["TYPE", "SWITCHOFF"], 2, 1),
+        (["TYPE", "SWITCHOFF"], ["SWITCHOFF", "TYPE"], 1, 2),
+    ],
+)
+def test_quirks_of_action_goals(goals: list[str], actions: list[str], strict: int, reference: int) -> None:
+    assert actions_met(GoalTest, goals, actions).satisfied == strict
+    assert actions_met(VirtualHomeGoalTest, goals, actions).satisfied == reference
+
+
+@pytest.mark.parametrize(
+    ("goals", "reorders"),
+    [(("action TYPE", "action SWITCHOFF"), True), (("action GRAB", "action WASH"), False), ((), False)],
+)
+def test_action_goals_can_be_taken_in_the_order_of_the_data_set(
+    goals: tuple[str, ...], *, reorders: bool
+) -> None:
+    task = make_task(goals=goals)
+    assert VirtualHomeGoalTest(task).reorders is reorders
+    in_order = VirtualHomeGoalTest(task, as_in_data_set=True)
+    assert not in_order.reorders
+    assert in_order.reached(task.initial, ["TYPE", "GRAB", "SWITCHOFF", "WASH"]) == (True,) * len(goals)
+
+
+@BOTH
+def test_each_goal_by_itself(kind: type[GoalTest]) -> None:
+    task = make_task(goals=("action GRAB", TWO_RELATIONS[0], OPEN_FRIDGE, "action WASH"))
+    assert kind(task).reached(task.initial, ["GRAB", "WASH"]) == (True, True, False, True)
+    assert kind(task).reached(task.initial, ["GRAB"]) == (True, True, False, False)
+
+
+@BOTH
+def test_an_answer_that_never_ran_satisfies_none_of_all_goals(kind: type[GoalTest]) -> None:
+    test = kind(make_task(goals=(*TWO_RELATIONS, OPEN_FRIDGE, "action GRAB")))
+    assert test.tallies(test.none_reached) == GoalTallies(Tally(0, 1), Tally(0, 2), Tally(0, 1))
+
+
+@pytest.mark.parametrize(
+    ("goals", "passes"),
+    [
+        (("relation ONTOP cup.13 table.12", "action GRAB"), True),
+        (TWO_RELATIONS, False),
+        ((OPEN_FRIDGE,), False),
+        ((), True),
+    ],
+)
+def test_the_gold_test_is_on_states_and_relations(goals: tuple[str, ...], *, passes: bool) -> None:
+    task = make_task(goals=goals)
+    assert VirtualHomeGoalTest(task).passes_gold_test(task.initial) is passes

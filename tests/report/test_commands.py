@@ -14,7 +14,7 @@ from eai.benchmark.gold_answers import open_answer_book
 from eai.benchmark.suite import open_suite
 from eai.cli import app
 from eai.data.store import Store
-from eai.reference.older_wording import TASK
+from eai.reference.published_runs import TASK
 from eai.scoring.batch import score_batch
 from eai.scoring.records import write_records
 from eai.tasks.source import Source

@@ -4,13 +4,13 @@ from collections.abc import Sequence
 
 import pytest
 
-from eai.benchmark.figure import Figure
+from eai.benchmark.benchmark import Figure
 from eai.benchmark.registry import find_benchmark
 from eai.data.dataset import fetch
 from eai.data.store import Store
 from eai.households.packs import Pack, open_virtualhome
-from eai.households.virtualhome.counts import count_annotated
-from eai.households.virtualhome.pack import PACK, VirtualHome
+from eai.households.virtualhome.benchmark import count_annotated
+from eai.households.virtualhome.records import PACK, VirtualHome
 from eai.results.data_set.distributions import distributions
 from eai.results.data_set.profiles import profiles_of
 from eai.results.data_set.statistics import StatRow, table_of

@@ -18,7 +18,7 @@ from eai.abilities.codec import record_to_json
 from eai.abilities.experiment import Experiment, Feedback
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.record import Record
-from eai.benchmark.noisy_answers import Noise, heeding_answer, noisy_answer
+from eai.benchmark.gold_answers import Noise, heeding_answer, noisy_answer
 from eai.benchmark.prompt_library import Library
 from eai.benchmark.suite import open_suite
 from eai.data.store import Store

@@ -10,8 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from eai.errors import InputError
-from eai.run.spec import STUDIES, RunSpec, read_spec, study_of
-from eai.run.spec_file import read_tables, save
+from eai.run.spec import STUDIES, RunSpec, read_spec, read_tables, save, study_of
 from eai.studies.perception.noise import Noise
 from eai.studies.perception.study import Perception
 

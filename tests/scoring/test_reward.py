@@ -25,7 +25,7 @@ from eai.pddl.planning import PlannerOutcome
 from eai.planning.successor_generator import applicable_actions
 from eai.scoring.reward import METRICS, Reward, reward_of
 from eai.scoring.shaping import Shaping
-from eai.tasks.task_reference import TaskReference
+from eai.tasks.source import TaskReference
 from eai.world import Action, Constant, Episode, State
 from threading_tests import asked_by_threads
 from world import toy

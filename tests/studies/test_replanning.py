@@ -17,7 +17,7 @@ from eai.abilities.record import Record
 from eai.abilities.responses import read_responses
 from eai.cli import app
 from eai.errors import InputError
-from eai.reference.replanning import counted_as_published
+from eai.reference.published_runs import counted_as_published
 from eai.results.attempts import after, by_attempt
 from eai.results.summary import summarise
 from eai.results.table import Estimate

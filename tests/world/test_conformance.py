@@ -8,7 +8,7 @@ import pytest
 from eai.households.virtualhome import domain as virtualhome
 from eai.households.virtualhome.tasks import VirtualHomeTasks
 from eai.logic.formula import TRUE, Atom, Formula, Variable
-from eai.reference import virtualhome_domain
+from eai.reference import virtualhome_quirks
 from eai.world.conformance import check
 from eai.world.derived import Computed, Defined
 from eai.world.domain import Domain
@@ -28,7 +28,7 @@ def test_the_toy_domain_conforms() -> None:
 
 
 @pytest.mark.parametrize(
-    "domain", [virtualhome.as_meant(), virtualhome_domain.as_in_reference()], ids=["strict", "eai"]
+    "domain", [virtualhome.as_meant(), virtualhome_quirks.as_in_reference()], ids=["strict", "eai"]
 )
 def test_virtualhome_conforms(virtualhome_tasks: VirtualHomeTasks, domain: Domain) -> None:
     assert check(domain, [virtualhome_tasks[i].initial for i in ("27_2", "1003_2")], steps=150) == ()

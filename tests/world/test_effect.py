@@ -8,7 +8,7 @@ from eai.errors import DomainError
 from eai.households.virtualhome import domain as virtualhome
 from eai.households.virtualhome.tasks import VirtualHomeTasks
 from eai.logic.formula import Variable
-from eai.reference import virtualhome_domain
+from eai.reference import virtualhome_quirks
 from eai.world.domain import Domain
 from eai.world.effect import ANYTHING, Add, Delete, Effects
 from eai.world.execution import Action, Fault, attempt
@@ -51,7 +51,7 @@ def test_the_engine_equals_plain_sets_in_the_toy_domain(seed: int) -> None:
 
 
 @pytest.mark.parametrize(
-    "domain", [virtualhome.as_meant(), virtualhome_domain.as_in_reference()], ids=["strict", "eai"]
+    "domain", [virtualhome.as_meant(), virtualhome_quirks.as_in_reference()], ids=["strict", "eai"]
 )
 @pytest.mark.parametrize("task_id", ["27_2", "1003_2", "417_1"])
 def test_the_engine_equals_plain_sets_in_virtualhome(

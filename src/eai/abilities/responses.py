@@ -13,8 +13,7 @@ from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from eai.data.files import files_below, lines, write_whole
-from eai.data.parquet import read_columns
+from eai.data.files import files_below, lines, read_columns, write_whole
 from eai.errors import InputError, did_you_mean
 
 SUFFIX = "_outputs.json"

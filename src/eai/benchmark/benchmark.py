@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
@@ -15,7 +16,6 @@ from eai.abilities.subgoal_decomposition.notation import SubgoalNotation
 from eai.abilities.task import Task
 from eai.abilities.transition_modeling.task import TransitionTask
 from eai.benchmark.errata import NO_ERRATA, Errata
-from eai.benchmark.figure import Figure
 from eai.data.progress import Report
 from eai.english.english import PLAIN, English
 from eai.logic.formula import Formula
@@ -28,6 +28,29 @@ from eai.world.domain import Domain
 
 if TYPE_CHECKING:
     from eai.tasks.problem_world import ProblemWorld
+
+FOLDER = "formats"
+
+
+def formats_of(package: str) -> Mapping[Ability, str]:
+    """The texts in the folder ``formats`` of a package, by ability; an ability without one has no entry."""
+    folder = files(package) / FOLDER
+    found = {ability: folder / f"{ability.value}.txt" for ability in Ability}
+    return {
+        ability: file.read_text(encoding="utf-8").removesuffix("\n")
+        for ability, file in found.items()
+        if file.is_file()
+    }
+
+
+@dataclass(frozen=True, slots=True)
+class Figure:
+    """One figure; `note` says what is counted."""
+
+    label: str
+    value: int | float
+    note: str
+
 
 Opener: TypeAlias = Callable[["Benchmark", Ability, Source], "Opened"]
 """Opens the suite of a benchmark and an ability. It can be pickled."""

@@ -114,7 +114,7 @@ def _open_pddl(files: str) -> Benchmark:
     domain, separator, problems = files.partition(",")
     if not separator:
         raise InputError(f"{PDDL}:{files}: expected {PDDL}:DOMAIN,PROBLEMS, a file and a file or folder")
-    from eai.tasks.pddl_files import open_pddl
+    from eai.tasks.problem_world import open_pddl
 
     declared, tasks = open_pddl(Path(domain), Path(problems))
     return Benchmark(declared.name, declared, lambda source: tasks)

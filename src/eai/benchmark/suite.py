@@ -18,8 +18,7 @@ from eai.benchmark.protocols import implementation_of, implemented
 from eai.benchmark.registry import find_benchmark
 from eai.data.progress import silent
 from eai.errors import InputError, did_you_mean
-from eai.tasks.source import ErrataChoice, Source
-from eai.tasks.task_reference import TaskReference
+from eai.tasks.source import ErrataChoice, Source, TaskReference
 
 DEFAULT_PROTOCOL = Protocol.STRICT
 """The rules for scoring where nothing else is asked for."""

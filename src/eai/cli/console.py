@@ -24,7 +24,7 @@ from eai.errors import EaiError, how_to_install
 from eai.pddl.planning import PlannerChoice
 from eai.results.coverage import Coverage
 from eai.results.errata_effect import ErrataEffect
-from eai.tasks.finding import Finding
+from eai.tasks.source import Finding
 
 DOMAIN_HELP = f"A benchmark: {REFERENCES}."
 """What ``--domain`` takes."""

@@ -12,8 +12,7 @@ from typer.core import TyperCommand
 from eai.cli import options
 from eai.cli.models import json_or_text, pair
 from eai.errors import InputError, did_you_mean
-from eai.run.spec import SECTIONS, STUDIES, RunSpec, default_of, keys, read_spec
-from eai.run.spec_file import read_tables
+from eai.run.spec import SECTIONS, STUDIES, RunSpec, default_of, keys, read_spec, read_tables
 
 FLAGS = {
     "model": "model.name",

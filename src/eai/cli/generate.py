@@ -21,9 +21,8 @@ from eai.errors import EaiError, InputError, InterruptError, did_you_mean
 from eai.generator import fingerprint
 from eai.generator.generator import Generator, generate
 from eai.generator.measures import AtLeast, Measure
-from eai.generator.outcome import Generated, Outcome, Rejected
 from eai.generator.sets import Seeds, Shape, manifest_entry, sets_in, write_manifest
-from eai.generator.spec import Forms, HeldOut, Spec, Split, Tier
+from eai.generator.spec import Forms, Generated, HeldOut, Outcome, Rejected, Spec, Split, Tier
 from eai.generator.splits import Overlap, Rivals, is_before
 from eai.pddl.val import Val, ValVerdict
 from eai.tasks.source import Source

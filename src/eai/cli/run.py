@@ -41,7 +41,7 @@ from eai.errors import InputError
 from eai.pddl.planning import PlannerChoice
 from eai.prompts.prompt import Prompt, PromptSet
 from eai.results.errata_effect import errata_effect
-from eai.run.spec_file import save
+from eai.run.spec import save
 from eai.tasks.source import ErrataChoice, Source, errata_choice, planner_choice
 
 __all__ = ["RunCommand", "run"]

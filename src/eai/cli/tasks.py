@@ -20,8 +20,7 @@ from eai.errors import InputError
 from eai.generator.problem_files import ProblemReader, problem_files_in
 from eai.generator.sets import unproven
 from eai.generator.splits import Overlap
-from eai.tasks.finding import Finding
-from eai.tasks.source import Source
+from eai.tasks.source import Finding, Source
 from eai.tasks.task_files import check_task_files, write_task_file
 from eai.tasks.task_lines import json_schema, written
 from eai.world.domain import Domain

@@ -12,9 +12,8 @@ from filelock import FileLock, Timeout
 
 from eai.data import source
 from eai.data.bundle import open_bundle
-from eai.data.pack import Pack
 from eai.data.progress import Progress, Report, Stage, silent
-from eai.data.source import Archive
+from eai.data.source import Archive, Pack
 from eai.data.store import PackFile, Store, unwritable
 from eai.errors import DataError
 

@@ -1,7 +1,8 @@
 """Obtain the published archives: from disk, or with the user's own pip or uv, and only as published.
 
 An archive is pinned by its SHA-256. pip does the download, since it knows the user's indexes, proxies and
-certificates; it is told to neither resolve dependencies nor build anything.
+certificates; it is told to neither resolve dependencies nor build anything. A pack is a file of the store:
+what archives it is made from, and how.
 """
 
 from __future__ import annotations
@@ -13,14 +14,38 @@ import shutil
 import subprocess  # runs pip or uv with fixed arguments
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
 
-from eai.data.bundle import read_record, record_sha256
+from eai.data.bundle import Bundle, read_record, record_sha256
 from eai.data.progress import Progress, Report, Stage
 from eai.errors import DataError
+
+Convert = Callable[[Mapping[str, Bundle], Report], dict[str, bytes]]
+"""(archive's name -> its files, progress) -> member -> content. Same files, same bytes; or DataError."""
+
+
+@dataclass(frozen=True, slots=True)
+class Pack:
+    """One file of the store.
+
+    Attributes:
+        name: the pack's name in `Store.open`.
+        archives: what it is made from.
+        convert: makes its members.
+    """
+
+    name: str
+    archives: tuple[Archive, ...]
+    convert: Convert
+
+    @property
+    def pins(self) -> dict[str, str]:
+        """Requirement -> SHA-256 of its archives, as the pack's manifest records them."""
+        return {archive.requirement: archive.sha256 for archive in self.archives}
+
 
 _POLL_SECONDS = 0.1
 

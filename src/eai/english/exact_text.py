@@ -9,8 +9,7 @@ from itertools import chain
 from typing_extensions import assert_never
 
 import eai.logic.formula as f
-from eai.english.english import English
-from eai.english.grammar import sentences_of, turned
+from eai.english.english import English, sentences_of, turned
 from eai.errors import InputError
 from eai.logic.traversal import walk
 from eai.world.derived import Defined

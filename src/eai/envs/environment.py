@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import random
 import string
 from collections.abc import Container, Mapping, Sequence
 from functools import cached_property
@@ -22,6 +23,31 @@ from eai.scoring.shaping import Shaping
 from eai.studies.perception.pictures import pixels
 from eai.tasks.source import Source
 from eai.world.episode import Until
+
+
+class RandomAgent:
+    """`eai/random`: takes any of the admissible commands; of the same seed the same ones.
+
+    The environment has to list them: ``make(..., admissible=True)``.
+
+    Args:
+        seed: of its choices.
+    """
+
+    def __init__(self, seed: int = 0) -> None:
+        self._random = random.Random(seed)  # noqa: S311 - chance, not secrets
+
+    def __call__(self, observation: str, info: Mapping[str, Any]) -> str:
+        """The next command.
+
+        Raises:
+            InputError: the environment does not list admissible commands, or there are none.
+        """
+        commands: Sequence[str] = info.get("admissible_commands", ())
+        if not commands:
+            raise InputError("eai/random needs admissible commands: make(..., admissible=True)")
+        return self._random.choice(commands)
+
 
 MAX_OBSERVATION = 1 << 16
 """How long an observation may be, in characters."""

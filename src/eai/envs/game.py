@@ -23,7 +23,7 @@ from eai.prompts.template import Templates
 from eai.prompts.wording import Wording
 from eai.scoring.reward import metrics_of, suite_of
 from eai.scoring.shaping import Merit, merit_of_actions
-from eai.tasks.task_reference import TaskReference
+from eai.tasks.source import TaskReference
 from eai.world.episode import Episode, Luck, Slip, Slips, Until
 from eai.world.execution import Action, Fault, describe
 from eai.world.fault import FaultKind

@@ -17,7 +17,7 @@ from eai.abilities.protocol import member
 from eai.envs.game import RULES, Game, stage_of
 from eai.scoring.reward import METRICS, Grade, reward_of
 from eai.scoring.shaping import Shaping
-from eai.tasks.task_reference import TaskReference
+from eai.tasks.source import TaskReference
 
 Completion: TypeAlias = str | Sequence[Mapping[str, Any]]
 """What a policy wrote: a text, or messages of which the last is its answer."""

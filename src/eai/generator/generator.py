@@ -15,20 +15,27 @@ from eai.abilities.verdict import Json
 from eai.benchmark.benchmark import Benchmark
 from eai.errors import InputError
 from eai.generator import fingerprint
-from eai.generator.census import prior_of
+from eai.generator.census import Usage, prior_of
 from eai.generator.compatibility import clash, is_idle, subjects_of
-from eai.generator.difficulty import difficulty_model
 from eai.generator.goals import Proposals
-from eai.generator.hiding import Hiding, Place
-from eai.generator.measures import Measure, Measures
+from eai.generator.measures import Measure, Measures, difficulty_model
 from eai.generator.objections import Objections
-from eai.generator.outcome import Generated, Outcome, Reason, Rejected
 from eai.generator.over_time import Seeker
 from eai.generator.prior import Prior, Theme
-from eai.generator.scene import closed_scene, with_guests, with_more_of_a_kind
-from eai.generator.spec import CANARY, LENGTHS, Spec, Split, Tier, tier_of
+from eai.generator.scene import Hiding, Place, closed_scene, with_guests, with_more_of_a_kind
+from eai.generator.spec import (
+    CANARY,
+    LENGTHS,
+    Generated,
+    Outcome,
+    Reason,
+    Rejected,
+    Spec,
+    Split,
+    Tier,
+    tier_of,
+)
 from eai.generator.splits import SHARES, Rivals, bases_of, split_of_goals
-from eai.generator.usage import Usage
 from eai.generator.walk import (
     Walk,
     certificate,

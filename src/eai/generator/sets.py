@@ -16,8 +16,7 @@ from eai.abilities.task import Task
 from eai.abilities.verdict import Json
 from eai.data.files import write_whole
 from eai.errors import InputError
-from eai.generator.outcome import Generated, Reason, Rejected
-from eai.generator.spec import CANARY, Spec
+from eai.generator.spec import CANARY, Generated, Reason, Rejected, Spec
 from eai.generator.splits import Overlap
 from eai.tasks.task_files import ENDINGS, lines_in, open_task_files
 from eai.tasks.task_lines import read_line

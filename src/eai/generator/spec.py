@@ -1,14 +1,62 @@
-"""What is to be generated: the knobs, in a value that decides with a seed every byte of a task."""
+"""The specification of generated tasks, which decides with a seed every byte of one; and what a seed gives.
+
+That is a task, or a reason why there is none.
+"""
 
 from __future__ import annotations
 
 import hashlib
 import json
 import random
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from enum import Enum
+from typing import TypeAlias
 
+from eai.abilities.task import Task
+from eai.abilities.verdict import Json
 from eai.generator.measures import AtLeast
+
+
+class Reason(str, Enum):
+    """Why a seed gives no task."""
+
+    NO_GOALS = "no goal was reached"
+    TOO_SHORT = "the certificate is too short"
+    TOO_LONG = "the certificate is too long"
+    HOLDS_ALREADY = "a goal holds at the start"
+    ONE_ACTION = "one action solves it"
+    NO_CERTIFICATE = "the certificate does not solve it"
+    AMBIGUOUS = "the instruction does not say exactly the goals"
+    NAMELESS = "a thing cannot be told from others without its name"
+    DIFFICULTY = "it is expected to be easier or harder than was asked for"
+    TOO_LITTLE = "there is less in it of something than was asked for"
+    NO_ORDER = "no goal over time was found that matters"
+    OTHER_SPLIT = "its goals are those of another split"
+    KNOWN_PLAN = "the plan of a task of another split with similar goals solves it, or its plan solves such"
+    PUBLIC = "a public task has the same goals"
+    PUBLIC_PLAN = "the plan of a public task with similar goals solves it"
+    COPY = "another generated task is the same"
+
+
+@dataclass(frozen=True, slots=True)
+class Rejected:
+    """No task, and why."""
+
+    seed: str
+    reason: Reason
+
+
+@dataclass(frozen=True, slots=True)
+class Generated:
+    """A task with its certificate, which is its script, and what is known of it."""
+
+    task: Task
+    about: Mapping[str, Json]
+
+
+Outcome: TypeAlias = "Generated | Rejected"
+
 
 VERSION = 5
 """Of the generator: an equal specification and seed make other tasks in another version."""
@@ -81,7 +129,7 @@ class Spec:
             never by their names.
         most_objects: how many objects a scene has at most.
         depth: all plans of so many actions are tried, to bound the length of a plan from below.
-        difficulty: between which expected difficulties tasks are (`eai.generator.difficulty`); None for any.
+        difficulty: between which expected difficulties tasks are (`eai.generator.measures`); None for any.
         at_least: how much of what a task has at least.
         split: which part of them.
         held_out: what the parts have nothing of in common.

@@ -1,4 +1,4 @@
-"""Goals in English: sentences that say exactly the goal; `eai.generator.reader` gets it back."""
+"""Goals in English: sentences that say exactly the goal; `eai.generator.objections` gets it back."""
 
 from __future__ import annotations
 
@@ -11,8 +11,7 @@ from functools import cached_property
 import eai.logic.formula as f
 from eai.abilities.protocol import Ability
 from eai.benchmark.benchmark import Benchmark
-from eai.english.english import English
-from eai.english.grammar import (
+from eai.english.english import (
     AFTER,
     AT_LEAST_ONE,
     EVERY,
@@ -21,12 +20,13 @@ from eai.english.grammar import (
     NUMBERS,
     OPENINGS,
     OWN,
-    PLAIN,
     REQUESTS,
     SEE_TO_IT,
     SOME,
     UNTIL,
+    USUAL,
     WHILE,
+    English,
     Voice,
     plural,
     sentences_of,
@@ -124,7 +124,7 @@ class Words:
         opening = rng.choice(REQUESTS if voice.requests else OPENINGS)
         return f"{opening} {_joined([self.clause(goal, voice) for goal in goals])}."
 
-    def clause(self, goal: f.Formula, voice: Voice = PLAIN) -> str:
+    def clause(self, goal: f.Formula, voice: Voice = USUAL) -> str:
         """A part of an instruction that says a goal."""
         if not voice.requests:
             return self._statement(goal, voice)

@@ -16,8 +16,8 @@ from eai.abilities.task import Task
 from eai.benchmark.benchmark import Benchmark
 from eai.data.files import write_whole
 from eai.errors import EaiError, how_to_install
-from eai.households.identifiers import SCENE_PREFIX
 from eai.households.packs import EAI_EVAL
+from eai.households.published_files import SCENE_PREFIX
 from eai.tasks.source import Source
 from eai.tasks.task_lines import goal_texts
 from eai.world.state import Fact

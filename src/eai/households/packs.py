@@ -10,9 +10,8 @@ from pathlib import Path
 
 from eai.data.bundle import Bundle
 from eai.data.dataset import fetch, open_pack
-from eai.data.pack import Pack
 from eai.data.progress import Report, silent
-from eai.data.source import Archive
+from eai.data.source import Archive, Pack
 from eai.data.store import PackFile, Store
 from eai.households.behavior import records as behavior
 from eai.households.published_files import (
@@ -21,7 +20,7 @@ from eai.households.published_files import (
     convert_resources,
     convert_templates,
 )
-from eai.households.virtualhome import pack as virtualhome
+from eai.households.virtualhome import records as virtualhome
 
 EAI_EVAL = Archive(
     name="eai-eval",

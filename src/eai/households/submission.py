@@ -16,9 +16,9 @@ from eai.benchmark.registry import FIRST, find_benchmark
 from eai.data.files import write_whole
 from eai.data.store import Store
 from eai.errors import InputError
-from eai.households.identifiers import SCENE_PREFIX, task_id_of
+from eai.households.published_files import SCENE_PREFIX, task_id_of
 from eai.prompts.prompt import read_prompt_file
-from eai.tasks.finding import Finding
+from eai.tasks.source import Finding
 
 _PROMPTS = "_prompts.json"
 """How the names of a starter kit's prompt files end."""

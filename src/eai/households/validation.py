@@ -5,14 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from types import MappingProxyType
 
-from eai.data.pack import Pack
+from eai.data.source import Pack
 from eai.data.store import PackFile, Store
 from eai.errors import DataError
 from eai.households.packs import PROMPTS, RESOURCES, published_packs
 from eai.households.published_files import PROBLEMS_MEMBER
-from eai.households.virtualhome.counts import count_annotated
-from eai.households.virtualhome.pack import PACK as VIRTUALHOME
-from eai.households.virtualhome.pack import VirtualHome
+from eai.households.virtualhome.benchmark import count_annotated
 from eai.households.virtualhome.records import (
     CHARACTER_ID,
     BaseScene,
@@ -20,8 +18,10 @@ from eai.households.virtualhome.records import (
     GraphDelta,
     ObjectRecord,
     TaskRecord,
+    VirtualHome,
 )
-from eai.tasks.finding import Finding
+from eai.households.virtualhome.records import PACK as VIRTUALHOME
+from eai.tasks.source import Finding
 
 PUBLISHED_COUNTS: Mapping[str, int | float] = MappingProxyType(
     {

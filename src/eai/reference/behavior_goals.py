@@ -18,7 +18,7 @@ from eai.abilities.unreadable import Unreadable
 from eai.abilities.verdict import ALL, Confusion, ErrorReport
 from eai.households.behavior.goal_notation import RELATIONS, STATES
 from eai.households.behavior.tasks import BehaviorTask
-from eai.reference.aborting import Aborting
+from eai.reference.quirk import Aborting
 from eai.world.fault import FaultKind
 
 _OBJECT = re.compile(r"{[^{}]*}")

@@ -21,7 +21,7 @@ from eai.abilities.unreadable import Unreadable
 from eai.abilities.verdict import ErrorReport
 from eai.households.behavior.domain import as_meant
 from eai.households.behavior.tasks import BehaviorTask
-from eai.reference import behavior_domain
+from eai.reference import behavior_quirks
 from eai.reference.behavior_goal_test import behavior_goal_test
 from eai.reference.plans import ReferencePlans
 from eai.world.fault import FaultKind
@@ -47,7 +47,7 @@ class BehaviorActionSequencing(ReferencePlans):
     """
 
     def __init__(self, task: BehaviorTask) -> None:
-        domain = behavior_domain.as_in_reference()
+        domain = behavior_quirks.as_in_reference()
         super().__init__(task, domain, BehaviorPlansInReference(), behavior_goal_test(task))
 
     def as_strict(self) -> ActionSequencing:
@@ -59,7 +59,7 @@ class BehaviorActionSequencing(ReferencePlans):
         trajectory = course.trajectory
         final, failure = trajectory.final, trajectory.failure
         if failure is not None and failure.kind is FaultKind.UNCATEGORISED:
-            final = behavior_domain.half_done(final, trajectory.steps[-1].action)
+            final = behavior_quirks.half_done(final, trajectory.steps[-1].action)
         return self.goals.reached(final, ())
 
     def _reached_without_running(self, carry_out: CarryOut) -> tuple[bool, ...]:

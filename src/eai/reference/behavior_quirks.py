@@ -1,4 +1,4 @@
-"""Where the simulator of eai-eval 1.0.5 deviates from what it is meant to do, defect by defect.
+"""The BEHAVIOR domain as eai-eval 1.0.5 has it: where its simulator deviates from what it is meant to do.
 
 Each quirk replaces checks or effects of the declaration; together they turn the declared domain into that of
 `eai-1.0.5`. The engine knows nothing of them. Further quirks are in how goals are checked
@@ -9,19 +9,55 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import cache, reduce
 
 from typing_extensions import assert_never
 
 from eai.households.behavior import operators as o
 from eai.households.behavior import predicates as p
+from eai.households.behavior.domain import as_declared
 from eai.households.behavior.predicates import X, Y
 from eai.logic.formula import FALSE, Exists, Formula
 from eai.reference.quirk import Quirk
 from eai.world.domain import Domain
 from eai.world.effect import Add, Delete, Effect, ForEach, Let, When
+from eai.world.execution import Action
 from eai.world.fault import FaultKind
 from eai.world.operator import Check, Operator
+from eai.world.state import State
 from eai.world.vocabulary import Predicate
+
+SUBGOAL_PRECEDENCE = (
+    FaultKind.UNCATEGORISED,
+    FaultKind.ADDITIONAL_STEP,
+    FaultKind.WRONG_ORDER,
+    FaultKind.MISSING_STEP,
+    FaultKind.AFFORDANCE,
+)
+"""Which kind counts in the reference's subgoal decomposition (``checkers.py`` handle_compound_errors)."""
+
+
+@cache
+def as_in_reference() -> Domain:
+    """The reference's order of checks and all of its quirks."""
+    return reduce(lambda domain, quirk: quirk.apply(domain), QUIRKS, as_declared())
+
+
+@cache
+def as_in_reference_subgoals() -> Domain:
+    """The same for subgoal decomposition, where the reference ranks kinds of error differently."""
+    return replace(as_in_reference(), precedence=SUBGOAL_PRECEDENCE)
+
+
+def half_done(state: State, action: Action) -> State:
+    """What the reference makes of a state when it aborts in an action (quirk `transfer_aborts`)."""
+    operator = _half_done().compiled.get(action.operator)
+    return state if operator is None else operator.apply(state, operator.bind(state, action.arguments))
+
+
+@cache
+def _half_done() -> Domain:
+    return replace(as_declared(), operators=half_done_transfers())
 
 
 def _each(change: Callable[[Operator], Operator]) -> Callable[[Domain], Domain]:

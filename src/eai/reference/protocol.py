@@ -10,8 +10,12 @@ from eai.abilities.protocol import Ability, Protocol
 from eai.benchmark.benchmark import Benchmark, Opened, Opener
 from eai.benchmark.protocols import Implementation
 from eai.errors import InputError
-from eai.reference.older_wording import as_the_paper_asked
-from eai.reference.replanning import ScriptedTrial, counted_as_published, scripted_experiment
+from eai.reference.published_runs import (
+    ScriptedTrial,
+    as_the_paper_asked,
+    counted_as_published,
+    scripted_experiment,
+)
 from eai.tasks.source import Source, TaskSet
 
 if TYPE_CHECKING:

@@ -1,11 +1,18 @@
-"""A defect of the reference's simulators, as a change of a declared domain."""
+"""Defects of the reference: as changes of a declared domain, and as answers at which its whole run ends."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from eai.abilities.unreadable import Unreadable
 from eai.world.domain import Domain
+
+
+class Aborting(Unreadable):
+    """Why an answer cannot be read, where the reference does not count it as unread but stops."""
+
+    __slots__ = ()
 
 
 @dataclass(frozen=True, slots=True)

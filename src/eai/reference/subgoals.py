@@ -1,4 +1,9 @@
-"""What eai-eval 1.0.5 does with subgoals in every domain (reference: ``subgoal_plan.py``)."""
+"""How eai-eval 1.0.5 reads and counts subgoals in every domain (reference: ``subgoal_plan.py``).
+
+Lots: between alternatives it calls Python's ``random.choice``, which its published runs left to chance: once
+for every subgoal that is kept, alternatives or not, then once for every ``or`` that is left. `Lots` are the
+draws that follow ``random.seed(0)`` before each answer.
+"""
 
 from __future__ import annotations
 
@@ -7,9 +12,11 @@ import re
 from abc import abstractmethod
 from bisect import bisect
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from itertools import accumulate
+from random import Random
+from typing import TypeVar
 
 import eai.logic.formula as f
 from eai.abilities.subgoal_decomposition.branch import Branch
@@ -24,8 +31,37 @@ from eai.errors import ParseError
 from eai.logic.ltl import Dialect, parse
 from eai.logic.signature import Signature
 from eai.logic.traversal import children, temporal_parts
-from eai.reference.lots import Lots
 from eai.world.fault import FaultKind
+
+SEED = 0
+
+_T = TypeVar("_T")
+
+
+class Lots:
+    """The lots for one answer; a verdict must take them in the reference's order.
+
+    Draws among one are made up for when there is a choice, which most answers never leave.
+    """
+
+    __slots__ = ("_random", "_without_choice")
+
+    def __init__(self) -> None:
+        self._random: Random | None = None
+        self._without_choice = 0
+
+    def choice(self, options: Sequence[_T]) -> _T:
+        """The option that the lot falls on."""
+        if len(options) == 1:
+            self._without_choice += 1
+            return options[0]
+        if self._random is None:
+            self._random = Random(SEED)  # noqa: S311 - the same generator as the reference's
+        for _ in range(self._without_choice):
+            self._random.choice((None,))
+        self._without_choice = 0
+        return self._random.choice(options)
+
 
 _OBJECT = re.compile(r"{[^{}]*}")
 _THEN = " then "

@@ -22,7 +22,7 @@ from eai.abilities.verdict import ALL, Confusion
 from eai.households.virtualhome.goal_notation import FIELDS, VirtualHomeGoals, goal_of
 from eai.households.virtualhome.places import object_id
 from eai.logic.choice import literals
-from eai.reference.aborting import Aborting
+from eai.reference.quirk import Aborting
 from eai.world.domain import Domain
 
 _FENCE = "```json"

@@ -1,4 +1,13 @@
-"""How eai-eval 1.0.5 judges a VirtualHome plan (``action_sequencing/scripts/``)."""
+"""How eai-eval 1.0.5 judges a VirtualHome plan (``action_sequencing/scripts/``, ``eval_utils.py``).
+
+Which goals a plan reaches:
+
+- The loop over relation goals ends at the first one that holds (``scene_evaluate_wID``): at most one counts.
+- Action goals are looked for as substrings of the text of all actions; the first alternative that occurs is
+  taken, not the earliest place (``check_order_with_or_score``). The first goal that is not found ends it.
+- They are looked for in the order of a set of strings, which changes from run to run. Row verdicts take the
+  order of hash seed 0, which for the 13 tasks with two action goals is the alphabetical one.
+"""
 
 from __future__ import annotations
 
@@ -12,22 +21,65 @@ from eai.abilities.action_sequencing.course import CarryOut, Course
 from eai.abilities.action_sequencing.plan import TOO_LONG, WrittenPlan, WrittenStep
 from eai.abilities.action_sequencing.scorer import ActionSequencing
 from eai.abilities.explanation import Explanation
+from eai.abilities.goal_test import GoalTest
 from eai.abilities.json_text import MAX_LENGTH
 from eai.abilities.scorer import Assessment
-from eai.abilities.task import Task
+from eai.abilities.task import GoalKind, Task
 from eai.abilities.unreadable import Unreadable
 from eai.abilities.verdict import Counted, ErrorReport, PlanVerdict
 from eai.households.virtualhome.domain import as_meant
 from eai.households.virtualhome.plan_notation import Identified, VirtualHomePlans, has_ids, identified
 from eai.households.virtualhome.tasks import VirtualHomeTask
-from eai.reference import virtualhome_domain
+from eai.reference import virtualhome_quirks
 from eai.reference.plans import ReferencePlans
-from eai.reference.virtualhome_goal_test import VirtualHomeGoalTest
 from eai.reference.virtualhome_order import relevant_objects
 from eai.world.domain import Domain
-from eai.world.execution import Action
+from eai.world.execution import Action, Trajectory
 from eai.world.fault import FaultKind
-from eai.world.state import Scene
+from eai.world.state import Scene, State
+
+
+class VirtualHomeGoalTest(GoalTest):
+    """The reference's test of a task's goals.
+
+    Args:
+        task: the task.
+        as_in_data_set: whether action goals are looked for in the order of the data set.
+    """
+
+    def __init__(self, task: Task, *, as_in_data_set: bool = False) -> None:
+        super().__init__(task)
+        numbers = range(len(self._actions))
+        self._order = numbers if as_in_data_set else sorted(numbers, key=self._actions.__getitem__)
+        self._relations = [i for i, goal in enumerate(task.goals) if goal.kind is GoalKind.RELATION]
+        self.reorders = list(self._order) != list(numbers)
+
+    def reached(
+        self, final: State, actions: Sequence[str], course: Trajectory | None = None
+    ) -> tuple[bool, ...]:
+        """For each goal, in order, whether it counts: of relation goals the first that holds."""
+        reached = list(super().reached(final, actions, course))
+        held = [number for number in self._relations if reached[number]]
+        for number in held[1:]:
+            reached[number] = False
+        return tuple(reached)
+
+    def passes_gold_test(self, final: State) -> bool:
+        """Whether all state and relation goals count as reached in the annotation's own final state."""
+        reached = self.reached(final, ())
+        return all(reached[i] for i in range(len(reached)) if i not in self._places)
+
+    def _met(self, goals: Sequence[tuple[str, ...]], actions: Sequence[str]) -> Sequence[int]:
+        """The action goals before the first that is not found."""
+        text = " ".join(actions)
+        position = 0
+        for count, number in enumerate(self._order):
+            found = next((word for word in goals[number] if text.find(word, position) >= 0), None)
+            if found is None:
+                return self._order[:count]
+            position = text.find(found, position) + len(found)
+        return self._order
+
 
 NOT_ACCEPTED = ("PLUGIN", "PLUGOUT", "RELEASE")
 """Actions that the prompt offers and the vocabulary test rejects (``valid_actions``)."""
@@ -167,7 +219,7 @@ def _with_note(explanation: Explanation, note: str) -> Explanation:
 
 @cache
 def _domain() -> Domain:
-    return virtualhome_domain.as_in_reference().with_operators(without=NOT_ACCEPTED)
+    return virtualhome_quirks.as_in_reference().with_operators(without=NOT_ACCEPTED)
 
 
 def written_with_ids(answers: Iterable[str]) -> bool:

@@ -1,4 +1,4 @@
-"""Where the simulator of eai-eval 1.0.5 deviates from what it is meant to do, defect by defect.
+"""The VirtualHome domain as eai-eval 1.0.5 has it: where its simulator deviates from what it is meant to do.
 
 Each quirk replaces checks or effects of the declaration; together they turn the domain of protocol `strict`
 into that of `eai-1.0.5`. The engine knows nothing of them.
@@ -8,9 +8,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from functools import cache, reduce
 
 from eai.households.virtualhome import operators as o
 from eai.households.virtualhome import predicates as p
+from eai.households.virtualhome.domain import as_declared
 from eai.households.virtualhome.predicates import R, X, Y
 from eai.logic.formula import FALSE, Exists, Formula
 from eai.reference.quirk import Quirk
@@ -20,6 +22,13 @@ from eai.world.effect import Add, ForEach, Let, both_ways
 from eai.world.fault import FaultKind
 from eai.world.frame import AGENT
 from eai.world.operator import Check, Operator, additional, affordance
+
+
+@cache
+def as_in_reference() -> Domain:
+    """The reference's order of checks and all of its quirks."""
+    return reduce(lambda domain, quirk: quirk.apply(domain), QUIRKS, as_declared())
+
 
 SOUGHT: Mapping[Formula, tuple[Formula, ...]] = {
     p.near(X): (p.next_to(AGENT, X),),

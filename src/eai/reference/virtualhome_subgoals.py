@@ -1,9 +1,10 @@
-"""How eai-eval 1.0.5 reads VirtualHome subgoals (``subgoal_plan.py``).
+"""How eai-eval 1.0.5 reads VirtualHome subgoals, and what its character does for one.
 
-Its quirks: an answer ends at the first closing brace; strings without anything like ``word(...)`` vanish; a
-string with `` or `` is cut there as plain text, whatever the brackets say, and one piece is taken by lot
-(see `lots`); ids are numbers, so that ``soap.01002`` is ``soap.1002``; a quantifier is a parsing error, and
-so is a negation or an object without an id, but only when the search gets to it.
+Its quirks (``subgoal_plan.py``): an answer ends at the first closing brace; strings without anything like
+``word(...)`` vanish; a string with `` or `` is cut there as plain text, whatever the brackets say, and one
+piece is taken by lot (see `Lots`); ids are numbers, so that ``soap.01002`` is ``soap.1002``; a quantifier is
+a parsing error, and so is a negation or an object without an id, but only when the search gets to it. The
+actions for a subgoal are those of ``state_action_translator.py``.
 """
 
 from __future__ import annotations
@@ -14,7 +15,16 @@ from collections.abc import Sequence
 from eai.abilities.goal_test import GoalTest
 from eai.abilities.subgoal_decomposition.compiled import Compiled, Rejected, unparseable
 from eai.abilities.subgoal_decomposition.notation import WrittenSubgoals
-from eai.abilities.subgoal_decomposition.program import Do, End, Halt, Instruction, Program
+from eai.abilities.subgoal_decomposition.program import (
+    Do,
+    End,
+    Found,
+    Halt,
+    Instruction,
+    Plan,
+    Plans,
+    Program,
+)
 from eai.abilities.subgoal_decomposition.progress import GoalProgress
 from eai.abilities.subgoal_decomposition.search import Outcome, SearchLimits, uncategorised
 from eai.abilities.task import Task
@@ -23,11 +33,96 @@ from eai.households.virtualhome.subgoal_notation import ACTIONS, VirtualHomeSubg
 from eai.logic.formula import FALSE, Atom, Formula, Occurs
 from eai.logic.ltl import Dialect, parse
 from eai.logic.ltl_printer import print_ltl
-from eai.reference import virtualhome_domain
-from eai.reference.lots import Lots
-from eai.reference.subgoals import ReferenceSubgoals, literals, parse_at_once, read_output
-from eai.reference.virtualhome_translation import plans_for, plans_to_take
-from eai.world.execution import Fault
+from eai.planning.subgoal import GroundAtom
+from eai.reference import virtualhome_quirks
+from eai.reference.subgoals import Lots, ReferenceSubgoals, literals, parse_at_once, read_output
+from eai.world.execution import Action, Fault
+from eai.world.state import State
+
+BROUGHT_ABOUT_BY = {
+    "CLOSED": ("CLOSE",),
+    "OPEN": ("OPEN",),
+    "ON": ("SWITCHON",),
+    "OFF": ("SWITCHOFF",),
+    "PLUGGED_IN": ("PLUGIN",),
+    "PLUGGED_OUT": ("PLUGOUT",),
+    "CLEAN": ("WIPE", "WASH"),
+}
+"""For each state of an object the actions that lead to it. Any other state is brought about by no action."""
+
+NEED_THE_OBJECT_IN_HAND = frozenset({"DRINK", "EAT", "READ"})
+NEED_A_LOOK = frozenset({"LOOKAT", "WATCH"})
+
+
+def plans_for(literal: GroundAtom) -> Plans:
+    """The plans that bring about a literal in a state."""
+    return lambda state: Found(plans_of_state(literal.predicate, literal.arguments, state))
+
+
+def plans_to_take(action: Action) -> Plans:
+    """The one plan that takes an action in a state."""
+    return lambda state: Found(plans_of_action(*action, state))
+
+
+def plans_of_state(predicate: str, arguments: Sequence[int], state: State) -> Sequence[Plan]:
+    """The plans that bring about an atom; none if no action does."""
+    if len(arguments) == 1:
+        (x,) = arguments
+        return [
+            (Action("FIND", (x,)), Action(action, (x,))) for action in BROUGHT_ABOUT_BY.get(predicate, ())
+        ]
+    x, y = arguments
+    agent = state.scene.agent
+    find_y = Action("FIND", (y,))
+    match predicate:
+        case "ONTOP" if x == agent:
+            return [(find_y, Action("SIT", (y,))), (find_y, Action("LIE", (y,)))]
+        case "ONTOP" if y == agent:
+            return [(Action("PUTON", (x,)),)]
+        case "ONTOP":
+            return [(*_fetch(x, state), find_y, Action("PUTBACK", (x, y)))]
+        case "INSIDE" if x == agent:
+            return [(Action("WALK", (y,)),)]
+        case "INSIDE":
+            fetch = _fetch(x, state)
+            return [(*fetch, find_y, Action(action, (x, y))) for action in ("PUTIN", "POUR")]
+        case "NEXT_TO" if x == agent:
+            return [(find_y,)]
+        case "FACING":
+            return [(find_y, Action("TURNTO", (y,)))]
+        case "HOLDS_RH" | "HOLDS_LH":
+            return [(find_y, Action("GRAB", (y,)))]
+        case _:
+            return []
+
+
+def plans_of_action(action: str, arguments: Sequence[int], state: State) -> Sequence[Plan]:
+    """The one plan that takes an action."""
+    act = Action(action, tuple(arguments))
+    if not arguments:
+        return [(act,)]
+    x, *others = arguments
+    if action in NEED_A_LOOK:
+        return [(Action("FIND", (x,)), Action("TURNTO", (x,)), act)]
+    if others:
+        return [(*_fetch(x, state), *(Action("FIND", (y,)) for y in others), act)]
+    if action in NEED_THE_OBJECT_IN_HAND and not _is_held(x, state):
+        return [(*_fetch(x, state), act)]
+    return [(Action("FIND", (x,)), act)]
+
+
+def _fetch(thing: int, state: State) -> Plan:
+    if _is_held(thing, state):
+        return ()
+    return Action("FIND", (thing,)), Action("GRAB", (thing,))
+
+
+def _is_held(thing: int, state: State) -> bool:
+    agent = state.scene.agent
+    if agent is None:
+        return False
+    return state.has("HOLDS_RH", agent, thing) or state.has("HOLDS_LH", agent, thing)
+
 
 _PRIMITIVE = re.compile(r"\w+\(.*?\)")
 _LEADING_ZEROS = re.compile(r"\.0+(?=[0-9])")
@@ -38,7 +133,7 @@ class VirtualHomeSubgoalDecomposition(ReferenceSubgoals):
     """VirtualHome subgoals as the reference scores them: the goal counts if it held at any time."""
 
     def __init__(self, task: Task, *, limits: SearchLimits | None = None) -> None:
-        domain, words = virtualhome_domain.as_in_reference(), VirtualHomeSubgoals(ACTIONS)
+        domain, words = virtualhome_quirks.as_in_reference(), VirtualHomeSubgoals(ACTIONS)
         super().__init__(task, domain, words, goals=_ActionsSingly(task), limits=limits)
         self.halts = halts
         self.excluded = None

@@ -17,8 +17,7 @@ from pathlib import Path
 from typing import TypeAlias, get_type_hints
 
 from eai.abilities.verdict import Json
-from eai.data.files import printable, write_whole
-from eai.data.parquet import parquet
+from eai.data.files import parquet, printable, write_whole
 from eai.errors import InputError
 from eai.results.certainty import Cases, certainty_of_rate
 from eai.results.lines import Line

@@ -13,8 +13,8 @@ from eai.abilities.answer_schema import Schema
 from eai.abilities.options import Options, option
 from eai.abilities.protocol import Ability
 from eai.abilities.verdict import Json
-from eai.benchmark.answer_form import answer_form
 from eai.benchmark.benchmark import Benchmark
+from eai.benchmark.prompt_library import answer_form
 from eai.errors import InputError, did_you_mean
 from eai.prompts.prompt import Prompt
 from eai.scoring.trials import Inquiry, Single, Trials

@@ -31,14 +31,16 @@ from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.copied_answers import open_copy_book, open_empty_book
 from eai.benchmark.gold_answers import (
     AnswerBook,
+    Noise,
     WrittenAnswer,
     believing,
+    heeding_answer,
+    noisy_answer,
     open_answer_book,
     open_planned_book,
     planned_answer,
 )
 from eai.benchmark.lookup import open_lookup_book
-from eai.benchmark.noisy_answers import Noise, heeding_answer, noisy_answer
 from eai.benchmark.random_answers import open_random_answers
 from eai.benchmark.registry import find_benchmark
 from eai.errors import InputError, did_you_mean

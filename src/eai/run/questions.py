@@ -29,7 +29,6 @@ from eai.prompts.prompt import Prompt
 from eai.questions.answers import gold_text, grade
 from eai.questions.question import Form, Kind, Question, read_questions
 from eai.questions.writer import Wanted, Writer
-from eai.run.count import Watch, unwatched
 from eai.run.evaluation import Answers, obtain
 from eai.run.job import Endpoint, Pace, Requests
 from eai.run.journal import JOURNAL
@@ -37,6 +36,7 @@ from eai.run.logs import JOB
 from eai.run.messages import QUESTION, messages_of
 from eai.run.refusal import refusing
 from eai.run.solver import ask, ask_as_published
+from eai.run.state import Watch, unwatched
 
 
 @scorer(metrics=[grouped(accuracy(), "kind", all=False), accuracy(), stderr(cluster="task")], name="question")

@@ -9,8 +9,7 @@ from eai.abilities.codec import experiment_to_json
 from eai.benchmark.prompt_library import Library
 from eai.benchmark.suite import Suite
 from eai.run.job import EYES
-from eai.run.messages import messages_of
-from eai.run.reasoning import part
+from eai.run.messages import messages_of, part
 from eai.run.scorer import EXPERIMENT
 from eai.studies.perception.belief import scene_words
 from eai.studies.perception.scene_graph import read_scene_graph

@@ -27,9 +27,7 @@ from tenacity import RetryError
 from eai.abilities.record import Usage
 from eai.prompts.prompt import Prompt
 from eai.run.job import Requests
-from eai.run.messages import messages_of
-from eai.run.odd_usage import UNREADABLE
-from eai.run.reasoning import Parts, complete, part
+from eai.run.messages import UNREADABLE, Parts, complete, messages_of, part
 from eai.run.state import Desk
 from eai.scoring.answer import Answer
 from eai.scoring.trials import Inquiry, Trials

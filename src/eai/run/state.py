@@ -2,13 +2,39 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TypeAlias
+
 from eai.errors import EaiError, InputError
 from eai.prompts.prompt import Prompt
-from eai.run.count import Count, Watch, unwatched
 from eai.run.job import Requests
 from eai.run.journal import Journal
 from eai.scoring.answer import Answer, Place
 from eai.scoring.trials import Inquiry, Tried
+
+
+@dataclass(frozen=True, slots=True)
+class Count:
+    """How far a run is.
+
+    Attributes:
+        answered: tasks that are answered, in every epoch, found answers included.
+        failed: tasks that were given up because a request failed.
+        total: tasks that are to be answered.
+    """
+
+    answered: int
+    failed: int
+    total: int
+
+
+Watch: TypeAlias = Callable[[Count], None]
+"""Is told how far a run is."""
+
+
+def unwatched(count: Count) -> None:
+    """Tells nobody."""
 
 
 class Desk:

@@ -12,8 +12,7 @@ from eai.abilities.verdict import ErrorReport, Verdict
 from eai.benchmark.suite import DEFAULT_PROTOCOL, Suite, open_suite
 from eai.pddl.planning import PlannerChoice
 from eai.scoring.shaping import Merit, Shaping, merit
-from eai.tasks.source import Source
-from eai.tasks.task_reference import TaskReference
+from eai.tasks.source import Source, TaskReference
 from eai.world.fault import FaultKind
 
 METRICS = ("success", "progress", "faults", *(f"fault.{kind.value}" for kind in FaultKind))

@@ -1,4 +1,4 @@
-"""Where the tasks of a benchmark come from, and the digest of what they were made of."""
+"""The source of the tasks of a benchmark, references to single ones, and digests of what they are made of."""
 
 from __future__ import annotations
 
@@ -8,13 +8,58 @@ from dataclasses import dataclass, field
 from enum import Enum
 from functools import wraps
 from pathlib import Path
-from typing import TypeAlias, TypeVar
+from typing import NamedTuple, TypeAlias, TypeVar
 
-from eai.abilities.protocol import member
+from eai.abilities.protocol import Ability, member
 from eai.abilities.task import Task
 from eai.data.progress import Report, silent
 from eai.data.store import Store
+from eai.errors import InputError
 from eai.pddl.planning import PlannerChoice, PlannerTerms
+
+_ABILITIES = {ability.value: ability for ability in Ability}
+
+
+class TaskReference(NamedTuple):
+    """A task by benchmark, ability and id, written ``virtualhome/action_sequencing/27_2``.
+
+    The benchmark may be anything that `eai.benchmark.registry.find_benchmark` takes, paths included.
+    """
+
+    benchmark: str
+    ability: Ability
+    task_id: str
+
+    def __str__(self) -> str:
+        return f"{self.benchmark}/{self.ability.value}/{self.task_id}"
+
+    @staticmethod
+    def parse(text: str) -> TaskReference:
+        """The task that a text means; the last part, of those between others, that names an ability does.
+
+        Raises:
+            InputError: it is no such text.
+        """
+        parts = text.split("/")
+        for place in range(len(parts) - 2, 0, -1):
+            ability = _ABILITIES.get(parts[place])
+            if ability is not None:
+                return TaskReference("/".join(parts[:place]), ability, "/".join(parts[place + 1 :]))
+        raise InputError(f"{text[:100]!r} is no task: expected BENCHMARK/ABILITY/TASK")
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """One thing that is not as it should be.
+
+    Attributes:
+        place: the file or pack that it is about; the whole where it is about all of it.
+        problem: what is wrong, with the identifier where there is one.
+    """
+
+    place: str
+    problem: str
+
 
 T = TypeVar("T")
 T_co = TypeVar("T_co", covariant=True)

@@ -16,8 +16,7 @@ from eai.abilities.goal_test import GoalTest
 from eai.abilities.task import Task
 from eai.data.files import lines, write_whole
 from eai.errors import InputError
-from eai.tasks.finding import Finding
-from eai.tasks.source import TaskSet
+from eai.tasks.source import Finding, TaskSet
 from eai.tasks.task_lines import read_line, task_of
 from eai.world.domain import Domain
 from eai.world.execution import describe, execute

@@ -11,7 +11,7 @@ from eai.logic.formula import TRUE
 from eai.pddl.model import NO_EFFECT, PddlAction
 from eai.pddl.offence import Offence
 from eai.pddl.reader import read_action
-from eai.reference.operator_extraction import extract_as_reference
+from eai.reference.operator_rules import extract_as_reference
 
 OPEN = "(:action open :parameters (?o) :precondition (shut ?o) :effect (not (shut ?o)))"
 SHUT = "(:action close :parameters (?o) :precondition () :effect (shut ?o))"

@@ -19,11 +19,7 @@ from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import open_suite
 from eai.data.store import Store
 from eai.errors import DataError
-from eai.households.gold_operators import (
-    TransitionTasks,
-    open_behavior,
-    open_virtualhome,
-)
+from eai.households.published import TransitionTasks, open_behavior, open_virtualhome
 from eai.pddl.match import SideMatch
 from eai.pddl.planning import PddlPlanner, PlannerChoice, PlannerOutcome
 from eai.tasks.source import Source, TaskSet

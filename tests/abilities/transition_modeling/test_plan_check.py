@@ -13,7 +13,7 @@ from eai.abilities.transition_modeling.scorer import TransitionModeling
 from eai.abilities.transition_modeling.task import TransitionTask
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.data.store import Store
-from eai.households.gold_operators import TransitionTasks, open_behavior, open_virtualhome
+from eai.households.published import TransitionTasks, open_behavior, open_virtualhome
 from eai.pddl.model import PddlPredicate, type_of
 from eai.pddl.planner import BuiltInPlanner
 from eai.pddl.planning import PlannerOutcome

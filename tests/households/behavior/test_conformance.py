@@ -6,13 +6,13 @@ import pytest
 
 from eai.households.behavior import domain as behavior
 from eai.households.behavior.tasks import BehaviorTasks
-from eai.reference import behavior_domain
+from eai.reference import behavior_quirks
 from eai.world.conformance import check
 from eai.world.domain import Domain
 from eai.world.state import State
 from households.behavior.kitchen import make_task
 
-REFERENCES = (behavior_domain.as_in_reference(), behavior_domain.as_in_reference_subgoals())
+REFERENCES = (behavior_quirks.as_in_reference(), behavior_quirks.as_in_reference_subgoals())
 BOTH = pytest.mark.parametrize(
     "domain", [behavior.as_meant(), *REFERENCES], ids=["strict", "eai-1.0.5", "eai-1.0.5 subgoals"]
 )
@@ -39,7 +39,7 @@ def test_it_conforms_on_the_data_sets_scenes(behavior_tasks: BehaviorTasks, doma
 
 def test_there_are_the_papers_actions() -> None:
     assert len(behavior.as_meant().operators) == 30
-    assert {o.name for o in behavior_domain.as_in_reference().operators} == {
+    assert {o.name for o in behavior_quirks.as_in_reference().operators} == {
         *(o.name for o in behavior.as_meant().operators),
         "BURN",
     }

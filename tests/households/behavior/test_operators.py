@@ -3,7 +3,7 @@ from __future__ import annotations
 import pytest
 
 from eai.households.behavior import domain as behavior
-from eai.reference import behavior_domain
+from eai.reference import behavior_quirks
 from eai.reference.behavior_quirks import QUIRKS
 from eai.reference.quirk import Quirk
 from eai.world.domain import Domain
@@ -12,7 +12,7 @@ from eai.world.fault import FaultKind
 from eai.world.state import State
 from households.behavior.kitchen import actions, make_task
 
-STRICT, REFERENCE = behavior.as_meant(), behavior_domain.as_in_reference()
+STRICT, REFERENCE = behavior.as_meant(), behavior_quirks.as_in_reference()
 BOTH = pytest.mark.parametrize("domain", [STRICT, REFERENCE], ids=["strict", "eai-1.0.5"])
 ON_TABLE = ("RIGHT_GRASP rag_1", "RIGHT_PLACE_ONTOP table_1")
 PEACH = ("OPEN fridge_1", "RIGHT_GRASP peach_1")
@@ -189,7 +189,7 @@ def test_contents_are_transferred_or_abort_the_reference() -> None:
     assert has(after, "stands_on plate_1 room_floor_garage_0")
     assert not has(after, "lies_on plate_2 table_1")
     aborted = run(REFERENCE, *steps)
-    left = behavior_domain.half_done(aborted.final, aborted.steps[-1].action)
+    left = behavior_quirks.half_done(aborted.final, aborted.steps[-1].action)
     assert [has(left, f"lies_on {plate} table_1") for plate in ("plate_1", "plate_2")] == [False, True]
 
 
@@ -201,7 +201,7 @@ def test_in_the_reference_the_last_label_of_a_pair_counts() -> None:
 
 
 def test_subgoals_rank_kinds_of_error_differently_in_the_reference() -> None:
-    domain = behavior_domain.as_in_reference_subgoals()
+    domain = behavior_quirks.as_in_reference_subgoals()
     steps = (*CUT, "OPEN dishwasher_1", "LEFT_GRASP peach_1")
     (fault,) = (step.fault for step in run(REFERENCE, *steps).steps if step.fault is not None)
     assert (fault.kind, fault.also) == (FaultKind.AFFORDANCE, (FaultKind.WRONG_ORDER,))

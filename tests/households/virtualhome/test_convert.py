@@ -14,8 +14,14 @@ from eai.data.progress import Progress, Stage, silent
 from eai.data.store import Store
 from eai.errors import DataError
 from eai.households.virtualhome.convert import convert_tasks
-from eai.households.virtualhome.pack import VirtualHome
-from eai.households.virtualhome.records import ActionGoal, EdgeGoal, NodeGoal, ScriptObject, ScriptStep
+from eai.households.virtualhome.records import (
+    ActionGoal,
+    EdgeGoal,
+    NodeGoal,
+    ScriptObject,
+    ScriptStep,
+    VirtualHome,
+)
 
 
 def converted(tasks: tuple[MadeTask, ...], folder: Path) -> VirtualHome:

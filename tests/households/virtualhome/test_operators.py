@@ -3,7 +3,7 @@ from __future__ import annotations
 import pytest
 
 from eai.households.virtualhome import domain as virtualhome
-from eai.reference import virtualhome_domain
+from eai.reference import virtualhome_quirks
 from eai.world.domain import Domain
 from eai.world.execution import Fault, attempt
 from eai.world.fault import FaultKind
@@ -11,7 +11,7 @@ from eai.world.past import Past
 from eai.world.state import State, change
 from households.virtualhome import flat
 
-STRICT, REFERENCE = virtualhome.as_meant(), virtualhome_domain.as_in_reference()
+STRICT, REFERENCE = virtualhome.as_meant(), virtualhome_quirks.as_in_reference()
 BOTH = pytest.mark.parametrize("domain", [STRICT, REFERENCE], ids=["strict", "eai-1.0.5"])
 
 AT_FRIDGE = ("NEXT_TO character.65 fridge.10",)

@@ -8,7 +8,7 @@ from eai.households.virtualhome import domain as virtualhome
 from eai.households.virtualhome.predicates import VOCABULARY
 from eai.households.virtualhome.tasks import VirtualHomeTasks
 from eai.logic.formula import Atom, Constant, Formula
-from eai.reference import virtualhome_domain
+from eai.reference import virtualhome_quirks
 from eai.reference.virtualhome_order import IN_SLOT_ORDER, relevant_objects
 from eai.world.domain import Domain
 from eai.world.execution import attempt
@@ -16,7 +16,7 @@ from eai.world.past import Past
 from eai.world.state import Scene, State, WorldObject
 from households.virtualhome import flat
 
-STRICT, REFERENCE = virtualhome.as_meant(), virtualhome_domain.as_in_reference()
+STRICT, REFERENCE = virtualhome.as_meant(), virtualhome_quirks.as_in_reference()
 BOTH = pytest.mark.parametrize("domain", [STRICT, REFERENCE], ids=["strict", "eai-1.0.5"])
 NAMES = (*flat.PROPERTIES, "shelf.90", "shelf.128")
 

@@ -12,7 +12,7 @@ import pytest
 from eai.abilities.task import Task
 from eai.benchmark.registry import find_benchmark
 from eai.data.store import Store
-from eai.households.behavior.planning_problems import problem_of
+from eai.households.behavior.activities import problem_of
 from eai.households.behavior.tasks import BehaviorTasks
 from eai.households.virtualhome.benchmark import open_demonstrations
 from eai.households.virtualhome.domain import as_meant

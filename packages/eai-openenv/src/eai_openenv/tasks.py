@@ -12,7 +12,7 @@ from eai.errors import InputError
 from eai.generator import fingerprint
 from eai.generator.splits import SHARES
 from eai.scoring.reward import suite_of
-from eai.tasks.task_reference import TaskReference
+from eai.tasks.source import TaskReference
 
 
 class Tasks:

@@ -13,15 +13,13 @@ from eai.benchmark.prompt_library import Library
 from eai.benchmark.registry import find_benchmark, with_tasks
 from eai.benchmark.suite import Suite, open_suite
 from eai.generator.generator import Generator, generate
-from eai.generator.outcome import Generated
 from eai.generator.sets import Seeds
-from eai.generator.spec import Spec, Split, Tier
+from eai.generator.spec import Generated, Spec, Split, Tier
 from eai.pddl.planning import PlannerChoice
 from eai.prompts.prompt import Prompt, PromptSet
 from eai.scoring.reward import suite_of
-from eai.tasks.source import Source, given
+from eai.tasks.source import Source, TaskReference, given
 from eai.tasks.task_lines import read_line, task_of, written
-from eai.tasks.task_reference import TaskReference
 
 _TOGETHER = 8
 """How many new tasks are asked about together: prompts show another of them as example."""

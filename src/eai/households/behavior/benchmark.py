@@ -1,28 +1,136 @@
-"""BEHAVIOR as a benchmark."""
+"""BEHAVIOR as a benchmark, and how its official prompts state goals that a model interpreted itself.
+
+The published pipeline passes on what an answer says, not what it means, one entry a line
+(``generate_goal_subgoal_.pipeline_prompts.py``, ``bddl_to_tl.py``, revision 66a407d). Three of its ways show
+only in answers that are not as asked: names that are no object's are spelt by a rule made for names of
+objects, so that ``next_to`` is ``next.to``; a bare word in the place of a condition is taken apart into
+letters, so that ``["not", "dusty", "bed.n.01_1"]`` is ``not d(u, s, t, y)``; and a condition said twice
+stands there twice. Entries of which it makes nothing, where it stops, are left out here.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator, Mapping
+
+from eai.abilities.goal_interpretation.nested import parts_of
 from eai.abilities.protocol import Ability
 from eai.abilities.task import Task
 from eai.abilities.transition_modeling.task import TransitionTask
-from eai.benchmark.benchmark import Benchmark
+from eai.benchmark.benchmark import Benchmark, formats_of
 from eai.benchmark.errata import errata_of
-from eai.benchmark.formats import formats_of
 from eai.english.english import english_of
-from eai.households.behavior.activities import Activities
+from eai.households.behavior.activities import Activities, PlanningProblems, problem_text
 from eai.households.behavior.domain import as_meant
 from eai.households.behavior.goal_notation import BehaviorGoals
-from eai.households.behavior.goal_section import GOAL_SECTIONS
-from eai.households.behavior.planning_problems import PlanningProblems, problem_text
 from eai.households.behavior.predicates import GOAL_RELATIONS, GOAL_STATES
 from eai.households.behavior.subgoal_notation import BehaviorSubgoals
 from eai.households.behavior.tasks import BehaviorTask
 from eai.households.behavior.tasks import open_tasks as open_behavior_tasks
-from eai.households.gold_operators import open_behavior
-from eai.households.identifiers import published_task
-from eai.households.published_prompts import OfficialPrompts
+from eai.households.published import OfficialPrompts, open_behavior
+from eai.households.published_files import published_task
+from eai.prompts.believed import Belief, GoalSection
 from eai.prompts.wording import ObjectName, Wording, declared_name
 from eai.tasks.source import Source, TaskSet, once_per_store
+
+_NOTATION = BehaviorGoals()
+
+
+def _for_plans(belief: Belief) -> str:
+    """Each entry as a flat list, objects by name: ``['not', 'open', 'jar_0']``."""
+    spelling = _names(belief)
+    entries = [[spelling.get(word, word) for word in _words(entry)] for entry in _entries(belief)]
+    return "\n".join([str(words) for words in entries if words])
+
+
+def _for_subgoals(belief: Belief) -> str:
+    """Each entry as a formula: ``forall(jar_n_01, (not open(jar_n_01)))``."""
+    names = _names(belief)
+    categories = {thing.category for thing in belief.task.scene.objects}
+
+    def spelling(word: str) -> str:
+        return word.replace(".", "_") if word in categories else _numbered(names.get(word, word))
+
+    formulas = [_formula(entry, spelling, nested=False) for entry in _entries(belief)]
+    return "\n".join([formula for formula in formulas if formula is not None])
+
+
+GOAL_SECTIONS: Mapping[Ability, GoalSection] = {
+    Ability.ACTION_SEQUENCING: GoalSection(
+        "target environment state:\n", "\n\n\ninteractable objects", _for_plans
+    ),
+    Ability.SUBGOAL_DECOMPOSITION: GoalSection("## Goal States\n", "\n\n## Output", _for_subgoals),
+}
+"""Where the official prompts state the goals."""
+
+
+def _entries(belief: Belief) -> Iterator[object]:
+    """What an answer says, states first; an answer that cannot be read says nothing."""
+    return (_unwrapped(entry.value) for entry in _NOTATION.entries(belief.answer) or ())
+
+
+def _names(belief: Belief) -> Mapping[str, str]:
+    """The name of the object that an instance is."""
+    things = belief.task.scene.objects
+    return {
+        instance: thing.name for instance, thing in zip(_NOTATION.names(belief.task), things, strict=True)
+    }
+
+
+def _unwrapped(entry: object) -> object:
+    """The entry without lists around a single list."""
+    match entry:
+        case [[*_] as inner]:
+            return _unwrapped(inner)
+        case [*parts]:
+            return [_unwrapped(part) for part in parts]
+        case _:
+            return entry
+
+
+def _words(entry: object) -> Iterator[str]:
+    match entry:
+        case str(word):
+            yield word
+        case [*parts]:
+            for part in parts:
+                yield from _words(part)
+
+
+def _numbered(name: str) -> str:
+    """A name as names of objects are written, ``carton.n.02_2`` as ``carton_n_02.2``."""
+    if "toggled" in name:
+        return "toggledon"
+    return ".".join(name.replace(".", "_").rsplit("_", 1)) if "_" in name else name
+
+
+def _formula(entry: object, spelling: Callable[[str], str], *, nested: bool) -> str | None:
+    """An entry as a formula, in brackets where it stands below a connective; None where it is none."""
+    match entry:
+        case ["not", operand, *_]:
+            inner = _formula(operand, spelling, nested=True)
+            return None if inner is None else _bracketed(f"not {inner}", nested)
+        case ["and" | "or" as word, first, *others]:
+            texts = [_formula(part, spelling, nested=True) for part in parts_of((first, *others))]
+            known = [text for text in texts if text is not None]
+            return _bracketed(f" {word} ".join(known), nested) if len(known) == len(texts) else None
+        case ["forall" | "exists" | "forn" | "forpairs" | "fornpairs" as word, *head, body]:
+            inner = _formula(body, spelling, nested=True)
+            bound = [spelling(each[-1]) for part in head if (each := [*_words(part)])]
+            return None if inner is None else f"{word}({', '.join([*bound, inner])})"
+        case ["not" | "and" | "or", *_]:
+            return None
+        case [str(predicate), *names] if all(isinstance(name, str) for name in names):
+            return f"{spelling(predicate)}({', '.join([spelling(str(name)) for name in names])})"
+        case str(word) if word:
+            letters = spelling(word)
+            return f"{letters[0]}({', '.join(letters[1:])})"
+        case _:
+            return None
+
+
+def _bracketed(text: str, nested: bool) -> str:
+    return f"({text})" if nested else text
+
 
 _GOAL_PREDICATES = (*(state.name for state in GOAL_STATES), *(each.name for each in GOAL_RELATIONS))
 _HANDS = {"in_right_hand": "holds_rh", "in_left_hand": "holds_lh"}

@@ -10,7 +10,7 @@ from mypy_extensions import mypyc_attr
 from eai.abilities.goal_interpretation.notation import Alternatives, JsonGoals, Word
 from eai.abilities.task import GoalKind, Task
 from eai.households.behavior.records import Condition
-from eai.households.behavior.subgoal_vocabulary import IN_DOMAIN
+from eai.households.behavior.subgoal_notation import IN_DOMAIN
 from eai.households.behavior.tasks import BehaviorTask
 from eai.logic.choice import AllOf, AnyOf, Leaf, Literal
 from eai.logic.formula import Atom, Constant, Not

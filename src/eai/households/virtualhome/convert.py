@@ -16,8 +16,7 @@ from typing import Any, Generic, TypeVar
 from eai.data.bundle import Bundle
 from eai.data.progress import Progress, Report, Stage
 from eai.errors import DataError
-from eai.households.virtualhome.pack import TASKS_MEMBER
-from eai.households.virtualhome.records import Edge, ObjectRecord
+from eai.households.virtualhome.records import TASKS_MEMBER, Edge, ObjectRecord
 
 RESOURCES = "virtualhome_eval/resources/"
 GOALS_FILE = f"{RESOURCES}virtualhome/task_state_LTL_formula_accurate.json"

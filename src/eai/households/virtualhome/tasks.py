@@ -11,7 +11,6 @@ from eai.data.progress import Report, silent
 from eai.data.store import Store
 from eai.errors import DataError
 from eai.households.packs import open_virtualhome
-from eai.households.virtualhome.pack import VirtualHome
 from eai.households.virtualhome.predicates import VOCABULARY
 from eai.households.virtualhome.records import (
     CHARACTER_ID,
@@ -20,6 +19,7 @@ from eai.households.virtualhome.records import (
     GraphDelta,
     ObjectRecord,
     TaskRecord,
+    VirtualHome,
 )
 from eai.logic.formula import Atom, Constant, Occurs, Or
 from eai.tasks.source import TaskSet

@@ -17,9 +17,8 @@ from statistics import fmean, median
 from eai.abilities.protocol import Ability
 from eai.abilities.transition_modeling.task import Category, OperatorLibrary
 from eai.abilities.verdict import Json
-from eai.benchmark.benchmark import Benchmark
+from eai.benchmark.benchmark import Benchmark, Figure
 from eai.benchmark.features import Features
-from eai.benchmark.figure import Figure
 from eai.logic.formula import Atom, Formula
 from eai.logic.traversal import walk
 from eai.pddl.model import effect_atoms, effect_conditions

@@ -13,7 +13,7 @@ from eai.studies.annotation.choosing import refuse_unknown_name
 from eai.studies.annotation.decisions import Decisions
 from eai.studies.annotation.difference import Difference, difference
 from eai.studies.annotation.pattern import Pattern
-from eai.tasks.finding import Finding
+from eai.tasks.source import Finding
 from eai.world.domain import Domain
 
 

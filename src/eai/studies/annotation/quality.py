@@ -12,8 +12,7 @@ from eai.abilities.verdict import PlanVerdict, Verdict
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.gold_answers import open_answer_book
 from eai.benchmark.suite import open_suite
-from eai.tasks.finding import Finding
-from eai.tasks.source import Source
+from eai.tasks.source import Finding, Source
 
 
 def check_annotations(benchmark: Benchmark, source: Source) -> Iterator[Finding]:

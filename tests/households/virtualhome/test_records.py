@@ -10,14 +10,15 @@ import pytest
 from benchmark.graphs import final_graph, initial_graph
 from eai.data.store import Store
 from eai.households.packs import PROMPTS, RESOURCES, open_published, open_virtualhome
-from eai.households.virtualhome.pack import PACK, VirtualHome
 from eai.households.virtualhome.records import (
     CHARACTER_ID,
+    PACK,
     Edge,
     EdgeGoal,
     NodeGoal,
     ScriptObject,
     ScriptStep,
+    VirtualHome,
 )
 from oracle import Oracle
 

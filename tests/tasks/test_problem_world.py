@@ -16,7 +16,7 @@ from eai.pddl.fast_downward import FastDownward, PlannerLimits
 from eai.pddl.files import read_domain_file, read_problem_file
 from eai.pddl.planning import PlannerOutcome, PlanningTask
 from eai.planning.planner import Planner
-from eai.tasks.pddl_files import open_pddl
+from eai.tasks.problem_world import open_pddl
 from eai.world.conformance import check
 from eai.world.domain import Domain
 from eai.world.execution import Action, Fault, attempt, describe, execute

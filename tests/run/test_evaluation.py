@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from eai.errors import InputError
-from eai.run.prices import read_prices
+from eai.run.evaluation import read_prices
 
 PRICE = '{"input": 2.5, "output": 10, "input_cache_write": 0, "input_cache_read": 1.25}'
 

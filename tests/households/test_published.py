@@ -3,21 +3,54 @@ from __future__ import annotations
 import hashlib
 import json
 import re
+from collections import Counter
 
 import pytest
 
 from eai.abilities.protocol import Ability
 from eai.abilities.transition_modeling.scorer import TransitionModeling
+from eai.abilities.transition_modeling.task import Category
 from eai.benchmark.prompt_library import Library
 from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import open_suite
 from eai.data.store import Store
-from eai.households.identifiers import SCENE_PREFIX
 from eai.households.packs import PROMPTS, open_published
+from eai.households.published import TransitionTasks, open_behavior, open_virtualhome
+from eai.households.published_files import SCENE_PREFIX
 from eai.pddl.planning import PlannerChoice
 from eai.prompts.prompt import PromptSet
 from eai.tasks.source import ErrataChoice, Source
 from suites import SUITES, official_files, official_prompts
+
+
+def sizes(tasks: TransitionTasks) -> dict[str, int]:
+    found = Counter(category.value for task in tasks.values() for category in task.categories)
+    return dict(found)
+
+
+def test_virtualhome_is_categorised_as_the_data_set_has_it(data_store: Store) -> None:
+    assert sizes(open_virtualhome(data_store)) == {
+        "object_states": 178,
+        "object_affordance": 167,
+        "object_orientation": 28,
+        "spatial_relations": 145,
+        "non_spatial_relations": 74,
+    }
+
+
+def test_behavior_is_categorised_as_the_data_set_has_it(data_store: Store) -> None:
+    assert sizes(open_behavior(data_store)) == {
+        "object_states": 45,
+        "spatial_relations": 94,
+        "non_spatial_relations": 61,
+    }
+
+
+def test_tools_are_no_category_of_tasks(data_store: Store) -> None:
+    tasks = open_virtualhome(data_store)
+    assert Category.OBJECT_TOOLS in tasks.domain.categories.values()
+    assert all(Category.OBJECT_TOOLS not in task.categories for task in tasks.values())
+
 
 GOAL_INTERPRETATION = ("virtualhome", Ability.GOAL_INTERPRETATION)
 OPERATORS = ("behavior", Ability.TRANSITION_MODELING)

