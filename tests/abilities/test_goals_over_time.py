@@ -20,7 +20,7 @@ from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.registry import find_benchmark
 from eai.envs.game import Game, Stage
 from eai.envs.rules import Rules
-from eai.tasks.task_lines import TaskLine, task_of, written
+from eai.tasks.task_lines import _TaskLine, task_of, written
 from eai.world.episode import Until
 from eai.world.execution import Action
 
@@ -43,7 +43,7 @@ def lamps(monkeypatch: pytest.MonkeyPatch) -> Benchmark:
 
 
 def task(lamps: Benchmark, *goals: str) -> Task:
-    line = TaskLine(
+    line = _TaskLine(
         id="t",
         base="lamps:lamps",
         instruction="Pack the ball and light the lamp.",

@@ -11,7 +11,7 @@ import pytest
 from cli.conftest import Command, eai
 from eai.abilities.protocol import Ability
 from eai.benchmark.gold_answers import Noise, noisy_answer, open_answer_book
-from eai.benchmark.obfuscated import Cipher
+from eai.benchmark.obfuscated import _Cipher
 from eai.benchmark.prompt_library import Library
 from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import open_suite
@@ -30,8 +30,8 @@ def name(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch, data_s
     return str(request.param)
 
 
-def cipher(name: str) -> Cipher:
-    return Cipher.of(find_benchmark(name), find_benchmark(name).tasks(Source()).values())
+def cipher(name: str) -> _Cipher:
+    return _Cipher.of(find_benchmark(name), find_benchmark(name).tasks(Source()).values())
 
 
 @pytest.mark.parametrize("ability", PLANNED)

@@ -16,7 +16,7 @@ import eai.logic.formula as f
 from eai.benchmark.registry import find_benchmark
 from eai.errors import InputError
 from eai.generator.generator import Generator
-from eai.generator.measures import FILE, DifficultyModel, Lid, Measure, Measures, difficulty_model, lids
+from eai.generator.measures import FILE, Measure, Measures, _DifficultyModel, _Lid, difficulty_model, lids
 from eai.generator.spec import Generated, Spec
 from eai.generator.walk import posed
 from eai.tasks.source import Source
@@ -29,7 +29,7 @@ _MEASURED = (Measure.CONTAINERS, Measure.HIDDEN, Measure.TOOL_STEPS, Measure.DIS
 
 def test_lids_are_told_from_what_is_declared_to_be_visible() -> None:
     told = {like: set(lids(find_benchmark(like).domain)) for like in HOUSEHOLDS}
-    assert told == {"virtualhome": {Lid("CLOSED", False)}, "behavior": {Lid("is_open", True)}}
+    assert told == {"virtualhome": {_Lid("CLOSED", False)}, "behavior": {_Lid("is_open", True)}}
 
 
 @pytest.mark.parametrize(
@@ -111,7 +111,7 @@ def test_generated_tasks_say_how_difficult_they_are_expected_to_be(like: str) ->
 
 
 def test_longer_plans_and_more_goals_are_harder() -> None:
-    model = DifficultyModel(-2.0, (1.0, 0.1, 0.5), 1.4, 0.4, 0.6)
+    model = _DifficultyModel(-2.0, (1.0, 0.1, 0.5), 1.4, 0.4, 0.6)
     task = tasks("virtualhome", 12)[0].task
     found = model.expected(task)
     longer = model.expected(replace(task, script=task.script * 2))

@@ -11,7 +11,7 @@ import eai.logic.formula as f
 from eai.benchmark.registry import find_benchmark
 from eai.english.english import English, Voice, plural
 from eai.errors import InputError
-from eai.generator.objections import Reader
+from eai.generator.objections import _Reader
 from eai.generator.spec import Forms
 from eai.generator.words import Words
 from eai.logic.ltl import parse
@@ -108,7 +108,7 @@ def test_the_same_is_said_in_several_ways(text: str, voice: Voice, clause: str) 
     goal = formula(text)
     assert WORDS.clause(goal, voice) == clause
     opening = "Your task is to" if voice.requests else "Make sure that"
-    assert Reader(WORDS).goals(f"{opening} {clause}.") == (goal,)
+    assert _Reader(WORDS).goals(f"{opening} {clause}.") == (goal,)
 
 
 @pytest.mark.parametrize("text", [text for text, _ in CASES])
@@ -116,7 +116,7 @@ def test_the_same_is_said_in_several_ways(text: str, voice: Voice, clause: str) 
 def test_every_voice_gives_the_goal_back(text: str, requests: bool) -> None:
     goal, opening = formula(text), "Please" if requests else "See to it that"
     clauses = {WORDS.clause(goal, Voice(pick, requests)) for pick in range(12)}
-    assert [Reader(WORDS).goals(f"{opening} {clause}.") for clause in clauses] == [(goal,)] * len(clauses)
+    assert [_Reader(WORDS).goals(f"{opening} {clause}.") for clause in clauses] == [(goal,)] * len(clauses)
 
 
 def formula(text: str) -> f.Formula:
@@ -127,7 +127,7 @@ def formula(text: str) -> f.Formula:
 def test_each_goal_has_a_sentence_that_says_it(text: str, sentence: str) -> None:
     goal = formula(text)
     assert WORDS.clause(goal) == sentence
-    assert Reader(WORDS).goals(f"Make sure that {sentence}.") == (goal,)
+    assert _Reader(WORDS).goals(f"Make sure that {sentence}.") == (goal,)
 
 
 @pytest.mark.parametrize("number", [1, 2, 3, 5])
@@ -135,7 +135,7 @@ def test_several_goals_are_joined(number: int) -> None:
     goals = [formula(text) for text, _ in CASES[:number]]
     for seed in range(6):
         text = WORDS.instruction(goals, random.Random(seed))
-        assert Reader(WORDS).goals(text) == tuple(goals)
+        assert _Reader(WORDS).goals(text) == tuple(goals)
 
 
 @pytest.mark.parametrize(
@@ -155,7 +155,7 @@ def test_several_goals_are_joined(number: int) -> None:
 )
 def test_what_says_no_goal_is_refused(text: str) -> None:
     with pytest.raises(InputError):
-        Reader(WORDS).goals(text)
+        _Reader(WORDS).goals(text)
 
 
 def test_a_goal_without_sentence_is_refused() -> None:
@@ -186,7 +186,7 @@ def test_plurals(noun: str, nouns: str) -> None:
 def test_instructions_give_the_goals_back(like: str, forms: Forms) -> None:
     benchmark = find_benchmark(like)
     for each in tasks(like, 40, forms):
-        goals = Reader(Words.of(benchmark, each.task.initial)).goals(each.task.instruction)
+        goals = _Reader(Words.of(benchmark, each.task.initial)).goals(each.task.instruction)
         assert goals == tuple(goal.formula for goal in each.task.goals)
 
 
@@ -199,7 +199,7 @@ def test_things_are_told_by_their_places() -> None:
         goals = [goal.formula for goal in each.task.goals]
         instruction = words.instruction(goals, random.Random(0))
         try:
-            assert Reader(words).goals(instruction) == tuple(goals)
+            assert _Reader(words).goals(instruction) == tuple(goals)
         except InputError as error:  # such a task is not made
             assert "one meaning" in str(error)  # noqa: PT017
         told += " that is " in instruction
@@ -215,6 +215,6 @@ def test_things_are_told_by_what_is_so_of_them_alone() -> None:
     assert said == (
         "either the cup that is on top of the shelf is inside box_1 or the cup that is clean now is not clean"
     )
-    assert Reader(words).goals(f"Make sure that {said}.") == (
+    assert _Reader(words).goals(f"Make sure that {said}.") == (
         formula("inside(cup_1, box_1) or not is_clean(cup_2)"),
     )

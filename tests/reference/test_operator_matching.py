@@ -2,20 +2,20 @@ from __future__ import annotations
 
 import pytest
 
-from eai.reference.operator_matching import NOTHING, CountingQuirk, compare_as_reference
+from eai.reference.operator_matching import NOTHING, _CountingQuirk, compare_as_reference
 
 
 @pytest.mark.parametrize(
     ("quirk", "predicted", "gold", "matched", "additional", "missing"),
     [
-        (CountingQuirk.TEXT_LITERALS, "(p ?x)", "(p ?y)", "", "p", "p"),
-        (CountingQuirk.TEXT_LITERALS, "(and (p  ?x))", "(and (p ?x))", "", "p", "p"),
-        (CountingQuirk.JOINED_LISTS, "( (on ?x) (off ?x) )", "(on ?x)", "", "on", "on"),
-        (CountingQuirk.UNREADABLE_IS_FREE, "(and (p ?x)", "(and (p ?x))", "", "", ""),
-        (CountingQuirk.UNREADABLE_IS_FREE, "(not (p) (q))", "(and (p ?x))", "", "", ""),
-        (CountingQuirk.PADDING, "(and (p))", "(and (p) (q))", "p", "", "q"),
+        (_CountingQuirk.TEXT_LITERALS, "(p ?x)", "(p ?y)", "", "p", "p"),
+        (_CountingQuirk.TEXT_LITERALS, "(and (p  ?x))", "(and (p ?x))", "", "p", "p"),
+        (_CountingQuirk.JOINED_LISTS, "( (on ?x) (off ?x) )", "(on ?x)", "", "on", "on"),
+        (_CountingQuirk.UNREADABLE_IS_FREE, "(and (p ?x)", "(and (p ?x))", "", "", ""),
+        (_CountingQuirk.UNREADABLE_IS_FREE, "(not (p) (q))", "(and (p ?x))", "", "", ""),
+        (_CountingQuirk.PADDING, "(and (p))", "(and (p) (q))", "p", "", "q"),
         (
-            CountingQuirk.POSITIONAL_RENAMING,
+            _CountingQuirk.POSITIONAL_RENAMING,
             "(and (exists (?a) (p ?a)))",
             "(and (exists (?b) (p ?b)))",
             "p",
@@ -23,22 +23,22 @@ from eai.reference.operator_matching import NOTHING, CountingQuirk, compare_as_r
             "",
         ),
         (
-            CountingQuirk.POSITIONAL_RENAMING,
+            _CountingQuirk.POSITIONAL_RENAMING,
             "(and (q) (exists (?a) (p ?a)))",
             "(and (exists (?b) (p ?b)) (q))",
             "q",
             "p q",
             "p",
         ),
-        (CountingQuirk.SHORTER_LIST, "(not (and (p) (q)))", "(not (and (p)))", "p q", "", ""),
-        (CountingQuirk.FRACTIONS_ARE_ZERO, "(and (or (p) (q)))", "(and (or (p) (r)))", "", "p q", "p r"),
-        (CountingQuirk.FRACTIONS_ARE_ZERO, "(not (and (p) (q)))", "(not (and (p) (r)))", "p q", "", ""),
-        (CountingQuirk.ROW_AS_COLUMN, "(and (p) (q))", "(and (x) (p) (q))", "p q", "p", "x"),
-        (CountingQuirk.SETS, "(and (p ?a) (p ?b) (p ?c))", "(and (p ?a) (p ?d))", "p", "p", "p"),
+        (_CountingQuirk.SHORTER_LIST, "(not (and (p) (q)))", "(not (and (p)))", "p q", "", ""),
+        (_CountingQuirk.FRACTIONS_ARE_ZERO, "(and (or (p) (q)))", "(and (or (p) (r)))", "", "p q", "p r"),
+        (_CountingQuirk.FRACTIONS_ARE_ZERO, "(not (and (p) (q)))", "(not (and (p) (r)))", "p q", "", ""),
+        (_CountingQuirk.ROW_AS_COLUMN, "(and (p) (q))", "(and (x) (p) (q))", "p q", "p", "x"),
+        (_CountingQuirk.SETS, "(and (p ?a) (p ?b) (p ?c))", "(and (p ?a) (p ?d))", "p", "p", "p"),
     ],
 )
 def test_each_quirk(
-    quirk: CountingQuirk, predicted: str, gold: str, matched: str, additional: str, missing: str
+    quirk: _CountingQuirk, predicted: str, gold: str, matched: str, additional: str, missing: str
 ) -> None:
     found = compare_as_reference(predicted, gold)
     sets = tuple(" ".join(sorted(names)) for names in (found.matched, found.additional, found.missing))
@@ -47,7 +47,7 @@ def test_each_quirk(
 
 def test_every_quirk_has_a_test() -> None:
     marks = test_each_quirk.pytestmark  # type: ignore[attr-defined]
-    assert {case[0] for case in marks[0].args[1]} == set(CountingQuirk)
+    assert {case[0] for case in marks[0].args[1]} == set(_CountingQuirk)
 
 
 def test_conditional_effects_match_as_a_whole() -> None:

@@ -51,7 +51,7 @@ else:
 
 
 @dataclass(frozen=True, slots=True)
-class Replacement:
+class _Replacement:
     """What stands in the data, and what is read instead."""
 
     __pydantic_config__: ClassVar[ConfigDict] = ConfigDict(extra="forbid")
@@ -61,7 +61,7 @@ class Replacement:
 
 
 @dataclass(frozen=True, slots=True)
-class StepEdit:
+class _StepEdit:
     """Steps of a plan as they stand in the data from one on, counted from 0, and what is read instead."""
 
     __pydantic_config__: ClassVar[ConfigDict] = ConfigDict(extra="forbid")
@@ -102,9 +102,9 @@ class Erratum:
     evidence: str
     exclude: str | None = None
     renamed: Mapping[str, str] | None = None
-    problem: Replacement | None = None
-    plan: tuple[StepEdit, ...] = ()
-    question: Replacement | None = None
+    problem: _Replacement | None = None
+    plan: tuple[_StepEdit, ...] = ()
+    question: _Replacement | None = None
     asks_scored: bool = False
 
     @property
@@ -273,7 +273,7 @@ def _action(text: str, scene: Scene) -> Action:
     return Action(operator, tuple(scene.index[name] for name in names))
 
 
-def _replaced(text: str, change: Replacement, entry: str) -> str:
+def _replaced(text: str, change: _Replacement, entry: str) -> str:
     if text.count(change.was) != 1:
         raise DataError(f"erratum {entry}: does not fit the data; run `eai data fetch`")
     return text.replace(change.was, change.now)

@@ -38,7 +38,7 @@ class Noise:
     seed: str
 
 
-class Segment(NamedTuple):
+class _Segment(NamedTuple):
     """Parts of a gold answer that belong together, and what stands in their place."""
 
     gold: tuple[str, ...]
@@ -46,10 +46,10 @@ class Segment(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True)
-class SpoiltAnswer:
+class _CorruptedAnswer:
     """A gold answer of which parts are spoilt; what is spoilt can be mended from the front."""
 
-    segments: tuple[Segment, ...]
+    segments: tuple[_Segment, ...]
     join: Callable[[Iterable[str]], str]
 
     def versions(self) -> Iterator[WrittenAnswer]:
@@ -58,10 +58,10 @@ class SpoiltAnswer:
         yield self._answer(segments)
         for number, (gold, written) in enumerate(segments):
             if gold != written:
-                segments[number] = Segment(gold, gold)
+                segments[number] = _Segment(gold, gold)
                 yield self._answer(segments)
 
-    def _answer(self, segments: Iterable[Segment]) -> WrittenAnswer:
+    def _answer(self, segments: Iterable[_Segment]) -> WrittenAnswer:
         return WrittenAnswer(tuple([part for each in segments for part in each.written]), self.join)
 
 
@@ -91,29 +91,29 @@ def heeding_answer(
     return versions[min(last + heeds, len(versions) - 1)]
 
 
-def spoil(book: AnswerBook, task_id: str, noise: Noise) -> SpoiltAnswer:
+def spoil(book: AnswerBook, task_id: str, noise: Noise) -> _CorruptedAnswer:
     """A gold answer in which parts are spoilt, with what they were."""
     rng = _generator(noise.seed, task_id)
     answer = book.gold(task_id)
-    segments: list[Segment] = []
+    segments: list[_Segment] = []
     pending = list(answer.parts)
     while pending:
         part = pending.pop(0)
         if rng.random() >= noise.rate:
-            segments.append(Segment((part,), (part,)))
+            segments.append(_Segment((part,), (part,)))
             continue
         match rng.choice(("drop", "repeat", "swap", "replace")):
             case "repeat":
-                segments.append(Segment((part,), (part, part)))
+                segments.append(_Segment((part,), (part, part)))
             case "swap" if pending:
                 other = pending.pop(0)
-                segments.append(Segment((part, other), (other, part)))
+                segments.append(_Segment((part, other), (other, part)))
             case "swap" | "replace":
                 foreign = book.gold(rng.choice(book.task_ids)).parts
-                segments.append(Segment((part,), (rng.choice(foreign) if foreign else part,)))
+                segments.append(_Segment((part,), (rng.choice(foreign) if foreign else part,)))
             case _:
-                segments.append(Segment((part,), ()))
-    return SpoiltAnswer(tuple(segments), answer.join)
+                segments.append(_Segment((part,), ()))
+    return _CorruptedAnswer(tuple(segments), answer.join)
 
 
 def _generator(seed: str, task_id: str) -> random.Random:

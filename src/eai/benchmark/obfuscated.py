@@ -53,7 +53,7 @@ _OBFUSCATED, _WITH_RULES = "-obfuscated", "-rules"
 
 
 @dataclass(frozen=True)
-class Cipher:
+class _Cipher:
     """Words for words, one to one.
 
     Attributes:
@@ -72,7 +72,7 @@ class Cipher:
         return _TOKEN.sub(lambda token: _replaced(token[0], back), text)
 
     @staticmethod
-    def of(benchmark: Benchmark, tasks: Iterable[Task]) -> Cipher:
+    def of(benchmark: Benchmark, tasks: Iterable[Task]) -> _Cipher:
         """The cipher of a benchmark: the same on every machine."""
         uses: dict[str, dict[str, object]] = {}
         for name in benchmark.wording(Ability.ACTION_SEQUENCING).predicates:
@@ -92,7 +92,7 @@ class Cipher:
             start = rng.sample(changing, len(changing))
             for old, new in zip(start, (*start[1:], *start[:1]), strict=True):  # one cycle: none stays
                 words |= dict(zip(old, new, strict=True))
-        return Cipher(words)
+        return _Cipher(words)
 
 
 def _replaced(token: str, words: Mapping[str, str]) -> str:
@@ -127,7 +127,7 @@ class _TwinWording(Wording):
         english: what predicates mean.
     """
 
-    cipher: Cipher = Cipher({})
+    cipher: _Cipher = _Cipher({})
     english: English = PLAIN
 
     @cached_property
@@ -172,7 +172,7 @@ class _TwinWording(Wording):
 class _TwinPlans(PlanNotation):
     """Plans in the words of a twin."""
 
-    def __init__(self, plain: PlanNotation, cipher: Cipher) -> None:
+    def __init__(self, plain: PlanNotation, cipher: _Cipher) -> None:
         self._plain, self._cipher = plain, cipher
 
     def read(self, text: str) -> WrittenPlan | Unreadable:
@@ -194,7 +194,7 @@ class _TwinPlans(PlanNotation):
 class _TwinSubgoals(SubgoalNotation):
     """Subgoals in the words of a twin."""
 
-    def __init__(self, plain: SubgoalNotation, cipher: Cipher) -> None:
+    def __init__(self, plain: SubgoalNotation, cipher: _Cipher) -> None:
         super().__init__(plain.domain)
         self._plain, self._cipher = plain, cipher
 
@@ -214,13 +214,13 @@ class _TwinSubgoals(SubgoalNotation):
 def obfuscated(benchmark: Benchmark, source: Source | None = None) -> Benchmark:
     """The twin of a benchmark: its plans and subgoals are asked for in other words; nothing else is."""
     public = benchmark.open_public or benchmark.open_tasks
-    cipher = Cipher.of(benchmark, public(source or Source()).values())
+    cipher = _Cipher.of(benchmark, public(source or Source()).values())
     return _with_exact_rules(benchmark, cipher, _OBFUSCATED)
 
 
 def with_rules(benchmark: Benchmark) -> Benchmark:
     """A benchmark in its own words, with the exact rules that the prompts of its twin tell."""
-    return _with_exact_rules(benchmark, Cipher({}), _WITH_RULES)
+    return _with_exact_rules(benchmark, _Cipher({}), _WITH_RULES)
 
 
 def plain_name(name: str) -> str:
@@ -228,7 +228,7 @@ def plain_name(name: str) -> str:
     return name.removesuffix(_OBFUSCATED).removesuffix(_WITH_RULES)
 
 
-def _with_exact_rules(benchmark: Benchmark, cipher: Cipher, suffix: str) -> Benchmark:
+def _with_exact_rules(benchmark: Benchmark, cipher: _Cipher, suffix: str) -> Benchmark:
     def wording(ability: Ability) -> Wording:
         plain = benchmark.wording(ability)
         return _TwinWording(

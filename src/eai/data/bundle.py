@@ -35,7 +35,7 @@ class Bundle(Protocol):
 
 
 @dataclass(frozen=True, slots=True)
-class ZipBundle:
+class _ZipBundle:
     """A wheel."""
 
     archive: zipfile.ZipFile
@@ -53,7 +53,7 @@ class ZipBundle:
 
 
 @dataclass(frozen=True, slots=True)
-class TarBundle:
+class _TarBundle:
     """A source distribution, read whole, since a gzipped tar has no index; these are small."""
 
     path: Path
@@ -72,7 +72,7 @@ class TarBundle:
 
 
 @dataclass(frozen=True, slots=True)
-class FolderBundle:
+class _FolderBundle:
     """An unpacked wheel; `digests` maps each path to its SHA-256 as in `RECORD`."""
 
     folder: Path
@@ -127,16 +127,16 @@ def open_bundle(path: Path) -> Iterator[Bundle]:
         DataError: it cannot be read as an archive.
     """
     if path.is_dir():
-        yield FolderBundle(path, read_record(path))
+        yield _FolderBundle(path, read_record(path))
     elif path.suffix == ".whl":
         try:
             archive = zipfile.ZipFile(path)
         except (OSError, zipfile.BadZipFile) as error:
             raise DataError(f"{path}: not a readable wheel ({error})") from error
         with archive:
-            yield ZipBundle(archive)
+            yield _ZipBundle(archive)
     else:
-        yield TarBundle(path, _tar_files(path))
+        yield _TarBundle(path, _tar_files(path))
 
 
 def _tar_files(path: Path) -> dict[str, bytes]:

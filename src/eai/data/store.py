@@ -39,7 +39,7 @@ def default_folder() -> Path:
 
 
 @dataclass(frozen=True, slots=True)
-class Manifest:
+class _Manifest:
     """What a pack says of itself.
 
     Attributes:
@@ -62,7 +62,7 @@ class PackFile:
     """One pack on disk, with its manifest read."""
 
     path: Path
-    manifest: Manifest
+    manifest: _Manifest
 
     def read(self, member: str) -> bytes:
         """The content of a member, verified.
@@ -110,7 +110,7 @@ class Store:
             )
         try:
             values = json.loads(_read_member(path, _MANIFEST))
-            manifest = Manifest(dict(values["archives"]), dict(values["members"]))
+            manifest = _Manifest(dict(values["archives"]), dict(values["members"]))
             digest, schema = values["sha256"], values["schema"]
         except (ValueError, KeyError, TypeError) as error:
             raise DataError(f"{path}: is damaged (unreadable manifest); {_REPAIR}") from error
@@ -125,7 +125,7 @@ class Store:
             DataError: the folder cannot be written to.
         """
         path = self.path(pack)
-        manifest = Manifest(dict(archives), {name: _sha256(content) for name, content in members.items()})
+        manifest = _Manifest(dict(archives), {name: _sha256(content) for name, content in members.items()})
         partial = path.with_name(f".{path.name}.{os.getpid()}.partial")
         try:
             self.folder.mkdir(parents=True, exist_ok=True)
@@ -162,7 +162,7 @@ def _read_member(path: Path, member: str) -> bytes:
         raise DataError(f"{path}: is damaged ({member} cannot be read: {error}); {_REPAIR}") from error
 
 
-def _write_zip(path: Path, manifest: Manifest, members: Mapping[str, bytes]) -> None:
+def _write_zip(path: Path, manifest: _Manifest, members: Mapping[str, bytes]) -> None:
     """Write the pack with fixed dates and sync it to disk, so that a power cut leaves no empty file."""
     header = {
         "schema": SCHEMA,

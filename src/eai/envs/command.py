@@ -26,7 +26,7 @@ MAX_LENGTH = 10_000
 _LINE = re.compile(r"\s*([\w-]+)\s*(?:\(([^()\n]*)\))?\s*")
 
 
-class Command(NamedTuple):
+class _Command(NamedTuple):
     """What a text asks for: an action, the end of the episode (None), or nothing that can be tried.
 
     ``repairs`` names what it took to read it.
@@ -64,7 +64,7 @@ class Commands:
         """An action as a line, such as ``OPEN(jar_0)``."""
         return f"{action.operator}({', '.join([self._names[i] for i in action.arguments])})"
 
-    def read(self, text: str, nameable: Collection[int], *, ends: bool) -> Command:
+    def read(self, text: str, nameable: Collection[int], *, ends: bool) -> _Command:
         """What a text asks for.
 
         Args:
@@ -74,12 +74,12 @@ class Commands:
         """
         plan = self._written(text)
         if isinstance(plan, Unreadable):
-            return Command(ErrorReport(FaultKind.PARSING, None, plan.reason))
+            return _Command(ErrorReport(FaultKind.PARSING, None, plan.reason))
         if ends and plan.steps == (WrittenStep(DONE, ()),):
-            return Command(None, plan.repairs)
+            return _Command(None, plan.repairs)
         if len(plan.steps) != 1:
             reason = f"one action at a time, not {len(plan.steps)}"
-            return Command(ErrorReport(FaultKind.PARSING, None, reason), plan.repairs)
+            return _Command(ErrorReport(FaultKind.PARSING, None, reason), plan.repairs)
 
         def object_of(word: object) -> int | None:
             index = self._index.get(word) if isinstance(word, str) else None
@@ -90,7 +90,7 @@ class Commands:
         everything = len(nameable) == len(self._names)
         stranger = "there is no" if everything else "you have not yet seen"
         meant = resolve(plan, self._domain, self._notation, object_of, stranger)
-        return Command(meant if isinstance(meant, ErrorReport) else meant[0], plan.repairs)
+        return _Command(meant if isinstance(meant, ErrorReport) else meant[0], plan.repairs)
 
     def _written(self, text: str) -> WrittenPlan | Unreadable:
         """The steps of a text: of a line, of a whole answer, or of one part of an answer."""

@@ -30,7 +30,7 @@ from eai.world.fault import FaultKind
 from eai.world.state import State
 
 
-class Info(TypedDict, total=False):
+class _Info(TypedDict, total=False):
     """What there is to know of a turn besides what the agent is told.
 
     ``goals`` says of each goal whether it is reached now, and ``won`` whether the episode ended with all of
@@ -54,7 +54,7 @@ class Turn(NamedTuple):
     reward: float
     terminated: bool
     truncated: bool
-    info: Info
+    info: _Info
 
 
 class Stage:
@@ -150,7 +150,7 @@ class Game:
         """All that an agent is told before its first action: of the world, and of the task."""
         return f"{manual(self._stage.benchmark, self._rules.feedback)}\n\n{self.opening()[0]}"
 
-    def opening(self) -> tuple[str, Info]:
+    def opening(self) -> tuple[str, _Info]:
         """The first observation, and what there is to know besides."""
         objects = self._stage.view.objects(self._known)
         told = f"{self._stage.opening}\n\nObjects [kind]: properties\n{objects}"
@@ -231,8 +231,8 @@ class Game:
     def _goals_reached(self) -> tuple[bool, ...]:
         return self._stage.goals.reached(self._episode.state, self._taken, self._episode.trajectory)
 
-    def _info(self, tried: _Tried, repairs: tuple[str, ...]) -> Info:
-        info = Info(
+    def _info(self, tried: _Tried, repairs: tuple[str, ...]) -> _Info:
+        info = _Info(
             task_id=self._stage.task.id,
             goals=list(self._reached),
             won=self.over and all(self._reached),

@@ -14,7 +14,7 @@ Sight: TypeAlias = tuple[int, ...]
 """The objects that are seen, in the order in which they are told."""
 
 
-class Told(NamedTuple):
+class _Shown(NamedTuple):
     """The facts that are told with one predicate, and the lines that tell them."""
 
     facts: Sequence[Fact]
@@ -26,7 +26,7 @@ class Look(NamedTuple):
 
     state: State
     sight: Sight
-    told: Sequence[Told]
+    told: Sequence[_Shown]
 
     @property
     def text(self) -> str:
@@ -106,8 +106,8 @@ class View:
         sees = self._wording.domain.sees
         return tuple([index for index in self.subjects if sees(state, index)])
 
-    def _tell(self, facts: Sequence[Fact]) -> Told:
-        return Told(facts, "\n".join(map(self._line, facts)))
+    def _tell(self, facts: Sequence[Fact]) -> _Shown:
+        return _Shown(facts, "\n".join(map(self._line, facts)))
 
     def _line(self, fact: Fact) -> str:
         line = self._lines.get(fact)

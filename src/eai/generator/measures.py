@@ -44,7 +44,7 @@ def features_of(task: Task) -> Sequence[float]:
 
 
 @dataclass(frozen=True, slots=True)
-class Expected:
+class _ExpectedDifficulty:
     """An expected difficulty in logits, and its standard error."""
 
     value: float
@@ -52,7 +52,7 @@ class Expected:
 
 
 @dataclass(frozen=True, slots=True)
-class DifficultyModel:
+class _DifficultyModel:
     """What difficulty is made of in one household.
 
     Attributes:
@@ -69,24 +69,24 @@ class DifficultyModel:
     r_squared: float
     rank_correlation: float
 
-    def expected(self, task: Task) -> Expected | None:
+    def expected(self, task: Task) -> _ExpectedDifficulty | None:
         """The expected difficulty of a task; None if it has no plan."""
         if not task.script:
             return None
         terms = zip(self.weights, features_of(task), strict=True)
         value = self.intercept + sum([weight * feature for weight, feature in terms])
-        return Expected(round(value, 2), self.error)
+        return _ExpectedDifficulty(round(value, 2), self.error)
 
 
-def difficulty_model(domain: str) -> DifficultyModel | None:
+def difficulty_model(domain: str) -> _DifficultyModel | None:
     """The model of a household; None of any other benchmark, whose tasks nobody has been asked."""
     return _models().get(domain)
 
 
 @cache
-def _models() -> Mapping[str, DifficultyModel]:
+def _models() -> Mapping[str, _DifficultyModel]:
     text = (resources.files("eai.generator") / FILE).read_text(encoding="utf-8")
-    return {name: DifficultyModel(**found) for name, found in json.loads(text).items()}
+    return {name: _DifficultyModel(**found) for name, found in json.loads(text).items()}
 
 
 class Measure(str, Enum):
@@ -114,7 +114,7 @@ class AtLeast(NamedTuple):
     number: int
 
 
-class Lid(NamedTuple):
+class _Lid(NamedTuple):
     """A state of one thing that decides whether others are seen, and whether it lets them be seen or not."""
 
     predicate: str
@@ -167,7 +167,7 @@ class Measures:
             yield from bits(now & ~then if lid.reveals else then & ~now)
 
 
-def lids(domain: Domain) -> Iterator[Lid]:
+def lids(domain: Domain) -> Iterator[_Lid]:
     """The states of other things on which it depends, as the domain declares it, whether a thing is seen."""
     if domain.visible is not None:
         yield from _lids(domain.vocabulary, domain.visible, frozenset({"x"}), (), reveals=True)
@@ -175,7 +175,7 @@ def lids(domain: Domain) -> Iterator[Lid]:
 
 def _lids(
     vocabulary: Vocabulary, formula: f.Formula, own: frozenset[str], within: tuple[str, ...], *, reveals: bool
-) -> Iterator[Lid]:
+) -> Iterator[_Lid]:
     """Those of a part of the formula, in which some variables stand for the thing itself."""
     match formula:
         case f.Not(operand):
@@ -185,7 +185,7 @@ def _lids(
             variables = [term.name if isinstance(term, f.Variable) else None for term in terms]
             if stored is not None and not stored.static and len(variables) == 1:
                 if variables[0] is not None and variables[0] not in own:
-                    yield Lid(name, reveals)
+                    yield _Lid(name, reveals)
             elif isinstance(derived, Defined) and name not in within:
                 pairs = zip(derived.parameters, variables, strict=True)
                 inner = frozenset([parameter.name for parameter, told in pairs if told in own])

@@ -48,7 +48,7 @@ _TAKEN = re.compile(r"the action (\w+) has been taken on (.+)")
 _ACTIONS = re.compile(r"the action (\w+(?: or \w+)*) has been taken")
 
 
-class Reader:
+class _Reader:
     """Reads the instructions about one scene."""
 
     def __init__(self, words: Words) -> None:
@@ -250,6 +250,6 @@ class Objections:
         if self._by_place and not all(map(words.is_told, named)):
             return Reason.NAMELESS
         try:
-            return None if Reader(words).goals(task.instruction) == goals else Reason.AMBIGUOUS
+            return None if _Reader(words).goals(task.instruction) == goals else Reason.AMBIGUOUS
         except InputError:
             return Reason.AMBIGUOUS

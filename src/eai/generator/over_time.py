@@ -41,7 +41,7 @@ _TIDY = 3
 
 
 @dataclass(frozen=True)
-class OverTime:
+class _OverTime:
     """A goal over time, a plan that keeps it, and one that reaches all else but does not."""
 
     goal: f.Formula
@@ -94,7 +94,7 @@ class Seeker:
 
     def find(
         self, task: Task, start: State, planner: Planner, proposals: Proposals, rng: random.Random
-    ) -> OverTime | None:
+    ) -> _OverTime | None:
         """A goal over time for a task with a certificate, or None if none is found.
 
         Args:
@@ -116,7 +116,7 @@ class Seeker:
 
     def _after_a_detour(
         self, task: Task, goals: _Goals, begin: _Begin, proposals: Proposals, rng: random.Random
-    ) -> OverTime | None:
+    ) -> _OverTime | None:
         """Something that is to be so before a goal is reached, and not in the end."""
         walk, seen, last = begin(), proposals.literal(rng), rng.choice(goals)
         if seen is None or not isinstance(last, f.Atom | f.Not) or not walk.reach(seen):
@@ -131,7 +131,7 @@ class Seeker:
 
     def _tidily(
         self, task: Task, goals: _Goals, begin: _Begin, proposals: Proposals, rng: random.Random
-    ) -> OverTime | None:
+    ) -> _OverTime | None:
         """What the certificate leaves as nobody asks for it (open, switched on) must not be while ..."""
         untidy = self._course(task, task.script)
         last = len(untidy.plan)
@@ -166,7 +166,7 @@ class Seeker:
 
     def _in_order(
         self, task: Task, goals: _Goals, begin: _Begin, proposals: Proposals, rng: random.Random
-    ) -> OverTime | None:
+    ) -> _OverTime | None:
         """What comes first on the way of the certificate, and not where the same is done in another order."""
         ours = self._course(task, task.script)
         cuts = self._cuts(goals, ours)
@@ -188,7 +188,7 @@ class Seeker:
 
     def _between(
         self, task: Task, goals: _Goals, ours: _Course, plan: Sequence[Action], rng: random.Random
-    ) -> OverTime | None:
+    ) -> _OverTime | None:
         """What holds on our way, and not on that of another plan, if it is one; rather about one thing."""
         trajectory = execute(self.domain, task.initial, plan)
         if trajectory.failure is not None or not all(
@@ -240,10 +240,10 @@ class Seeker:
         return len(fact.arguments) == 1 or not self.prior.kinds or moved in self.prior.taken
 
 
-def _if_it_matters(goal: f.Formula, ours: _Course, other: _Course) -> OverTime | None:
+def _if_it_matters(goal: f.Formula, ours: _Course, other: _Course) -> _OverTime | None:
     """The goal, if it holds on our way and not on the other."""
     kept, tempted = [holds(goal, course.timeline) for course in (ours, other)]
-    return OverTime(goal, ours.plan, other.plan) if kept and not tempted else None
+    return _OverTime(goal, ours.plan, other.plan) if kept and not tempted else None
 
 
 def _reach_all(walk: Walk, goals: Sequence[f.Formula]) -> bool:

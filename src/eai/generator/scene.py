@@ -111,7 +111,7 @@ LEAST_OBJECTS = 16
 """How many objects a scene has at least, where the task's own has so many."""
 
 
-class Closed(NamedTuple):
+class _ClosedScene(NamedTuple):
     """A scene and what holds in it."""
 
     scene: Scene
@@ -120,7 +120,7 @@ class Closed(NamedTuple):
 
 def closed_scene(
     task: Task, prior: Prior, rng: random.Random, most: int, *, rich: bool = False, with_: Sequence[int] = ()
-) -> Closed:
+) -> _ClosedScene:
     """Some of a task's objects: those that it is about, and others that plans and goals know.
 
     Some are there in any case.
@@ -152,10 +152,12 @@ def closed_scene(
         [state.scene.objects[i] for i in kept],
         None if state.scene.agent is None else kept.index(state.scene.agent),
     )
-    return Closed(scene, tuple(_facts_among(state, kept, prior)))
+    return _ClosedScene(scene, tuple(_facts_among(state, kept, prior)))
 
 
-def with_guests(closed: Closed, tasks: Sequence[Task], prior: Prior, rng: random.Random, most: int) -> Closed:
+def with_guests(
+    closed: _ClosedScene, tasks: Sequence[Task], prior: Prior, rng: random.Random, most: int
+) -> _ClosedScene:
     """A scene with more things to take in hand, up to so many objects, brought from other tasks.
 
     Each stands where something in the scene stands in the same way as it did at home: on a table of a
@@ -187,12 +189,12 @@ def with_guests(closed: Closed, tasks: Sequence[Task], prior: Prior, rng: random
             facts += [Fact(name, (number,)) for name in _states(guest, home.initial)]
             facts += _beside(rng.choice(hosts[standing]), number, state, prior)
     scene = Scene(closed.scene.vocabulary, objects, closed.scene.agent)
-    return Closed(scene, tuple(facts))
+    return _ClosedScene(scene, tuple(facts))
 
 
 def with_more_of_a_kind(
-    closed: Closed, prior: Prior, rng: random.Random, most: int, kinds: Collection[str]
-) -> Closed:
+    closed: _ClosedScene, prior: Prior, rng: random.Random, most: int, kinds: Collection[str]
+) -> _ClosedScene:
     """A scene with some things more of some kinds of which there are several elsewhere, each beside one."""
     state = closed.scene.state(closed.facts)
     objects, facts = list(closed.scene.objects), list(closed.facts)
@@ -205,7 +207,7 @@ def with_more_of_a_kind(
         facts += [Fact(name, (another,)) for name in _states(host, state)]
         facts += _beside(host, another, state, prior)
     scene = Scene(closed.scene.vocabulary, objects, closed.scene.agent)
-    return Closed(scene, tuple(facts))
+    return _ClosedScene(scene, tuple(facts))
 
 
 def _beside(host: int, thing: int, state: State, prior: Prior) -> list[Fact]:

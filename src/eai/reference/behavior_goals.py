@@ -28,7 +28,7 @@ Value: TypeAlias = object
 
 
 @dataclass(frozen=True, slots=True)
-class Seen:
+class _Condition:
     """What a condition says: the parts after ``not``, the first of which is its predicate."""
 
     parts: tuple[Value, ...]
@@ -51,12 +51,12 @@ class Seen:
         return GoalKind.RELATION if self.parts[0] in RELATIONS else None
 
 
-def see(condition: Value) -> Seen | None:
+def see(condition: Value) -> _Condition | None:
     """What a condition says, or None if it is nothing of the kind; a string is a list of letters here."""
     parts = _parts(condition)
     if parts[:1] == ("not",):
         parts = _parts(parts[1]) if len(parts) > 1 else ()
-    return Seen(parts) if parts else None
+    return _Condition(parts) if parts else None
 
 
 def read_conditions(text: str) -> tuple[Value, ...] | Unreadable:

@@ -31,7 +31,7 @@ _MAX_LENGTH = 1_000_000
 _TEXT_OR_COMMENT = re.compile(r'("[^"\r\n]*")|#[^\r\n]*')
 
 
-class BehaviorPlansInReference(JsonPlans):
+class _Notation(JsonPlans):
     """The notation of BEHAVIOR as the reference reads it."""
 
     def read(self, text: str) -> WrittenPlan | Unreadable:
@@ -48,7 +48,7 @@ class BehaviorActionSequencing(ReferencePlans):
 
     def __init__(self, task: BehaviorTask) -> None:
         domain = behavior_quirks.as_in_reference()
-        super().__init__(task, domain, BehaviorPlansInReference(), behavior_goal_test(task))
+        super().__init__(task, domain, _Notation(), behavior_goal_test(task))
 
     def as_strict(self) -> ActionSequencing:
         """The scorer of the same task under `strict`."""

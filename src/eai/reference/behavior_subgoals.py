@@ -73,7 +73,7 @@ _HOLDING: Mapping[str, str] = {p.in_right_hand.name: "RIGHT", p.in_left_hand.nam
 
 
 @dataclass(frozen=True, slots=True)
-class Held:
+class _Hands:
     """The objects in the hands, by index."""
 
     left: int | None
@@ -84,10 +84,10 @@ class Held:
         return self.left if hand == "LEFT" else self.right
 
 
-def held(state: State) -> Held:
+def held(state: State) -> _Hands:
     """What the hands hold in a state."""
     left, right = state.those(p.in_left_hand.name), state.those(p.in_right_hand.name)
-    return Held(*(mask.bit_length() - 1 if mask else None for mask in (left, right)))
+    return _Hands(*(mask.bit_length() - 1 if mask else None for mask in (left, right)))
 
 
 def are_done_together(first: GroundAtom, second: GroundAtom) -> bool:
@@ -121,7 +121,7 @@ def _place_together(first: GroundAtom, second: GroundAtom, state: State) -> Plan
     return (*actions, Action(f"{hand}_PLACE_NEXTTO_ONTOP", (neighbour, support)))
 
 
-def _achieve(predicate: str, arguments: tuple[int, ...], hands: Held, scene: Scene) -> Plan | None:
+def _achieve(predicate: str, arguments: tuple[int, ...], hands: _Hands, scene: Scene) -> Plan | None:
     if predicate in _PLACING:
         thing, place = arguments
         actions, hand = _take(thing, hands, scene)
@@ -134,7 +134,7 @@ def _achieve(predicate: str, arguments: tuple[int, ...], hands: Held, scene: Sce
     return None
 
 
-def _undo(predicate: str, arguments: tuple[int, ...], hands: Held, scene: Scene) -> Plan | None:
+def _undo(predicate: str, arguments: tuple[int, ...], hands: _Hands, scene: Scene) -> Plan | None:
     if predicate == "inside":
         actions, _ = _take(arguments[0], hands, scene)
         return (*actions, Action("RIGHT_RELEASE", arguments[:1]))
@@ -146,7 +146,7 @@ def _undo(predicate: str, arguments: tuple[int, ...], hands: Held, scene: Scene)
     return None
 
 
-def _take(thing: int, hands: Held, scene: Scene) -> tuple[Plan, str]:
+def _take(thing: int, hands: _Hands, scene: Scene) -> tuple[Plan, str]:
     """The actions after which a hand holds the object, and which: the right one if both are free."""
     hand = _hand_with(thing, hands, scene)
     if hand is not None:
@@ -158,7 +158,7 @@ def _take(thing: int, hands: Held, scene: Scene) -> tuple[Plan, str]:
     return (*_emptied("RIGHT", hands), Action("RIGHT_GRASP", (thing,))), "RIGHT"
 
 
-def _hand_with(thing: int, hands: Held, scene: Scene) -> str | None:
+def _hand_with(thing: int, hands: _Hands, scene: Scene) -> str | None:
     found = (hand for hand in ("LEFT", "RIGHT") if _holds(hands.in_hand(hand), thing, scene))
     return next(found, None)
 
@@ -180,12 +180,12 @@ def _together(first: GroundAtom, second: GroundAtom) -> tuple[GroundAtom, Ground
     return (on, by) if on.arguments[0] in by.arguments else None
 
 
-def _emptied(hand: str, hands: Held) -> Plan:
+def _emptied(hand: str, hands: _Hands) -> Plan:
     content = hands.in_hand(hand)
     return () if content is None else (Action(f"{hand}_RELEASE", (content,)),)
 
 
-def _one_free(hands: Held) -> Plan:
+def _one_free(hands: _Hands) -> Plan:
     """The actions after which at least one hand is free."""
     return () if hands.left is None or hands.right is None else _emptied("RIGHT", hands)
 
@@ -193,7 +193,7 @@ def _one_free(hands: Held) -> Plan:
 _QUANTIFIERS = ("forall", "exists", "forpairs", "forn")
 
 
-class PublishedSubgoals(BehaviorSubgoals):
+class _Notation(BehaviorSubgoals):
     """The reference's names; it checks numbers of objects and names of objects in an order of its own."""
 
     def lexicon(self, scene: Scene) -> SubgoalLexicon:
@@ -213,7 +213,7 @@ class BehaviorSubgoalDecomposition(ReferenceSubgoals):
         task = replace(task, initial=task.initial_as_published)
         domain = behavior_quirks.as_in_reference_subgoals()
         goals = behavior_goal_test(task)
-        super().__init__(task, domain, PublishedSubgoals(), goals=goals, limits=limits)
+        super().__init__(task, domain, _Notation(), goals=goals, limits=limits)
         self.excluded = None
 
     def compile_by_lot(self, text: str, lots: Lots) -> Compiled | Rejected:

@@ -1,7 +1,7 @@
 """Comparing a condition or effect with the gold one as eai-eval 1.0.5 does (protocol ``eai-1.0.5``).
 
 Reproduced is ``virtualhome_eval/simulation/evolving_graph/logic_score.py``. What differs from the paper's
-"maximum bipartite matching over clauses" is listed in `CountingQuirk`, each with the place in that file;
+"maximum bipartite matching over clauses" is listed in `_CountingQuirk`, each with the place in that file;
 `matching` is what the paper says. The input is text, since two of the quirks are about text.
 """
 
@@ -16,7 +16,7 @@ from typing import TypeAlias
 from eai.logic.matching import maximum_matching
 
 
-class CountingQuirk(str, Enum):
+class _CountingQuirk(str, Enum):
     """Where the reference's counting departs from the paper. Values are names for reports."""
 
     TEXT_LITERALS = "text_literals"
@@ -41,10 +41,10 @@ class CountingQuirk(str, Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class PredicateSets:
+class _PredicateSets:
     """Names of the predicates that are matched, additional in the answer, and missing from it.
 
-    A name can be in all three (`CountingQuirk.SETS`).
+    A name can be in all three (`_CountingQuirk.SETS`).
     """
 
     matched: frozenset[str] = frozenset()
@@ -52,7 +52,7 @@ class PredicateSets:
     missing: frozenset[str] = frozenset()
 
 
-NOTHING = PredicateSets()
+NOTHING = _PredicateSets()
 
 _PADDING = "()"
 _QUANTIFIERS = frozenset({"exists", "forall"})
@@ -86,7 +86,7 @@ class _Comparison:
     missing: tuple[_Tree, ...] = ()
 
 
-def compare_as_reference(predicted: str, gold: str) -> PredicateSets:
+def compare_as_reference(predicted: str, gold: str) -> _PredicateSets:
     """The predicates of one condition or effect that match, are additional, or are missing.
 
     Args:
@@ -98,7 +98,7 @@ def compare_as_reference(predicted: str, gold: str) -> PredicateSets:
     except _UnreadableError:
         return NOTHING
     result = _compare(ours, theirs)
-    return PredicateSets(_names(result.matched), _names(result.additional), _names(result.missing))
+    return _PredicateSets(_names(result.matched), _names(result.additional), _names(result.missing))
 
 
 def _parse(text: str) -> _Tree:

@@ -29,7 +29,7 @@ _FENCE = "```json"
 _NAME_FIELDS = frozenset({"name", "from_name", "to_name"})
 
 
-class VirtualHomeGoalsOfReference(VirtualHomeGoals):
+class _Notation(VirtualHomeGoals):
     """How the reference reads goals.
 
     Its quirks: JSON is not looked for in prose, and only a fence at the very start is removed; every
@@ -69,7 +69,7 @@ class ByLargestId(GoalInterpretation):
     """
 
     def __init__(self, task: Task, domain: Domain) -> None:
-        notation = VirtualHomeGoalsOfReference()
+        notation = _Notation()
         super().__init__(task, domain, notation)
         by_id = sorted(task.relevant, key=lambda i: object_id(task.initial, i))
         self._objects = {task.scene.objects[i].category: task.scene.objects[i].name for i in by_id}

@@ -95,7 +95,7 @@ _FENCE = "```json"
 _LIST_END = "]"
 
 
-class VirtualHomePlansInReference(VirtualHomePlans):
+class _Notation(VirtualHomePlans):
     """The notation of VirtualHome as the reference reads it.
 
     Args:
@@ -148,7 +148,7 @@ class VirtualHomeActionSequencing(ReferencePlans):
 
     def __init__(self, task: VirtualHomeTask, *, with_ids: bool | None = None) -> None:
         goals = VirtualHomeGoalTest(task)
-        super().__init__(task, _domain(), VirtualHomePlansInReference(with_ids=with_ids), goals)
+        super().__init__(task, _domain(), _Notation(with_ids=with_ids), goals)
         final = task.annotated_final
         self.excluded = None if final is not None and goals.passes_gold_test(final) else GOLD_TEST
         self._summed = VirtualHomeGoalTest(task, as_in_data_set=True) if goals.reorders else goals

@@ -62,7 +62,7 @@ class Endpoint:
         return self.model.startswith(f"{PROVIDER}/")
 
 
-class Effort(Enum):
+class _Effort(Enum):
     """How much a model is to reason, in Inspect's words."""
 
     NONE = "none"
@@ -81,7 +81,7 @@ class Decoding(Options):
     max_tokens: int | None = option("The most tokens of an answer.", ge=1)
     top_p: float | None = option("For sampling.", ge=0, le=1)
     seed: int | None = option("For sampling, where a provider takes one.")
-    reasoning_effort: Effort | None = option("none, minimal, low, medium, high, xhigh or max.")
+    reasoning_effort: _Effort | None = option("none, minimal, low, medium, high, xhigh or max.")
     reasoning_tokens: int | None = option("The most tokens of its reasoning.", ge=1)
     stop: bool = option("Stop sequences as in the paper's runs.", True)
     structured: bool = option("Hold answers to the task's form and words, where a provider can.", False)

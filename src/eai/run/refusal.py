@@ -10,7 +10,7 @@ import click
 from eai.errors import InputError
 
 
-class RefusalError(InputError, click.ClickException):
+class _RefusalError(InputError, click.ClickException):
     """An argument of a task or a model that cannot be used.
 
     Args:
@@ -23,8 +23,8 @@ class RefusalError(InputError, click.ClickException):
 
 @contextmanager
 def refusing() -> Iterator[None]:
-    """Input that cannot be used ends what is in the block as a `RefusalError`."""
+    """Input that cannot be used ends what is in the block as a `_RefusalError`."""
     try:
         yield
     except InputError as error:
-        raise RefusalError(str(error)) from error
+        raise _RefusalError(str(error)) from error

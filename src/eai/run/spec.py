@@ -103,7 +103,7 @@ Texts = Annotated[tuple[str, ...], BeforeValidator(_several)]
 Abilities = Annotated[tuple[Ability, ...], BeforeValidator(_several)]
 
 
-class Asked(Options):
+class _Asked(Options):
     """Who is asked."""
 
     name: Texts = option(
@@ -125,7 +125,7 @@ class Asked(Options):
         return [Endpoint(name, self.args, self.base_url, self.prices) for name in self.name]
 
 
-class ChosenTasks(Options):
+class _ChosenTasks(Options):
     """What is asked."""
 
     domain: Texts = option(f"A benchmark: {REFERENCES}. All if not given.", ())
@@ -138,7 +138,7 @@ class ChosenTasks(Options):
     epochs: int = option("Answers a task; the majority counts.", 1, ge=1)
 
 
-class ChosenPrompts(Options):
+class _ChosenPrompts(Options):
     """How it is asked."""
 
     set: PromptSet = option("The prompts: the data set's (official), or ours (eai).", PromptSet.OFFICIAL)
@@ -162,9 +162,9 @@ class RunSpec(Options):
         InputError: what is chosen cannot be combined.
     """
 
-    model: Asked = Asked()
-    tasks: ChosenTasks = ChosenTasks()
-    prompts: ChosenPrompts = ChosenPrompts()
+    model: _Asked = _Asked()
+    tasks: _ChosenTasks = _ChosenTasks()
+    prompts: _ChosenPrompts = _ChosenPrompts()
     generation: Decoding = Decoding()
     requests: Pace = Pace()
     scoring: ScoringOptions = ScoringOptions()
@@ -245,7 +245,7 @@ def study_of(name: str) -> str:
     return known[name]
 
 
-class Key(NamedTuple):
+class _Key(NamedTuple):
     """An option as it is listed.
 
     Attributes:
@@ -259,11 +259,11 @@ class Key(NamedTuple):
     meaning: str
 
 
-def keys() -> Iterator[Key]:
+def keys() -> Iterator[_Key]:
     """All options, section by section."""
     for section, options in SECTIONS.items():
         for name in options.model_fields:
-            yield Key(f"{section}.{name}", default_of(options, name), options.about(name))
+            yield _Key(f"{section}.{name}", default_of(options, name), options.about(name))
 
 
 def default_of(options: type[Options], name: str) -> str:

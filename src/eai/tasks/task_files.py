@@ -29,7 +29,7 @@ _ID = re.compile(rb'\{"id": ?"([^"\\]+)"')
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
+class _Line:
     """A line of a file, by number, and its content."""
 
     file: Path
@@ -41,7 +41,7 @@ class Place:
 
 
 @dataclass(frozen=True)
-class TaskFiles:
+class _TaskFiles:
     """The tasks of some files; a line is read when its task is asked for.
 
     Attributes:
@@ -53,14 +53,14 @@ class TaskFiles:
 
     name: str
     base: str
-    lines: Mapping[str, Place]
+    lines: Mapping[str, _Line]
     sha256: str
 
     def tasks(self, domain: Domain) -> TaskSet[Task]:
         """The tasks, in a domain that is the declaration of their base."""
         return TaskSet(self.lines, lambda task_id: self._task(self.lines[task_id], domain), self.sha256)
 
-    def _task(self, place: Place, domain: Domain) -> Task:
+    def _task(self, place: _Line, domain: Domain) -> Task:
         try:
             line = read_line(place.content)
             if line.base != self.base:
@@ -70,7 +70,7 @@ class TaskFiles:
             raise InputError(f"{place}: {error}") from error
 
 
-def open_task_files(path: Path) -> TaskFiles:
+def open_task_files(path: Path) -> _TaskFiles:
     """The tasks of a file, or of all in a folder, by name.
 
     Raises:
@@ -79,7 +79,7 @@ def open_task_files(path: Path) -> TaskFiles:
     """
     files = task_files_in(path)
     contents = [_content(file) for file in files]
-    lines: dict[str, Place] = {}
+    lines: dict[str, _Line] = {}
     for file, content in zip(files, contents, strict=True):
         for place in _places(file, content):
             task_id = _id(place)
@@ -94,7 +94,7 @@ def open_task_files(path: Path) -> TaskFiles:
     except InputError as error:
         raise InputError(f"{first}: {error}") from error
     digest = hashlib.sha256(b"\0".join(contents)).hexdigest()
-    return TaskFiles(path.resolve().name.partition(".")[0], base, lines, digest)
+    return _TaskFiles(path.resolve().name.partition(".")[0], base, lines, digest)
 
 
 def task_file_content(lines: Iterable[str]) -> bytes:
@@ -125,7 +125,7 @@ def check_task_files(path: Path, domain_of: Callable[[str], Domain]) -> Iterator
         InputError: the files cannot be opened (`open_task_files`).
     """
     domain_of = cache(domain_of)
-    seen: dict[str, Place] = {}
+    seen: dict[str, _Line] = {}
     places = list(lines_in(path))
     if not places:
         yield Finding(str(path), "expected at least one task")
@@ -163,7 +163,7 @@ def _problems(task: Task, domain: Domain) -> Iterator[str]:
         )
 
 
-def lines_in(path: Path) -> Iterator[Place]:
+def lines_in(path: Path) -> Iterator[_Line]:
     """The lines of a task file, or of all in a folder, by name.
 
     Raises:
@@ -194,12 +194,12 @@ def _content(file: Path) -> bytes:
         raise InputError(f"{file}: cannot be read ({getattr(error, 'strerror', None) or error})") from error
 
 
-def _places(file: Path, content: bytes) -> Iterator[Place]:
+def _places(file: Path, content: bytes) -> Iterator[_Line]:
     """The lines that are not blank."""
-    return (Place(file, number, line) for number, line in lines(content))
+    return (_Line(file, number, line) for number, line in lines(content))
 
 
-def _id(place: Place) -> str:
+def _id(place: _Line) -> str:
     """The id of a task; the rest of the line is read only where it does not begin with it."""
     found = _ID.match(place.content)
     if found is not None:

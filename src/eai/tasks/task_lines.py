@@ -33,7 +33,7 @@ from eai.world.state import Fact, Scene, State, WorldObject
 Names: TypeAlias = Annotated[list[str], Field(max_length=2)]
 
 
-class TaskLine(BaseModel):
+class _TaskLine(BaseModel):
     """A task as one line of a task file has it."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True, title="Task")
@@ -76,10 +76,10 @@ class TaskLine(BaseModel):
 
 def json_schema() -> dict[str, JsonValue]:
     """The JSON Schema of a line."""
-    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **TaskLine.model_json_schema()}
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **_TaskLine.model_json_schema()}
 
 
-def read_line(text: str | bytes) -> TaskLine:
+def read_line(text: str | bytes) -> _TaskLine:
     """The content of a line.
 
     Raises:
@@ -89,13 +89,13 @@ def read_line(text: str | bytes) -> TaskLine:
         value = json.loads(text, strict=False, object_pairs_hook=_without_repetition)
         if not isinstance(value, dict):
             raise InputError('expected an object with "id", a string, and what else makes a task')
-        return TaskLine.model_validate(value)
+        return _TaskLine.model_validate(value)
     except json.JSONDecodeError as error:
         raise InputError(f"column {error.colno}: expected JSON ({error.msg})") from error
     except (UnicodeDecodeError, RecursionError) as error:
         raise InputError(f"expected JSON in UTF-8 ({error})") from error
     except ValidationError as error:
-        raise InputError(misfit(error, TaskLine.model_fields)) from error
+        raise InputError(misfit(error, _TaskLine.model_fields)) from error
 
 
 def _without_repetition(pairs: list[tuple[str, object]]) -> dict[str, object]:
@@ -106,7 +106,7 @@ def _without_repetition(pairs: list[tuple[str, object]]) -> dict[str, object]:
     return members
 
 
-def task_of(line: TaskLine, domain: Domain) -> Task:
+def task_of(line: _TaskLine, domain: Domain) -> Task:
     """The task of a line.
 
     Raises:
@@ -136,7 +136,7 @@ def _index(name: str, index: Mapping[str, object], place: str) -> int:
     return found if isinstance(found, int) else list(index).index(name)
 
 
-def _facts(line: TaskLine, scene: Scene) -> Iterator[Fact]:
+def _facts(line: _TaskLine, scene: Scene) -> Iterator[Fact]:
     for predicate, entries in line.facts.items():
         declared = scene.vocabulary.stored(predicate)
         if declared is None:
@@ -148,7 +148,7 @@ def _facts(line: TaskLine, scene: Scene) -> Iterator[Fact]:
             yield Fact(predicate, tuple([_index(name, scene.index, f"facts.{predicate}") for name in names]))
 
 
-def _goals(line: TaskLine, domain: Domain, scene: Scene) -> Iterator[f.Formula]:
+def _goals(line: _TaskLine, domain: Domain, scene: Scene) -> Iterator[f.Formula]:
     lexicon = _lexicon(domain, scene)
     for number, text in enumerate(line.goals):
         place = f"goals.{number}"
@@ -184,7 +184,7 @@ def _is_choice(formula: f.Formula) -> bool:
     return all(isinstance(part, f.Occurs) and not part.arguments for part in parts)
 
 
-def _plan(line: TaskLine, domain: Domain, scene: Scene) -> Iterator[Action]:
+def _plan(line: _TaskLine, domain: Domain, scene: Scene) -> Iterator[Action]:
     for number, (operator, *names) in enumerate(line.plan):
         arity = domain.arities.get(operator)
         if arity is None:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from eai.households.behavior.evidence import GroundRelation, UnpublishedFacts, Volumes
-from eai.households.behavior.records import BehaviorObject, BehaviorRecord, WrittenAction
+from eai.households.behavior.evidence import GroundRelation, UnpublishedFacts, _Volumes
+from eai.households.behavior.records import BehaviorObject, BehaviorRecord, _WrittenAction
 from eai.households.behavior.tasks import BehaviorTask, build_task
 from eai.logic.bddl import parse_problem
 from eai.world.execution import Action
@@ -57,7 +57,7 @@ EVIDENCE = UnpublishedFacts(
     added={TASK_ID: (GroundRelation("nextto", "rag_1", "rag_10"),)},
     removed={TASK_ID: frozenset({("ontop", "pebble_1")})},
     listed_relations_only=frozenset(),
-    volumes=Volumes(0.1, 0.5, {"car": 12.0, "fridge": 1.0, "pebble": 0.01, "table": 1.0}, {}),
+    volumes=_Volumes(0.1, 0.5, {"car": 12.0, "fridge": 1.0, "pebble": 0.01, "table": 1.0}, {}),
     claims=(),
     sha256="0" * 64,
 )
@@ -100,7 +100,7 @@ def make_record(goal: str = GOAL) -> BehaviorRecord:
         f"(define (problem mess) (:domain igibson) (:objects {declared} agent.n.01_1 - agent.n.01)"
         f"(:init {INIT}) (:goal {goal}))"
     )
-    plan = (WrittenAction("OPEN", ("fridge_1",)), WrittenAction("RIGHT_GRASP", ("peach_1",)))
+    plan = (_WrittenAction("OPEN", ("fridge_1",)), _WrittenAction("RIGHT_GRASP", ("peach_1",)))
     return BehaviorRecord(
         TASK_ID,
         "making_a_mess",

@@ -14,11 +14,11 @@ from eai.households.virtualhome.records import (
     CHARACTER_ID,
     PACK,
     Edge,
-    EdgeGoal,
-    NodeGoal,
-    ScriptObject,
-    ScriptStep,
     VirtualHome,
+    _EdgeGoal,
+    _NodeGoal,
+    _ScriptObject,
+    _ScriptStep,
 )
 from oracle import Oracle
 
@@ -46,9 +46,9 @@ def tasks(data_store: Store) -> VirtualHome:
 def test_one_task_reads_as_the_data_set_has_it(tasks: VirtualHome) -> None:
     task = tasks["27_2"]
     assert (task.title, len(task.script)) == ("Wash clothes", 14)
-    assert task.script[-1] == ScriptStep("SWITCHON", (ScriptObject("washing_machine", 1001),))
-    assert task.node_goals[1] == NodeGoal(1001, "washing_machine", "ON")
-    assert task.edge_goals == (EdgeGoal(1003, "ON", 1001), EdgeGoal(1002, "ON", 1001))
+    assert task.script[-1] == _ScriptStep("SWITCHON", (_ScriptObject("washing_machine", 1001),))
+    assert task.node_goals[1] == _NodeGoal(1001, "washing_machine", "ON")
+    assert task.edge_goals == (_EdgeGoal(1003, "ON", 1001), _EdgeGoal(1002, "ON", 1001))
     before, after = initial_graph(tasks.base, task), final_graph(tasks.base, task)
     assert Edge(1003, "ON", 1001) in set(after.edges) - set(before.edges)
     assert {"CLOSED", "ON"} <= set(after.objects[1001].states)

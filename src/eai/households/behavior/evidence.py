@@ -27,7 +27,7 @@ class GroundRelation(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True)
-class Volumes:
+class _Volumes:
     """Estimated volumes in cubic metres.
 
     Attributes:
@@ -48,7 +48,7 @@ class Volumes:
 
 
 @dataclass(frozen=True, slots=True)
-class Claim:
+class _Claim:
     """One entry of the table: what it is about, and why it is believed."""
 
     subject: str
@@ -76,8 +76,8 @@ class UnpublishedFacts:
     added: Mapping[str, tuple[GroundRelation, ...]]
     removed: Mapping[str, frozenset[tuple[str, str]]]
     listed_relations_only: frozenset[str]
-    volumes: Volumes
-    claims: tuple[Claim, ...]
+    volumes: _Volumes
+    claims: tuple[_Claim, ...]
     sha256: str
 
 
@@ -105,8 +105,8 @@ def load_evidence() -> UnpublishedFacts:
     )
 
 
-def _volumes(table: Mapping[str, Any]) -> Volumes:
-    return Volumes(
+def _volumes(table: Mapping[str, Any]) -> _Volumes:
+    return _Volumes(
         default=table["default"],
         part=table["part"],
         of_model=table["of_category"],
@@ -114,7 +114,7 @@ def _volumes(table: Mapping[str, Any]) -> Volumes:
     )
 
 
-def _claims(table: Mapping[str, Any]) -> tuple[Claim, ...]:
+def _claims(table: Mapping[str, Any]) -> tuple[_Claim, ...]:
     published = table["listed_relations_only"]
     relations = (
         *((f"{each['task']}: {' '.join(each['fact'])}", each) for each in table["added_relations"]),
@@ -135,4 +135,4 @@ def _claims(table: Mapping[str, Any]) -> tuple[Claim, ...]:
         ("volumes of objects", table["volume"]),
         *sizes,
     )
-    return tuple(Claim(subject, " ".join(entry["reason"].split())) for subject, entry in subjects)
+    return tuple(_Claim(subject, " ".join(entry["reason"].split())) for subject, entry in subjects)

@@ -84,7 +84,7 @@ class BehaviorObject:
 
 
 @dataclass(frozen=True, slots=True)
-class WrittenAction:
+class _WrittenAction:
     """A step of a human plan, as the data set has it (one is misspelt)."""
 
     action: str
@@ -115,7 +115,7 @@ class BehaviorRecord:
     goal_sentences: tuple[str, ...]
     objects: tuple[BehaviorObject, ...]
     problem: Problem
-    plan: tuple[WrittenAction, ...]
+    plan: tuple[_WrittenAction, ...]
 
 
 class Behavior(Mapping[str, BehaviorRecord]):
@@ -172,7 +172,7 @@ def _record(task_id: str, values: Mapping[str, Any]) -> BehaviorRecord:
         goal_sentences=tuple(values["goal_sentences"]),
         objects=tuple(starmap(_object, values["objects"])),
         problem=parse_problem(values["problem"]),
-        plan=tuple(WrittenAction(action, tuple(objects)) for action, objects in values["plan"]),
+        plan=tuple(_WrittenAction(action, tuple(objects)) for action, objects in values["plan"]),
     )
 
 

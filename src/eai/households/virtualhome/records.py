@@ -72,7 +72,7 @@ class GraphDelta:
 
 
 @dataclass(frozen=True, slots=True)
-class ScriptObject:
+class _ScriptObject:
     """An object that a script names: the class name as written, and the graph's id."""
 
     class_name: str
@@ -80,15 +80,15 @@ class ScriptObject:
 
 
 @dataclass(frozen=True, slots=True)
-class ScriptStep:
+class _ScriptStep:
     """One step of the annotated (gold) script, such as `GRAB` with one object."""
 
     action: str
-    objects: tuple[ScriptObject, ...]
+    objects: tuple[_ScriptObject, ...]
 
 
 @dataclass(frozen=True, slots=True)
-class NodeGoal:
+class _NodeGoal:
     """An object shall be in a state."""
 
     id: int
@@ -97,7 +97,7 @@ class NodeGoal:
 
 
 @dataclass(frozen=True, slots=True)
-class EdgeGoal:
+class _EdgeGoal:
     """Two objects shall stand in a relation."""
 
     from_id: int
@@ -106,7 +106,7 @@ class EdgeGoal:
 
 
 @dataclass(frozen=True, slots=True)
-class ActionGoal:
+class _ActionGoal:
     """One of the alternatives shall have been done, such as `LOOKAT` or `WATCH`."""
 
     alternatives: tuple[str, ...]
@@ -133,10 +133,10 @@ class TaskRecord:
     id: str
     title: str
     description: str
-    script: tuple[ScriptStep, ...]
-    node_goals: tuple[NodeGoal, ...]
-    edge_goals: tuple[EdgeGoal, ...]
-    action_goals: tuple[ActionGoal, ...]
+    script: tuple[_ScriptStep, ...]
+    node_goals: tuple[_NodeGoal, ...]
+    edge_goals: tuple[_EdgeGoal, ...]
+    action_goals: tuple[_ActionGoal, ...]
     tl_goal: str | None
     initial: GraphDelta
     final: GraphDelta
@@ -182,9 +182,9 @@ class _Tables:
             title=values["title"],
             description=values["description"],
             script=tuple(starmap(_step, values["script"])),
-            node_goals=tuple(starmap(NodeGoal, values["node_goals"])),
-            edge_goals=tuple(starmap(EdgeGoal, values["edge_goals"])),
-            action_goals=tuple(ActionGoal(tuple(words)) for words in values["action_goals"]),
+            node_goals=tuple(starmap(_NodeGoal, values["node_goals"])),
+            edge_goals=tuple(starmap(_EdgeGoal, values["edge_goals"])),
+            action_goals=tuple(_ActionGoal(tuple(words)) for words in values["action_goals"]),
             tl_goal=values["tl_goal"],
             initial=self.delta(values["initial"]),
             final=self.delta(values["final"]),
@@ -193,8 +193,8 @@ class _Tables:
         )
 
 
-def _step(action: str, objects: Sequence[tuple[str, int]]) -> ScriptStep:
-    return ScriptStep(action, tuple(starmap(ScriptObject, objects)))
+def _step(action: str, objects: Sequence[tuple[str, int]]) -> _ScriptStep:
+    return _ScriptStep(action, tuple(starmap(_ScriptObject, objects)))
 
 
 class VirtualHome(Mapping[str, TaskRecord]):
