@@ -11,7 +11,8 @@ from eai.abilities.share import Share
 from eai.errors import EaiError
 from eai.results.certainty import Case
 from eai.results.lines import TABLES, StepLine
-from eai.results.table import Estimate, Table, lines_csv, write_parquet, write_tables
+from eai.results.table import Estimate, Table
+from eai.results.table_files import lines_csv, write_parquet, write_tables
 from studies.published import GPT_4O
 
 RATE = Estimate.of([Case(str(i), str(i), Share(i % 2, 1)) for i in range(10)])

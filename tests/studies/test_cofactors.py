@@ -23,7 +23,7 @@ def by(
     table: Table, column: str, rate: str, **wanted: str
 ) -> Mapping[Cell, tuple[float | None, float | None]]:
     """A column's values with what the rates of their rows are made of."""
-    rows = [dict(zip(table.columns, row, strict=True)) for row in table.rows]
+    rows = table.by_name()
     return {
         row[column]: made_of(row[rate])
         for row in rows

@@ -18,7 +18,7 @@ from studies.published import tables
 
 
 def rows(table: Table) -> list[dict[str, Any]]:
-    return [dict(zip(table.columns, row, strict=True)) for row in table.rows]
+    return table.by_name()
 
 
 @pytest.mark.parametrize(

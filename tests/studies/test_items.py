@@ -24,7 +24,7 @@ WRONG_GOLD = "cleaning_high_chair_0_Wainscott_0_int_0_2021-06-05_18-03-15"
 
 
 def rows(table: Table) -> list[dict[str, Any]]:
-    return [dict(zip(table.columns, row, strict=True)) for row in table.rows]
+    return table.by_name()
 
 
 @pytest.fixture(scope="module")

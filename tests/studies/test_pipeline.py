@@ -38,7 +38,7 @@ def of(model: str = "first") -> Pipeline:
 
 
 def column(table: Table, name: str) -> dict[Cell, Cell]:
-    place = table.columns.index(name)
+    place = table.names.index(name)
     return {row[0]: row[place] for row in table.rows}
 
 
@@ -63,7 +63,7 @@ def test_tasks_are_told_apart_by_their_goals() -> None:
     assert counts(goals, "pipeline") == {**dict.fromkeys(solved, 0), "exactly right": 3, "all": 3}
     assert counts(goals, "only modular") == {**solved, "exactly right": 0, "all": 3}
     assert counts(goals, "only pipeline") == {**dict.fromkeys(solved, 0), "exactly right": 2, "all": 2}
-    assert "perfect stage 2" not in goals.columns
+    assert "perfect stage 2" not in goals.names
     assert counts(stage_1, "tasks") == {
         "no answer": 2,
         "unreadable, so that no goals were stated": 0,

@@ -39,7 +39,7 @@ def tables_of(matrix: dict[str, dict[str, int]]) -> dict[str, Table]:
 
 
 def rows(table: Table) -> list[dict[str, object]]:
-    return [dict(zip(table.columns, row, strict=True)) for row in table.rows]
+    return table.by_name()
 
 
 def value(cell: object) -> float | None:

@@ -12,7 +12,7 @@ from eai.cli.console import say
 from eai.cli.order import Order, obtain_and_score
 from eai.errors import InputError
 from eai.prompts.prompt import Prompt
-from eai.results.table import write_files
+from eai.results.table_files import write_files
 from eai.run.job import Endpoint
 from eai.scoring.epochs import SuiteResult
 from eai.studies.items.adaptive import (

@@ -12,7 +12,7 @@ from eai.abilities.verdict import Json
 from eai.cli.analyzed import Figures, draw_figures
 from eai.cli.console import counted, tell
 from eai.cli.options import AsJson
-from eai.results.table import write_tables
+from eai.results.table_files import write_tables
 from eai.studies.ratings import plots as plot_ratings
 from eai.studies.ratings.analysis import PAPER, Quality, histogram_table, quality, quality_table, read_ratings
 

@@ -13,7 +13,7 @@ from eai.cli.analyzed import Records, Written, say
 from eai.cli.options import AsJson
 from eai.errors import InputError
 from eai.report.runs import Run, read_runs
-from eai.results.table import write_tables
+from eai.results.table_files import write_tables
 from eai.studies.contamination.analysis import REMARKS, Pair, contamination_table
 
 

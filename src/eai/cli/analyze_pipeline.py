@@ -26,7 +26,8 @@ from eai.errors import InputError
 from eai.planning.planner import PlanningLimits
 from eai.report.runs import Run, RunKey, read_runs
 from eai.results.paper_tables import paper_models, paper_setting, paper_table
-from eai.results.table import Estimate, Table, write_tables
+from eai.results.table import Estimate, Table
+from eai.results.table_files import write_tables
 from eai.studies.pipeline.analysis import Pipeline, pooled
 from eai.studies.pipeline.stage_one import read_interpretations
 from eai.tasks.source import Source
@@ -192,10 +193,10 @@ def _write(found: Pipeline, title: str, folder: Path, *, shown: bool) -> Written
 
 def _grid(table: Table, heading: str) -> Grid:
     """The table for the screen: tasks that are solved, and the difference in points, without intervals."""
-    shown = [place for place, column in enumerate(table.columns) if column not in _NOT_SHOWN]
+    shown = [place for place, column in enumerate(table.names) if column not in _NOT_SHOWN]
     grid = Grid(title=f"{heading}: tasks solved, difference in points", title_justify="left")
     for place in shown:
-        grid.add_column(table.columns[place], justify="right" if place else "left")
+        grid.add_column(table.names[place], justify="right" if place else "left")
     for row in table.rows:
         grid.add_row(*[_short(row[place]) for place in shown])
     return grid

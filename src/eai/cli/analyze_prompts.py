@@ -15,7 +15,7 @@ from eai.cli.console import counted, tell
 from eai.cli.options import AsJson
 from eai.errors import InputError
 from eai.report.runs import Run, read_runs
-from eai.results.table import write_tables
+from eai.results.table_files import write_tables
 from eai.studies.prompts import plots as plot_prompts
 from eai.studies.prompts.analysis import PLAIN, Matrix, matrix_of, prompt_tables
 

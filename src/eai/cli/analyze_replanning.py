@@ -17,7 +17,8 @@ from eai.cli.options import AsJson
 from eai.errors import InputError
 from eai.report.runs import Run, RunKey, as_counted_in_paper, read_runs
 from eai.results.paper_tables import paper_setting, paper_table
-from eai.results.table import Cell, Estimate, Table, write_tables
+from eai.results.table import Cell, Estimate, Table
+from eai.results.table_files import write_tables
 from eai.studies.attempts import plots as plot_attempts
 from eai.studies.attempts.analysis import Arm, arms_of, remarks, tables
 
@@ -123,10 +124,10 @@ _FIGURES = ("task_success", "execution_success", "missing_step", "additional_ste
 
 def _grid(table: Table, heading: str) -> Grid:
     """The first columns of a table for the screen."""
-    shown = [place for place, name in enumerate(table.columns) if name in _SHOWN]
+    shown = [place for place, name in enumerate(table.names) if name in _SHOWN]
     grid = Grid(title=heading, title_justify="left")
     for place in shown:
-        grid.add_column(table.columns[place], justify="right" if place else "left", overflow="fold")
+        grid.add_column(table.names[place], justify="right" if place else "left", overflow="fold")
     for row in table.rows:
         grid.add_row(*_cells([row[place] for place in shown]))
     return grid

@@ -14,7 +14,7 @@ from eai.cli.console import counted, tell
 from eai.cli.options import AsJson
 from eai.cli.store import DataFolder
 from eai.results.lines import TABLES
-from eai.results.table import lines_csv, write_files, write_parquet
+from eai.results.table_files import lines_csv, write_files, write_parquet
 
 
 class Format(str, Enum):

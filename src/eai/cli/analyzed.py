@@ -19,7 +19,8 @@ from eai.report.runs import RunKey, read_runs
 from eai.results.plot_files import entitle, styled, write
 from eai.results.plot_text import clipped
 from eai.results.suites import SuiteKey
-from eai.results.table import Table, write_tables
+from eai.results.table import Table
+from eai.results.table_files import write_tables
 from eai.results.tidy import TableMaker, Tables
 from eai.scoring.undisturbed import undisturbed
 from eai.tasks.source import ErrataChoice, Source

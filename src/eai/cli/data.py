@@ -27,7 +27,7 @@ from eai.report import plot_distributions
 from eai.results.data_set.distributions import distributions
 from eai.results.data_set.profiles import profiles_of
 from eai.results.data_set.statistics import StatRow, StatTable, table_of
-from eai.results.table import csv_text
+from eai.results.table_files import csv_text
 from eai.studies.annotation.quality import check_annotations
 from eai.tasks.source import ErrataChoice, Source
 

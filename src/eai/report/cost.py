@@ -11,7 +11,8 @@ from eai.report.markdown import escaped, grid
 from eai.report.run_summary import RunSummary
 from eai.report.table_specs import ability_title, domain_title
 from eai.results.cost import PriceList, Spent, each, paper_cost
-from eai.results.table import Plain, csv_text
+from eai.results.table import Plain
+from eai.results.table_files import csv_text
 
 COLUMNS = (
     "model",

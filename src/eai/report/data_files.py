@@ -10,7 +10,7 @@ from eai.report.row import Cell, Row
 from eai.report.table import Table
 from eai.report.table_specs import ColumnSpec
 from eai.results.certainty import Certainty
-from eai.results.table import csv_text
+from eai.results.table_files import csv_text
 
 CSV_COLUMNS = (
     "table",

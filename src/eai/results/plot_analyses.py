@@ -46,8 +46,7 @@ _DARK = 55.0
 def rows_of(table: Table) -> dict[SuiteKey, list[dict[str, Cell]]]:
     """The rows of a table by suite, as the values of their columns."""
     found: dict[SuiteKey, list[dict[str, Cell]]] = {}
-    for row in table.rows:
-        values = dict(zip(table.columns, row, strict=True))
+    for values in table.by_name():
         suite = SuiteKey(str(values["protocol"]), str(values["domain"]), str(values["ability"]))
         found.setdefault(suite, []).append(values)
     return found

@@ -13,7 +13,7 @@ from eai.results.certainty import Case
 from eai.results.lines import AnswerLine, ClauseLine
 from eai.results.shares import shares_by_kind
 from eai.results.suites import MODEL, SUITE, by_model, by_suite, case_of
-from eai.results.table import Cell, Estimate, Link, Table
+from eai.results.table import Cell, Estimate, Label, Table
 
 RUNTIME = (
     AnswerOutcome.AFFORDANCE.value,
@@ -230,7 +230,7 @@ def _place(answer: AnswerLine, explorer: str | None) -> Cell:
     if explorer is None:
         return answer.task
     run = "/".join((answer.domain, answer.ability, answer.protocol, answer.model))
-    return Link(answer.task, f"{explorer}#{urlencode({'run': run, 'task': answer.task})}")
+    return Label(answer.task, f"{explorer}#{urlencode({'run': run, 'task': answer.task})}")
 
 
 def _errors(answers: Sequence[AnswerLine]) -> Table:
