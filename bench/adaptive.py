@@ -19,7 +19,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from eai.abilities.declarations import DECLARATIONS
+from eai.abilities.declaration import declaration_of
 from eai.abilities.protocol import Ability
 from eai.cli.adaptive import ROUND
 from eai.cli.analyzed import tables_of
@@ -40,7 +40,7 @@ def main() -> None:
     answers = tables_of(map(Path, sys.argv[1:]), None).answers
     print("suite, standard error: tasks asked (least, most), in random order; distance; within 1.96 errors")
     for suite, of_suite in by_suite(answers).items():
-        if DECLARATIONS[Ability(suite.ability)].has_plans:
+        if declaration_of(Ability(suite.ability)).has_plans:
             for target in TARGETS:
                 print(f"{suite}, {target}: {measured(scores_of(of_suite), target)}", flush=True)
 

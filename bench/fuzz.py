@@ -28,7 +28,7 @@ from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 from eai.abilities.codec import fields_of
-from eai.abilities.protocol import Ability, Protocol
+from eai.abilities.protocol import FOUR, Ability, Protocol
 from eai.benchmark.suite import Suite, open_suite
 from eai.pddl.planning import PlannerChoice
 from eai.scoring.undisturbed import undisturbed
@@ -36,7 +36,7 @@ from eai.tasks.source import Source
 from mutated_answers import maker
 from mutations import Dice
 
-SUITES = tuple(f"{domain}/{ability.value}" for domain in ("virtualhome", "behavior") for ability in Ability)
+SUITES = tuple(f"{domain}/{ability.value}" for domain in ("virtualhome", "behavior") for ability in FOUR)
 LONGEST = 20_000
 """The most characters of an answer; a trainer cuts off earlier."""
 ODD = ("\0", "\u202e", "\ud800", "\U0001f9fd", "}" * 50, '"', "\\u0000", "<think>", "```", "NaN", "1e999")

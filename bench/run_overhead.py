@@ -26,7 +26,7 @@ import inspect_ai
 from inspect_ai.solver import generate
 
 from eai.abilities.codec import record_to_json
-from eai.abilities.protocol import Ability, Protocol
+from eai.abilities.protocol import FOUR, Ability, Protocol
 from eai.abilities.responses import Response, ResponseFile
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.gold_answers import open_answer_book
@@ -129,7 +129,7 @@ def measure(asked: Questions, rounds: int) -> dict[str, float]:
 
 def main(samples: int, rounds: int, suite: tuple[str, str] | None) -> None:
     """Measure and print, as a table and as one JSON line."""
-    suites = [(d, a) for d in ("virtualhome", "behavior") for a in Ability if suite in (None, (d, a.value))]
+    suites = [(d, a) for d in ("virtualhome", "behavior") for a in FOUR if suite in (None, (d, a.value))]
     results: dict[str, dict[str, float]] = {}
     for domain, ability in suites:
         benchmark = find_benchmark(domain)

@@ -18,8 +18,7 @@ from typing import Any, NamedTuple
 from rich.console import Console
 
 from digests import OWN_FIELDS
-from eai.abilities.declaration import AnswerOutcome
-from eai.abilities.declarations import DECLARATIONS
+from eai.abilities.declaration import AnswerOutcome, declaration_of
 from eai.abilities.explanation import fact_text
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.record import Record
@@ -76,7 +75,7 @@ def _answers(name: str, suite: Suite) -> Iterator[Answer]:
         for answer in oracle_answers(path):
             verdict = suite.score(answer.task_id, answer.text)
             if verdict.excluded is None:
-                came_to = DECLARATIONS[suite.ability].outcome(verdict)
+                came_to = declaration_of(suite.ability).outcome(verdict)
                 succeeds = came_to is AnswerOutcome.SUCCESS
                 yield Answer(path.name.removesuffix(".json.gz"), answer.task_id, answer.text, succeeds)
 

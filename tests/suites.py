@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from eai.abilities.protocol import Ability
+from eai.abilities.protocol import FOUR, Ability
 from eai.benchmark.gold_answers import AnswerBook, open_answer_book, open_planned_book
 from eai.benchmark.prompt_library import Library
 from eai.benchmark.registry import find_benchmark, registered
@@ -13,7 +13,7 @@ from eai.prompts.prompt import Prompt, PromptSet
 from eai.prompts.published import PromptFiles
 from eai.tasks.source import ErrataChoice, Source
 
-SUITES = tuple((name, ability) for name in registered() for ability in Ability)
+SUITES = tuple((name, ability) for name in registered() for ability in FOUR)
 """Every registered benchmark with each ability."""
 
 

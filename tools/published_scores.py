@@ -26,7 +26,7 @@ from pathlib import Path
 from typing import Any
 
 from eai.abilities.codec import sha256_of
-from eai.abilities.protocol import Ability, Protocol
+from eai.abilities.protocol import FOUR, Ability, Protocol
 from eai.abilities.record import Record
 from eai.abilities.responses import SUFFIX, Response, ResponseFile, read_responses
 from eai.benchmark.benchmark import Benchmark
@@ -61,7 +61,7 @@ NOTES: Mapping[str, Sequence[str]] = {
 
 
 _S, _R = Protocol.STRICT, Protocol.EAI_1_0_5
-_GOALS, _SUBGOALS, _PLANS, _OPERATORS = Ability
+_GOALS, _SUBGOALS, _PLANS, _OPERATORS = FOUR
 _F1, _SUCCESS, _PLANNER = "overall.f1", "task_success", "overall.planner_success"
 
 FLOORS: Mapping[tuple[str, str], Sequence[tuple[str, Ability, str, Protocol]]] = {
@@ -125,7 +125,7 @@ def make(
     """Make a table again, and say whether it is as it was."""
     known: dict[str, Any] = json.loads(path.read_text())["suites"] if path.exists() else {}
     suites = dict(known)
-    for name in [f"{domain}/{ability.value}" for domain in FIRST for ability in Ability]:
+    for name in [f"{domain}/{ability.value}" for domain in FIRST for ability in FOUR]:
         if only in name:
             suites[name] = suite_of(name)
             models = suites[name]["models"]

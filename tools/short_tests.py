@@ -26,7 +26,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from eai.abilities.declarations import DECLARATIONS
+from eai.abilities.declaration import declaration_of
 from eai.abilities.protocol import Ability
 from eai.benchmark.suite import DEFAULT_PROTOCOL
 from eai.cli.analyzed import tables_of
@@ -62,7 +62,7 @@ def main() -> None:
         found = cross_validate(scores)
         name = f"{suite.domain}/{Ability(suite.ability).value}"
         tests[name] = list(choose(scores))
-        if DECLARATIONS[Ability(suite.ability)].has_plans:
+        if declaration_of(Ability(suite.ability)).has_plans:
             difficulties[name] = difficulties_of(scores)
         models = f"{len(scores.models)} models"
         chosen, drawn = (

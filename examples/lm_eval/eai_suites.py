@@ -16,7 +16,7 @@ import datasets
 
 import eai
 from eai import Ability, Suite
-from eai.abilities.declarations import DECLARATIONS
+from eai.abilities.declaration import declaration_of
 from eai.benchmark.prompt_library import Library
 from eai.prompts.prompt import PromptSet
 from eai.results.summary import contributions
@@ -50,7 +50,7 @@ def shares(row: Mapping[str, str], answers: Sequence[str]) -> dict[str, Any]:
     ability = Ability(row["ability"])
     verdict = suite_of(row["domain"], row["ability"]).score(row["task_id"], answers[0])
     counted = contributions([verdict], ability)
-    return {name: tuple(each[name]) for each in counted for name in DECLARATIONS[ability].main}
+    return {name: tuple(each[name]) for each in counted for name in declaration_of(ability).main}
 
 
 def rate(counted: Sequence[tuple[float, float]]) -> float:

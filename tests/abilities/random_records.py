@@ -6,11 +6,11 @@ from typing import Any, TypeVar, get_type_hints
 
 from hypothesis import strategies as st
 
-from eai.abilities.declarations import DECLARATIONS
+from eai.abilities.declaration import declaration_of
 from eai.abilities.experiment import Experiment, Feedback
 from eai.abilities.explanation import Explanation, GoalReport, PartReport, StepReport
 from eai.abilities.perceived import Perceived
-from eai.abilities.protocol import Ability
+from eai.abilities.protocol import FOUR, Ability
 from eai.abilities.record import Attempt, Origin, Record, Stated, Usage
 from eai.abilities.transition_modeling.report import OperatorReport
 from eai.abilities.verdict import Counted, ErrorReport, Tally
@@ -32,11 +32,11 @@ def with_every_field(declared: type[T], **given: st.SearchStrategy[Any]) -> st.S
 
 def records() -> st.SearchStrategy[Record]:
     """Records with any verdict, with and without explanation and origin."""
-    return st.sampled_from(list(Ability)).flatmap(_of)
+    return st.sampled_from(FOUR).flatmap(_of)
 
 
 def _of(ability: Ability) -> st.SearchStrategy[Record]:
-    verdicts = with_every_field(DECLARATIONS[ability].verdict)
+    verdicts = with_every_field(declaration_of(ability).verdict)
     attempts: st.SearchStrategy[list[Attempt]] = st.just([])
     if ability is Ability.ACTION_SEQUENCING:
         attempts = st.lists(with_every_field(Attempt, verdict=verdicts), max_size=2)

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 import eai.world as w
-from eai.abilities.protocol import Ability, Protocol
+from eai.abilities.protocol import FOUR, Ability, Protocol
 from eai.abilities.record import ErrataUse
 from eai.abilities.responses import Response, ResponseFile
 from eai.abilities.task import make_task
@@ -220,7 +220,7 @@ def test_the_page_lists_the_table() -> None:
 
 
 @pytest.mark.parametrize("domain", ["virtualhome", "behavior"])
-@pytest.mark.parametrize("ability", list(Ability))
+@pytest.mark.parametrize("ability", FOUR)
 def test_only_the_default_protocol_uses_errata(data_store: Store, domain: str, ability: Ability) -> None:
     source = Source(data_store, planner=PlannerChoice.NONE)
     version = published_errata().version

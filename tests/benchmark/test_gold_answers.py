@@ -4,7 +4,7 @@ from itertools import pairwise
 
 import pytest
 
-from eai.abilities.declarations import DECLARATIONS
+from eai.abilities.declaration import declaration_of
 from eai.abilities.protocol import Ability, Protocol
 from eai.benchmark.gold_answers import AnswerBook, Noise, WrittenAnswer, noisy_answer
 from eai.benchmark.suite import open_suite
@@ -42,7 +42,7 @@ def test_gold_answers_are_right(data_store: Store, suite: tuple[str, Ability]) -
     book = answer_book(domain, ability, data_store)
     scored = open_suite(domain, ability, Protocol.STRICT, source=Source(data_store))
     verdicts = [scored.score(task_id, book.gold(task_id).text) for task_id in book.task_ids[:40]]
-    rate = summarise(verdicts, ability)[next(iter(DECLARATIONS[ability].main))]
+    rate = summarise(verdicts, ability)[next(iter(declaration_of(ability).main))]
     assert rate.percent == 100.0
 
 

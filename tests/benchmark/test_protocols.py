@@ -13,9 +13,11 @@ from typing import Any
 import pytest
 
 import eai
+from eai.abilities import protocol as abilities
 from eai.abilities.protocol import Ability, Protocol
-from eai.benchmark import entry_points, protocols
+from eai.benchmark import protocols
 from eai.benchmark.suite import open_suite
+from eai.data import entry_points
 from eai.errors import InputError
 
 SOURCE = Path(eai.__file__).parent
@@ -30,8 +32,9 @@ def declared(group: str) -> dict[str, str]:
     return dict(tomllib.loads(METADATA.read_text(encoding="utf-8"))["project"]["entry-points"][group])
 
 
-def test_what_is_built_in_is_what_the_package_declares() -> None:
-    assert declared(protocols.GROUP) == protocols.BUILT_IN
+@pytest.mark.parametrize("registry", [abilities, protocols])
+def test_what_is_built_in_is_what_the_package_declares(registry: Any) -> None:
+    assert declared(registry.GROUP) == registry.BUILT_IN
 
 
 def test_protocols_are_found_by_name() -> None:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from eai.abilities.declarations import DECLARATIONS
-from eai.abilities.protocol import Ability, Protocol
+from eai.abilities.declaration import declaration_of
+from eai.abilities.protocol import FOUR, Ability, Protocol
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.abilities.verdict import Confusion
 from eai.benchmark.suite import open_suite
@@ -15,7 +15,7 @@ from eai.results.rate import Rate
 from eai.results.summary import summarise
 from eai.tasks.source import Source
 
-SUITES = [(d, a, p) for d in ("virtualhome", "behavior") for a in Ability for p in Protocol]
+SUITES = [(d, a, p) for d in ("virtualhome", "behavior") for a in FOUR for p in Protocol]
 IN_STATISTICS = {
     ("virtualhome", Ability.ACTION_SEQUENCING, Protocol.STRICT): 337,
     ("virtualhome", Ability.SUBGOAL_DECOMPOSITION, Protocol.STRICT): 337,
@@ -36,7 +36,7 @@ def test_nothing_is_reached_and_no_error_is_blamed(
     counted = [verdict for verdict in verdicts if verdict.excluded is None]
     assert len(counted) == IN_STATISTICS.get((domain, ability, protocol), len(suite.task_ids))
     assert not any(verdict.error or verdict.repairs for verdict in counted)
-    declared, rates = DECLARATIONS[ability], summarise(verdicts, ability)
+    declared, rates = declaration_of(ability), summarise(verdicts, ability)
     for column in declared.columns:
         assert not rates[column.metric].numerator, column.metric
     for metric in declared.yes_no - {"overall.planner_success", "overall.plan_works"}:

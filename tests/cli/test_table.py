@@ -5,12 +5,12 @@ import io
 import pytest
 from rich.console import Console
 
-from eai.abilities.declarations import DECLARATIONS
+from eai.abilities.declaration import the_four
 from eai.cli.table import Result, heading, print_rates
 from eai.results.coverage import Coverage
 from eai.results.rate import Rate
 
-METRICS = [metric for declared in DECLARATIONS.values() for metric in declared.terminal]
+METRICS = [metric for declared in the_four().values() for metric in declared.terminal]
 LONG = ("claude-3-5-sonnet-20240620", "a-provider_with-a-long-name/meta-llama-3.1-405b-instruct-turbo")
 
 

@@ -16,6 +16,7 @@ import pytest
 
 import eai
 from eai import Ability
+from eai.abilities.protocol import FOUR
 from eai.benchmark.gold_answers import open_answer_book
 from eai.data.store import Store
 from eai.envs.rewards import (
@@ -29,7 +30,7 @@ from eai.envs.rewards import (
 from eai.scoring.reward import METRICS
 
 HOUSEHOLDS = ("virtualhome", "behavior")
-ABILITIES = [(name, ability) for name in HOUSEHOLDS for ability in Ability]
+ABILITIES = [(name, ability) for name in HOUSEHOLDS for ability in FOUR]
 PROMPT = "<|im_start|>user\nWash the clothes.<|im_end|>\n<|im_start|>assistant\n"
 
 

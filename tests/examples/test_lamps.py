@@ -12,8 +12,8 @@ import pytest
 
 import eai as library
 from cli.conftest import Command
-from eai.abilities.declarations import DECLARATIONS
-from eai.abilities.protocol import Ability
+from eai.abilities.declaration import declaration_of
+from eai.abilities.protocol import FOUR, Ability
 from eai.results.published_scores import NULL_MODELS
 from eai.world import Action, Episode, check, execute
 from processes import eai as in_own_process
@@ -113,7 +113,7 @@ def test_goals_are_counted(eai: Command) -> None:
 @pytest.mark.parametrize("model", ["eai/oracle", "eai/noisy", "eai/planner", *NULL_MODELS])
 def test_built_in_models_run(model: str) -> None:
     pytest.importorskip("inspect_ai")
-    abilities = PLANNED if model == "eai/planner" else tuple(Ability)
+    abilities = PLANNED if model == "eai/planner" else FOUR
     asked = [word for ability in abilities for word in ("--ability", ability.value)]
     options = ("--planner", "built_in", "--out", "runs")
     outcome = in_own_process("run", "--model", model, "--domain", LAMPS, *asked, *options)
@@ -121,7 +121,7 @@ def test_built_in_models_run(model: str) -> None:
     for ability in abilities:
         folder = Path("runs/lamps", ability.value, model.replace("/", "_"))
         summary = json.loads((folder / "summary.json").read_text())
-        assert summary[next(iter(DECLARATIONS[ability].main))]["value"] == 100.0 or model not in (
+        assert summary[next(iter(declaration_of(ability).main))]["value"] == 100.0 or model not in (
             "eai/oracle",
             "eai/planner",
         ), ability
@@ -144,7 +144,7 @@ def test_tasks_are_generated_run_and_reported(eai: Command) -> None:
     assert any("lamps-fresh" in file.read_text() for file in Path("report").rglob("*.md"))
 
 
-@pytest.mark.parametrize("ability", [each.value for each in Ability])
+@pytest.mark.parametrize("ability", [each.value for each in FOUR])
 def test_prompts_are_written(eai: Command, ability: str) -> None:
     assert eai("prompts", "--domain", LAMPS, "--ability", ability, "--out", "prompts.json").status == 0
     prompts = {row["identifier"]: row["llm_prompt"] for row in json.loads(Path("prompts.json").read_text())}

@@ -7,7 +7,7 @@ from collections import Counter
 
 import pytest
 
-from eai.abilities.protocol import Ability
+from eai.abilities.protocol import FOUR, Ability
 from eai.abilities.transition_modeling.scorer import TransitionModeling
 from eai.abilities.transition_modeling.task import Category
 from eai.benchmark.prompt_library import Library
@@ -59,7 +59,7 @@ COUNTS = {
     ("virtualhome", Ability.SUBGOAL_DECOMPOSITION): 338,
     ("virtualhome", Ability.ACTION_SEQUENCING): 342,
     ("virtualhome", Ability.TRANSITION_MODELING): 296,
-    **{("behavior", ability): 100 for ability in Ability},
+    **{("behavior", ability): 100 for ability in FOUR},
 }
 SYSTEM = {
     ("virtualhome", Ability.SUBGOAL_DECOMPOSITION),

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from eai.abilities.protocol import Ability
+from eai.abilities.protocol import FOUR, Ability
 from eai.abilities.task import Goal, GoalKind, Task
 from eai.data.store import Store
 from eai.logic.formula import Constant, Exists, Occurs, Or, Variable
@@ -62,7 +62,7 @@ def test_without_another_task_there_is_no_example() -> None:
     assert "example" not in render(alone, Templates())["1"].user
 
 
-SUITES = [(domain, ability) for domain in ("virtualhome", "behavior") for ability in Ability]
+SUITES = [(domain, ability) for domain in ("virtualhome", "behavior") for ability in FOUR]
 
 
 @pytest.mark.parametrize(("domain", "ability"), SUITES, ids=str)

@@ -15,14 +15,14 @@ from eai.report.row import RowSource
 from eai.report.run_summary import summary_of
 from eai.report.runs import Run, RunKey
 from eai.report.table import Table, make_table
-from eai.report.table_specs import TABLES
+from eai.report.table_specs import tables_of
 from eai.results.published_scores import NULL_MODELS, null_scores, published_scores
 from eai.results.rate import Rate
 from eai.world.fault import FaultKind
 from results.verdicts import SUCCEEDED, failed, record, whole
 
 BAD = failed(FaultKind.AFFORDANCE)
-SPECS = {spec.name: spec for spec in TABLES}
+SPECS = {spec.name: spec for spec in tables_of(())}
 
 
 def run_of(verdicts: list[Verdict], ability: Ability, model: str) -> Run:

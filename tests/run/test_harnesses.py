@@ -11,8 +11,8 @@ import pytest
 from inspect_ai import list_tasks
 
 import eai
-from eai.abilities.declarations import DECLARATIONS
-from eai.abilities.protocol import Ability
+from eai.abilities.declaration import declaration_of
+from eai.abilities.protocol import FOUR
 from eai.benchmark.gold_answers import open_answer_book
 from eai.data.store import Store
 from eai.run.registry import TASKS
@@ -30,8 +30,8 @@ def test_every_suite_is_a_task_that_is_found_by_reading_the_file() -> None:
 def test_every_suite_is_a_task_of_the_lm_evaluation_harness() -> None:
     for path in EXAMPLE.glob("eai_*.yaml"):
         assert f"task: {path.stem}\n" in path.read_text(encoding="utf-8")
-        ability = next(each for each in Ability if path.stem.endswith(each.value))
-        assert path.read_text(encoding="utf-8").count("metric: ") == len(DECLARATIONS[ability].main)
+        ability = next(each for each in FOUR if path.stem.endswith(each.value))
+        assert path.read_text(encoding="utf-8").count("metric: ") == len(declaration_of(ability).main)
     assert {path.stem for path in EXAMPLE.glob("eai_*.yaml")} == SUITES
 
 

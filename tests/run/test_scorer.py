@@ -13,8 +13,8 @@ from inspect_ai.log import EvalLog, EvalSample, read_eval_log
 from inspect_ai.scorer import Score
 
 from eai.abilities.codec import record_from_json
-from eai.abilities.declarations import DECLARATIONS
-from eai.abilities.protocol import Ability, Protocol
+from eai.abilities.declaration import declaration_of
+from eai.abilities.protocol import FOUR, Ability, Protocol
 from eai.abilities.responses import file_name, read_responses
 from eai.benchmark.errata import published_errata
 from eai.benchmark.gold_answers import open_answer_book
@@ -39,7 +39,7 @@ from run.child import (
 from suites import answer_book, official_prompts
 
 PLANS = ("virtualhome", Ability.ACTION_SEQUENCING)
-SUITES = [(domain, ability) for domain in ("virtualhome", "behavior") for ability in Ability]
+SUITES = [(domain, ability) for domain in ("virtualhome", "behavior") for ability in FOUR]
 TASK_COUNT = 12
 NOISY = Whom("eai/noisy", {"rate": 0.6, "seed": 3})
 
@@ -54,7 +54,7 @@ def process() -> Iterator[Executor]:
 def some_tasks(domain: str, ability: Ability, protocol: Protocol) -> tuple[Suite, Asked]:
     """A suite, and tasks from all over it."""
     suite = Asked(domain, ability, protocol, ()).suite()
-    count = TASK_COUNT if DECLARATIONS[ability].has_plans else TASK_COUNT // 3
+    count = TASK_COUNT if declaration_of(ability).has_plans else TASK_COUNT // 3
     chosen = suite.task_ids[:: len(suite.task_ids) // count][:count]
     return suite, Asked(domain, ability, protocol, chosen)
 
@@ -84,7 +84,7 @@ def test_all_ways_to_score_come_to_one_number(
     suite, asked = some_tasks(domain, ability, protocol)
     ran = process.submit(run_in_child, asked, NOISY, tmp_path).result()
     kinds = {outcome(record) for record in ran.records}
-    assert len(kinds) >= 3 or not DECLARATIONS[ability].has_plans
+    assert len(kinds) >= 3 or not declaration_of(ability).has_plans
     numbers = shares(ran.rates)
     summary = json.loads((tmp_path / "summary.json").read_text())
     assert {name: summary[name]["value"] for name in numbers} == pytest.approx(

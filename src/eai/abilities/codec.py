@@ -16,7 +16,7 @@ from typing import Any, TypeVar
 
 from pydantic import TypeAdapter, ValidationError
 
-from eai.abilities.declarations import DECLARATIONS
+from eai.abilities.declaration import declaration_of
 from eai.abilities.experiment import Experiment
 from eai.abilities.explanation import Explanation
 from eai.abilities.misfit import misfit
@@ -189,7 +189,7 @@ def _verdict(values: Mapping[str, Any], ability: Ability, made_before: int) -> V
     if status != ("scored" if reason is None else "excluded"):
         raise InputError(f"field status: expected 'excluded' with a reason, or 'scored', not {status!r}")
     repairs = _read(tuple[str, ...], _present(values, "repairs"), "repairs")
-    declared: type[Verdict] = DECLARATIONS[ability].verdict
+    declared: type[Verdict] = declaration_of(ability).verdict
     own = {name: values[name] for name in _names(declared) if name in values}
     counted = own.get("counted")
     if isinstance(counted, dict) and isinstance(counted.get("errors"), dict):
@@ -199,7 +199,7 @@ def _verdict(values: Mapping[str, Any], ability: Ability, made_before: int) -> V
 
 def _attempts(values: Mapping[str, Any], ability: Ability) -> tuple[Attempt, ...]:
     """The attempts of a record."""
-    if "attempts" in _names(DECLARATIONS[ability].verdict):  # in subgoals they are those of the search
+    if "attempts" in _names(declaration_of(ability).verdict):  # in subgoals they are those of the search
         return ()
     found = []
     for number, own in enumerate(_read(list[dict[str, Any]], values.get("attempts") or [], "attempts")):

@@ -1,16 +1,32 @@
-"""What an ability declares, in one place: its verdict, what an answer adds to which metrics, its columns."""
+"""An ability is one value: what is asked, how answers are read and judged, and how verdicts are counted.
+
+The four of the paper are values of the same kind as any other. A distribution registers one, an
+`AbilityDeclaration`, by an entry point of the group ``eai.abilities`` whose name is the ability's.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
-from typing import Generic, TypeVar
+from functools import cache
+from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeAlias, TypeVar
 
-from eai.abilities.protocol import Ability
+from eai.abilities.protocol import FOUR, Ability, registered_abilities
 from eai.abilities.share import Shares
 from eai.abilities.verdict import Confusion, PlanVerdict, Verdict
+from eai.errors import InputError
 from eai.world.fault import FaultKind
+
+if TYPE_CHECKING:
+    from eai.abilities.action_sequencing.notation import PlanNotation
+    from eai.abilities.answer_schema import Schema
+    from eai.abilities.goal_interpretation.notation import GoalNotation
+    from eai.abilities.scorer import Scorer
+    from eai.abilities.subgoal_decomposition.notation import SubgoalNotation
+    from eai.abilities.task import Task
+    from eai.pddl.planning import PddlPlanner
+    from eai.world.domain import Domain
 
 V = TypeVar("V", bound=Verdict)
 
@@ -59,11 +75,62 @@ def one_by_one(verdicts: Sequence[V]) -> Sequence[V]:
 
 
 @dataclass(frozen=True, slots=True)
-class AbilityDeclaration(Generic[V]):
-    """One of the paper's abilities, as records, metrics and tables know it.
+class AskedWorld:
+    """The world of a benchmark as abilities see it: its declaration, and how its answers are written.
 
     Attributes:
-        ability: which one.
+        domain: the declaration.
+        plans: how plans are written.
+        goals: how goals are stated.
+        subgoals: how subgoals are written; None for formulas with the declared names.
+        subgoal_domain: the world in which subgoals are carried out.
+        make_planner: makes the planner of operators, of which None says that none is to be asked.
+    """
+
+    domain: Domain
+    plans: PlanNotation
+    goals: GoalNotation
+    subgoals: SubgoalNotation | None
+    subgoal_domain: Domain
+    make_planner: Callable[[], PddlPlanner | None]
+
+
+class Posed(NamedTuple):
+    """What is asked of a task, and a right answer to it, which built-in models give."""
+
+    question: str
+    gold: str
+
+
+Form: TypeAlias = "Callable[[Sequence[str] | None], Schema | None]"
+"""The form of an answer in which objects go by these words, or by any."""
+
+
+@dataclass(frozen=True, slots=True)
+class SingleTurn:
+    """How an ability is asked that takes one question and one answer a task; all parts are pure functions.
+
+    Attributes:
+        scorers: from a world to what makes the scorer of a task, which reads answers and judges them.
+        pose: asks of a task; None where questions are published or rendered from the templates of the
+            ability's name, and right answers are the data set's.
+        form: what objects of a task are called in answers, and the form of these; None where that is unknown.
+        of_operators: whether it is asked of the tasks of published operators, instead of the benchmark's own.
+    """
+
+    scorers: Callable[[AskedWorld], Callable[[Any], Scorer]]
+    pose: Callable[[AskedWorld, Task], Posed] | None = None
+    form: Callable[[AskedWorld, Task | None], tuple[Sequence[str], Form]] | None = None
+    of_operators: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class AbilityDeclaration(Generic[V]):
+    """An ability: how it is asked, and how records, metrics and tables know it.
+
+    Attributes:
+        ability: its name.
+        asked: how it is asked. One that takes turns will say so by another class here.
         title: its name for readers.
         short: its name where there is little room.
         verdict: the class of its verdicts.
@@ -79,6 +146,7 @@ class AbilityDeclaration(Generic[V]):
     """
 
     ability: Ability
+    asked: SingleTurn
     title: str
     short: str
     verdict: type[V]
@@ -96,6 +164,27 @@ class AbilityDeclaration(Generic[V]):
     def has_plans(self) -> bool:
         """Whether its answers are carried out."""
         return issubclass(self.verdict, PlanVerdict)
+
+
+@cache
+def declaration_of(ability: Ability) -> AbilityDeclaration[Any]:
+    """The ability that is registered under a name.
+
+    Raises:
+        InputError: there is none, or what is registered is none.
+    """
+    point = registered_abilities().get(ability)
+    if point is None:
+        raise InputError(f"the ability {ability} is not installed")
+    value = point.load()
+    if not isinstance(value, AbilityDeclaration) or value.ability is not ability:
+        raise InputError(f"{point.value}: expected the AbilityDeclaration of {ability}, found {value!r:.100}")
+    return value
+
+
+def the_four() -> Mapping[Ability, AbilityDeclaration[Any]]:
+    """The paper's four abilities, in its order."""
+    return {ability: declaration_of(ability) for ability in FOUR}
 
 
 def error_outcome(verdict: Verdict) -> AnswerOutcome | None:

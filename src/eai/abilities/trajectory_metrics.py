@@ -9,6 +9,7 @@ from eai.abilities.declaration import (
     AbilityDeclaration,
     AnswerOutcome,
     MetricColumn,
+    SingleTurn,
     error_outcome,
     label_of,
 )
@@ -42,12 +43,18 @@ P = TypeVar("P", bound=PlanVerdict)
 
 
 def on_trajectories(
-    ability: Ability, title: str, short: str, verdict: type[P], contributions: Callable[[P], Shares]
+    ability: Ability,
+    asked: SingleTurn,
+    title: str,
+    short: str,
+    verdict: type[P],
+    contributions: Callable[[P], Shares],
 ) -> AbilityDeclaration[P]:
     """The declaration of an ability whose answers are executed."""
     main = {"task_success": "Task", "execution_success": "Execution"}
     return AbilityDeclaration(
         ability=ability,
+        asked=asked,
         title=title,
         short=short,
         verdict=verdict,

@@ -14,7 +14,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
-from eai.abilities.protocol import Ability
+from eai.abilities.protocol import Ability, place_of, registered_abilities
 from eai.abilities.responses import ENDINGS, SUFFIX, attempt_name, find_response_files, model_name
 from eai.benchmark.registry import registered
 from eai.errors import InputError
@@ -27,8 +27,6 @@ ZIP = ".zip"
 
 UNREADABLE = (OSError, EOFError, zipfile.BadZipFile, zlib.error, RuntimeError, ValueError)
 """What is raised where a zip or a member is damaged, encrypted, or packed in an unknown way."""
-
-_ABILITIES = frozenset(ability.value for ability in Ability)
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,7 +45,7 @@ class SuiteFile:
     @property
     def order(self) -> tuple[int, int, str]:
         """What files are sorted by."""
-        return registered().index(self.domain), list(Ability).index(self.ability), self.model
+        return registered().index(self.domain), place_of(self.ability), self.model
 
 
 def suite_files(path: Path) -> list[SuiteFile]:
@@ -159,12 +157,12 @@ def _of_attempt(first: Path, attempt: int) -> Path:
 
 def _suite_of(file: Path) -> tuple[str, str] | None:
     """The domain and ability that a file names by its folders or its name."""
-    for ability in _ABILITIES:
+    for ability in registered_abilities():
         domain = model_name(file).removesuffix(f"_{ability}")
         if domain != model_name(file):
-            return domain, ability
+            return domain, ability.value
     folders = file.absolute().parent.parts
-    places = [i for i, name in enumerate(folders) if name in _ABILITIES and i]
+    places = [i for i, name in enumerate(folders) if name in registered_abilities() and i]
     return (folders[places[-1] - 1], folders[places[-1]]) if places else None
 
 

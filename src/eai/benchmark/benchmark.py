@@ -9,8 +9,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 from eai.abilities.action_sequencing.notation import JsonPlans, PlanNotation
+from eai.abilities.declaration import AskedWorld, declaration_of
 from eai.abilities.goal_interpretation.notation import GoalNotation, JsonGoals
-from eai.abilities.protocol import Ability
+from eai.abilities.protocol import Ability, registered_abilities
 from eai.abilities.scorer import Scorer
 from eai.abilities.subgoal_decomposition.notation import SubgoalNotation
 from eai.abilities.task import Task
@@ -27,6 +28,7 @@ from eai.tasks.source import ErrataChoice, OpenTasks, Source, TaskSet
 from eai.world.domain import Domain
 
 if TYPE_CHECKING:
+    from eai.pddl.planning import PddlPlanner
     from eai.tasks.problem_world import ProblemWorld
 
 FOLDER = "formats"
@@ -35,7 +37,7 @@ FOLDER = "formats"
 def formats_of(package: str) -> Mapping[Ability, str]:
     """The texts in the folder ``formats`` of a package, by ability; an ability without one has no entry."""
     folder = files(package) / FOLDER
-    found = {ability: folder / f"{ability.value}.txt" for ability in Ability}
+    found = {ability: folder / f"{ability.value}.txt" for ability in registered_abilities()}
     return {
         ability: file.read_text(encoding="utf-8").removesuffix("\n")
         for ability, file in found.items()
@@ -181,13 +183,24 @@ class Benchmark:
         declared = declared_tasks(self.domain, tasks)
         return TaskSet(declared, declared.__getitem__, tasks.sha256)
 
+    def world(self, source: Source) -> AskedWorld:
+        """The world as abilities see it; a planner of operators is the one that the source asks for."""
+
+        def planner() -> PddlPlanner | None:
+            from eai.abilities.transition_modeling.planners import make_planner
+
+            return make_planner(source.planner, self.planner_seconds, source.terms)
+
+        domain = self.subgoal_domain or self.domain
+        return AskedWorld(self.domain, self.plans, self.goals, self.subgoals, domain, planner)
+
     def official_prompts(self, ability: Ability, source: Source) -> Mapping[str, Prompt] | None:
-        """The prompts of the data set by task id, corrected; None if it has none.
+        """The prompts of the data set by task id, corrected; None if it has none of the ability.
 
         Raises:
             DataError: they cannot be obtained.
         """
-        if self.published_prompts is None:
+        if self.published_prompts is None or declaration_of(ability).asked.pose is not None:
             return None
         prompts = self.published_prompts.prompts(ability, source.store, report=source.report)
         correct = self._question_correction(ability, source)
@@ -201,7 +214,7 @@ class Benchmark:
         Raises:
             DataError: they cannot be obtained.
         """
-        if self.published_prompts is None:
+        if self.published_prompts is None or declaration_of(ability).asked.pose is not None:
             return None
         files = self.published_prompts.files(ability, source.store, report=source.report)
         correct = self._question_correction(ability, source)

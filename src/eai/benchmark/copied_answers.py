@@ -21,7 +21,7 @@ from eai.abilities.subgoal_decomposition.rewriting import substitute
 from eai.abilities.task import GoalKind, Task
 from eai.abilities.transition_modeling.task import TransitionTask
 from eai.benchmark.benchmark import Benchmark
-from eai.benchmark.gold_answers import AnswerBook, WrittenAnswer, join_operators
+from eai.benchmark.gold_answers import AnswerBook, WrittenAnswer, join_operators, no_answer
 from eai.logic.choice import Literal, ground
 from eai.logic.ltl_printer import print_ltl
 from eai.logic.options import choice_options
@@ -127,6 +127,8 @@ def open_copy_book(benchmark: Benchmark, ability: Ability, source: Source | None
     if ability is Ability.TRANSITION_MODELING:
         operators = benchmark.operators(source)
         return AnswerBook(tuple(operators), lambda task_id: _operators(operators[task_id]))
+    if ability not in _COPIED:
+        raise no_answer("copy", benchmark, ability)
     tasks, copied = benchmark.tasks_for(ability, source), _COPIED[ability]
     return AnswerBook(tuple(tasks), lambda task_id: copied(benchmark, tasks[task_id].at_the_end))
 

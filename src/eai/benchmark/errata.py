@@ -14,7 +14,7 @@ from typing import ClassVar, TypeVar
 from pydantic import ConfigDict, TypeAdapter, ValidationError
 
 from eai.abilities.misfit import misfit
-from eai.abilities.protocol import Ability
+from eai.abilities.protocol import FOUR, Ability
 from eai.abilities.record import ErrataUse
 from eai.abilities.task import Task
 from eai.abilities.transition_modeling.task import OperatorLibrary, TransitionTask
@@ -134,12 +134,16 @@ class Errata:
 
     def use(self, ability: Ability, task_id: str) -> ErrataUse | None:
         """What the record of a verdict says: the version, and the errata that decide verdicts on its task."""
-        return None if not self.version else ErrataUse(self.version, self._deciding[ability].get(task_id, ()))
+        return (
+            None
+            if not self.version
+            else ErrataUse(self.version, self._deciding.get(ability, {}).get(task_id, ()))
+        )
 
     @cached_property
     def _deciding(self) -> Mapping[Ability, Mapping[str, tuple[str, ...]]]:
         """Ability -> task -> ids of errata that decide verdicts: neither questions nor plans do."""
-        found: dict[Ability, dict[str, tuple[str, ...]]] = {ability: {} for ability in Ability}
+        found: dict[Ability, dict[str, tuple[str, ...]]] = {ability: {} for ability in FOUR}
         for entry in self.entries:
             if not entry.about_questions and not entry.plan:
                 for ability in entry.abilities:

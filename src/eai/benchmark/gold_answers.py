@@ -13,8 +13,7 @@ from dataclasses import dataclass, replace
 from functools import cache
 from typing import NamedTuple
 
-from typing_extensions import assert_never
-
+from eai.abilities.declaration import declaration_of
 from eai.abilities.goal_interpretation.gold import write_goals
 from eai.abilities.goal_interpretation.stated import read_stated
 from eai.abilities.goal_test import remaining_goals
@@ -158,7 +157,7 @@ def open_answer_book(benchmark: Benchmark, ability: Ability, source: Source | No
         case Ability.SUBGOAL_DECOMPOSITION:
             return _subgoals(benchmark, source, scripts=True)
         case _:
-            assert_never(ability)
+            return _posed(benchmark, ability, source)
 
 
 def open_planned_book(
@@ -195,7 +194,12 @@ def open_planned_book(
         case Ability.SUBGOAL_DECOMPOSITION:
             return _subgoals(benchmark, source, scripts=False)
         case _:
-            raise InputError(f"eai/planner has no answer to {benchmark.name} {ability.value}")
+            raise no_answer("planner", benchmark, ability)
+
+
+def no_answer(model: str, benchmark: Benchmark, ability: Ability) -> InputError:
+    """The error that a built-in model answers nothing in a suite."""
+    return InputError(f"eai/{model} has no answer to {benchmark.name} {ability.value}")
 
 
 def planned_answer(
@@ -275,6 +279,15 @@ def _subgoals(benchmark: Benchmark, source: Source, *, scripts: bool) -> AnswerB
         return WrittenAnswer(notation.write(task, plan), notation.join)
 
     return AnswerBook(tuple(tasks), answer)
+
+
+def _posed(benchmark: Benchmark, ability: Ability, source: Source) -> AnswerBook:
+    """The right answers of an ability that poses its own questions."""
+    pose, world = declaration_of(ability).asked.pose, benchmark.world(source)
+    if pose is None:
+        raise InputError(f"no right answers are known to {benchmark.name} {ability.value}")
+    tasks = benchmark.tasks_for(ability, source)
+    return AnswerBook(tuple(tasks), lambda i: WrittenAnswer((pose(world, tasks[i]).gold,), "".join))
 
 
 def _operators(benchmark: Benchmark, source: Source) -> AnswerBook:

@@ -14,14 +14,14 @@ from functools import cache
 import eai.logic.formula as f
 from eai.abilities.goal_interpretation.gold import write_goals
 from eai.abilities.goal_interpretation.lexicon import GoalLexicon
-from eai.abilities.protocol import Ability
+from eai.abilities.protocol import FOUR, Ability
 from eai.abilities.subgoal_decomposition.notation import SubgoalNotation
 from eai.abilities.task import Task
 from eai.abilities.transition_modeling.task import TransitionTask
 from eai.abilities.unreadable import Unreadable
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.copied_answers import instruction_words
-from eai.benchmark.gold_answers import AnswerBook, WrittenAnswer, join_operators, open_answer_book
+from eai.benchmark.gold_answers import AnswerBook, WrittenAnswer, join_operators, no_answer, open_answer_book
 from eai.logic.ltl_printer import print_ltl
 from eai.logic.renaming import rename_objects, rename_variables
 from eai.logic.traversal import objects
@@ -52,6 +52,8 @@ def open_lookup_book(benchmark: Benchmark, ability: Ability, source: Source | No
     source = source or Source()
     if ability is Ability.TRANSITION_MODELING:
         return _operator_book(benchmark.operators(source))
+    if ability not in FOUR:
+        raise no_answer("lookup", benchmark, ability)
     tasks = benchmark.tasks_for(ability, source)
     known = (
         benchmark if benchmark.open_public is None else replace(benchmark, open_tasks=benchmark.open_public)

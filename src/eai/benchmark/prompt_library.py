@@ -7,15 +7,14 @@ enforce one.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
-from typing import TypeAlias
 
-from eai.abilities.answer_schema import Schema, closed, fits, text
-from eai.abilities.protocol import Ability
-from eai.abilities.subgoal_decomposition.notation import SubgoalNotation
+from eai.abilities.answer_schema import Schema, fits
+from eai.abilities.declaration import declaration_of
+from eai.abilities.protocol import Ability, registered_abilities
 from eai.abilities.task import Task
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.gold_answers import open_answer_book
@@ -30,9 +29,6 @@ from eai.prompts.prompt import Prompt, PromptSet, read_prompt_file, read_system_
 from eai.prompts.template import Templates, template_names
 from eai.tasks.source import Source
 
-_Form: TypeAlias = Callable[[Sequence[str] | None], Schema | None]
-"""The form of an answer in which objects go by these words, or by any."""
-
 
 def answer_form(benchmark: Benchmark, ability: Ability, task: Task | None, prompt: Prompt) -> Schema | None:
     """The form of the answer to a question; None if it is not known.
@@ -46,32 +42,16 @@ def answer_form(benchmark: Benchmark, ability: Ability, task: Task | None, promp
         task: whose objects the question lists; None if it tells of others.
         prompt: the question.
     """
-    words, form = _words_and_form(benchmark, ability, task)
+    declared = declaration_of(ability).asked.form
+    if declared is None:
+        return None
+    words, form = declared(benchmark.world(Source()), task)
     schema = form(words) if words and _all_stand_in(f"{prompt.system or ''}\n{prompt.user}", words) else None
     return schema if schema is not None and fits(schema) else form(None)
 
 
 def _all_stand_in(question: str, words: Sequence[str]) -> bool:
     return all(re.search(rf"(?<!\w){re.escape(word)}(?!\w)", question) for word in words)
-
-
-def _words_and_form(benchmark: Benchmark, ability: Ability, task: Task | None) -> tuple[Sequence[str], _Form]:
-    """What the objects of a task are called in answers, and the form of these."""
-    domain = benchmark.domain
-    match ability:
-        case Ability.ACTION_SEQUENCING:
-            plans = benchmark.plans
-            return () if task is None else plans.words(task), lambda words: plans.schema(domain, words)
-        case Ability.GOAL_INTERPRETATION:
-            goals = benchmark.goals
-            names = () if task is None else goals.names(task)
-            relevant = () if task is None else task.relevant
-            return list(dict.fromkeys([names[i] for i in relevant])), lambda w: goals.schema(domain, w)
-        case Ability.SUBGOAL_DECOMPOSITION:
-            subgoals = benchmark.subgoals or SubgoalNotation(domain)
-            return (), lambda words: subgoals.schema()
-        case Ability.TRANSITION_MODELING:
-            return (), lambda words: closed({"output": text()})
 
 
 @dataclass(frozen=True, slots=True)
@@ -143,10 +123,14 @@ class Library:
     def _rendered(
         self, benchmark: Benchmark, ability: Ability, beliefs: Mapping[str, Belief]
     ) -> Mapping[str, Prompt]:
-        """Our prompts, rendered from the declaration."""
-        templates = Templates(self.folder)
-        if ability is Ability.TRANSITION_MODELING:
+        """Our prompts, rendered from the declaration, or as the ability poses them."""
+        templates, asked = Templates(self.folder), declaration_of(ability).asked
+        if asked.of_operators:
             return operator_prompts(benchmark.operators(self.source), templates)
+        if asked.pose is not None:
+            world, tasks = benchmark.world(self.source), benchmark.tasks_for(ability, self.source)
+            believed = {i: beliefs[i].task if i in beliefs else task for i, task in tasks.items()}
+            return {i: Prompt(asked.pose(world, task).question) for i, task in believed.items()}
         return render(self._questions(benchmark, ability, beliefs), templates)
 
     def _questions(self, benchmark: Benchmark, ability: Ability, beliefs: Mapping[str, Belief]) -> Questions:
@@ -210,7 +194,7 @@ def _refuse_strangers(folder: Path, benchmark: Benchmark) -> None:
     if not folder.is_dir():
         raise InputError(f"{folder}: expected a folder of prompts")
     names = dict.fromkeys((*registered(), benchmark.name))
-    of_suites = {f"{name}_{ability.value}" for name in names for ability in Ability}
+    of_suites = {f"{name}_{ability.value}" for name in names for ability in registered_abilities()}
     known = {
         *template_names(),
         *(f"{suite}{ending}.json" for suite in of_suites for ending in ("", "_system")),

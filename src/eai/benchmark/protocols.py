@@ -12,7 +12,7 @@ from functools import cache
 from importlib.metadata import EntryPoint
 from typing import TYPE_CHECKING
 
-from eai.benchmark.entry_points import entry_points_of
+from eai.data.entry_points import entry_points_of
 from eai.errors import InputError, did_you_mean
 
 if TYPE_CHECKING:

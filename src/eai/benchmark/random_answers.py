@@ -19,7 +19,7 @@ from eai.abilities.subgoal_decomposition.notation import SubgoalNotation
 from eai.abilities.task import Task
 from eai.abilities.transition_modeling.task import TransitionTask
 from eai.benchmark.benchmark import Benchmark
-from eai.benchmark.gold_answers import WrittenAnswer, join_operators
+from eai.benchmark.gold_answers import WrittenAnswer, join_operators, no_answer
 from eai.logic.choice import Literal
 from eai.logic.formula import And, Atom, Constant, Not, Variable
 from eai.logic.ltl_printer import print_ltl
@@ -72,6 +72,8 @@ def open_random_answers(
     source = source or Source()
     if ability is Ability.TRANSITION_MODELING:
         return _operators(benchmark.operators(source))
+    if ability not in _WRITERS:
+        raise no_answer("random", benchmark, ability)
     tasks = benchmark.tasks_for(ability, source)
     public = tasks if benchmark.open_public is None else benchmark.open_public(source)
     lengths = [len(task.script) for task in public.values() if task.script] or [_USUAL_STEPS]

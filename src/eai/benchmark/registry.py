@@ -16,8 +16,8 @@ from pathlib import Path
 
 from eai.abilities.task import Task
 from eai.benchmark.benchmark import Benchmark
-from eai.benchmark.entry_points import entry_points_of
 from eai.benchmark.errata import NO_ERRATA
+from eai.data.entry_points import entry_points_of
 from eai.errors import InputError, did_you_mean
 from eai.tasks.source import OpenTasks
 

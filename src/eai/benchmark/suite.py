@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
+from typing import Any
 
-from eai.abilities.declarations import DECLARATIONS
+from eai.abilities.declaration import declaration_of
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.record import TaskFeatures
 from eai.abilities.scorer import Scorer
@@ -18,61 +19,20 @@ from eai.benchmark.protocols import implementation_of, implemented
 from eai.benchmark.registry import find_benchmark
 from eai.data.progress import silent
 from eai.errors import InputError, did_you_mean
-from eai.tasks.source import ErrataChoice, Source, TaskReference
+from eai.tasks.source import ErrataChoice, Source, TaskReference, TaskSet
 
 DEFAULT_PROTOCOL = Protocol.STRICT
 """The rules for scoring where nothing else is asked for."""
 
 
 def open_scorers(benchmark: Benchmark, ability: Ability, source: Source) -> Opened:
-    """The suite of an ability as the paper has it (protocol ``strict``).
-
-    Each scorer is imported where it is made: scoring plans loads no planner of operators.
-    """
-    if ability is Ability.TRANSITION_MODELING:
-        return _transition_modeling(benchmark, source)
-    tasks = benchmark.tasks_for(ability, source)
-    make = _MAKERS[ability](benchmark)
-    return Opened(tuple(tasks), tasks.sha256, lambda task_id: make(tasks[task_id]))
-
-
-def _action_sequencing(benchmark: Benchmark) -> Callable[[Task], Scorer]:
-    from eai.abilities.action_sequencing.scorer import ActionSequencing
-
-    return partial(ActionSequencing, domain=benchmark.domain, notation=benchmark.plans)
-
-
-def _goal_interpretation(benchmark: Benchmark) -> Callable[[Task], Scorer]:
-    from eai.abilities.goal_interpretation.scorer import GoalInterpretation
-
-    return partial(GoalInterpretation, domain=benchmark.domain, notation=benchmark.goals)
-
-
-def _subgoal_decomposition(benchmark: Benchmark) -> Callable[[Task], Scorer]:
-    from eai.abilities.subgoal_decomposition.refinement import Refinement
-    from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
-
-    domain = benchmark.subgoal_domain or benchmark.domain
-    return partial(
-        SubgoalDecomposition, domain=domain, notation=benchmark.subgoals, refinement=Refinement(domain)
+    """The suite of an ability as it declares itself; of one of the four as the paper has it (``strict``)."""
+    asked = declaration_of(ability).asked
+    tasks: TaskSet[Any] = (
+        benchmark.operators(source) if asked.of_operators else benchmark.tasks_for(ability, source)
     )
-
-
-def _transition_modeling(benchmark: Benchmark, source: Source) -> Opened:
-    from eai.abilities.transition_modeling.planners import make_planner
-    from eai.abilities.transition_modeling.rules import PaperRules
-    from eai.abilities.transition_modeling.scorer import TransitionModeling
-
-    tasks = benchmark.operators(source)
-    rules = PaperRules.with_planner(make_planner(source.planner, benchmark.planner_seconds, source.terms))
-    return Opened(tuple(tasks), tasks.sha256, lambda task_id: TransitionModeling(tasks[task_id], rules))
-
-
-_MAKERS: Mapping[Ability, Callable[[Benchmark], Callable[[Task], Scorer]]] = {
-    Ability.ACTION_SEQUENCING: _action_sequencing,
-    Ability.GOAL_INTERPRETATION: _goal_interpretation,
-    Ability.SUBGOAL_DECOMPOSITION: _subgoal_decomposition,
-}
+    make = asked.scorers(benchmark.world(source))
+    return Opened(tuple(tasks), tasks.sha256, lambda task_id: make(tasks[task_id]))
 
 
 @dataclass(frozen=True)
@@ -120,7 +80,7 @@ class Suite:
     @property
     def has_plans(self) -> bool:
         """Whether answers are carried out: plans and subgoals."""
-        return DECLARATIONS[self.ability].has_plans
+        return declaration_of(self.ability).has_plans
 
     def reference(self, task_id: str) -> str:
         """A task as `eai.reward` takes it, such as ``virtualhome/action_sequencing/27_2``."""

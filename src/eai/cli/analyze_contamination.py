@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from eai.abilities.declarations import DECLARATIONS
+from eai.abilities.declaration import declaration_of
 from eai.cli.analyzed import Records, Written, say
 from eai.cli.options import AsJson
 from eai.errors import InputError
@@ -41,7 +41,7 @@ def _pairs(runs: Sequence[Run]) -> Iterator[Pair]:
     for public in runs:
         for fresh in runs:
             one, other = public.key, fresh.key
-            alike = one._replace(domain=other.domain) == other and DECLARATIONS[one.ability].has_plans
+            alike = one._replace(domain=other.domain) == other and declaration_of(one.ability).has_plans
             if alike and other.domain.startswith(f"{one.domain}-"):
                 suite = f"{other.domain} {one.ability.value}"
                 yield Pair(one.name, suite, public.records, fresh.records)

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 
-from eai.abilities.protocol import Ability
+from eai.abilities.protocol import FOUR, Ability, place_of
 from eai.benchmark.prompt_library import Library
 from eai.benchmark.suite import Suite
 from eai.cli.first_stage import FirstStage, stage_two
@@ -44,7 +44,7 @@ class Arm:
         if scene is not Scene.TEXT:
             return scene_abilities(abilities, scene)
         if self.spec.of(Attempts).experiment is None:
-            return [each for each in Ability if not abilities or each in abilities]
+            return sorted(set(abilities or FOUR), key=place_of)
         for each in abilities or ():
             if each is not Ability.ACTION_SEQUENCING:
                 raise InputError(f"--ability {each.value}: only plans are carried out, attempt by attempt")

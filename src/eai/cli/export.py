@@ -13,7 +13,7 @@ from typing import Annotated, TextIO
 
 import typer
 
-from eai.abilities.protocol import Ability, ability_of
+from eai.abilities.protocol import FOUR, Ability, ability_of
 from eai.abilities.record import Record
 from eai.abilities.verdict import Json
 from eai.benchmark.prompt_library import Library
@@ -105,7 +105,7 @@ def prompts(
         with data_progress() as report:
             source = Source(store(data), report, PlannerChoice.NONE)
             for split, name in [each for given in domain for each in _splits(given)]:
-                for each in ability or list(Ability):
+                for each in ability or FOUR:
                     asked = Library(prompt_set, None, source).open(find_benchmark(name), each)
                     for row in prompt_rows(Reward(open_suite(name, each, source=source)), asked):
                         yield {**row, "split": split}

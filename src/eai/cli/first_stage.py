@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NamedTuple
 
-from eai.abilities.protocol import Ability
+from eai.abilities.protocol import FOUR, Ability
 from eai.abilities.responses import file_name
 from eai.benchmark.prompt_library import Library
 from eai.benchmark.suite import Suite, open_suite
@@ -92,4 +92,4 @@ def stage_two(abilities: Collection[Ability] | None) -> list[Ability]:
     """
     for each in abilities or ():
         refuse_no_stage_two(each)
-    return [each for each in Ability if each in (abilities or STAGE_TWO)]
+    return [each for each in FOUR if each in (abilities or STAGE_TWO)]

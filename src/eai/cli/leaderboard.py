@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 from rich.text import Text
 
-from eai.abilities.declarations import DECLARATIONS
+from eai.abilities.declaration import declaration_of
 from eai.cli.console import counted, note, output, say
 from eai.cli.options import AsJson, Wide
 from eai.cli.table import Column, print_table
@@ -70,7 +70,7 @@ def _print(table: Table, *, wide: bool) -> None:
 
 def _heading(column: ColumnSpec) -> str:
     label = column.label.lower() if column.label != "F1" else column.label
-    return label if column.ability is None else f"{DECLARATIONS[column.ability].short}\n{label}"
+    return label if column.ability is None else f"{declaration_of(column.ability).short}\n{label}"
 
 
 def _name(row: Row) -> Text:

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from eai.abilities.declarations import DECLARATIONS
+from eai.abilities.declaration import declaration_of
 from eai.abilities.verdict import Json
 from eai.cli.console import counted, output, print_errata, print_json, print_remark, say
 from eai.cli.options import AsJson, Wide
@@ -38,7 +38,7 @@ def merge_shards(
         printed.append(result_json(records, result, effect, folder))
         if not as_json:
             title = f"{first.domain}, {first.ability.value}, protocol {first.protocol.value}"
-            columns = DECLARATIONS[first.ability].terminal
+            columns = declaration_of(first.ability).terminal
             print_rates(output(), title, columns, {first.model: result}, wide=wide)
             print_errata([effect])
             say(f"{counted(len(files), 'shard')} of {counted(len(records), 'record')} written to {folder}")

@@ -7,7 +7,7 @@ from typing import Annotated, Any
 import typer
 
 from eai.abilities.options import Options
-from eai.abilities.protocol import Ability, Protocol, ability_of, protocol_of
+from eai.abilities.protocol import FOUR, Ability, Protocol, ability_of, protocol_of
 from eai.cli.console import DOMAIN_HELP
 from eai.pddl.planning import PlannerChoice
 from eai.scoring.options import ScoringOptions
@@ -16,7 +16,7 @@ from eai.tasks.source import ErrataChoice, errata_choice, planner_choice
 ANSWERS, SCORING, OUTPUT = "What is scored", "Scoring", "Output"
 """The panels of the help of commands that score."""
 
-ABILITIES = ", ".join(each.value for each in Ability)
+ABILITIES = f"{', '.join(FOUR)}, or another one by its name"
 """What ``--ability`` takes."""
 
 DOMAIN = typer.Option("--domain", help=DOMAIN_HELP, rich_help_panel=ANSWERS)

@@ -9,7 +9,7 @@ from typing import Annotated
 
 import typer
 
-from eai.abilities.protocol import Ability
+from eai.abilities.protocol import FOUR, Ability
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.prompt_library import Library
 from eai.benchmark.registry import find_benchmark, registered
@@ -139,7 +139,7 @@ def background(source: Store, domains: Iterable[str]) -> Background:
         prompts={
             (benchmark.name, ability.value): _prompts(benchmark, ability, source)
             for benchmark in known
-            for ability in Ability
+            for ability in FOUR
         },
         operators={benchmark.name: _operators(benchmark, source) for benchmark in known},
         instructions={

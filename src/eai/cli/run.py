@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from eai.abilities.declarations import DECLARATIONS
+from eai.abilities.declaration import declaration_of
 from eai.abilities.protocol import Ability, Protocol, ability_of, protocol_of
 from eai.benchmark.prompt_library import Library
 from eai.benchmark.registry import registered
@@ -152,7 +152,7 @@ def run(
         ]
         if not order.quiet:
             results = {outcome.model: Result(outcome.rates, outcome.coverage) for outcome in of_suite}
-            terminal = DECLARATIONS[suite.ability].terminal
+            terminal = declaration_of(suite.ability).terminal
             print_rates(output(), arm.title(suite), terminal, results, wide=wide)
             for name, result in results.items():
                 print_remark(name, result.coverage)

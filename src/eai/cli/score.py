@@ -11,7 +11,7 @@ from typing import Annotated
 
 import typer
 
-from eai.abilities.declarations import DECLARATIONS
+from eai.abilities.declaration import declaration_of
 from eai.abilities.protocol import Ability
 from eai.abilities.record import Record
 from eai.abilities.responses import Response, ResponseFile, find_response_files, read_responses
@@ -245,7 +245,7 @@ def _interrupted(shares: Sequence[_Share], done: int) -> str:
 
 def _print(suite: Suite, results: dict[str, Result], *, wide: bool) -> None:
     title = f"{suite.domain}, {suite.ability.value}, protocol {suite.protocol.value}"
-    print_rates(output(), title, DECLARATIONS[suite.ability].terminal, results, wide=wide)
+    print_rates(output(), title, declaration_of(suite.ability).terminal, results, wide=wide)
     for model, result in results.items():
         print_remark(model, result.coverage)
 

@@ -9,7 +9,7 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path, PurePosixPath
 
-from eai.abilities.protocol import Ability
+from eai.abilities.protocol import FOUR, Ability
 from eai.abilities.responses import SUFFIX, find_response_files, read_responses
 from eai.benchmark.answer_files import MAX_SIZE, UNREADABLE
 from eai.benchmark.registry import FIRST, find_benchmark
@@ -23,7 +23,7 @@ from eai.tasks.source import Finding
 _PROMPTS = "_prompts.json"
 """How the names of a starter kit's prompt files end."""
 
-_SUITES = [(domain, ability) for domain in FIRST for ability in Ability]
+_SUITES = [(domain, ability) for domain in FIRST for ability in FOUR]
 
 _EPOCH = (1980, 1, 1, 0, 0, 0)
 

@@ -14,7 +14,7 @@ from difflib import SequenceMatcher
 
 from eai.abilities.action_sequencing.notation import PlanNotation
 from eai.abilities.action_sequencing.scorer import ActionSequencing
-from eai.abilities.declarations import DECLARATIONS
+from eai.abilities.declaration import declaration_of
 from eai.abilities.explanation import Explanation
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.scorer import Assessment
@@ -86,4 +86,4 @@ def _outcome(verdict: Verdict) -> str:
     if error is not None:
         at = "" if error.step is None else f" at step {error.step + 1}"
         return f"{error.kind.value}{at}, {error.detail}"
-    return DECLARATIONS[Ability.ACTION_SEQUENCING].outcome(verdict).value
+    return declaration_of(Ability.ACTION_SEQUENCING).outcome(verdict).value

@@ -53,6 +53,8 @@ def open_virtualhome(
             from eai.reference.virtualhome_subgoals import VirtualHomeSubgoalDecomposition as Subgoals
 
             return Opened(task_ids, tasks.sha256, lambda i: Subgoals(tasks[i]))
+        case _:
+            raise _unscored(f"{benchmark.name} {ability.value}")
 
 
 def _read_together(answers: Sequence[str]) -> Opener:
@@ -86,6 +88,8 @@ def open_behavior(benchmark: Benchmark, ability: Ability, source: Source) -> Ope
             from eai.reference.behavior_subgoals import BehaviorSubgoalDecomposition as Subgoals
 
             return Opened(tuple(tasks), tasks.sha256, lambda task_id: Subgoals(tasks[task_id]))
+        case _:
+            raise _unscored(f"{benchmark.name} {ability.value}")
 
 
 def _transition_modeling(benchmark: Benchmark, tasks: TaskSet[TransitionTask], source: Source) -> Opened:
@@ -104,11 +108,15 @@ def open_suite(benchmark: Benchmark, ability: Ability, source: Source) -> Opened
     """A suite of one of the two households.
 
     Raises:
-        InputError: the benchmark is another one.
+        InputError: the benchmark is another one, or the ability none of the paper's.
     """
     if benchmark.name not in _OPENERS:
-        raise InputError(f"{benchmark.name} is not scored under {Protocol.EAI_1_0_5.value}")
+        raise _unscored(benchmark.name)
     return _OPENERS[benchmark.name](benchmark, ability, source)
+
+
+def _unscored(suite: str) -> InputError:
+    return InputError(f"{suite} is not scored under {Protocol.EAI_1_0_5.value}")
 
 
 EAI_1_0_5 = Implementation(

@@ -12,7 +12,7 @@ from eai.report.paper_rows import paper_rows
 from eai.report.row import Notes, Row
 from eai.report.run_summary import RunSummary
 from eai.report.table import Table, cells_of_run, run_rows, with_best_marked
-from eai.report.table_specs import COLUMNS_BESIDES, ColumnSpec
+from eai.report.table_specs import ColumnSpec, columns_besides
 from eai.results.paper_tables import OTHER_TABLES, PaperTable, paper_setting, paper_table
 
 _OTHER_SUBSET = ("human", "replanning_stochastic")
@@ -38,7 +38,7 @@ def tables_besides(runs: Sequence[RunSummary]) -> list[Table]:
 
 
 def _table(paper: PaperTable, domain: str, runs: Sequence[RunSummary]) -> Table:
-    columns = tuple(column for column in COLUMNS_BESIDES[paper.name] if _has_figures(paper, column, domain))
+    columns = tuple(column for column in columns_besides()[paper.name] if _has_figures(paper, column, domain))
     abilities = {column.ability for column in columns}
     alike = [item for item in runs if item.key.domain == domain and item.key.ability in abilities]
     if paper.name in _OTHER_SUBSET:

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from eai.abilities.declaration import label_of
-from eai.abilities.declarations import DECLARATIONS
+from eai.abilities.declaration import declaration_of, label_of
 from eai.report.markdown import escaped, grid
 from eai.report.run_summary import RunSummary
 from eai.report.table_specs import ability_title, domain_title
@@ -56,7 +55,7 @@ def unnamed_remark(runs: Sequence[RunSummary]) -> str:
 
 
 def _rows(item: RunSummary) -> Iterator[list[str]]:
-    for metric in DECLARATIONS[item.key.ability].main:
+    for metric in declaration_of(item.key.ability).main:
         certainty = item.certainties.get(metric)
         if certainty is not None:
             yield [

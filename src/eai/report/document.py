@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from eai.abilities.declaration import AnswerOutcome, label_of
-from eai.abilities.declarations import DECLARATIONS
+from eai.abilities.declaration import AnswerOutcome, declaration_of, label_of
 from eai.abilities.protocol import Ability, Protocol
 from eai.questions.records import QuestionRun
 from eai.report.agreement import DIGIT, Agreement
@@ -109,7 +108,7 @@ def _protocols(runs: Sequence[RunSummary]) -> Iterator[str]:
         found = [run for run in alike if run is not None]
         if key.protocol is protocols[0] and len(found) == len(protocols) > 1:
             answered = " ".join(dict.fromkeys(str(run.coverage) for run in found))
-            for metric in DECLARATIONS[key.ability].main:
+            for metric in declaration_of(key.ability).main:
                 numbers = [_percent(run.rates[metric].percent) for run in found]
                 suite = _suite(key.domain, key.ability)
                 rows.append([escaped(key.model), suite, answered, label_of(metric), *numbers])

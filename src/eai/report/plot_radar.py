@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from eai.abilities.declarations import DECLARATIONS
+from eai.abilities.declaration import declaration_of, the_four
 from eai.report.run_summary import RunSummary
 from eai.results.palette import ACCENT, MUTED, RULE
 from eai.results.plot_text import clipped
@@ -44,7 +44,7 @@ def _labels() -> Mapping[str, str]:
     """The main metrics by ability and name, as they are called at the end of an axis."""
     return {
         f"{ability.value}/{metric}": f"{declared.short}\n{label if label.isupper() else label.lower()}"
-        for ability, declared in DECLARATIONS.items()
+        for ability, declared in the_four().items()
         for metric, label in declared.main.items()
     }
 
@@ -52,7 +52,7 @@ def _labels() -> Mapping[str, str]:
 def _values(runs: Sequence[RunSummary]) -> Mapping[str, Mapping[str, float]]:
     found: dict[str, dict[str, float]] = {}
     for item in runs:
-        for metric in DECLARATIONS[item.key.ability].main:
+        for metric in declaration_of(item.key.ability).main:
             percent = item.rates[metric].percent if metric in item.rates else None
             if percent is not None:
                 found.setdefault(item.key.model, {})[f"{item.key.ability.value}/{metric}"] = percent

@@ -7,8 +7,8 @@ from itertools import chain, groupby
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from eai.abilities.declarations import DECLARATIONS
-from eai.abilities.protocol import Ability
+from eai.abilities.declaration import declaration_of
+from eai.abilities.protocol import place_of
 from eai.abilities.responses import file_name
 from eai.report import plot_difficulty, plot_flow, plot_outcomes, plot_radar, plot_shares, plot_summary
 from eai.report.document import Plot
@@ -66,14 +66,12 @@ def _figures(runs: Sequence[RunSummary]) -> Iterator[tuple[Plot, Figure]]:
         )
         for kind, caption, draw in whole:
             yield from _drawn(f"{kind}-{name}", f"{caption}: {place}", draw(group), place)
-        for ability in Ability:
+        for ability in sorted({item.key.ability for item in group}, key=place_of):
             of_ability = [item for item in group if item.key.ability is ability]
-            if not of_ability:
-                continue
             what = f"{ability_title(ability).lower()}, {place}"
             title = f"{domain_title(domain)} {ability_title(ability).lower()}, {protocol.value}"
             slug = f"{ability.value}-{name}"
-            if DECLARATIONS[ability].has_plans:
+            if declaration_of(ability).has_plans:
                 caption = f"From answer to outcome: {what}"
                 yield from _drawn(f"flow-{slug}", caption, plot_flow.draw(of_ability), title)
             caption = f"{_DIFFICULTY}: {what}"

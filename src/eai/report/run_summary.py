@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from eai.abilities.declarations import DECLARATIONS
+from eai.abilities.declaration import declaration_of
 from eai.report.runs import Run, RunKey
 from eai.results.breakdown import Breakdown, break_down
 from eai.results.certainty import Cases, Certainty, certainty_of_rate
@@ -71,7 +71,7 @@ def summary_of(run: Run) -> RunSummary:
         tuple(sorted({record.data_sha256 for record in run.records})),
         rates,
         {metric: certainty_of_rate(found) for metric, found in cases.items()},
-        {metric: found for metric, found in cases.items() if metric in DECLARATIONS[key.ability].main},
+        {metric: found for metric, found in cases.items() if metric in declaration_of(key.ability).main},
         spent(run.records),
         sum(record.task is None for record in run.records),
         break_down(run.records, key.ability),

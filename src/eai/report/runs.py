@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from eai.abilities.experiment import Experiment
-from eai.abilities.protocol import Ability, Protocol
+from eai.abilities.protocol import Ability, Protocol, place_of
 from eai.abilities.record import Record
 from eai.benchmark.protocols import implementation_of
 from eai.benchmark.registry import registered
@@ -42,12 +42,12 @@ class RunKey(NamedTuple):
         """What runs are sorted by; unknown domains come last."""
         known = registered()
         place = known.index(self.domain) if self.domain in known else len(known)
-        protocols, abilities = list(Protocol), list(Ability)
+        protocols = list(Protocol)
         return (
             protocols.index(self.protocol),
             place,
             self.domain,
-            abilities.index(self.ability),
+            place_of(self.ability),
             self.model,
             "" if self.experiment is None else self.experiment.label,
         )

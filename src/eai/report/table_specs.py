@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
-from eai.abilities.declaration import AbilityDeclaration, MetricColumn, label_of
-from eai.abilities.declarations import DECLARATIONS
-from eai.abilities.protocol import Ability
+from eai.abilities.declaration import AbilityDeclaration, MetricColumn, declaration_of, label_of
+from eai.abilities.protocol import FOUR, Ability, place_of
 from eai.abilities.trajectory_metrics import SATISFIED
 from eai.abilities.transition_modeling.declaration import CATEGORIES, OVERALL, PLANNER
 from eai.benchmark.registry import title_of
@@ -58,7 +58,7 @@ class TableSpec:
 
 def ability_title(ability: Ability) -> str:
     """How an ability is called in headings."""
-    return DECLARATIONS[ability].title
+    return declaration_of(ability).title
 
 
 def domain_title(domain: str) -> str:
@@ -73,7 +73,7 @@ def _column(declared: AbilityDeclaration[Any], column: MetricColumn, group: str 
 
 def _columns(ability: Ability) -> tuple[ColumnSpec, ...]:
     """The columns of an ability."""
-    declared = DECLARATIONS[ability]
+    declared = declaration_of(ability)
     return tuple(_column(declared, column) for column in declared.columns)
 
 
@@ -83,27 +83,29 @@ def _trajectory(ability: Ability) -> TableSpec:
 
 
 def _overview() -> TableSpec:
-    goals, subgoals, actions, operators = Ability
+    goals, subgoals, actions, operators = FOUR
     columns = tuple(
         ColumnSpec(ability, metric, ability_title(ability), label)
         for ability in (goals, actions, subgoals, operators)
-        for metric, label in DECLARATIONS[ability].main.items()
+        for metric, label in declaration_of(ability).main.items()
     )
     return TableSpec(
         "overview", "Overview", (*columns, ColumnSpec(None, AVERAGE, "All", "Average")), (AVERAGE,)
     )
 
 
-def _goal_interpretation() -> TableSpec:
-    ability = Ability.GOAL_INTERPRETATION
-    return TableSpec(ability.value, ability_title(ability), _columns(ability), ("overall.f1",))
+def _one_table(ability: Ability) -> TableSpec:
+    """All columns of an ability, ranked by its main metrics."""
+    return TableSpec(
+        ability.value, ability_title(ability), _columns(ability), tuple(declaration_of(ability).main)
+    )
 
 
 def _goal_satisfaction() -> TableSpec:
     columns = tuple(
-        _column(DECLARATIONS[ability], column, ability_title(ability))
+        _column(declaration_of(ability), column, ability_title(ability))
         for ability in (Ability.ACTION_SEQUENCING, Ability.SUBGOAL_DECOMPOSITION)
-        for column in DECLARATIONS[ability].columns
+        for column in declaration_of(ability).columns
         if column.group == SATISFIED
     )
     return TableSpec("goal_satisfaction", "Goal satisfaction", columns, ("total_goal",))
@@ -123,20 +125,30 @@ def _operators() -> Iterator[TableSpec]:
     )
 
 
-TABLES: tuple[TableSpec, ...] = (
-    _overview(),
-    _goal_interpretation(),
-    _trajectory(Ability.ACTION_SEQUENCING),
-    _trajectory(Ability.SUBGOAL_DECOMPOSITION),
-    _goal_satisfaction(),
-    *_operators(),
-)
-"""The tables of a report, in order."""
+@cache
+def _of_the_paper() -> tuple[TableSpec, ...]:
+    """The tables of the paper's abilities, in order."""
+    return (
+        _overview(),
+        _one_table(Ability.GOAL_INTERPRETATION),
+        _trajectory(Ability.ACTION_SEQUENCING),
+        _trajectory(Ability.SUBGOAL_DECOMPOSITION),
+        _goal_satisfaction(),
+        *_operators(),
+    )
+
+
+def tables_of(abilities: Iterable[Ability]) -> tuple[TableSpec, ...]:
+    """The tables of a report on some abilities: the paper's, and one of each other ability."""
+    others = sorted(set(abilities).difference(FOUR), key=place_of)
+    return (*_of_the_paper(), *map(_one_table, others))
 
 
 def of_ability(ability: Ability) -> TableSpec:
     """The first table that shows nothing but results of an ability."""
-    return next(spec for spec in TABLES if {column.ability for column in spec.columns} == {ability})
+    if ability not in FOUR:
+        return _one_table(ability)
+    return next(spec for spec in _of_the_paper() if {column.ability for column in spec.columns} == {ability})
 
 
 def _summary_columns() -> tuple[ColumnSpec, ...]:
@@ -149,13 +161,16 @@ def _summary_columns() -> tuple[ColumnSpec, ...]:
     )
 
 
-COLUMNS_BESIDES: Mapping[str, tuple[ColumnSpec, ...]] = {
-    "transition_modeling_summary": _summary_columns(),
-    "human": _overview().columns,
-    "replanning": _trajectory(Ability.ACTION_SEQUENCING).columns,
-    "replanning_prose": _trajectory(Ability.ACTION_SEQUENCING).columns,
-    "replanning_stochastic": _trajectory(Ability.ACTION_SEQUENCING).columns,
-    "pipeline_action_sequencing": _trajectory(Ability.ACTION_SEQUENCING).columns,
-    "pipeline_subgoal_decomposition": _trajectory(Ability.SUBGOAL_DECOMPOSITION).columns,
-}
-"""The columns of the paper's tables of a few models, or of other ways to ask, in a domain that has them."""
+@cache
+def columns_besides() -> Mapping[str, tuple[ColumnSpec, ...]]:
+    """The columns of the paper's tables of a few models, or of other ways to ask, where a domain has them."""
+    plans = _trajectory(Ability.ACTION_SEQUENCING).columns
+    return {
+        "transition_modeling_summary": _summary_columns(),
+        "human": _overview().columns,
+        "replanning": plans,
+        "replanning_prose": plans,
+        "replanning_stochastic": plans,
+        "pipeline_action_sequencing": plans,
+        "pipeline_subgoal_decomposition": _trajectory(Ability.SUBGOAL_DECOMPOSITION).columns,
+    }

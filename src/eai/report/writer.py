@@ -20,7 +20,7 @@ from eai.report.questions import questions_json, questions_latex
 from eai.report.row import Notes, Row
 from eai.report.run_summary import RunSummary, plain_runs
 from eai.report.table import Table, cells_of_run, make_table, run_rows
-from eai.report.table_specs import TABLES, TableSpec, ability_title, of_ability
+from eai.report.table_specs import TableSpec, ability_title, of_ability, tables_of
 from eai.results.cost import PriceList
 
 WHOLE = Narrow()
@@ -38,7 +38,7 @@ def make_tables(runs: Sequence[RunSummary], *, with_paper: bool) -> list[Table]:
     return [
         table
         for (protocol, domain), group in ((place, list(items)) for place, items in places)
-        for spec in TABLES
+        for spec in tables_of(item.key.ability for item in group)
         if (table := make_table(spec, protocol, domain, group, with_paper=with_paper))
     ]
 

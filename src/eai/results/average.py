@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TypeAlias
 
-from eai.abilities.declarations import DECLARATIONS
-from eai.abilities.protocol import Ability
+from eai.abilities.declaration import the_four
+from eai.abilities.protocol import FOUR, Ability
 
 AVERAGE = "average_performance"
 """The name of the metric."""
@@ -25,11 +25,11 @@ def average_weights(values: Mapping[Place, float | None] | None = None) -> dict[
     """
     known = values or {}
     weights: dict[Place, float] = {}
-    for ability, declared in DECLARATIONS.items():
+    for ability, declared in the_four().items():
         for metric in declared.averaged:
             place = ability, declared.instead.get(metric, metric)
             place = place if known.get(place) is not None else (ability, metric)
-            weights[place] = 1 / (len(DECLARATIONS) * len(declared.averaged))
+            weights[place] = 1 / (len(FOUR) * len(declared.averaged))
     return weights
 
 

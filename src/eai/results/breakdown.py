@@ -8,8 +8,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple, TypeVar
 
-from eai.abilities.declaration import AnswerOutcome
-from eai.abilities.declarations import DECLARATIONS
+from eai.abilities.declaration import AnswerOutcome, declaration_of
 from eai.abilities.explanation import EXECUTED, Explanation, GoalReport
 from eai.abilities.protocol import Ability
 from eai.abilities.record import Record
@@ -72,7 +71,7 @@ def outcome(record: Record) -> AnswerOutcome:
         return AnswerOutcome.EXCLUDED
     if record.unanswered is not None:
         return AnswerOutcome.NOT_ANSWERED
-    return DECLARATIONS[record.ability].outcome(record.verdict)
+    return declaration_of(record.ability).outcome(record.verdict)
 
 
 def break_down(records: Iterable[Record], ability: Ability) -> Breakdown:
@@ -81,7 +80,7 @@ def break_down(records: Iterable[Record], ability: Ability) -> Breakdown:
     Where there is no answer, or it is excluded, that is an outcome and nothing else. Records that do not say
     what their tasks are like are in none of the breakdowns by task.
     """
-    has_plans = DECLARATIONS[ability].has_plans
+    has_plans = declaration_of(ability).has_plans
     outcomes: Counter[AnswerOutcome] = Counter()
     by_goals: dict[int, list[Case]] = {}
     by_length: dict[int, list[Case]] = {}

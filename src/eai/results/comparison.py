@@ -14,7 +14,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import compress
 
-from eai.abilities.declarations import DECLARATIONS
+from eai.abilities.declaration import declaration_of
 from eai.abilities.record import Record
 from eai.abilities.share import NOTHING, Share, Shares
 from eai.results.certainty import Case, Cases, Certainty, certainty_of_difference, of_names, of_tasks
@@ -148,7 +148,7 @@ def compare(first: Sequence[Record], second: Sequence[Record]) -> Comparison:
     before, after = _by_task(first), _by_task(second)
     known = {record.task_id: name_of(record) for record in (*first, *second) if record.task}
     names = {task: known.get(task, task) for task in before if task in after}
-    declared = DECLARATIONS[first[0].ability]
+    declared = declaration_of(first[0].ability)
     columns = tuple(declared.main)
     differences = [
         difference(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from eai.abilities.declarations import DECLARATIONS
+from eai.abilities.declaration import declaration_of
 from eai.abilities.protocol import Ability
 from eai.abilities.record import Record
 from eai.abilities.share import Shares
@@ -18,7 +18,7 @@ def summarise(verdicts: Sequence[Verdict], ability: Ability) -> dict[str, Rate]:
 
     Metrics without any verdict are there all the same, as nothing of nothing.
     """
-    declared = DECLARATIONS[ability]
+    declared = declaration_of(ability)
     nothing = dict.fromkeys(declared.contributions(declared.verdict()), NOTHING)
     return {**nothing, **total(_contributions(verdicts, ability))}
 
@@ -30,7 +30,7 @@ def contributions(verdicts: Sequence[Verdict], ability: Ability) -> list[Shares]
 
 def _contributions(verdicts: Sequence[Verdict], ability: Ability) -> Iterator[Shares]:
     """The same one after the other: of a long run all at once are a great many small objects."""
-    declared = DECLARATIONS[ability]
+    declared = declaration_of(ability)
     scored = [verdict for verdict in verdicts if verdict.excluded is None]
     return map(declared.contributions, declared.of_run(scored))
 

@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass, field, fields
 from functools import cached_property, partial
 from typing import Any, TypeAlias
 
-from eai.abilities.declarations import DECLARATIONS
+from eai.abilities.declaration import declaration_of
 from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.protocol import Ability
 from eai.abilities.record import Record
@@ -164,12 +164,12 @@ def _answer(
 
 
 def _has_plans(record: Record) -> bool:
-    return DECLARATIONS[record.ability].has_plans
+    return declaration_of(record.ability).has_plans
 
 
 def _success(ability: Ability, shares: Shares) -> bool | None:
     """The yes or no that an answer adds to its ability's main table."""
-    declared = DECLARATIONS[ability]
+    declared = declaration_of(ability)
     asked = (shares.get(metric, NOTHING) for metric in declared.main if metric in declared.yes_no)
     share = next((share for share in asked if share.denominator), None)
     return None if share is None else bool(share.numerator)
@@ -177,7 +177,7 @@ def _success(ability: Ability, shares: Shares) -> bool | None:
 
 def _counts(ability: Ability, shares: Shares) -> dict[str, int]:
     """What an answer adds to precision and recall in its ability's main table."""
-    for metric in DECLARATIONS[ability].main:
+    for metric in declaration_of(ability).main:
         part, dot, measure = metric.rpartition(".")
         if dot and measure == "f1" and shares:
             hits, said = shares[f"{part}.precision"]

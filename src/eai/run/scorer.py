@@ -32,7 +32,7 @@ from inspect_ai.solver import TaskState
 from eai.abilities.codec import experiment_from_json, record_from_json, record_to_json
 from eai.abilities.declaration import AnswerOutcome, label_of
 from eai.abilities.explanation import Explanation, PartReport, StepReport
-from eai.abilities.protocol import Ability, ability_of, protocol_of
+from eai.abilities.protocol import Ability, ability_of, protocol_of, registered_abilities
 from eai.abilities.record import Record
 from eai.abilities.responses import Response, ResponseFile, file_name
 from eai.abilities.verdict import Verdict
@@ -152,7 +152,7 @@ def _register(ability: Ability) -> Callable[..., Scorer]:
 EXPERIMENT = "experiment"
 """The field of a sample's metadata, and of a record, that has the experiment it is of."""
 
-SCORERS = {ability: _register(ability) for ability in Ability}
+SCORERS = {ability: _register(ability) for ability in registered_abilities()}
 """The scorers by ability; the score of a sample has the ability's name."""
 
 

@@ -19,7 +19,7 @@ from pydantic import BeforeValidator, JsonValue, model_validator
 from typing_extensions import Self
 
 from eai.abilities.options import Arguments, Options, option
-from eai.abilities.protocol import Ability
+from eai.abilities.protocol import FOUR, Ability
 from eai.benchmark.registry import REFERENCES
 from eai.data.files import write_whole
 from eai.errors import InputError, did_you_mean
@@ -129,7 +129,7 @@ class _ChosenTasks(Options):
     """What is asked."""
 
     domain: Texts = option(f"A benchmark: {REFERENCES}. All if not given.", ())
-    ability: Abilities = option(f"{', '.join(each.value for each in Ability)}. All if not given.", ())
+    ability: Abilities = option(f"{', '.join(FOUR)}, which are all if none is given, or another one.", ())
     ids: str = option("Only these, in suites that have them; short: forty that stand for a suite.", "")
     limit: int | None = option("Tasks a suite, at most.", ge=1)
     adaptive: float | None = option(

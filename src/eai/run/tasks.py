@@ -15,7 +15,7 @@ from inspect_ai.solver import Solver, chain
 from inspect_ai.util import registry_info
 
 from eai.abilities.codec import experiment_to_json
-from eai.abilities.declarations import DECLARATIONS
+from eai.abilities.declaration import declaration_of
 from eai.abilities.experiment import Experiment
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.verdict import Json
@@ -102,7 +102,7 @@ def build_task(
         dataset=MemoryDataset(samples, name=name),
         solver=solver,
         scorer=SCORERS[ability](benchmark.reference, protocol.value, planner, errata),
-        headline_metric=HeadlineMetric(metric=next(iter(DECLARATIONS[ability].main))),
+        headline_metric=HeadlineMetric(metric=next(iter(declaration_of(ability).main))),
         name=name,
         metadata={"domain": benchmark.name, "ability": ability.value, **(metadata or {})},
     )

@@ -9,7 +9,7 @@ from itertools import tee
 from operator import length_hint
 from typing import NamedTuple, TypeAlias
 
-from eai.abilities.declarations import DECLARATIONS
+from eai.abilities.declaration import declaration_of
 from eai.abilities.explanation import Explanation
 from eai.abilities.protocol import Ability
 from eai.abilities.record import NOT_ANSWERED, Record, TaskFeatures
@@ -153,7 +153,7 @@ class _Judge:
         """What is made of a task without an answer."""
         verdict = self.suite.unanswered(missing.task_id)
         if self.allow_missing and verdict.excluded is None:
-            verdict = DECLARATIONS[self.suite.ability].verdict(excluded=NOT_ANSWERED)
+            verdict = declaration_of(self.suite.ability).verdict(excluded=NOT_ANSWERED)
         return _Judged(verdict, self.suite.features(missing.task_id))
 
 

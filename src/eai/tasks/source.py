@@ -10,14 +10,12 @@ from functools import wraps
 from pathlib import Path
 from typing import NamedTuple, TypeAlias, TypeVar
 
-from eai.abilities.protocol import Ability, member
+from eai.abilities.protocol import Ability, member, registered_abilities
 from eai.abilities.task import Task
 from eai.data.progress import Report, silent
 from eai.data.store import Store
 from eai.errors import InputError
 from eai.pddl.planning import PlannerChoice, PlannerTerms
-
-_ABILITIES = {ability.value: ability for ability in Ability}
 
 
 class TaskReference(NamedTuple):
@@ -42,8 +40,8 @@ class TaskReference(NamedTuple):
         """
         parts = text.split("/")
         for place in range(len(parts) - 2, 0, -1):
-            ability = _ABILITIES.get(parts[place])
-            if ability is not None:
+            ability = Ability(parts[place])
+            if ability in registered_abilities():
                 return TaskReference("/".join(parts[:place]), ability, "/".join(parts[place + 1 :]))
         raise InputError(f"{text[:100]!r} is no task: expected BENCHMARK/ABILITY/TASK")
 

@@ -1,12 +1,21 @@
-"""Action sequencing, as records, metrics and tables know it."""
+"""Action sequencing as a registered ability: how it is asked, judged and counted."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import TYPE_CHECKING
+
+from eai.abilities.declaration import AskedWorld, Form, SingleTurn
 from eai.abilities.protocol import Ability
 from eai.abilities.share import Share, of_all
 from eai.abilities.trajectory_metrics import goal_shares, on_trajectories, times, times_additional
 from eai.abilities.verdict import PlanVerdict
 from eai.world.fault import FaultKind
+
+if TYPE_CHECKING:
+    from eai.abilities.scorer import Scorer
+    from eai.abilities.task import Task
 
 _ENDING_FAULTS = {
     kind.value: kind
@@ -34,6 +43,23 @@ def contributions(verdict: PlanVerdict) -> dict[str, Share]:
     }
 
 
+def _scorers(world: AskedWorld) -> Callable[[Task], Scorer]:
+    """What makes scorers; imported where it is needed, so that reports load no engine."""
+    from eai.abilities.action_sequencing.scorer import ActionSequencing
+
+    return partial(ActionSequencing, domain=world.domain, notation=world.plans)
+
+
+def _form(world: AskedWorld, task: Task | None) -> tuple[Sequence[str], Form]:
+    words = () if task is None else world.plans.words(task)
+    return words, lambda words: world.plans.schema(world.domain, words)
+
+
 ACTION_SEQUENCING = on_trajectories(
-    Ability.ACTION_SEQUENCING, "Action sequencing", "actions", PlanVerdict, contributions
+    Ability.ACTION_SEQUENCING,
+    SingleTurn(_scorers, form=_form),
+    "Action sequencing",
+    "actions",
+    PlanVerdict,
+    contributions,
 )

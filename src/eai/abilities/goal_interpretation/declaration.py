@@ -1,11 +1,18 @@
-"""Goal interpretation, as records, metrics and tables know it."""
+"""Goal interpretation as a registered ability: how it is asked, judged and counted."""
 
 from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import TYPE_CHECKING
 
 from eai.abilities.declaration import (
     AbilityDeclaration,
     AnswerOutcome,
+    AskedWorld,
+    Form,
     MetricColumn,
+    SingleTurn,
     counts_outcome,
     error_outcome,
     score_columns,
@@ -16,6 +23,10 @@ from eai.abilities.share import Share, add, confusion_shares, of_all
 from eai.abilities.task import GoalKind
 from eai.abilities.verdict import ALL, Confusion
 from eai.world.fault import FaultKind
+
+if TYPE_CHECKING:
+    from eai.abilities.scorer import Scorer
+    from eai.abilities.task import Task
 
 OVERALL = "overall"
 """The prefix of the rates over all goals."""
@@ -54,8 +65,23 @@ def outcome(verdict: GoalVerdict) -> AnswerOutcome:
     return error_outcome(verdict) or counts_outcome(add((verdict.counts or {}).values()), enough=flawless)
 
 
+def _scorers(world: AskedWorld) -> Callable[[Task], Scorer]:
+    """What makes scorers; imported where it is needed, so that reports load no engine."""
+    from eai.abilities.goal_interpretation.scorer import GoalInterpretation
+
+    return partial(GoalInterpretation, domain=world.domain, notation=world.goals)
+
+
+def _form(world: AskedWorld, task: Task | None) -> tuple[Sequence[str], Form]:
+    names = () if task is None else world.goals.names(task)
+    relevant = () if task is None else task.relevant
+    words = list(dict.fromkeys([names[i] for i in relevant]))
+    return words, lambda words: world.goals.schema(world.domain, words)
+
+
 GOAL_INTERPRETATION = AbilityDeclaration(
     ability=Ability.GOAL_INTERPRETATION,
+    asked=SingleTurn(_scorers, form=_form),
     title="Goal interpretation",
     short="goals",
     verdict=GoalVerdict,

@@ -1,15 +1,22 @@
-"""Subgoal decomposition, as records, metrics and tables know it."""
+"""Subgoal decomposition as a registered ability: how it is asked, judged and counted."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
+from typing import TYPE_CHECKING
 
-from eai.abilities.declaration import MetricColumn
+from eai.abilities.declaration import AskedWorld, Form, MetricColumn, SingleTurn
 from eai.abilities.protocol import Ability
 from eai.abilities.share import Share, of_all
 from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory, SubgoalVerdict
 from eai.abilities.trajectory_metrics import COLUMNS, goal_shares, on_trajectories, times, times_additional
 from eai.world.fault import FaultKind
+
+if TYPE_CHECKING:
+    from eai.abilities.scorer import Scorer
+    from eai.abilities.task import Task
 
 _RUNTIME_FAULTS = (FaultKind.WRONG_ORDER, FaultKind.MISSING_STEP, FaultKind.AFFORDANCE)
 _EXECUTED = (SubgoalCategory.CORRECT, SubgoalCategory.GOAL_UNREACHABLE)
@@ -39,9 +46,32 @@ def contributions(verdict: SubgoalVerdict) -> dict[str, Share]:
     }
 
 
+def _scorers(world: AskedWorld) -> Callable[[Task], Scorer]:
+    """What makes scorers; imported where it is needed, so that reports load no search."""
+    from eai.abilities.subgoal_decomposition.refinement import Refinement
+    from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
+
+    domain = world.subgoal_domain
+    return partial(
+        SubgoalDecomposition, domain=domain, notation=world.subgoals, refinement=Refinement(domain)
+    )
+
+
+def _form(world: AskedWorld, task: Task | None) -> tuple[Sequence[str], Form]:
+    from eai.abilities.subgoal_decomposition.notation import SubgoalNotation
+
+    subgoals = world.subgoals or SubgoalNotation(world.domain)
+    return (), lambda words: subgoals.schema()
+
+
 SUBGOAL_DECOMPOSITION = replace(
     on_trajectories(
-        Ability.SUBGOAL_DECOMPOSITION, "Subgoal decomposition", "subgoals", SubgoalVerdict, contributions
+        Ability.SUBGOAL_DECOMPOSITION,
+        SingleTurn(_scorers, form=_form),
+        "Subgoal decomposition",
+        "subgoals",
+        SubgoalVerdict,
+        contributions,
     ),
     columns=(*COLUMNS, MetricColumn("granularity", "Added by search", "Granularity", False)),
 )

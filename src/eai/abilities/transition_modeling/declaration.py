@@ -1,14 +1,19 @@
-"""Transition modeling, as records, metrics and tables know it."""
+"""Transition modeling as a registered ability: how it is asked, judged and counted."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
+from eai.abilities.answer_schema import closed, text
 from eai.abilities.declaration import (
     AbilityDeclaration,
     AnswerOutcome,
+    AskedWorld,
+    Form,
     MetricColumn,
+    SingleTurn,
     counts_outcome,
     error_outcome,
     label_of,
@@ -16,10 +21,14 @@ from eai.abilities.declaration import (
 )
 from eai.abilities.protocol import Ability
 from eai.abilities.share import NOTHING, Share, add, confusion_shares, of_all
-from eai.abilities.transition_modeling.task import Category
+from eai.abilities.transition_modeling.task import Category, TransitionTask
 from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.abilities.verdict import ALL, Confusion
 from eai.pddl.planning import PlannerOutcome
+
+if TYPE_CHECKING:
+    from eai.abilities.scorer import Scorer
+    from eai.abilities.task import Task
 
 OVERALL = "overall"
 """The prefix of the rates over all categories."""
@@ -97,8 +106,22 @@ def _overall(verdict: OperatorVerdict) -> Confusion:
     return counts.get(ALL) or add(counts.values())
 
 
+def _scorers(world: AskedWorld) -> Callable[[TransitionTask], Scorer]:
+    """What makes scorers; imported where needed, so that scoring plans loads no planner of operators."""
+    from eai.abilities.transition_modeling.rules import PaperRules
+    from eai.abilities.transition_modeling.scorer import TransitionModeling
+
+    rules = PaperRules.with_planner(world.make_planner())
+    return lambda task: TransitionModeling(task, rules)
+
+
+def _form(world: AskedWorld, task: Task | None) -> tuple[Sequence[str], Form]:
+    return (), lambda words: closed({"output": text()})
+
+
 TRANSITION_MODELING = AbilityDeclaration(
     ability=Ability.TRANSITION_MODELING,
+    asked=SingleTurn(_scorers, form=_form, of_operators=True),
     title="Transition modeling",
     short="operators",
     verdict=OperatorVerdict,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator
 
-from eai.abilities.declarations import DECLARATIONS
+from eai.abilities.declaration import declaration_of
 from eai.abilities.planning import find_plan
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.task import GoalKind, Task
@@ -41,7 +41,7 @@ class ItemFlags:
         """The flags of a task."""
         domain = self._domain(suite.domain)
         found = None if domain is None else domain.tasks.get(task)
-        if domain is None or found is None or not DECLARATIONS[Ability(suite.ability)].has_plans:
+        if domain is None or found is None or not declaration_of(Ability(suite.ability)).has_plans:
             if unsolved:
                 yield Flag.UNSOLVED
             return

@@ -13,7 +13,7 @@ from functools import cached_property
 from itertools import pairwise
 from typing import TypeAlias
 
-from eai.abilities.declarations import DECLARATIONS
+from eai.abilities.declaration import declaration_of
 from eai.abilities.perceived import Perceived
 from eai.abilities.record import Record
 from eai.abilities.share import Share
@@ -131,7 +131,7 @@ def perception_runs(runs: Sequence[Sequence[Record]], metric: str | None = None)
     Raises:
         InputError: there is no such metric, or none of the runs says what was perceived.
     """
-    known = DECLARATIONS[runs[0][0].ability].main
+    known = declaration_of(runs[0][0].ability).main
     chosen = next(iter(known)) if metric is None else metric
     if chosen not in known:
         raise InputError(f"--metric {chosen}: expected one of {', '.join(known)}")

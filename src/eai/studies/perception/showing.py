@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 
-from eai.abilities.protocol import Ability
+from eai.abilities.protocol import FOUR, Ability
 from eai.abilities.task import Task
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.prompt_library import Library
@@ -32,7 +32,7 @@ def scene_abilities(abilities: Collection[Ability] | None, scene: Scene) -> list
     for each in abilities or ():
         if each not in ABILITIES:
             raise InputError(f"perception.scene {scene.value}: questions of {each.value} tell of no scene")
-    return [each for each in Ability if each in (abilities or ABILITIES)]
+    return [each for each in FOUR if each in (abilities or ABILITIES)]
 
 
 def shown_scenes(

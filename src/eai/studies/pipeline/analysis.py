@@ -12,7 +12,7 @@ from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
 
-from eai.abilities.declarations import DECLARATIONS
+from eai.abilities.declaration import declaration_of
 from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.record import Record, Stated
 from eai.abilities.share import of_all
@@ -76,7 +76,7 @@ class Pipeline:
     @property
     def metric(self) -> str:
         """The metric of success."""
-        return next(iter(DECLARATIONS[self.modular[0].ability].main))
+        return next(iter(declaration_of(self.modular[0].ability).main))
 
     def tables(self) -> list[Table]:
         """All tables for which there is what they need."""
@@ -85,7 +85,7 @@ class Pipeline:
 
     def _stages(self) -> Table:
         """Each rate in both runs, beside those of the paper."""
-        declared = DECLARATIONS[self.modular[0].ability]
+        declared = declaration_of(self.modular[0].ability)
         differences = {each.metric: each for each in compare(self.modular, self.pipeline).differences}
         before, after = (
             cases_of(self._shared(side), declared.ability) for side in (self.modular, self.pipeline)

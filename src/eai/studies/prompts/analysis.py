@@ -14,8 +14,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
-from eai.abilities.declaration import AnswerOutcome
-from eai.abilities.declarations import DECLARATIONS
+from eai.abilities.declaration import AnswerOutcome, declaration_of
 from eai.abilities.record import Record
 from eai.abilities.share import NOTHING, Share
 from eai.errors import InputError
@@ -174,7 +173,7 @@ def matrix_of(runs: Sequence[tuple[str, Sequence[Record]]], metric: str | None =
     prompts = tuple(dict.fromkeys(name for name, _ in runs))
     models = tuple(dict.fromkeys(records[0].model for _, records in runs))
     found = {(name, records[0].model): records for name, records in runs}
-    known = DECLARATIONS[runs[0][1][0].ability].main
+    known = declaration_of(runs[0][1][0].ability).main
     chosen = next(iter(known)) if metric is None else metric
     if chosen not in known:
         raise InputError(f"--metric {chosen}: expected one of {', '.join(known)}")

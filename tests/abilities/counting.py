@@ -1,0 +1,57 @@
+"""A seventh ability as another distribution would bring it: how many objects are there to name?"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from eai.abilities.declaration import (
+    AbilityDeclaration,
+    AnswerOutcome,
+    AskedWorld,
+    MetricColumn,
+    Posed,
+    SingleTurn,
+)
+from eai.abilities.explanation import Explanation
+from eai.abilities.protocol import Ability
+from eai.abilities.scorer import Assessment, Scorer
+from eai.abilities.share import of_all
+from eai.abilities.task import Task
+from eai.abilities.verdict import Verdict
+
+
+@dataclass(frozen=True, slots=True)
+class CountVerdict(Verdict):
+    """Whether the number is right, and by how much it is not."""
+
+    right: bool = False
+    off_by: int | None = None
+
+
+class CountScorer(Scorer):
+    def __init__(self, task: Task) -> None:
+        self._number = len(task.relevant)
+
+    def assess(self, text: str) -> Assessment:
+        off_by = abs(int(text) - self._number) if text.strip().isdecimal() else None
+        return Assessment(CountVerdict(right=off_by == 0, off_by=off_by), Explanation)
+
+
+def pose(world: AskedWorld, task: Task) -> Posed:
+    return Posed(f"How many objects does this task name: {task.title}?", str(len(task.relevant)))
+
+
+COUNTING = AbilityDeclaration(
+    ability=Ability("counting"),
+    asked=SingleTurn(lambda world: CountScorer, pose),
+    title="Counting",
+    short="count",
+    verdict=CountVerdict,
+    contributions=lambda verdict: {"right": of_all(verdict.right)},
+    outcome=lambda verdict: AnswerOutcome.SUCCESS if verdict.right else AnswerOutcome.GOAL_MISSED,
+    columns=(MetricColumn("right", "Success", "Right"),),
+    terminal=("right",),
+    main={"right": "Right"},
+    averaged=(),
+    yes_no=frozenset({"right"}),
+)

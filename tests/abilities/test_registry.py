@@ -1,0 +1,92 @@
+"""Abilities are registered values: a seventh, of another distribution, goes through every command."""
+
+from __future__ import annotations
+
+import json
+import os
+import pickle
+from importlib.metadata import EntryPoint
+from pathlib import Path
+
+import pytest
+
+from abilities import counting
+from eai.abilities import declaration, protocol
+from eai.abilities.protocol import FOUR, Ability, ability_of, place_of
+from eai.errors import InputError
+from processes import eai
+
+TESTS = Path(__file__).parents[1]
+LAMPS = TESTS.parent / "examples" / "lamps"
+
+
+@pytest.fixture
+def distribution(tmp_path: Path) -> dict[str, str]:
+    """The environment in which the distribution with the seventh ability is installed."""
+    info = tmp_path / "site" / "counting-1.0.dist-info"
+    info.mkdir(parents=True)
+    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: counting\nVersion: 1.0\n")
+    (info / "entry_points.txt").write_text("[eai.abilities]\ncounting = abilities.counting:COUNTING\n")
+    return python_path(info.parent, TESTS, LAMPS)
+
+
+def python_path(*folders: Path) -> dict[str, str]:
+    """The environment in which Python looks into these folders first."""
+    return {"PYTHONPATH": os.pathsep.join([*map(str, folders), os.environ.get("PYTHONPATH", "")])}
+
+
+def test_a_seventh_ability_is_short() -> None:
+    assert len(Path(counting.__file__).read_text(encoding="utf-8").splitlines()) <= 60
+
+
+def test_a_seventh_ability_goes_through_every_command(tmp_path: Path, distribution: dict[str, str]) -> None:
+    suite, runs = ("--domain", "lamps:lamps", "--ability", "counting"), tmp_path / "runs"
+    for model in ("eai/oracle", "eai/noisy"):
+        given = ("-M", "rate=0.9") if model == "eai/noisy" else ()
+        run = eai("run", "--model", model, *given, *suite, "--out", runs, **distribution)
+        assert run.status == 0, run.err
+    folder = runs / "lamps" / "counting"
+    assert json.loads((folder / "eai_oracle" / "summary.json").read_text())["right"]["value"] == 100.0
+    answers = next((folder / "eai_oracle").glob("*_outputs.json"))
+    again = eai("score", answers, *suite, "--out", tmp_path / "again", "--json", **distribution)
+    assert again.status == 0, again.err
+    (record, *_) = (tmp_path / "again" / "records.jsonl").read_text().splitlines()
+    assert {"ability": "counting", "right": True, "off_by": 0}.items() <= json.loads(record).items()
+    report = eai("report", runs, "--out", tmp_path / "report", **distribution)
+    assert report.status == 0, report.err
+    page = (tmp_path / "report" / "report.md").read_text()
+    assert "### Counting" in page
+    assert "Right" in page
+    compared = eai("compare", folder / "eai_noisy", folder / "eai_oracle", "--json", **distribution)
+    assert compared.status == 0, compared.err
+    (found,) = json.loads(compared.out)
+    assert found["ability"] == "counting"
+    assert found["differences"][0]["metric"] == "right"
+    explained = eai("explain", folder / "eai_oracle" / "records.jsonl", **distribution)
+    assert explained.status == 0, explained.err
+
+
+def test_without_it_its_records_are_refused_in_one_line(tmp_path: Path, distribution: dict[str, str]) -> None:
+    suite = ("--domain", "lamps:lamps", "--ability", "counting")
+    refused = eai("run", "--model", "eai/oracle", *suite, "--out", tmp_path, **python_path(LAMPS))
+    assert refused.status != 0
+    assert "'counting' is no ability: expected one of goal_interpretation" in refused.err
+    null = eai("run", "--model", "eai/copy", *suite, "--limit", 1, "--out", tmp_path, **distribution)
+    assert "eai/copy has no answer to lamps counting" in null.err
+
+
+def test_an_ability_is_one_value_for_each_name() -> None:
+    assert ability_of("action_sequencing") is Ability.ACTION_SEQUENCING
+    assert pickle.loads(pickle.dumps(FOUR)) == FOUR  # noqa: S301 - our own
+    assert pickle.loads(pickle.dumps(Ability("counting"))) is Ability("counting")  # noqa: S301
+    assert sorted(FOUR, key=place_of) == list(FOUR)
+    assert place_of(Ability("counting")) == len(protocol.registered_abilities())
+
+
+def test_what_is_registered_has_to_be_an_ability_of_its_name(monkeypatch: pytest.MonkeyPatch) -> None:
+    point = EntryPoint("other", "abilities.counting:COUNTING", protocol.GROUP)
+    monkeypatch.setattr(declaration, "registered_abilities", lambda: {Ability("other"): point})
+    with pytest.raises(InputError, match="expected the AbilityDeclaration of other"):
+        declaration.declaration_of(Ability("other"))
+    with pytest.raises(InputError, match="the ability none is not installed"):
+        declaration.declaration_of(Ability("none"))
