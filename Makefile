@@ -1,5 +1,6 @@
 # make demo    install, then run the main job on the built-in models and print its table
-# make test    install, then run the tests (ARGS="-k name" reaches pytest)
+# make test    install, then run the tests (ARGS="-k name" reaches pytest), all but sweeps through whole data
+# make test-all install, then run all tests, with more examples of each property
 # make lint | type | docs | bench | clean
 # make site    the documentation as a site, build/site/html
 # make packages mypy, tests and example of what is published from packages/, each in an environment of its own
@@ -23,7 +24,11 @@ WITH_SITE := $(VENV)/.with-site
 # The extras that tests need.
 DEV := run,plots,analysis,planner,envs,croissant,dev
 
-.PHONY: demo test lint type bench docs site packages release compiled test-compiled test-bare audit clean
+# As many processes as there are processors, which take over what another has left (ARGS="-n 0": just one).
+PYTEST := pytest -n logical --dist worksteal
+ALL := -m "sweep or not sweep" --hypothesis-profile=thorough
+
+.PHONY: demo test test-all lint type bench docs site packages release compiled test-compiled test-bare audit clean
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
 
@@ -32,7 +37,10 @@ demo: $(WITH_RUN)
 	@echo "eai lies in $(BIN): source $(BIN)/activate, or call $(BIN)/eai"
 
 test: $(WITH_DEV)
-	$(BIN)/pytest $(ARGS)
+	$(BIN)/$(PYTEST) -m "not sweep" $(ARGS)
+
+test-all: $(WITH_DEV)
+	$(BIN)/$(PYTEST) $(ALL) $(ARGS)
 
 lint: $(WITH_DEV)
 	$(BIN)/ruff check .
@@ -82,7 +90,7 @@ test-compiled: compiled
 	$(BIN)/python -m venv build/compiled
 	@$(call pip,build/compiled,"$$(ls dist/*-cp*.whl)[$(DEV)]")
 	build/compiled/bin/eai --version | grep compiled
-	build/compiled/bin/pytest $(ARGS)
+	build/compiled/bin/$(PYTEST) $(ALL) $(ARGS)
 
 test-bare: $(WITH_DEV)
 	rm -rf build/bare

@@ -19,12 +19,14 @@ from eai.households.packs import fetch_published
 from eai.households.virtualhome.tasks import VirtualHomeTasks, open_tasks
 from households.published import index, packs, store, wheel
 from oracle import Oracle, read_oracle
+from sweeps import FEW, THOROUGH
 
 __all__ = ["index", "packs", "store", "wheel"]
 """The fixtures of the made-up data set."""
 
-settings.register_profile("any machine", deadline=None)
-settings.load_profile("any machine")
+settings.register_profile("few", deadline=None, derandomize=True, max_examples=FEW)
+settings.register_profile("thorough", deadline=None, derandomize=True, max_examples=THOROUGH)
+settings.load_profile("few")  # --hypothesis-profile comes after
 
 
 def pytest_configure() -> None:

@@ -26,6 +26,7 @@ from eai.world.domain import Domain
 from eai.world.execution import Fault, attempt, execute
 from eai.world.fault import FaultKind
 from eai.world.past import Past
+from sweeps import sweep
 
 
 def sample(tasks: Mapping[str, Task], count: int) -> list[Task]:
@@ -72,6 +73,7 @@ def test_behavior_agrees(behavior_tasks: BehaviorTasks) -> None:
     assert [differing for _, differing in found if differing] == []
 
 
+@sweep
 def test_virtualhome_agrees(virtualhome_tasks: VirtualHomeTasks) -> None:
     found = [disagreements(virtualhome(), task) for task in sample(virtualhome_tasks, 2)]
     assert sum(executed for executed, _ in found) > 10

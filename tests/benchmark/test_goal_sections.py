@@ -25,6 +25,7 @@ from eai.prompts.prompt import PromptSet
 from eai.tasks.source import Source
 from oracle import PIPELINE_MODELS, Oracle
 from suites import official_prompts
+from sweeps import examples
 
 STAGE_TWO = (Ability.ACTION_SEQUENCING, Ability.SUBGOAL_DECOMPOSITION)
 JARS = "bottling_fruit_0_Wainscott_0_int_0_2021-05-24_19-46-46"
@@ -201,7 +202,9 @@ ENTRIES = st.recursive(
 
 
 @given(st.lists(ENTRIES, max_size=3), st.sampled_from(["node goals", "edge goals", "action goals", "x"]))
-@settings(suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=150, deadline=None)
+@settings(
+    suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=examples(150), deadline=None
+)
 def test_any_answer_has_a_question(
     behavior_tasks: BehaviorTasks, virtualhome_tasks: VirtualHomeTasks, entries: list[object], key: str
 ) -> None:

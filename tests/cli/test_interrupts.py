@@ -25,10 +25,14 @@ SUITE = ("behavior", Ability.TRANSITION_MODELING)
 @pytest.mark.parametrize("workers", [1, 3])
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
 def test_nothing_outlives_scoring_that_ends_early(
-    data_store: Store, tmp_path: Path, number: signal.Signals, workers: int
+    data_store: Store,
+    tmp_path: Path,
+    tmp_path_factory: pytest.TempPathFactory,
+    number: signal.Signals,
+    workers: int,
 ) -> None:
-    book, scratch = answer_book(*SUITE, data_store), tmp_path / "scratch"
-    scratch.mkdir()
+    book = answer_book(*SUITE, data_store)
+    scratch = tmp_path_factory.mktemp("s")  # sockets lie in it, whose paths are of 107 characters at most
     rows = [{"identifier": task_id, "llm_output": book.gold(task_id).text} for task_id in book.task_ids]
     (tmp_path / "gold_outputs.json").write_text(json.dumps(rows))
     arguments = f"score {tmp_path}/gold_outputs.json --domain {SUITE[0]} --ability {SUITE[1].value}"

@@ -12,6 +12,7 @@ import pytest
 from cli.conftest import Command
 from processes import eai as in_own_process
 from processes import wait_until
+from sweeps import swept
 
 LAMPS = Path(__file__).parents[2] / "examples" / "lamps"
 
@@ -111,7 +112,7 @@ def test_the_gold_answers_are_all_right(eai: Command, written: Path, tmp_path: P
 NOISY = ("--model", "eai/noisy", "-M", "rate=0.5", "--json")
 
 
-@pytest.mark.parametrize("kept", [0.0, 0.3, 0.9])
+@pytest.mark.parametrize("kept", [0.3, *swept(0.0, 0.9)])
 def test_a_run_that_was_killed_comes_to_the_same_end(written: Path, tmp_path: Path, kept: float) -> None:
     whole, killed = tmp_path / "whole", tmp_path / "killed"
     assert in_own_process("questions", "run", written, *NOISY, "--out", whole).status == 0

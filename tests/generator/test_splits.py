@@ -27,6 +27,7 @@ from eai.generator.splits import (
 )
 from eai.tasks.source import Source
 from generator.worlds import HOUSEHOLDS, generate, generator, tasks
+from sweeps import swept
 
 pytestmark = pytest.mark.usefixtures("data_store")
 
@@ -50,7 +51,7 @@ def test_a_hash_gives_each_split_its_share() -> None:
     assert all(abs(found[split] / 5000 - share) < 0.03 for split, share in SHARES.items())
 
 
-@pytest.mark.parametrize("like", HOUSEHOLDS)
+@pytest.mark.parametrize("like", ["behavior", *swept("virtualhome")])
 def test_no_goals_are_in_two_splits(like: str) -> None:
     prints = {
         split: {fingerprint.of_task(each.task).goals for each in made_in(like, split, 6)} for split in PARTS

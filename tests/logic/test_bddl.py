@@ -28,6 +28,7 @@ from eai.logic.traversal import MAX_DEPTH
 from logic.activities import as_text
 from logic.bddl_text import print_condition, print_problem, read_condition
 from logic.random_formulas import formulas
+from sweeps import examples
 
 PROBLEM = """(define (problem Sorting_0)   ; a comment with (brackets
     (:domain igibson)
@@ -168,7 +169,7 @@ def test_long_conditions() -> None:
 
 
 @given(st.text(alphabet=" ()?-xandofr12;:\n", max_size=40))
-@settings(max_examples=100)
+@settings(max_examples=examples(100))
 def test_any_text_is_a_condition_or_a_parse_error(text: str) -> None:
     try:
         formula = read_condition(text)
@@ -190,7 +191,7 @@ def test_a_comment_ends_with_its_line() -> None:
 
 
 @given(formulas(temporal=False))
-@settings(max_examples=100)
+@settings(max_examples=examples(100))
 def test_what_is_printed_is_read_back(formula: Formula) -> None:
     try:
         text = print_condition(formula)

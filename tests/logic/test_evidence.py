@@ -10,12 +10,13 @@ from eai.logic.formula import Always, And, Atom, Eventually, Formula, Next, Not,
 from eai.logic.trace import TakenAction, Trace
 from logic.naive import Facts, Naive
 from logic.random_formulas import formulas, trace, traces
+from sweeps import examples
 
 P, Q, R = Atom("p"), Atom("q"), Atom("r")
 
 
 @given(formulas(temporal=False), traces())
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=examples(100), deadline=None)
 def test_evidence_of_a_state_formula_is_where_it_holds(
     formula: Formula, given_: tuple[list[Facts], list[TakenAction]]
 ) -> None:

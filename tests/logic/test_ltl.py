@@ -34,6 +34,7 @@ from eai.logic.ltl import Dialect, parse
 from eai.logic.ltl_printer import print_ltl
 from eai.logic.signature import Signature
 from logic.random_formulas import ACTIONS, PREDICATES, formulas
+from sweeps import examples
 
 SIGNATURE = Signature(PREDICATES, ACTIONS)
 P, Q, R, S = (Atom(name, (Constant("a"),)) for name in "pqrs")
@@ -52,14 +53,14 @@ def failure_of(text: str, dialect: Dialect) -> ParseError | None:
 
 
 @given(formulas(beyond_paper=False))
-@settings(max_examples=120)
+@settings(max_examples=examples(120))
 def test_the_dialects_agree_on_the_papers_formulas(formula: Formula) -> None:
     text = print_ltl(formula).replace("notable", "able")
     assert read(text, Dialect.RELEASE) == read(text, Dialect.LTLF)
 
 
 @given(st.text(alphabet=" ()pxy.,32nothefrlaid\n-_é=:", max_size=40), st.sampled_from(Dialect))
-@settings(max_examples=120)
+@settings(max_examples=examples(120))
 def test_any_text_is_a_formula_or_a_parse_error_inside_the_text(text: str, dialect: Dialect) -> None:
     failure = failure_of(text, dialect)
     if failure is not None:

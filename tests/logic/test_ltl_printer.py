@@ -16,12 +16,13 @@ from eai.logic.ltl import parse
 from eai.logic.ltl_printer import print_ltl
 from eai.logic.signature import Signature
 from logic.random_formulas import ACTIONS, PREDICATES, formulas
+from sweeps import examples
 
 SIGNATURE = Signature(PREDICATES, ACTIONS)
 
 
 @given(formulas())
-@settings(max_examples=120)
+@settings(max_examples=examples(120))
 def test_what_is_printed_is_read_back(formula: Formula) -> None:
     reading = parse(print_ltl(formula), SIGNATURE)
     assert reading.formula == formula

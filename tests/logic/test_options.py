@@ -19,6 +19,7 @@ from logic.activities import as_list, records, universe
 from logic.bddl_text import read_condition
 from logic.naive import Facts
 from logic.random_formulas import SCENE, formulas, traces
+from sweeps import examples
 
 
 def listed(formula: Formula, objects: Facts) -> list[Option]:
@@ -30,7 +31,7 @@ def listed(formula: Formula, objects: Facts) -> list[Option]:
 
 
 @given(formulas(depth=2, temporal=False), traces())
-@settings(max_examples=120, deadline=None, suppress_health_check=[HealthCheck.filter_too_much])
+@settings(max_examples=examples(120), deadline=None, suppress_health_check=[HealthCheck.filter_too_much])
 def test_a_goal_holds_where_one_of_its_options_does(
     formula: Formula, given_: tuple[list[Facts], list[TakenAction]]
 ) -> None:
@@ -41,7 +42,7 @@ def test_a_goal_holds_where_one_of_its_options_does(
 
 
 @given(formulas(depth=2, temporal=False))
-@settings(max_examples=120, deadline=None, suppress_health_check=[HealthCheck.filter_too_much])
+@settings(max_examples=examples(120), deadline=None, suppress_health_check=[HealthCheck.filter_too_much])
 def test_counting_agrees_with_listing(formula: Formula) -> None:
     objects = Facts(frozenset(), SCENE)
     found = listed(formula, objects)

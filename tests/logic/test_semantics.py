@@ -32,10 +32,11 @@ from eai.logic.signature import Signature
 from eai.logic.trace import TakenAction, Trace
 from logic.naive import Facts, Naive
 from logic.random_formulas import SCENE, formulas, trace, traces
+from sweeps import examples
 
 
 @given(formulas(), traces())
-@settings(max_examples=250, deadline=None)
+@settings(max_examples=examples(250), deadline=None)
 def test_agrees_with_the_naive_evaluator(
     formula: Formula, given_: tuple[list[Facts], list[TakenAction]]
 ) -> None:
@@ -77,7 +78,7 @@ def sequences() -> st.SearchStrategy[Formula]:
 
 
 @given(sequences(), traces())
-@settings(max_examples=250, deadline=None)
+@settings(max_examples=examples(250), deadline=None)
 def test_sequences_agree_with_the_naive_evaluator(
     formula: Formula, given_: tuple[list[Facts], list[TakenAction]]
 ) -> None:

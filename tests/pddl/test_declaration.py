@@ -18,6 +18,7 @@ from eai.world.fault import FaultKind
 from eai.world.past import Past
 from eai.world.state import State
 from pddl.random_pddl import DOMAINS, PROBLEMS
+from sweeps import examples
 
 
 def reached(states: PddlState | str, declared: set[str]) -> set[Atom] | None:
@@ -25,7 +26,7 @@ def reached(states: PddlState | str, declared: set[str]) -> set[Atom] | None:
 
 
 @given(DOMAINS, PROBLEMS)
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 def test_a_declared_domain_does_what_the_pddl_does_and_so_does_its_export(
     source: PddlDomain, problem: PddlProblem
 ) -> None:

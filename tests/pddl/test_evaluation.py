@@ -24,6 +24,7 @@ from eai.logic.formula import (
 from eai.pddl.evaluation import DerivedPredicates, Evaluation
 from eai.pddl.model import PddlAxiom, type_of
 from pddl.random_pddl import OBJECTS, atoms, formulas
+from sweeps import examples
 
 MEMBERS = {"object": ("a", "b", "c"), "thing": ("a", "b")}
 STATES = st.frozensets(atoms(()), max_size=8)
@@ -64,13 +65,13 @@ def plainly(formula: Formula, state: frozenset[Atom], binding: Mapping[str, str]
 
 
 @given(formulas((), 4), STATES)
-@settings(max_examples=200)
+@settings(max_examples=examples(200))
 def test_conditions_mean_what_they_say(formula: Formula, state: frozenset[Atom]) -> None:
     assert Evaluation(state, DerivedPredicates(()), MEMBERS).holds(formula, {}) == plainly(formula, state, {})
 
 
 @given(formulas(("x", "y"), 3), formulas((), 3), STATES)
-@settings(max_examples=100)
+@settings(max_examples=examples(100))
 def test_a_derived_predicate_stands_for_its_condition(
     condition: Formula, formula: Formula, state: frozenset[Atom]
 ) -> None:

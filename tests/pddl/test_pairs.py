@@ -14,9 +14,10 @@ from eai.pddl.search import GroundLimits, SearchVerdict, search
 from eai.pddl.successors import Successors
 from eai.planning.effort import Effort
 from pddl.random_pddl import DOMAINS, PROBLEMS
+from sweeps import examples
 
 
-@settings(max_examples=100, deadline=None, suppress_health_check=list(HealthCheck))
+@settings(max_examples=examples(100), deadline=None, suppress_health_check=list(HealthCheck))
 @given(DOMAINS, PROBLEMS)
 def test_what_holds_together_somewhere_is_allowed(domain: PddlDomain, problem: PddlProblem) -> None:
     grounder = Grounder(domain, problem)

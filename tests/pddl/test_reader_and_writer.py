@@ -11,9 +11,10 @@ from eai.pddl.offence import Offence, PddlError
 from eai.pddl.reader import read_action, read_domain, read_problem
 from eai.pddl.writer import write_action, write_domain, write_problem
 from pddl.random_pddl import DOMAINS, PROBLEMS
+from sweeps import examples
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=examples(30), deadline=None)
 @given(DOMAINS)
 def test_a_written_domain_is_read_back(domain: PddlDomain) -> None:
     assert read_domain(write_domain(domain)) == domain

@@ -20,6 +20,7 @@ from eai.pddl.reader import read_domain, read_problem
 from eai.pddl.search import GroundLimits, SearchVerdict, search
 from eai.reference.planner_of_2024 import normalise, read_operator
 from pddl.random_pddl import DOMAINS, PROBLEMS
+from sweeps import examples
 
 EVERYTHING = GroundLimits(central=50, full=100_000, looks=10**9)
 
@@ -48,7 +49,7 @@ def is_solvable(domain: PddlDomain, problem: PddlProblem) -> bool:
     return False
 
 
-@settings(max_examples=60, deadline=None, suppress_health_check=list(HealthCheck))
+@settings(max_examples=examples(60), deadline=None, suppress_health_check=list(HealthCheck))
 @given(DOMAINS, PROBLEMS)
 def test_agrees_with_breadth_first_search(domain: PddlDomain, problem: PddlProblem) -> None:
     result = search(domain, problem, EVERYTHING)
@@ -59,7 +60,7 @@ def test_agrees_with_breadth_first_search(domain: PddlDomain, problem: PddlProbl
         assert Executor(domain, problem).flaw(result.plan) is None
 
 
-@settings(max_examples=60, deadline=None, suppress_health_check=list(HealthCheck))
+@settings(max_examples=examples(60), deadline=None, suppress_health_check=list(HealthCheck))
 @given(DOMAINS, PROBLEMS, st.integers(0, 300))
 def test_however_little_may_be_looked_at_no_verdict_is_wrong(
     domain: PddlDomain, problem: PddlProblem, looks: int

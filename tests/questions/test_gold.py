@@ -16,6 +16,7 @@ from eai.questions.question import Form, Kind, Question
 from eai.questions.writer import Wanted, Writer
 from eai.tasks.source import Source
 from questions.naive import answer_of, read_world
+from sweeps import swept
 
 CELLS = len(Kind) * len(Form)
 
@@ -89,6 +90,6 @@ def test_what_held_before_does_not_tell(kind: Kind, data_store: Store) -> None:
     assert 0.35 * 160 < right < 0.65 * 160
 
 
-@pytest.mark.parametrize("domain", ["virtualhome", "behavior"])
+@pytest.mark.parametrize("domain", ["virtualhome", *swept("behavior")])
 def test_in_households(domain: str, data_store: Store) -> None:
     assert differing(find_benchmark(domain), Source(data_store), Wanted(number=CELLS, seed=1)) == []

@@ -23,6 +23,7 @@ from eai.questions.shortcuts import Glance, Ledger, Posed, Shortcut
 from eai.questions.writer import Wanted, Writer
 from eai.tasks.source import Source
 from questions.naive import CHOICE
+from sweeps import swept
 
 SHARED = ["GRAB(cup)", "GRAB(pan)", "OPEN(cup)", "WALK(cup)"]
 """The first shares a name with each of the others, and none of these shares more."""
@@ -92,7 +93,7 @@ KINDS = (Kind.BACKWARD, Kind.INVERSE, Kind.LANDMARKS)
 EACH = 40
 
 
-@pytest.mark.parametrize("domain", ["virtualhome", "behavior"])
+@pytest.mark.parametrize("domain", ["behavior", *swept("virtualhome")])
 def test_no_shortcut_beats_chance(domain: str, data_store: Store) -> None:
     wanted = Wanted(KINDS, (Form.CHOICE, Form.YES_NO), 2 * EACH * len(KINDS), seed=5)
     questions = list(Writer(find_benchmark(domain), Source(data_store)).write(wanted))

@@ -16,6 +16,7 @@ from eai.questions.balance import balance_of
 from eai.questions.question import Form, Kind, questions_content
 from eai.questions.writer import Wanted, Writer
 from eai.tasks.source import Source
+from sweeps import swept
 
 CELLS = [(kind, form) for kind in Kind for form in Form]
 
@@ -74,7 +75,7 @@ def test_what_gives_no_question_five_times_in_a_row_is_given_up(
     assert tried == [Kind.STATE, Kind.FORWARD] * 5
 
 
-@pytest.mark.parametrize("domain", ["virtualhome", "behavior"])
+@pytest.mark.parametrize("domain", ["behavior", *swept("virtualhome")])
 def test_answers_are_even(domain: str, data_store: Store) -> None:
     questions = list(Writer(find_benchmark(domain), Source(data_store)).write(Wanted(number=12 * len(CELLS))))
     assert len(questions) == 12 * len(CELLS)

@@ -8,12 +8,13 @@ from pathlib import Path
 import pytest
 
 from eai.data.store import Store
+from sweeps import swept
 
 BENCH = Path(__file__).resolve().parents[2] / "bench" / "kill_and_resume.py"
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="forks")
-@pytest.mark.parametrize("kind", ["plain", "replanning", "pipeline"])
+@pytest.mark.parametrize("kind", ["plain", *swept("replanning", "pipeline")])
 def test_what_is_killed_again_and_again_comes_to_the_same_end(data_store: Store, kind: str) -> None:
     command = [sys.executable, BENCH, "--kills", "2", "--tasks", "6", "--kind", kind]
     done = subprocess.run(command, capture_output=True, text=True, check=False)

@@ -37,6 +37,7 @@ from run.child import (
     score_in_child,
 )
 from suites import answer_book, official_prompts
+from sweeps import swept
 
 PLANS = ("virtualhome", Ability.ACTION_SEQUENCING)
 SUITES = [(domain, ability) for domain in ("virtualhome", "behavior") for ability in FOUR]
@@ -76,7 +77,9 @@ def score_in(sample: EvalSample, ability: Ability) -> Score:
     return sample.scores[ability.value]
 
 
-@pytest.mark.parametrize("protocol", Protocol, ids=lambda protocol: protocol.value)
+@pytest.mark.parametrize(
+    "protocol", [Protocol.STRICT, *swept(Protocol.EAI_1_0_5)], ids=lambda protocol: protocol.value
+)
 @pytest.mark.parametrize(("domain", "ability"), SUITES, ids=str)
 def test_all_ways_to_score_come_to_one_number(
     data_store: Store, process: Executor, tmp_path: Path, domain: str, ability: Ability, protocol: Protocol

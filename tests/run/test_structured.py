@@ -30,14 +30,16 @@ WORDS = {
 STRUCTURED = ("--with", "generation.structured=true")
 
 
-def test_answers_in_a_set_form_are_not_taken_for_those_without(tmp_path: Path) -> None:
+def test_answers_in_a_set_form_are_not_taken_for_those_without(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.syspath_prepend(ROOT / "examples/lamps")
     how = ("--limit", 1, "-M", "api_key=none", "--out", tmp_path, "--ability", "action_sequencing")
-    path = f"{ROOT / 'examples/lamps'}:{ROOT / 'src'}"
     asked = []
     with serve(defaultdict(lambda: [Reply("[]")])) as served:
         model = ("--model", LOCAL, "--model-base-url", served.url, "--domain", "lamps:lamps")
         for form in ((), STRUCTURED, (), STRUCTURED):
-            outcome = eai("run", *model, *how, *form, PYTHONPATH=path)
+            outcome = eai("run", *model, *how, *form)
             assert outcome.status == 0, outcome.err
             asked.append(len(served.log.requests))
     assert asked == [1, 2, 2, 2]
@@ -67,14 +69,12 @@ def objects(schema: Any) -> list[dict[str, Any]]:
     return [each for value in schema for each in objects(value)] if isinstance(schema, list) else []
 
 
-def test_a_server_is_told_the_words_of_each_task(tmp_path: Path) -> None:
+def test_a_server_is_told_the_words_of_each_task(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(ROOT / "examples/lamps")
     domains = [part for name in WORDS for part in ("--domain", name)]
     how = (*STRUCTURED, "--planner", "none", "--limit", 1, "-M", "api_key=none", "--out", tmp_path)
-    path = f"{ROOT / 'examples/lamps'}:{ROOT / 'src'}"
     with serve(defaultdict(lambda: [Reply("{}")])) as served:
-        outcome = eai(
-            "run", "--model", LOCAL, "--model-base-url", served.url, *domains, *how, PYTHONPATH=path
-        )
+        outcome = eai("run", "--model", LOCAL, "--model-base-url", served.url, *domains, *how)
     assert outcome.status == 0, outcome.err
     asked = [request["response_format"]["json_schema"] for request in served.log.requests]
     assert [each["strict"] for each in asked] == [True] * 4 * len(WORDS)

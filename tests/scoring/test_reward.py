@@ -28,6 +28,7 @@ from eai.scoring.reward import METRICS, Reward, reward_of
 from eai.scoring.shaping import Shaping
 from eai.tasks.source import TaskReference
 from eai.world import Action, Constant, Episode, State
+from sweeps import examples
 from threading_tests import asked_by_threads
 from world import toy
 
@@ -35,7 +36,9 @@ ALL = tuple(Shaping)
 LAMPS = Path(__file__).parents[2] / "examples" / "lamps" / "lamps.py"
 HOUSEHOLDS = ("virtualhome", "behavior")
 WORLDS = ("toy", "lamps", *HOUSEHOLDS)
-FEW = settings(deadline=None, max_examples=30, suppress_health_check=[HealthCheck.function_scoped_fixture])
+FEW = settings(
+    deadline=None, max_examples=examples(30), suppress_health_check=[HealthCheck.function_scoped_fixture]
+)
 
 
 def toy_benchmark() -> Benchmark:

@@ -24,6 +24,7 @@ from households.virtualhome import flat
 from logic.naive import Facts
 from logic.random_formulas import PREDICATES, formulas, traces
 from logic.random_formulas import SCENE as OBJECTS_OF_SCENE
+from sweeps import examples
 from threading_tests import asked_by_threads
 
 START = flat.state()
@@ -89,7 +90,7 @@ def in_scene(formula: Formula, scene: Scene) -> Formula:
     return rewrite(formula, known)
 
 
-@settings(deadline=None, max_examples=400)
+@settings(deadline=None, max_examples=examples(400))
 @given(st.lists(formulas(temporal=False), min_size=1, max_size=3), traces())
 def test_progress_agrees_on_random_formulas_and_trajectories(
     parts: list[Formula], random_trajectory: tuple[list[Facts], list[TakenAction]]

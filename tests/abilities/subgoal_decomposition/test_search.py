@@ -18,6 +18,7 @@ from eai.world.fault import FaultKind
 from eai.world.operator import missing
 from eai.world.state import State
 from households.virtualhome import flat
+from sweeps import examples
 
 START = flat.state()
 SCENE = START.scene
@@ -235,7 +236,7 @@ ENDS = (
 )
 
 
-@settings(deadline=None, max_examples=300)
+@settings(deadline=None, max_examples=examples(300))
 @given(
     st.lists(st.lists(st.sampled_from(PLANS), min_size=1, max_size=4), min_size=1, max_size=5),
     st.sampled_from(ENDS),

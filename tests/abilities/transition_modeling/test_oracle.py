@@ -25,6 +25,7 @@ from eai.pddl.planning import PddlPlanner, PlannerChoice, PlannerOutcome
 from eai.tasks.source import Source, TaskSet
 from operator_rules import gold_answer, rules_of
 from oracle import MODELS, Oracle
+from sweeps import first_of
 
 
 @pytest.fixture(scope="module")
@@ -84,7 +85,7 @@ def _sizes(side: SideMatch, known: Collection[str]) -> list[int]:
     return [sum(name in known for name in names) for names in (side.matched, side.additional, side.missing)]
 
 
-@pytest.mark.parametrize("name", [*MODELS, "gold", "perturbed"])
+@pytest.mark.parametrize("name", [*first_of(MODELS), "gold", "perturbed"])
 def test_virtualhome_counters_and_planner(virtualhome: TransitionTasks, oracle: Oracle, name: str) -> None:
     rows = oracle("virtualhome", "transition_modeling", name)["tasks"]
     rules = rules_of(Protocol.EAI_1_0_5, planner())

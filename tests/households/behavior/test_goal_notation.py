@@ -16,6 +16,7 @@ from eai.households.behavior.goal_notation import BehaviorGoals
 from eai.households.behavior.tasks import BehaviorTasks
 from eai.reference import behavior_goals as reference_goals
 from households.behavior.kitchen import make_task
+from sweeps import examples
 
 TASK = make_task()
 DOMAIN = domain.as_meant()
@@ -123,7 +124,7 @@ def test_the_data_sets_own_goals_are_all_right(behavior_tasks: BehaviorTasks) ->
             assert everything[1:] == (0, 0)
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=examples(200), deadline=None)
 @given(
     st.one_of(
         st.text(max_size=40), st.lists(st.lists(st.text(max_size=8), max_size=4)).map(lambda c: answer(*c))

@@ -12,6 +12,7 @@ from eai.abilities.codec import fields_of
 from eai.abilities.protocol import Protocol
 from eai.abilities.verdict import Verdict
 from households.behavior.kitchen import make_task
+from sweeps import examples
 
 TASK = make_task()
 STRICT, REFERENCE = (behavior_scorer(TASK, protocol) for protocol in (Protocol.STRICT, Protocol.EAI_1_0_5))
@@ -123,7 +124,7 @@ SCRAPS = st.sampled_from(
 )
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=examples(200), deadline=None)
 @given(st.one_of(st.text(max_size=60), st.lists(SCRAPS, max_size=30).map(" ".join)))
 def test_any_text_has_a_verdict_and_an_explanation(text: str) -> None:
     for scorer in (STRICT, REFERENCE):
@@ -137,7 +138,7 @@ STEPS = st.lists(
 )
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=examples(200), deadline=None)
 @given(STEPS)
 def test_any_plan_has_a_verdict(steps: list[tuple[str, str]]) -> None:
     text = answer(*(" ".join(step) for step in steps)) if steps else "[]"

@@ -16,6 +16,7 @@ from eai.logic.formula import Atom, Constant
 from eai.world.fault import FaultKind
 from households.behavior.kitchen import make_task
 from subgoal_scorers import behavior_subgoals
+from sweeps import examples
 from threading_tests import asked_by_threads
 
 TASK = make_task()
@@ -258,7 +259,7 @@ SCRAPS = st.sampled_from(
 )
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=examples(150), deadline=None)
 @given(
     st.one_of(
         st.text(max_size=40),

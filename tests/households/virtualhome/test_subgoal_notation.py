@@ -14,6 +14,7 @@ from eai.households.virtualhome.subgoal_notation import VirtualHomeSubgoals
 from eai.tasks.source import Source
 from households.virtualhome import flat
 from households.virtualhome.household import make_task
+from sweeps import swept
 
 WORDS = VirtualHomeSubgoals()
 
@@ -65,7 +66,7 @@ def test_subgoals_are_joined_into_an_answer() -> None:
     assert json.loads(WORDS.join(["A(x)", "B(y)"]))["output"] == ["A(x)", "B(y)"]
 
 
-@pytest.mark.parametrize("open_book", [open_answer_book, open_planned_book])
+@pytest.mark.parametrize("open_book", [open_answer_book, *swept(open_planned_book)])
 def test_the_subgoals_of_scripts_and_of_plans_reach_every_goal(
     open_book: Callable[..., AnswerBook], data_store: Store
 ) -> None:
