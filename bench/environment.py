@@ -19,7 +19,7 @@ from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from typing import NamedTuple, cast
 
-from eai.abilities.action_sequencing.plan import WrittenPlan
+from eai.abilities.action_sequencing.notation import WrittenPlan
 from eai.abilities.action_sequencing.scorer import ActionSequencing
 from eai.abilities.explanation import action_text, fact_text
 from eai.abilities.protocol import Ability

@@ -19,7 +19,7 @@ from itertools import permutations, product
 from statistics import mean
 
 from eai.abilities.goal_interpretation.lexicon import GoalLexicon
-from eai.abilities.goal_interpretation.written import WrittenGoal
+from eai.abilities.goal_interpretation.notation import WrittenGoal
 from eai.abilities.protocol import FOUR, Ability
 from eai.benchmark.copied_answers import open_copy_book, open_empty_book
 from eai.benchmark.gold_answers import AnswerBook, join_operators

@@ -18,8 +18,7 @@ from eai.abilities.action_sequencing.scorer import ActionSequencing
 from eai.abilities.goal_test import GoalTest
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.responses import ResponseFile, find_response_files, read_responses
-from eai.abilities.unreadable import Unreadable
-from eai.abilities.verdict import Counted, ErrorReport, GoalTallies, PlanVerdict
+from eai.abilities.verdict import Counted, ErrorReport, GoalTallies, PlanVerdict, Unreadable
 from eai.benchmark.errata import errata_of
 from eai.households.published_files import task_id_of
 from eai.households.virtualhome import domain as virtualhome

@@ -11,8 +11,8 @@ import argparse
 import time
 
 from eai.benchmark.registry import FIRST, find_benchmark
-from eai.questions.balance import balance_of, best_chance, chances_of, guesses_of
 from eai.questions.question import Form, Kind
+from eai.questions.shortcuts import balance_of, best_chance, chances_of, guesses_of
 from eai.questions.writer import Wanted, Writer
 
 WARM = 1_000

@@ -9,8 +9,7 @@ from eai.benchmark.gold_answers import AnswerBook, open_answer_book, open_planne
 from eai.benchmark.prompt_library import Library
 from eai.benchmark.registry import find_benchmark, registered
 from eai.data.store import Store
-from eai.prompts.prompt import Prompt, PromptSet
-from eai.prompts.published import PromptFiles
+from eai.prompts.prompt import Prompt, PromptFiles, PromptSet
 from eai.tasks.source import ErrataChoice, Source
 
 SUITES = tuple((name, ability) for name in registered() for ability in FOUR)

@@ -9,10 +9,9 @@ from hypothesis import strategies as st
 from eai.abilities.declaration import declaration_of
 from eai.abilities.experiment import Experiment, Feedback
 from eai.abilities.explanation import Explanation, GoalReport, PartReport, StepReport
-from eai.abilities.perceived import Perceived
 from eai.abilities.protocol import FOUR, Ability
-from eai.abilities.record import Attempt, Origin, Record, Stated, Usage
-from eai.abilities.transition_modeling.report import OperatorReport
+from eai.abilities.record import Attempt, Origin, Perceived, Record, Stated, Usage
+from eai.abilities.transition_modeling.declaration import OperatorReport
 from eai.abilities.verdict import Counted, ErrorReport, Tally
 from eai.pddl.match import SideMatch
 from eai.world.fault import FaultKind

@@ -13,11 +13,10 @@ from eai.abilities.codec import record_from_json, record_to_json
 from eai.abilities.declaration import the_four
 from eai.abilities.experiment import Experiment, Feedback, FeedbackForm, World
 from eai.abilities.explanation import Explanation, GoalReport, PartReport, StepReport
-from eai.abilities.perceived import Perceived
 from eai.abilities.protocol import FOUR, Ability
-from eai.abilities.record import Attempt, Origin, Record, Stated, TaskFeatures, Usage
-from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory
-from eai.abilities.transition_modeling.report import OperatorReport, OperatorStatus
+from eai.abilities.record import Attempt, Origin, Perceived, Record, Stated, TaskFeatures, Usage
+from eai.abilities.subgoal_decomposition.declaration import SubgoalCategory
+from eai.abilities.transition_modeling.declaration import OperatorReport, OperatorStatus
 from eai.abilities.verdict import Counted, ErrorReport
 from eai.pddl.planning import PlannerOutcome
 from eai.world.episode import Notice, Until

@@ -17,8 +17,7 @@ import pytest
 
 from eai.abilities.action_sequencing.scorer import ActionSequencing
 from eai.abilities.protocol import Ability, Protocol
-from eai.abilities.unreadable import Unreadable
-from eai.abilities.verdict import ErrorReport
+from eai.abilities.verdict import ErrorReport, Unreadable
 from eai.benchmark.suite import open_suite
 from eai.data.store import Store
 from eai.tasks.source import Source

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from eai.abilities.goal_interpretation.verdict import GoalVerdict
+from eai.abilities.goal_interpretation.declaration import GoalVerdict
 from eai.abilities.protocol import FOUR, Ability
 from eai.abilities.verdict import PlanVerdict
 from eai.benchmark.random_answers import open_random_answers, random_walk

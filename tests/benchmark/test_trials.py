@@ -9,7 +9,7 @@ from functools import cache
 
 import pytest
 
-from eai.abilities.action_sequencing.plan import WrittenPlan
+from eai.abilities.action_sequencing.notation import WrittenPlan
 from eai.abilities.action_sequencing.scorer import ActionSequencing
 from eai.abilities.action_sequencing.trial import Trial
 from eai.abilities.experiment import Experiment, Feedback, World

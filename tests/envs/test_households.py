@@ -13,8 +13,7 @@ import pytest
 from eai.abilities.action_sequencing.scorer import ActionSequencing
 from eai.abilities.explanation import action_text
 from eai.abilities.protocol import Ability
-from eai.abilities.unreadable import Unreadable
-from eai.abilities.verdict import PlanVerdict
+from eai.abilities.verdict import PlanVerdict, Unreadable
 from eai.benchmark.suite import open_suite
 from eai.data.store import Store
 from eai.envs import TextEnvironment, make

@@ -5,10 +5,10 @@ from pathlib import Path
 
 import pytest
 
-from eai.questions.balance import balance_of
 from eai.questions.question import Accept, Form, Kind, Question
 from eai.questions.records import QuestionRun, write_results
 from eai.questions.results import depth_text, score, table_json, tabulate
+from eai.questions.shortcuts import balance_of
 
 
 def asked(number: int, form: Form, answer: tuple[str, ...], **changes: object) -> Question:

@@ -13,13 +13,11 @@ from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.registry import find_benchmark
 from eai.data.store import Store
 from eai.planning.planner import Planner
-from eai.questions.balance import best_chance, chances_of, guesses_of
-from eai.questions.item import Item, with_counterparts
 from eai.questions.phrasing import pose
 from eai.questions.question import Form, Kind, Question
 from eai.questions.rules import Rules
-from eai.questions.setting import open_setting
-from eai.questions.shortcuts import Glance, Ledger, Posed, Shortcut
+from eai.questions.setting import Item, open_setting, with_counterparts
+from eai.questions.shortcuts import Glance, Ledger, Posed, Shortcut, best_chance, chances_of, guesses_of
 from eai.questions.writer import Wanted, Writer
 from eai.tasks.source import Source
 from questions.naive import CHOICE

@@ -12,8 +12,8 @@ from eai.benchmark.registry import find_benchmark
 from eai.cli.questions import write
 from eai.data.store import Store
 from eai.prompts.template import Templates, template_names
-from eai.questions.balance import balance_of
 from eai.questions.question import Form, Kind, questions_content
+from eai.questions.shortcuts import balance_of
 from eai.questions.writer import Wanted, Writer
 from eai.tasks.source import Source
 from sweeps import swept

@@ -4,7 +4,7 @@ import gc
 
 import pytest
 
-from eai.abilities.unreadable import Unreadable
+from eai.abilities.verdict import Unreadable
 from eai.reference.behavior_plans import read_plan
 
 OPEN = ("OPEN", ("jar_0",))

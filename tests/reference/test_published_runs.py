@@ -11,7 +11,7 @@ from eai.abilities.action_sequencing.trial import Trial
 from eai.abilities.experiment import Experiment, Feedback, World
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.record import Attempt, Record
-from eai.abilities.subgoal_decomposition.verdict import SubgoalVerdict
+from eai.abilities.subgoal_decomposition.declaration import SubgoalVerdict
 from eai.abilities.verdict import Counted, GoalTallies, PlanVerdict, Tally
 from eai.benchmark.protocols import preset_experiment
 from eai.errors import InputError

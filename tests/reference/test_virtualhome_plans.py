@@ -5,13 +5,12 @@ import time
 import pytest
 
 from benchmark.plan_scorers import virtualhome_scorer
-from eai.abilities.action_sequencing.plan import TOO_LONG, WrittenPlan
+from eai.abilities.action_sequencing.notation import TOO_LONG, WrittenPlan
 from eai.abilities.goal_test import GoalTest
 from eai.abilities.json_text import MAX_LENGTH
 from eai.abilities.protocol import Protocol
 from eai.abilities.task import Task
-from eai.abilities.unreadable import Unreadable
-from eai.abilities.verdict import GoalTallies, Tally
+from eai.abilities.verdict import GoalTallies, Tally, Unreadable
 from eai.reference.virtualhome_plans import LIST_IS_NOT_JSON, VirtualHomeGoalTest, read_plan
 from households.virtualhome.household import make_task
 

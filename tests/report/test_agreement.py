@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from eai.abilities.protocol import Ability, Protocol
-from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory, SubgoalVerdict
+from eai.abilities.subgoal_decomposition.declaration import SubgoalCategory, SubgoalVerdict
 from eai.abilities.verdict import Verdict
 from eai.report.agreement import Agreement, agreements
 from eai.report.run_summary import summary_of

@@ -6,12 +6,11 @@ import pytest
 
 from eai.abilities.declaration import AnswerOutcome
 from eai.abilities.explanation import Explanation, GoalReport, StepReport
-from eai.abilities.goal_interpretation.verdict import GoalVerdict
+from eai.abilities.goal_interpretation.declaration import GoalVerdict
 from eai.abilities.protocol import Ability
 from eai.abilities.record import TaskFeatures
 from eai.abilities.share import Share
-from eai.abilities.transition_modeling.report import OperatorReport, OperatorStatus
-from eai.abilities.transition_modeling.verdict import OperatorVerdict
+from eai.abilities.transition_modeling.declaration import OperatorReport, OperatorStatus, OperatorVerdict
 from eai.abilities.verdict import Confusion, PlanVerdict
 from eai.households.behavior.tasks import BehaviorTasks
 from eai.pddl.match import SideMatch

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from eai.abilities.goal_interpretation.verdict import GoalVerdict
+from eai.abilities.goal_interpretation.declaration import GoalVerdict
 from eai.abilities.protocol import Ability
 from eai.abilities.record import Record, TaskFeatures
 from eai.abilities.verdict import Confusion, Verdict

@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from eai.abilities.record import NOT_ANSWERED, Record
-from eai.abilities.transition_modeling.verdict import OperatorVerdict
+from eai.abilities.transition_modeling.declaration import OperatorVerdict
 from eai.abilities.verdict import PlanVerdict
 from eai.results.coverage import Coverage, coverage_of, planners_of, together
 from results.verdicts import SUCCEEDED, record, whole

@@ -2,9 +2,9 @@ from __future__ import annotations
 
 import pytest
 
-from eai.abilities.goal_interpretation.verdict import GoalVerdict
+from eai.abilities.goal_interpretation.declaration import GoalVerdict
 from eai.abilities.protocol import Ability
-from eai.abilities.transition_modeling.verdict import OperatorVerdict
+from eai.abilities.transition_modeling.declaration import OperatorVerdict
 from eai.abilities.verdict import Confusion
 from eai.results.paper_tables import OTHER_TABLES, PaperColumn, paper_models, paper_setting, paper_table
 from eai.results.summary import summarise

@@ -11,7 +11,7 @@ import pytest
 
 from eai.abilities.record import ErrataUse, Record
 from eai.abilities.responses import Response, ResponseFile
-from eai.abilities.transition_modeling.verdict import OperatorVerdict
+from eai.abilities.transition_modeling.declaration import OperatorVerdict
 from eai.results.rate import Rate
 from eai.scoring.batch import score_batch
 from eai.scoring.results import RECORDS, SUMMARY, write_results

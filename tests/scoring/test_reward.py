@@ -19,7 +19,7 @@ import eai
 from eai import Ability, Benchmark, InputError, Suite, Task, given, make_task
 from eai.abilities.goal_test import GoalTest
 from eai.abilities.protocol import FOUR
-from eai.abilities.transition_modeling.verdict import OperatorVerdict
+from eai.abilities.transition_modeling.declaration import OperatorVerdict
 from eai.benchmark.gold_answers import open_answer_book
 from eai.data.store import Store
 from eai.pddl.planning import PlannerOutcome

@@ -5,9 +5,8 @@ from dataclasses import replace
 import pytest
 
 from eai.abilities.experiment import Experiment
-from eai.abilities.perceived import Perceived
 from eai.abilities.protocol import Ability, Protocol
-from eai.abilities.record import Record, TaskFeatures
+from eai.abilities.record import Perceived, Record, TaskFeatures
 from eai.abilities.verdict import Confusion, PlanVerdict
 from eai.errors import InputError
 from eai.results.table import Estimate, Table

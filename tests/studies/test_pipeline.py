@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 
 from eai.abilities.experiment import Experiment
-from eai.abilities.goal_interpretation.verdict import GoalVerdict
+from eai.abilities.goal_interpretation.declaration import GoalVerdict
 from eai.abilities.record import Record, Stated
 from eai.abilities.verdict import Confusion
 from eai.errors import InputError

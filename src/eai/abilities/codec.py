@@ -19,10 +19,9 @@ from pydantic import TypeAdapter, ValidationError
 from eai.abilities.declaration import declaration_of
 from eai.abilities.experiment import Experiment
 from eai.abilities.explanation import Explanation
-from eai.abilities.misfit import misfit
-from eai.abilities.perceived import Perceived
+from eai.abilities.options import misfit
 from eai.abilities.protocol import Ability
-from eai.abilities.record import Attempt, Origin, Record, Stated
+from eai.abilities.record import Attempt, Origin, Perceived, Record, Stated
 from eai.abilities.verdict import Counted, GoalTallies, Json, Verdict
 from eai.errors import InputError
 

@@ -1,4 +1,8 @@
-"""What scores the answers to one task: one reading of an answer gives its verdict and the words for it."""
+"""Scorers of the answers to one task: one reading of an answer gives its verdict and the words for it.
+
+`error_report` takes what ended an answer from the engine's terms to those of verdicts, for every ability
+alike.
+"""
 
 from __future__ import annotations
 
@@ -9,8 +13,11 @@ from dataclasses import dataclass
 from mypy_extensions import mypyc_attr
 
 from eai.abilities.explanation import Explanation
-from eai.abilities.verdict import Verdict
+from eai.abilities.verdict import ErrorReport, Verdict
 from eai.logic.frozen import Frozen
+from eai.world.domain import Domain
+from eai.world.execution import Action, Fault, names_of
+from eai.world.state import Scene
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,3 +55,14 @@ class Scorer(ABC):
     def explain(self, text: str) -> Explanation:
         """What became of an answer, in words."""
         return self.assess(text).explain()
+
+
+UNKNOWN_ACTION = "unknown_action"
+"""The test of names that an action which does not exist fails; the others are those of `MisuseKind`."""
+
+
+def error_report(fault: Fault, number: int, domain: Domain, action: Action, scene: Scene) -> ErrorReport:
+    """The report on the fault that an action has; ``number`` is that of the step or subgoal."""
+    check, names = fault.check, names_of(action, domain, scene)
+    objects = tuple([names[parameter] for parameter in check.concerned])
+    return ErrorReport(fault.kind, number, check.reason.format_map(names), check.id, objects)

@@ -1,7 +1,7 @@
 """Verdicts: what scoring says of one answer.
 
 A verdict is a value of its ability's own class, in the ability's package, which has what the ability has to
-say and nothing else. Here is what several abilities say.
+say and nothing else. Here is what several abilities say, and why nothing can be read from an answer.
 """
 
 from __future__ import annotations
@@ -147,3 +147,11 @@ class PlanVerdict(Verdict):
             goals_satisfied=(False,) * len(self.goals_satisfied),
             counted=None,
         )
+
+
+@dataclass(frozen=True, slots=True)
+class Unreadable:
+    """Why nothing can be read from an answer, and at which of its steps, if it is at one."""
+
+    reason: str
+    step: int | None = None

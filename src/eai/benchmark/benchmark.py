@@ -21,8 +21,7 @@ from eai.data.progress import Report
 from eai.english.english import PLAIN, English
 from eai.logic.formula import Formula
 from eai.prompts.believed import GoalSection
-from eai.prompts.prompt import Prompt
-from eai.prompts.published import PromptFiles, PublishedPrompts
+from eai.prompts.prompt import Prompt, PromptFiles, PublishedPrompts
 from eai.prompts.wording import Wording
 from eai.tasks.source import ErrataChoice, OpenTasks, Source, TaskSet
 from eai.world.domain import Domain
@@ -177,7 +176,7 @@ class Benchmark:
         """The tasks of transition modeling in the order of the data set."""
         if self.open_operators is not None:
             return self.errata_for(source).operators(self.open_operators(source))
-        from eai.abilities.transition_modeling.declared import declared_tasks
+        from eai.abilities.transition_modeling.task import declared_tasks
 
         tasks = self.open_tasks(source)
         declared = declared_tasks(self.domain, tasks)

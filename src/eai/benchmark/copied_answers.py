@@ -13,7 +13,7 @@ from typing import TypeAlias
 
 import eai.logic.formula as f
 from eai.abilities.goal_interpretation.lexicon import GoalLexicon
-from eai.abilities.goal_interpretation.written import WrittenGoal
+from eai.abilities.goal_interpretation.notation import WrittenGoal
 from eai.abilities.goal_test import alternatives
 from eai.abilities.protocol import Ability
 from eai.abilities.subgoal_decomposition.notation import SubgoalNotation

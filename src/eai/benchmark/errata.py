@@ -13,7 +13,7 @@ from typing import ClassVar, TypeVar
 
 from pydantic import ConfigDict, TypeAdapter, ValidationError
 
-from eai.abilities.misfit import misfit
+from eai.abilities.options import misfit
 from eai.abilities.protocol import FOUR, Ability
 from eai.abilities.record import ErrataUse
 from eai.abilities.task import Task

@@ -18,7 +18,7 @@ from eai.abilities.protocol import FOUR, Ability
 from eai.abilities.subgoal_decomposition.notation import SubgoalNotation
 from eai.abilities.task import Task
 from eai.abilities.transition_modeling.task import TransitionTask
-from eai.abilities.unreadable import Unreadable
+from eai.abilities.verdict import Unreadable
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.copied_answers import instruction_words
 from eai.benchmark.gold_answers import AnswerBook, WrittenAnswer, join_operators, no_answer, open_answer_book

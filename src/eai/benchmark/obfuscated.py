@@ -16,14 +16,13 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import eai.logic.formula as f
-from eai.abilities.action_sequencing.notation import PlanNotation
-from eai.abilities.action_sequencing.plan import WrittenPlan
+from eai.abilities.action_sequencing.notation import PlanNotation, WrittenPlan
 from eai.abilities.protocol import Ability
 from eai.abilities.subgoal_decomposition.lexicon import SubgoalLexicon
 from eai.abilities.subgoal_decomposition.notation import SubgoalNotation, WrittenSubgoals
 from eai.abilities.task import Task
 from eai.abilities.transition_modeling.task import TransitionTask
-from eai.abilities.unreadable import Unreadable
+from eai.abilities.verdict import Unreadable
 from eai.benchmark.benchmark import Benchmark
 from eai.english.english import PLAIN, English
 from eai.english.exact_text import ExactText, is_property

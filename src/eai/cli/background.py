@@ -10,8 +10,7 @@ from eai.abilities.planning import find_plan
 from eai.abilities.protocol import Ability
 from eai.abilities.record import Record
 from eai.abilities.task import Task
-from eai.abilities.unreadable import Unreadable
-from eai.abilities.verdict import ErrorReport, PlanVerdict
+from eai.abilities.verdict import ErrorReport, PlanVerdict, Unreadable
 from eai.benchmark.gold_answers import open_answer_book
 from eai.benchmark.registry import registered
 from eai.benchmark.suite import Suite, open_suite

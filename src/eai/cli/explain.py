@@ -13,8 +13,7 @@ from rich.text import Text
 
 from eai.abilities.codec import record_to_json
 from eai.abilities.declaration import AnswerOutcome
-from eai.abilities.explanation import EXECUTED, Explanation, PartReport, StepReport
-from eai.abilities.near_misses import near_misses
+from eai.abilities.explanation import EXECUTED, Explanation, PartReport, StepReport, near_misses
 from eai.abilities.protocol import Ability, member
 from eai.abilities.record import NOT_ANSWERED, Record
 from eai.abilities.verdict import PlanVerdict

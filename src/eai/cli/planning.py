@@ -10,7 +10,7 @@ from pathlib import Path
 import typer
 
 from eai.abilities.record import Record
-from eai.abilities.transition_modeling.verdict import OperatorVerdict
+from eai.abilities.transition_modeling.declaration import OperatorVerdict
 from eai.cli.console import counted, note
 from eai.pddl.planning import PlannerOutcome, PlannerTerms
 

@@ -31,7 +31,6 @@ from eai.cli.table import Column, percent, print_table
 from eai.data.files import write_whole
 from eai.errors import InputError
 from eai.prompts.template import Templates
-from eai.questions.balance import Balance, balance_of, best_chance, chances_of, guesses_of
 from eai.questions.question import Form, Kind, Question, questions_content, read_questions
 from eai.questions.records import QuestionRun, write_results
 from eai.questions.results import (
@@ -44,6 +43,7 @@ from eai.questions.results import (
     table_json,
     tabulate,
 )
+from eai.questions.shortcuts import Balance, balance_of, best_chance, chances_of, guesses_of
 from eai.questions.writer import Wanted, Writer
 from eai.results.rate import Rate
 from eai.run.job import Endpoint, Pace, check_model

@@ -6,12 +6,9 @@ import re
 from collections.abc import Collection
 from typing import NamedTuple
 
-from eai.abilities.action_sequencing.notation import PlanNotation
-from eai.abilities.action_sequencing.plan import WrittenPlan, WrittenStep
-from eai.abilities.action_sequencing.resolution import resolve
+from eai.abilities.action_sequencing.notation import PlanNotation, WrittenPlan, WrittenStep, resolve
 from eai.abilities.task import Task
-from eai.abilities.unreadable import Unreadable
-from eai.abilities.verdict import ErrorReport
+from eai.abilities.verdict import ErrorReport, Unreadable
 from eai.prompts.wording import ObjectName
 from eai.world.domain import Domain
 from eai.world.execution import Action

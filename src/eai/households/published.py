@@ -13,8 +13,7 @@ from eai.households.packs import BEHAVIOR_PDDL, PROMPTS, RESOURCES, open_publish
 from eai.households.published_files import PROBLEMS_MEMBER, task_id_of
 from eai.pddl.operator_text import OperatorText
 from eai.pddl.reader import read_domain
-from eai.prompts.prompt import Prompt, prompt_file
-from eai.prompts.published import PromptFiles
+from eai.prompts.prompt import Prompt, PromptFiles, prompt_file
 from eai.tasks.source import TaskSet
 
 Render = Callable[[Store | None, Report], Mapping[str, str]]

@@ -6,9 +6,8 @@ import random
 from collections.abc import Callable, Iterator, Sequence
 from itertools import product
 
-from eai.questions.item import Item, listed, some, with_counterparts
 from eai.questions.question import Accept
-from eai.questions.setting import Setting
+from eai.questions.setting import Item, Setting, listed, some, with_counterparts
 from eai.world.execution import Action
 from eai.world.state import Fact, State
 

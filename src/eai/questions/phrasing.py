@@ -8,9 +8,8 @@ from itertools import groupby
 from typing import NamedTuple
 
 from eai.prompts.template import Templates
-from eai.questions.item import Item, listed
 from eai.questions.question import Accept, Form, Kind
-from eai.questions.setting import Setting
+from eai.questions.setting import Item, Setting, listed
 from eai.questions.shortcuts import Glance, Ledger, Posed
 
 LETTERS = "ABCD"

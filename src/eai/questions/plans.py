@@ -8,9 +8,8 @@ from enum import IntEnum
 from typing import NamedTuple
 
 from eai.abilities.explanation import formula_text
-from eai.questions.item import Item, numbered, some, with_counterparts
 from eai.questions.one_step import statements
-from eai.questions.setting import Setting
+from eai.questions.setting import Item, Setting, numbered, some, with_counterparts
 from eai.world.execution import Action
 from eai.world.state import State
 

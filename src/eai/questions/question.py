@@ -11,7 +11,7 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from eai.abilities.misfit import misfit
+from eai.abilities.options import misfit
 from eai.data.files import lines
 from eai.errors import InputError
 

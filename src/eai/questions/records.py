@@ -10,7 +10,7 @@ from pathlib import Path
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from eai.abilities.codec import sha256_of
-from eai.abilities.misfit import misfit
+from eai.abilities.options import misfit
 from eai.abilities.verdict import Confusion, Json
 from eai.data.files import lines, write_whole
 from eai.errors import InputError

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from eai.abilities.share import Share, confusion_shares, of_all
 from eai.abilities.verdict import Json
 from eai.questions.answers import Graded, grade
-from eai.questions.balance import best_chance, chances_of, guesses_of
 from eai.questions.question import Form, Kind, Question
+from eai.questions.shortcuts import best_chance, chances_of, guesses_of
 from eai.results.certainty import Case, Interval, certainty_of_rate
 from eai.results.rate import Rate, rate_of
 

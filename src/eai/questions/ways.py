@@ -5,11 +5,10 @@ from __future__ import annotations
 import random
 from collections.abc import Sequence
 
-from eai.questions.item import Item, listed, numbered, some
 from eai.questions.one_step import never_true
 from eai.questions.question import Accept
-from eai.questions.repertoire import Repertoire, exhaust
-from eai.questions.setting import Setting
+from eai.questions.rules import Repertoire, exhaust
+from eai.questions.setting import Item, Setting, listed, numbered, some
 from eai.world.state import Fact
 
 _ACTIONS = 8

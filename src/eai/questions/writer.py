@@ -14,13 +14,12 @@ from eai.abilities.task import Task
 from eai.benchmark.benchmark import Benchmark
 from eai.planning.planner import Planner
 from eai.prompts.template import Templates
-from eai.questions.item import Item, Maker
 from eai.questions.one_step import applicability, backward, forward, inverse, why_not
 from eai.questions.phrasing import Phrased, asked_text, can_be_closed, phrase, pose, turns
 from eai.questions.plans import counterfactual, justification, state_tracking, validation
 from eai.questions.question import Form, Kind, Question
 from eai.questions.rules import Rules
-from eai.questions.setting import Setting, open_setting
+from eai.questions.setting import Item, Maker, Setting, open_setting
 from eai.questions.shortcuts import Ledger, Posed
 from eai.questions.ways import landmarks, next_action, reachability
 from eai.tasks.source import Source

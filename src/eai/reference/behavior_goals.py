@@ -10,12 +10,11 @@ from functools import partial
 from typing import TypeAlias
 
 from eai.abilities.explanation import Explanation, GoalReport
+from eai.abilities.goal_interpretation.declaration import GoalVerdict
 from eai.abilities.goal_interpretation.scorer import wrong_told
-from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.scorer import Assessment, Scorer
 from eai.abilities.task import GoalKind
-from eai.abilities.unreadable import Unreadable
-from eai.abilities.verdict import ALL, Confusion, ErrorReport
+from eai.abilities.verdict import ALL, Confusion, ErrorReport, Unreadable
 from eai.households.behavior.goal_notation import RELATIONS, STATES
 from eai.households.behavior.tasks import BehaviorTask
 from eai.reference.quirk import Aborting

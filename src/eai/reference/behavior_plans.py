@@ -13,12 +13,16 @@ import re
 import warnings
 from collections.abc import Sequence
 
-from eai.abilities.action_sequencing.course import CarryOut, Course
-from eai.abilities.action_sequencing.notation import JsonPlans, named
-from eai.abilities.action_sequencing.plan import WrittenPlan, WrittenStep
+from eai.abilities.action_sequencing.notation import (
+    CarryOut,
+    Course,
+    JsonPlans,
+    WrittenPlan,
+    WrittenStep,
+    named,
+)
 from eai.abilities.action_sequencing.scorer import ActionSequencing
-from eai.abilities.unreadable import Unreadable
-from eai.abilities.verdict import ErrorReport
+from eai.abilities.verdict import ErrorReport, Unreadable
 from eai.households.behavior.domain import as_meant
 from eai.households.behavior.tasks import BehaviorTask
 from eai.reference import behavior_quirks

@@ -17,13 +17,12 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 from eai.abilities.subgoal_decomposition.compiled import Compiled, Rejected, unparseable
+from eai.abilities.subgoal_decomposition.declaration import SubgoalCategory
 from eai.abilities.subgoal_decomposition.lexicon import SubgoalLexicon
 from eai.abilities.subgoal_decomposition.notation import WrittenSubgoals
 from eai.abilities.subgoal_decomposition.program import Do, End, Found, Instruction, Plan, Plans, Program
 from eai.abilities.subgoal_decomposition.search import SearchLimits
-from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory
-from eai.abilities.unreadable import Unreadable
-from eai.abilities.verdict import ErrorReport
+from eai.abilities.verdict import ErrorReport, Unreadable
 from eai.households.behavior import predicates as p
 from eai.households.behavior.subgoal_notation import (
     ACTIONS,

@@ -24,9 +24,9 @@ import re
 from dataclasses import dataclass, field, replace
 from functools import partial
 
+from eai.abilities.transition_modeling.declaration import OperatorReport, OperatorStatus
+from eai.abilities.transition_modeling.extraction import Memory
 from eai.abilities.transition_modeling.judgement import NOT_RUN, UNREADABLE, Judgement, PlanMemory, Replaced
-from eai.abilities.transition_modeling.memory import Memory
-from eai.abilities.transition_modeling.report import OperatorReport, OperatorStatus
 from eai.abilities.transition_modeling.task import TransitionTask
 from eai.pddl.match import SideMatch
 from eai.pddl.model import PddlAction

@@ -18,8 +18,7 @@ from eai.abilities.declaration import declaration_of
 from eai.abilities.explanation import Explanation
 from eai.abilities.protocol import Ability, Protocol
 from eai.abilities.scorer import Assessment
-from eai.abilities.unreadable import Unreadable
-from eai.abilities.verdict import Verdict
+from eai.abilities.verdict import Unreadable, Verdict
 
 MOST = 5
 """How many steps are told one by one."""

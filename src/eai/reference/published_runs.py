@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from eai.abilities.action_sequencing.course import Course
+from eai.abilities.action_sequencing.notation import Course
 from eai.abilities.action_sequencing.trial import Trial
 from eai.abilities.experiment import Experiment, Feedback, World
 from eai.abilities.protocol import Ability, Protocol

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from eai.abilities.unreadable import Unreadable
+from eai.abilities.verdict import Unreadable
 from eai.world.domain import Domain
 
 

@@ -21,12 +21,11 @@ from typing import TypeVar
 import eai.logic.formula as f
 from eai.abilities.subgoal_decomposition.branch import Branch
 from eai.abilities.subgoal_decomposition.compiled import Compiled, Offence, Rejected, offending, unparseable
+from eai.abilities.subgoal_decomposition.declaration import SubgoalCategory, SubgoalVerdict
 from eai.abilities.subgoal_decomposition.notation import WrittenSubgoals
 from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
 from eai.abilities.subgoal_decomposition.search import Outcome
-from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory, SubgoalVerdict
-from eai.abilities.unreadable import Unreadable
-from eai.abilities.verdict import Counted
+from eai.abilities.verdict import Counted, Unreadable
 from eai.errors import ParseError
 from eai.logic.ltl import Dialect, parse
 from eai.logic.signature import Signature

@@ -8,17 +8,16 @@ from dataclasses import replace
 from typing import Any
 
 from eai.abilities.explanation import GoalReport
-from eai.abilities.goal_interpretation.scorer import GoalInterpretation, ill_formed_told
-from eai.abilities.goal_interpretation.verdict import GoalVerdict
-from eai.abilities.goal_interpretation.written import (
+from eai.abilities.goal_interpretation.declaration import GoalVerdict
+from eai.abilities.goal_interpretation.notation import (
     SECTIONS,
     IllFormed,
     WrittenGoal,
     WrittenGoals,
 )
+from eai.abilities.goal_interpretation.scorer import GoalInterpretation, ill_formed_told
 from eai.abilities.task import GoalKind, Task
-from eai.abilities.unreadable import Unreadable
-from eai.abilities.verdict import ALL, Confusion
+from eai.abilities.verdict import ALL, Confusion, Unreadable
 from eai.households.virtualhome.goal_notation import FIELDS, VirtualHomeGoals, goal_of
 from eai.households.virtualhome.places import object_id
 from eai.logic.choice import literals

@@ -17,16 +17,14 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from functools import cache
 
-from eai.abilities.action_sequencing.course import CarryOut, Course
-from eai.abilities.action_sequencing.plan import TOO_LONG, WrittenPlan, WrittenStep
+from eai.abilities.action_sequencing.notation import TOO_LONG, CarryOut, Course, WrittenPlan, WrittenStep
 from eai.abilities.action_sequencing.scorer import ActionSequencing
 from eai.abilities.explanation import Explanation
 from eai.abilities.goal_test import GoalTest
 from eai.abilities.json_text import MAX_LENGTH
 from eai.abilities.scorer import Assessment
 from eai.abilities.task import GoalKind, Task
-from eai.abilities.unreadable import Unreadable
-from eai.abilities.verdict import Counted, ErrorReport, PlanVerdict
+from eai.abilities.verdict import Counted, ErrorReport, PlanVerdict, Unreadable
 from eai.households.virtualhome.domain import as_meant
 from eai.households.virtualhome.plan_notation import Identified, VirtualHomePlans, has_ids, identified
 from eai.households.virtualhome.tasks import VirtualHomeTask

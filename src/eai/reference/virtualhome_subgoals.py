@@ -28,7 +28,7 @@ from eai.abilities.subgoal_decomposition.program import (
 from eai.abilities.subgoal_decomposition.progress import GoalProgress
 from eai.abilities.subgoal_decomposition.search import Outcome, SearchLimits, uncategorised
 from eai.abilities.task import Task
-from eai.abilities.unreadable import Unreadable
+from eai.abilities.verdict import Unreadable
 from eai.households.virtualhome.subgoal_notation import ACTIONS, VirtualHomeSubgoals
 from eai.logic.formula import FALSE, Atom, Formula, Occurs
 from eai.logic.ltl import Dialect, parse

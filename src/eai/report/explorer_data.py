@@ -13,11 +13,10 @@ from dataclasses import dataclass, field, replace
 from typing import TypeAlias
 
 from eai.abilities.explanation import Explanation, StepReport
-from eai.abilities.goal_interpretation.verdict import GoalVerdict
+from eai.abilities.goal_interpretation.declaration import GoalVerdict
 from eai.abilities.record import Record
-from eai.abilities.subgoal_decomposition.verdict import SubgoalVerdict
-from eai.abilities.transition_modeling.report import OperatorReport
-from eai.abilities.transition_modeling.verdict import OperatorVerdict
+from eai.abilities.subgoal_decomposition.declaration import SubgoalVerdict
+from eai.abilities.transition_modeling.declaration import OperatorReport, OperatorVerdict
 from eai.abilities.verdict import Json, PlanVerdict, Verdict
 from eai.benchmark.registry import title_of
 from eai.report.runs import Run, RunKey

@@ -13,7 +13,7 @@ from eai.abilities.explanation import EXECUTED, Explanation, GoalReport
 from eai.abilities.protocol import Ability
 from eai.abilities.record import Record
 from eai.abilities.share import Share
-from eai.abilities.transition_modeling.verdict import OperatorVerdict
+from eai.abilities.transition_modeling.declaration import OperatorVerdict
 from eai.abilities.verdict import PlanVerdict
 from eai.pddl.clauses import predicates_in
 from eai.results.certainty import Case

@@ -12,7 +12,7 @@ from pathlib import Path
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from eai.abilities.misfit import misfit
+from eai.abilities.options import misfit
 from eai.abilities.record import Record, Usage
 from eai.errors import InputError
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import reduce
 
 from eai.abilities.record import NOT_ANSWERED, Record
-from eai.abilities.transition_modeling.verdict import OperatorVerdict
+from eai.abilities.transition_modeling.declaration import OperatorVerdict
 from eai.abilities.verdict import Json, Verdict
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from eai.abilities.perceived import Perceived
+from eai.abilities.record import Perceived
 from eai.abilities.share import Share, add, confusion_shares
 
 

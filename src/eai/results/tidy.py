@@ -8,13 +8,13 @@ from functools import cached_property, partial
 from typing import Any, TypeAlias
 
 from eai.abilities.declaration import declaration_of
-from eai.abilities.goal_interpretation.verdict import GoalVerdict
+from eai.abilities.goal_interpretation.declaration import GoalVerdict
 from eai.abilities.protocol import Ability
 from eai.abilities.record import Record
 from eai.abilities.share import NOTHING, Shares
 from eai.abilities.task import Task
+from eai.abilities.transition_modeling.declaration import OperatorVerdict
 from eai.abilities.transition_modeling.task import Category
-from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.abilities.verdict import PlanVerdict
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.features import FeatureBook

@@ -15,7 +15,7 @@ from inspect_ai.model import Model, ModelCost, ModelInfo, get_model, get_model_i
 from pydantic import TypeAdapter, ValidationError
 from rich.text import Text
 
-from eai.abilities.misfit import misfit
+from eai.abilities.options import misfit
 from eai.benchmark.suite import DEFAULT_PROTOCOL
 from eai.errors import EaiError, InputError, InterruptError
 from eai.run.job import Endpoint, Job, Requests

@@ -17,11 +17,10 @@ from enum import Enum
 
 from typing_extensions import assert_never
 
-from eai.abilities.goal_interpretation.verdict import GoalVerdict
+from eai.abilities.goal_interpretation.declaration import GoalVerdict
 from eai.abilities.share import add
-from eai.abilities.subgoal_decomposition.verdict import SubgoalVerdict
-from eai.abilities.transition_modeling.report import OperatorReport, OperatorStatus
-from eai.abilities.transition_modeling.verdict import OperatorVerdict
+from eai.abilities.subgoal_decomposition.declaration import SubgoalVerdict
+from eai.abilities.transition_modeling.declaration import OperatorReport, OperatorStatus, OperatorVerdict
 from eai.abilities.verdict import ALL, Confusion, PlanVerdict, Verdict
 from eai.pddl.offence import Offence
 from eai.world.fault import FaultKind

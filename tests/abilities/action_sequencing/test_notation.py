@@ -3,9 +3,8 @@ from __future__ import annotations
 import jsonschema
 import pytest
 
-from eai.abilities.action_sequencing.notation import JsonPlans
-from eai.abilities.action_sequencing.plan import WrittenPlan
-from eai.abilities.unreadable import Unreadable
+from eai.abilities.action_sequencing.notation import JsonPlans, WrittenPlan
+from eai.abilities.verdict import Unreadable
 from eai.logic.formula import Variable
 from eai.world.domain import Domain
 from eai.world.execution import Action

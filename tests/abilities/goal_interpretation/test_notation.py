@@ -3,10 +3,9 @@ from __future__ import annotations
 import pytest
 
 from abilities.goal_interpretation.lamps import DOMAIN, make_task
-from eai.abilities.goal_interpretation.notation import JsonGoals, Word
-from eai.abilities.goal_interpretation.written import IllFormed, WrittenGoal, WrittenGoals
+from eai.abilities.goal_interpretation.notation import IllFormed, JsonGoals, Word, WrittenGoal, WrittenGoals
 from eai.abilities.task import GoalKind
-from eai.abilities.unreadable import Unreadable
+from eai.abilities.verdict import Unreadable
 
 NOTATION = JsonGoals()
 OPEN = WrittenGoal("open", ("box",))

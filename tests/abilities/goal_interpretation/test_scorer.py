@@ -10,11 +10,10 @@ from hypothesis import strategies as st
 
 from abilities.goal_interpretation.lamps import DOMAIN, OBJECTS, atom, make_task
 from eai.abilities.declaration import AnswerOutcome
-from eai.abilities.goal_interpretation.declaration import GOAL_INTERPRETATION
+from eai.abilities.goal_interpretation.declaration import GOAL_INTERPRETATION, GoalVerdict
 from eai.abilities.goal_interpretation.gold import write_goals
 from eai.abilities.goal_interpretation.notation import JsonGoals
 from eai.abilities.goal_interpretation.scorer import GoalInterpretation
-from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.task import Task
 from eai.abilities.verdict import Confusion
 from eai.logic.formula import FALSE, Eventually, Or

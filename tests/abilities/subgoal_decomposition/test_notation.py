@@ -9,7 +9,7 @@ from eai.abilities.subgoal_decomposition.lexicon import SubgoalLexicon, spelt
 from eai.abilities.subgoal_decomposition.notation import SubgoalNotation, WrittenSubgoals
 from eai.abilities.subgoal_decomposition.scorer import SubgoalDecomposition
 from eai.abilities.task import Goal, GoalKind, Task
-from eai.abilities.unreadable import Unreadable
+from eai.abilities.verdict import Unreadable
 from eai.errors import InputError
 from eai.logic.formula import Atom, Constant, Equals, Exists, Not, Occurs, Variable
 from eai.logic.signature import Signature

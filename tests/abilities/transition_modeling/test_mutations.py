@@ -12,9 +12,9 @@ import json
 import pytest
 
 from eai.abilities.protocol import Protocol
+from eai.abilities.transition_modeling.declaration import OperatorVerdict
 from eai.abilities.transition_modeling.scorer import TransitionModeling
 from eai.abilities.transition_modeling.task import Category, OperatorLibrary, TransitionTask
-from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.abilities.verdict import Verdict
 from eai.pddl.operator_text import OperatorText
 from eai.pddl.planner import BuiltInPlanner

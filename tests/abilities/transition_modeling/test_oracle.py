@@ -9,11 +9,10 @@ from typing import Any
 import pytest
 
 from eai.abilities.protocol import Ability, Protocol
+from eai.abilities.transition_modeling.declaration import OperatorStatus, OperatorVerdict
 from eai.abilities.transition_modeling.planners import make_planner
-from eai.abilities.transition_modeling.report import OperatorStatus
 from eai.abilities.transition_modeling.scorer import TransitionModeling
 from eai.abilities.transition_modeling.task import TransitionTask
-from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.abilities.verdict import Confusion, Verdict
 from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import open_suite

@@ -6,14 +6,14 @@ from pathlib import Path
 import pytest
 
 from eai.abilities.protocol import Protocol
-from eai.abilities.transition_modeling.memory import LIMIT, Memory
+from eai.abilities.transition_modeling.declaration import OperatorStatus, OperatorVerdict
+from eai.abilities.transition_modeling.extraction import LIMIT, Memory
 from eai.abilities.transition_modeling.planners import available, make_planner
-from eai.abilities.transition_modeling.report import OperatorStatus
-from eai.abilities.transition_modeling.scorer import TransitionModeling
+from eai.abilities.transition_modeling.scorer import TransitionModeling, count_by_category
 from eai.abilities.transition_modeling.task import Category, OperatorLibrary, TransitionTask
-from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.abilities.verdict import ALL, Confusion, Verdict
 from eai.pddl.fast_downward import FastDownward, PlannerLimits
+from eai.pddl.matching import SideMatch
 from eai.pddl.operator_text import OperatorText
 from eai.pddl.planner import BuiltInPlanner, TieredPlanner
 from eai.pddl.planning import PlannerChoice, PlannerOutcome, PlannerResult, PlannerTerms, PlanningTask
@@ -325,3 +325,54 @@ def test_rules_remember_a_bounded_number_of_characters(protocol: Protocol) -> No
     sizes = [each.size for each in memories if isinstance(each, Memory)]
     assert LIMIT - length - 1000 < max(sizes) <= LIMIT
     assert scorer.score(texts[0]) == first  # found out again
+
+
+CATEGORIES = {
+    "open": Category.OBJECT_STATES,
+    "lit": Category.OBJECT_STATES,
+    "inside": Category.SPATIAL_RELATIONS,
+}
+ONE = Confusion(1, 0, 0)
+
+
+@pytest.mark.parametrize(
+    ("clause", "by_clause", "by_predicate"),
+    [
+        ("(open ?x)", {"all": ONE, "object_states": ONE}, {"object_states": ONE}),
+        (
+            "(or (open ?x) (lit ?x))",  # both are of one category: it is one clause of it
+            {"all": ONE, "object_states": ONE},
+            {"object_states": ONE},
+        ),
+        (
+            "(or (open ?x) (not (inside ?x ?y)))",
+            {"all": ONE, "object_states": ONE, "spatial_relations": ONE},
+            {"object_states": ONE, "spatial_relations": ONE},
+        ),
+        ("(shiny ?x)", {"all": ONE, "other": ONE}, {}),
+        (
+            "(or (shiny ?x) (open ?x))",
+            {"all": ONE, "object_states": ONE, "other": ONE},
+            {"object_states": ONE},
+        ),
+    ],
+)
+def test_a_clause_counts_once_in_every_category_of_its_predicates(
+    clause: str, by_clause: dict[str, Confusion], by_predicate: dict[str, Confusion]
+) -> None:
+    side = SideMatch(matched=(clause,), additional=(), missing=())
+    assert count_by_category([side], CATEGORIES, clauses=True) == by_clause
+    assert count_by_category([side], CATEGORIES, clauses=False) == by_predicate
+
+
+def test_what_is_matched_additional_and_missing_is_added_up() -> None:
+    sides = [
+        SideMatch(("(open ?x)",), ("(lit ?x)", "(inside ?x ?y)"), ()),
+        SideMatch((), ("(lit ?x)",), ("(open ?y)",)),
+    ]
+    assert count_by_category(sides, CATEGORIES, clauses=True) == {
+        "all": Confusion(1, 3, 1),
+        "object_states": Confusion(1, 2, 1),
+        "spatial_relations": Confusion(0, 1, 0),
+    }
+    assert count_by_category([], CATEGORIES, clauses=True) == {}

@@ -4,9 +4,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from eai.abilities.action_sequencing.plan import TOO_LONG, WrittenPlan
+from eai.abilities.action_sequencing.notation import TOO_LONG, WrittenPlan
 from eai.abilities.json_text import MAX_LENGTH, Pairs
-from eai.abilities.unreadable import Unreadable
+from eai.abilities.verdict import Unreadable
 from eai.households.virtualhome.plan_notation import Identified, VirtualHomePlans, read_steps
 from eai.reference.virtualhome_plans import _Notation
 from eai.world.execution import Action

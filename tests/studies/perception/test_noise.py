@@ -8,9 +8,9 @@ from itertools import pairwise, product
 
 import pytest
 
-from eai.abilities.perceived import Perceived
 from eai.abilities.planning import find_plan
 from eai.abilities.protocol import Ability
+from eai.abilities.record import Perceived
 from eai.abilities.share import Share
 from eai.abilities.task import Task
 from eai.abilities.verdict import PlanVerdict

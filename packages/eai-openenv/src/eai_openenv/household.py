@@ -9,7 +9,7 @@ from openenv.core.env_server import Environment
 from openenv.core.env_server.types import Action, EnvironmentMetadata, Observation, State
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
-from eai.abilities.misfit import misfit
+from eai.abilities.options import misfit
 from eai.envs.game import RULES, Game, stage_of
 from eai.envs.rules import Rules
 from eai.errors import InputError

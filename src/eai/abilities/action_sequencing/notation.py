@@ -1,4 +1,8 @@
-"""How plans are written as answers: what a benchmark's prompts ask for."""
+"""How plans are written as answers, as a benchmark's prompts ask for them, and what they mean in a task.
+
+A written plan has names before anyone knows whether they mean something; `resolve` finds what they mean:
+ground actions. A `Course` is what became of a plan in a world that may have a past, and may fail it.
+"""
 
 from __future__ import annotations
 
@@ -6,18 +10,119 @@ import json
 import re
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from typing import NamedTuple, TypeAlias
 
 from mypy_extensions import mypyc_attr
 
-from eai.abilities.action_sequencing.plan import WrittenPlan, WrittenStep
 from eai.abilities.answer_schema import Schema, closed, either, listed, text
-from eai.abilities.json_text import Pairs, find_json, is_cut_off
+from eai.abilities.json_text import MAX_LENGTH, Pairs, find_json, is_cut_off
+from eai.abilities.scorer import UNKNOWN_ACTION
 from eai.abilities.task import Task
-from eai.abilities.unreadable import Unreadable
+from eai.abilities.verdict import ErrorReport, Unreadable
+from eai.logic.frozen import Frozen
+from eai.logic.signature import MisuseKind, takes
 from eai.world.domain import Domain
-from eai.world.execution import Action
+from eai.world.execution import Action, Trajectory
+from eai.world.fault import FaultKind
 from eai.world.state import Scene
+
+
+class WrittenStep(NamedTuple):
+    """One step of an answer.
+
+    Attributes:
+        action: the action as written.
+        objects: what stands for each of its objects; the text of it is what messages call the object.
+    """
+
+    action: str
+    objects: tuple[object, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class WrittenPlan(Frozen):
+    """The steps of an answer in order, and the names of the repairs that were needed to read them."""
+
+    steps: tuple[WrittenStep, ...]
+    repairs: tuple[str, ...] = ()
+
+
+TOO_LONG = Unreadable(f"the answer is longer than {MAX_LENGTH:,} characters")
+"""What there is to say of an answer that no model writes; it is not searched."""
+
+
+ObjectOf: TypeAlias = Callable[[object], int | None]
+"""The index of the object that something written stands for, or None."""
+
+
+def resolve(
+    plan: WrittenPlan,
+    domain: Domain,
+    notation: PlanNotation,
+    object_of: ObjectOf,
+    stranger: str = "there is no",
+) -> tuple[Action, ...] | ErrorReport:
+    """A written plan as ground actions, or its first grammar error: of all names before of any arity.
+
+    Args:
+        plan: the plan.
+        domain: whose operators are named.
+        notation: what operators are called.
+        object_of: what objects are called.
+        stranger: what there is to say of what stands for no object, before its name.
+    """
+    arities, operator_of = domain.arities, notation.operator
+    actions = []
+    misapplied = None
+    for number, step in enumerate(plan.steps):
+        operator = operator_of(step.action)
+        if operator not in arities:
+            detail = f"{step.action} is not an action"
+            return ErrorReport(FaultKind.HALLUCINATION, number, detail, UNKNOWN_ACTION)
+        objects = []
+        for name in step.objects:
+            index = object_of(name)
+            if index is None:
+                return _unknown(number, f"{step.action}: {stranger} {name}", str(name))
+            objects.append(index)
+        if misapplied is None and len(objects) != arities[operator]:
+            detail = f"{takes(operator, arities[operator], 'object')}, not {len(objects)}"
+            check = MisuseKind.WRONG_ARITY.value
+            misapplied = ErrorReport(FaultKind.ARGUMENT_NUMBER, number, detail, check)
+        actions.append(Action(operator, tuple(objects)))
+    return misapplied or tuple(actions)
+
+
+def _unknown(number: int, detail: str, name: str) -> ErrorReport:
+    """A step names an object that there is not."""
+    return ErrorReport(FaultKind.HALLUCINATION, number, detail, MisuseKind.UNKNOWN_OBJECT.value, (name,))
+
+
+class Course(NamedTuple):
+    """What became of a plan that was carried out.
+
+    Attributes:
+        trajectory: of this plan alone, from the state in which it began.
+        before: the actions that were executed earlier in the same world, by name.
+        slipped: whether a slip ended it.
+        whole: all that has happened in this world, where it did not begin with this plan.
+    """
+
+    trajectory: Trajectory
+    before: tuple[str, ...] = ()
+    slipped: bool = False
+    whole: Trajectory | None = None
+
+    @property
+    def taken(self) -> list[str]:
+        """All actions that were executed in this world, by name."""
+        return [*self.before, *[action.operator for action in self.trajectory.executed]]
+
+
+CarryOut: TypeAlias = Callable[[tuple[Action, ...]], Course]
+"""How plans are carried out; one of no steps begins and ends where the world is."""
+
 
 _SPECIAL = re.compile(r"[\\^$.|?*+()\[\]{}/]")
 _COMMENT = re.compile(r"(?<=[\[\]{},\s])#[^\n]*")

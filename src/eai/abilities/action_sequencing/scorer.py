@@ -6,17 +6,12 @@ from functools import partial
 
 from mypy_extensions import mypyc_attr
 
-from eai.abilities.action_sequencing.course import CarryOut, Course
-from eai.abilities.action_sequencing.notation import PlanNotation
-from eai.abilities.action_sequencing.plan import WrittenPlan
-from eai.abilities.action_sequencing.resolution import resolve
-from eai.abilities.error_report import error_report
+from eai.abilities.action_sequencing.notation import CarryOut, Course, PlanNotation, WrittenPlan, resolve
 from eai.abilities.explanation import SLIPPED, Explanation, goal_reports, repairs_told, step_reports
 from eai.abilities.goal_test import GoalTest
-from eai.abilities.scorer import Assessment, Scorer
+from eai.abilities.scorer import Assessment, Scorer, error_report
 from eai.abilities.task import Task
-from eai.abilities.unreadable import Unreadable
-from eai.abilities.verdict import ErrorReport, PlanVerdict
+from eai.abilities.verdict import ErrorReport, PlanVerdict, Unreadable
 from eai.world.domain import Domain
 from eai.world.execution import Action, execute
 from eai.world.fault import FaultKind

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from eai.abilities.action_sequencing.course import Course
+from eai.abilities.action_sequencing.notation import Course
 from eai.abilities.action_sequencing.scorer import ActionSequencing
 from eai.abilities.experiment import Experiment, World
 from eai.abilities.goal_test import remaining_goals

@@ -1,8 +1,9 @@
-"""Goal interpretation as a registered ability: how it is asked, judged and counted."""
+"""Goal interpretation as a registered ability: how it is asked and counted, and its verdicts."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -17,16 +18,44 @@ from eai.abilities.declaration import (
     error_outcome,
     score_columns,
 )
-from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.protocol import Ability
 from eai.abilities.share import Share, add, confusion_shares, of_all
 from eai.abilities.task import GoalKind
-from eai.abilities.verdict import ALL, Confusion
+from eai.abilities.verdict import ALL, Confusion, Verdict
 from eai.world.fault import FaultKind
 
 if TYPE_CHECKING:
     from eai.abilities.scorer import Scorer
     from eai.abilities.task import Task
+
+
+@dataclass(frozen=True, slots=True)
+class GoalVerdict(Verdict):
+    """What scoring says of an interpretation of goals.
+
+    Attributes:
+        counts: goals found, invented and missed, by kind, and ``all`` together. What is ill-formed or names
+            what does not exist is not among those invented (the reference counts a part of it).
+        predicted: how many goals the answer states, those included that are not counted.
+        ill_formed: how many of them lack a part.
+        hallucinated: for each goal that names what does not exist, the first such name.
+        unknown_predicates: the predicates that there are not.
+        matched: the stated goals that are right, as texts, each as often as it counts.
+        wrong: those that are wrong, likewise; the entries that lack a part come first, as they are written.
+        missing: the conditions of the task that are not stated, as texts.
+        aborts: whether the reference would end its whole run here.
+    """
+
+    counts: Mapping[str, Confusion] | None = None
+    predicted: int = 0
+    ill_formed: int = 0
+    hallucinated: tuple[str, ...] = ()
+    unknown_predicates: tuple[str, ...] = ()
+    matched: tuple[str, ...] = ()
+    wrong: tuple[str, ...] = ()
+    missing: tuple[str, ...] = ()
+    aborts: bool = False
+
 
 OVERALL = "overall"
 """The prefix of the rates over all goals."""

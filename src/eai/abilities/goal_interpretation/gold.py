@@ -5,8 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from eai.abilities.goal_interpretation.lexicon import GoalLexicon
-from eai.abilities.goal_interpretation.notation import Alternatives, GoalNotation
-from eai.abilities.goal_interpretation.written import WrittenGoal
+from eai.abilities.goal_interpretation.notation import Alternatives, GoalNotation, WrittenGoal
 from eai.abilities.task import GoalKind, Task
 from eai.logic.choice import Literal
 from eai.logic.frozen import Frozen

@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from math import prod
 
-from eai.abilities.goal_interpretation.notation import GoalNotation
-from eai.abilities.goal_interpretation.written import WrittenGoal
+from eai.abilities.goal_interpretation.notation import GoalNotation, WrittenGoal
 from eai.abilities.task import GoalKind, Task
 from eai.logic.choice import Literal
 from eai.logic.formula import Atom, Constant, Not, Occurs, Term

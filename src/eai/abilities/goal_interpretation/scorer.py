@@ -22,15 +22,13 @@ from typing import NamedTuple
 from mypy_extensions import mypyc_attr
 
 from eai.abilities.explanation import Explanation, GoalReport, repairs_told
+from eai.abilities.goal_interpretation.declaration import GoalVerdict
 from eai.abilities.goal_interpretation.gold import GoldGoals
 from eai.abilities.goal_interpretation.lexicon import GoalLexicon
-from eai.abilities.goal_interpretation.notation import GoalNotation
-from eai.abilities.goal_interpretation.verdict import GoalVerdict
-from eai.abilities.goal_interpretation.written import IllFormed, WrittenGoal, WrittenGoals
+from eai.abilities.goal_interpretation.notation import GoalNotation, IllFormed, WrittenGoal, WrittenGoals
 from eai.abilities.scorer import Assessment, Scorer
 from eai.abilities.task import Task
-from eai.abilities.unreadable import Unreadable
-from eai.abilities.verdict import ALL, Confusion, ErrorReport
+from eai.abilities.verdict import ALL, Confusion, ErrorReport, Unreadable
 from eai.world.domain import Domain
 from eai.world.fault import FaultKind
 from eai.world.relation import bits, first_bits

@@ -14,10 +14,9 @@ from dataclasses import dataclass
 from itertools import product
 
 from eai.abilities.goal_interpretation.lexicon import GoalLexicon
-from eai.abilities.goal_interpretation.notation import GoalNotation, Word
-from eai.abilities.goal_interpretation.written import WrittenGoal
+from eai.abilities.goal_interpretation.notation import GoalNotation, Word, WrittenGoal
 from eai.abilities.task import Goal, Task, goal
-from eai.abilities.unreadable import Unreadable
+from eai.abilities.verdict import Unreadable
 from eai.logic.formula import Atom, Formula, Occurs
 from eai.logic.signature import term
 from eai.logic.traversal import objects, walk

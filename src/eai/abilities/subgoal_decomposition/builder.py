@@ -15,7 +15,6 @@ from itertools import product
 from typing import NamedTuple
 
 import eai.logic.formula as f
-from eai.abilities.subgoal_decomposition.extent import Extent
 from eai.abilities.subgoal_decomposition.lexicon import SubgoalLexicon
 from eai.abilities.subgoal_decomposition.program import (
     MAX_ACTIONS,
@@ -32,7 +31,7 @@ from eai.abilities.subgoal_decomposition.program import (
 from eai.abilities.subgoal_decomposition.progress import StateTest
 from eai.abilities.subgoal_decomposition.refinement import Refinement
 from eai.abilities.subgoal_decomposition.repertoire import Holds
-from eai.abilities.subgoal_decomposition.rewriting import negation_normal, substitute
+from eai.abilities.subgoal_decomposition.rewriting import Extent, negation_normal, substitute
 from eai.abilities.task import Task
 from eai.errors import InputError
 from eai.logic.frozen import Frozen

@@ -6,11 +6,10 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
+from eai.abilities.subgoal_decomposition.declaration import SubgoalCategory
 from eai.abilities.subgoal_decomposition.notation import WrittenSubgoals
 from eai.abilities.subgoal_decomposition.program import Program
-from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory
-from eai.abilities.unreadable import Unreadable
-from eai.abilities.verdict import ErrorReport
+from eai.abilities.verdict import ErrorReport, Unreadable
 from eai.errors import InputError, ParseError
 from eai.logic.formula import Formula
 from eai.logic.frozen import Frozen

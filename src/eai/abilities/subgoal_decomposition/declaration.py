@@ -1,22 +1,67 @@
-"""Subgoal decomposition as a registered ability: how it is asked, judged and counted."""
+"""Subgoal decomposition as a registered ability: how it is asked and counted, and its verdicts."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from enum import Enum
 from functools import partial
 from typing import TYPE_CHECKING
+
+from typing_extensions import Self
 
 from eai.abilities.declaration import AskedWorld, Form, MetricColumn, SingleTurn
 from eai.abilities.protocol import Ability
 from eai.abilities.share import Share, of_all
-from eai.abilities.subgoal_decomposition.verdict import SubgoalCategory, SubgoalVerdict
 from eai.abilities.trajectory_metrics import COLUMNS, goal_shares, on_trajectories, times, times_additional
+from eai.abilities.verdict import PlanVerdict
 from eai.world.fault import FaultKind
 
 if TYPE_CHECKING:
     from eai.abilities.scorer import Scorer
     from eai.abilities.task import Task
+
+
+class SubgoalCategory(str, Enum):
+    """The outcomes of subgoal decomposition (reference: ``subgoal_eval_utils.py``)."""
+
+    CORRECT = "correct"
+    RUNTIME = "runtime"
+    GOAL_UNREACHABLE = "goal_unreachable"
+    HALLUCINATION = "hallucination"
+    NOT_PARSEABLE = "not_parseable"
+
+
+@dataclass(frozen=True, slots=True)
+class SubgoalVerdict(PlanVerdict):
+    """What scoring says of a sequence of subgoals.
+
+    Attributes:
+        category: the outcome.
+        goals_elsewhere: whether the goals are those of another way to carry the subgoals out than the
+            reported one, which reaches fewer.
+        errors: the kinds of all errors of the reported way to carry them out, in order.
+        offences: what is wrong with names, each kind once.
+        search: why the search for a way ended, or None if there was none.
+        attempts: how many actions it tried.
+        refined: for how many subgoals actions were executed, on the reported way.
+        added_actions: how many more actions than one for each of them.
+    """
+
+    category: SubgoalCategory | None = None
+    goals_elsewhere: bool = False
+    errors: tuple[FaultKind, ...] = ()
+    offences: tuple[str, ...] = ()
+    search: str | None = None
+    attempts: int | None = None
+    refined: int | None = None
+    added_actions: int | None = None
+
+    def without_answer(self) -> Self:
+        """As of any plan; there is no outcome."""
+        unanswered = PlanVerdict.without_answer(self)
+        return unanswered if self.excluded is not None else replace(unanswered, category=None)
+
 
 _RUNTIME_FAULTS = (FaultKind.WRONG_ORDER, FaultKind.MISSING_STEP, FaultKind.AFFORDANCE)
 _EXECUTED = (SubgoalCategory.CORRECT, SubgoalCategory.GOAL_UNREACHABLE)

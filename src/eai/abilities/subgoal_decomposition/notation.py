@@ -11,7 +11,7 @@ from eai.abilities.answer_schema import Schema, closed, listed, text
 from eai.abilities.json_text import Pairs, find_json
 from eai.abilities.subgoal_decomposition.lexicon import ObjectsAndClasses, SubgoalLexicon, spelt
 from eai.abilities.task import Task
-from eai.abilities.unreadable import Unreadable
+from eai.abilities.verdict import Unreadable
 from eai.logic.formula import And, Atom, Constant, Formula
 from eai.logic.ltl_printer import print_ltl
 from eai.logic.signature import Signature

@@ -1,4 +1,7 @@
-"""Subgoal decomposition: from the text of an answer to its verdict, the same for every domain."""
+"""Subgoal decomposition: from the text of an answer to its verdict, the same for every domain.
+
+The reports of the search are put into the terms of verdicts.
+"""
 
 from __future__ import annotations
 
@@ -7,16 +10,15 @@ from functools import partial
 
 from eai.abilities.explanation import Explanation, goal_reports, part_reports, repairs_told, step_reports
 from eai.abilities.goal_test import GoalTest
-from eai.abilities.scorer import Assessment, Scorer
+from eai.abilities.scorer import Assessment, Scorer, error_report
 from eai.abilities.subgoal_decomposition.branch import Branch
 from eai.abilities.subgoal_decomposition.builder import Programs
 from eai.abilities.subgoal_decomposition.compiled import Compiled, Rejected, compile_each, unparseable
+from eai.abilities.subgoal_decomposition.declaration import SubgoalCategory, SubgoalVerdict
 from eai.abilities.subgoal_decomposition.notation import SubgoalNotation
 from eai.abilities.subgoal_decomposition.progress import GoalProgress, Watched
 from eai.abilities.subgoal_decomposition.refinement import Refinement
-from eai.abilities.subgoal_decomposition.reporting import category_of, error_of
 from eai.abilities.subgoal_decomposition.search import Outcome, SearchEnd, SearchLimits, search, uncategorised
-from eai.abilities.subgoal_decomposition.verdict import SubgoalVerdict
 from eai.abilities.task import GoalKind, Task
 from eai.abilities.verdict import ErrorReport
 from eai.logic.formula import Formula, Then
@@ -26,6 +28,26 @@ from eai.logic.traversal import objects
 from eai.world.domain import Domain
 from eai.world.execution import Fault
 from eai.world.fault import FaultKind
+from eai.world.state import Scene
+
+
+def category_of(outcome: Outcome) -> SubgoalCategory:
+    """The category of an answer that could be carried out."""
+    if outcome.success:
+        return SubgoalCategory.CORRECT
+    return SubgoalCategory.GOAL_UNREACHABLE if outcome.executable else SubgoalCategory.RUNTIME
+
+
+def error_of(branch: Branch, domain: Domain, scene: Scene) -> ErrorReport | None:
+    """What ended a branch, if anything did; the step is the number of the subgoal, from 0."""
+    failure = branch.failure
+    if failure is None:
+        return None
+    last = branch.tried
+    if last is not None and last.step.fault is failure:
+        return error_report(failure, branch.subgoal, domain, last.step.action, scene)
+    check = failure.check
+    return ErrorReport(failure.kind, branch.subgoal, check.reason, check.id, objects(check.condition))
 
 
 class SubgoalDecomposition(Scorer):

@@ -1,9 +1,13 @@
-"""Transition modeling as a registered ability: how it is asked, judged and counted."""
+"""Transition modeling as a registered ability: how it is asked and counted, and its verdicts.
+
+A verdict says operator by operator how an answer compares with the gold ones.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from enum import Enum
 from typing import TYPE_CHECKING
 
 from eai.abilities.answer_schema import closed, text
@@ -22,13 +26,78 @@ from eai.abilities.declaration import (
 from eai.abilities.protocol import Ability
 from eai.abilities.share import NOTHING, Share, add, confusion_shares, of_all
 from eai.abilities.transition_modeling.task import Category, TransitionTask
-from eai.abilities.transition_modeling.verdict import OperatorVerdict
-from eai.abilities.verdict import ALL, Confusion
+from eai.abilities.verdict import ALL, Confusion, Verdict
+from eai.pddl.match import NO_MATCH, SideMatch
+from eai.pddl.offence import PddlFinding
 from eai.pddl.planning import PlannerOutcome
 
 if TYPE_CHECKING:
     from eai.abilities.scorer import Scorer
     from eai.abilities.task import Task
+
+
+class OperatorStatus(str, Enum):
+    """What became of one operator."""
+
+    COMPARED = "compared"
+    MISSING = "missing"
+    """Asked for, and not in the answer."""
+    UNREADABLE = "unreadable"
+    """In the answer, but its text is not PDDL."""
+    HALLUCINATED = "hallucinated"
+    """In the answer, and not asked for."""
+
+
+@dataclass(frozen=True, slots=True)
+class OperatorReport:
+    """One operator that is asked for or written.
+
+    Attributes:
+        precondition: clauses matched, additional and missing in the precondition; or predicates, if the
+            rules count those.
+        effect: the same for the effect.
+        offences: what is wrong with it, whatever the gold operator.
+    """
+
+    name: str
+    status: OperatorStatus
+    precondition: SideMatch = NO_MATCH
+    effect: SideMatch = NO_MATCH
+    offences: tuple[PddlFinding, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class OperatorVerdict(Verdict):
+    """What scoring says of operators.
+
+    Attributes:
+        success: whether the plan that a planner finds with them works with the gold operators or, under rules
+            that do not ask for that, whether it finds one; None if no planner was asked.
+        counts: clauses matched, additional and missing, by side (precondition, effect) and category; or
+            predicates, if the rules count those.
+        literals: the same in literals, by side: partial credit for clauses of which a part is right; None if
+            the rules do not give it.
+        planner: what the planner made of them.
+        plan_works: whether the planner found a plan that works with the gold operators; None if none was
+            asked, under rules that do not ask for that, or in older records.
+        task_categories: the task's own categories, the first the more telling one.
+        operators: what comparing each operator with the gold one found out.
+        plan: the steps of the plan that was found.
+        planner_detail: what else the planner says.
+        planner_name: which planner was asked, with its version; None if none was, or in older records.
+    """
+
+    success: bool | None = None
+    counts: Mapping[str, Mapping[str, Confusion]] | None = None
+    literals: Mapping[str, Confusion] | None = None
+    planner: PlannerOutcome | None = None
+    plan_works: bool | None = None
+    task_categories: tuple[str, ...] = ()
+    operators: tuple[OperatorReport, ...] = ()
+    plan: tuple[str, ...] = ()
+    planner_detail: str = ""
+    planner_name: str | None = None
+
 
 OVERALL = "overall"
 """The prefix of the rates over all categories."""

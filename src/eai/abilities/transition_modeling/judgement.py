@@ -1,19 +1,53 @@
-"""What rules make of an answer: operators compared, and what a planner can do with them."""
+"""What rules make of an answer: operators compared, and what a planner can do with them.
+
+`plan_flaw` says whether a plan that was found with an answer's operators works with the gold ones.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Hashable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from enum import Enum
 from typing import Protocol
 
-from eai.abilities.transition_modeling.memory import Memory
-from eai.abilities.transition_modeling.report import OperatorReport
+from eai.abilities.transition_modeling.declaration import OperatorReport
+from eai.abilities.transition_modeling.extraction import Memory
 from eai.abilities.transition_modeling.task import TransitionTask
 from eai.abilities.verdict import Confusion, ErrorReport
-from eai.pddl.execute import PlanFlaw
+from eai.pddl.execute import Executor, PlanFlaw, PlanStep
+from eai.pddl.model import PddlAction
 from eai.pddl.planning import PddlPlanner, PlannerOutcome, PlannerResult, PlanningTask
 from eai.world.fault import FaultKind
+
+
+def plan_flaw(
+    task: TransitionTask, written: Mapping[str, PddlAction], plan: Sequence[PlanStep]
+) -> PlanFlaw | None:
+    """Why the gold operators cannot execute a plan from the start of the task to its goal; None if they can.
+
+    Each parameter of a gold operator stands for the object that the step has for the parameter of that name;
+    where the answer does not use all of the names, parameters correspond by position, and a step with
+    another number of objects cannot be executed.
+
+    Args:
+        task: the task, which asks for the operators of the plan.
+        written: the answer's operators by name.
+        plan: the plan.
+    """
+    domain = replace(task.domain.header, actions=tuple(task.gold.values()))
+    steps = [_gold_step(step, written[step.action], task.gold[step.action]) for step in plan]
+    return Executor(domain, task.problem).flaw(steps)
+
+
+def _gold_step(step: PlanStep, written: PddlAction, gold: PddlAction) -> PlanStep:
+    """A step as the gold operator takes it."""
+    objects = {
+        parameter.name: name for parameter, name in zip(written.parameters, step.arguments, strict=True)
+    }
+    wanted = [parameter.name for parameter in gold.parameters]
+    known = objects.keys() >= set(wanted)
+    return PlanStep(gold.name, tuple([objects[name] for name in wanted]) if known else step.arguments)
+
 
 NOT_RUN = PlannerResult(PlannerOutcome.NOT_RUN)
 """The result where no planner is asked."""

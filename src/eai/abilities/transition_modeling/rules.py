@@ -15,11 +15,9 @@ from dataclasses import dataclass, field, replace
 from typing import NamedTuple, TypeAlias
 
 from eai.abilities.share import add
-from eai.abilities.transition_modeling.extraction import Readings, WrittenOperator, extract
-from eai.abilities.transition_modeling.judgement import UNREADABLE, Judgement, PlanMemory, Replaced
-from eai.abilities.transition_modeling.memory import Memory
-from eai.abilities.transition_modeling.plan_check import plan_flaw
-from eai.abilities.transition_modeling.report import OperatorReport, OperatorStatus
+from eai.abilities.transition_modeling.declaration import OperatorReport, OperatorStatus
+from eai.abilities.transition_modeling.extraction import Memory, Readings, WrittenOperator, extract
+from eai.abilities.transition_modeling.judgement import UNREADABLE, Judgement, PlanMemory, Replaced, plan_flaw
 from eai.abilities.transition_modeling.task import TransitionTask
 from eai.abilities.verdict import Confusion
 from eai.logic.frozen import Frozen

@@ -1,15 +1,31 @@
-"""The tasks of transition modeling: gold operators, planning problems and categories of predicates."""
+"""The tasks of transition modeling: gold operators, planning problems and categories of predicates.
+
+Of any declared domain the gold operators are the declaration, exported as PDDL. A task asks for the
+operators of a plan that reaches its goal. The planning problem is about its goals on states and relations; a
+task that only asks for actions to be taken is none of transition modeling. Predicates that no text may
+mention are left out.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from enum import Enum
 from functools import cached_property, lru_cache
 
-from eai.pddl.model import PddlAction, PddlDomain, PddlProblem
+from eai.abilities.planning import find_plan
+from eai.abilities.task import Goal, GoalKind, Task
+from eai.logic.formula import Atom
+from eai.logic.traversal import walk
+from eai.pddl.export import Exported, ExportOptions, ProblemSource, export_problems
+from eai.pddl.model import PddlAction, PddlDomain, PddlProblem, effect_atoms
 from eai.pddl.operator_text import OperatorText
 from eai.pddl.reader import read_action, read_problem
+from eai.pddl.writer import operator_text, write_problem
+from eai.planning.planner import Planner
+from eai.world.domain import Domain
+from eai.world.execution import Action, execute
 
 
 class Category(str, Enum):
@@ -79,3 +95,89 @@ class TransitionTask:
 def _gold(text: str) -> PddlAction:
     """A gold operator, which many tasks ask for."""
     return read_action(text)
+
+
+def declared_tasks(
+    domain: Domain, tasks: Mapping[str, Task], categories: Mapping[str, Category] | None = None
+) -> dict[str, TransitionTask]:
+    """The tasks of transition modeling of a domain, by id, in the order of the tasks.
+
+    Args:
+        domain: the declaration.
+        tasks: its tasks.
+        categories: those of some predicates, by name in PDDL; others have what `default_categories` says.
+    """
+    asked = {task_id: task for task_id, task in tasks.items() if _conditions(task)}
+    if not asked:
+        return {}
+    sources = [
+        ProblemSource(task_id, task.initial, tuple(goal.formula for goal in _conditions(task)))
+        for task_id, task in asked.items()
+    ]
+    exported = export_problems(domain, sources, ExportOptions(invisible=False))
+    known = {**default_categories(exported[0].domain), **(categories or {})}
+    library = OperatorLibrary(
+        header=_without_operators(exported[0].domain), operators=_texts(exported[0]), categories=known
+    )
+    planner = Planner(domain)
+    return {
+        task_id: TransitionTask(
+            task_id,
+            library,
+            tuple(_operators(_plan(domain, task, planner), each, library)),
+            _task_categories(each, known),
+            write_problem(each.problem),
+        )
+        for (task_id, task), each in zip(asked.items(), exported, strict=True)
+    }
+
+
+def default_categories(domain: PddlDomain) -> dict[str, Category]:
+    """The category of every predicate, by its arguments and by whether an operator changes it."""
+    changing = {atom.predicate for action in domain.actions for atom in effect_atoms(action.effect)}
+    changing |= {axiom.name for axiom in domain.axioms}
+    found = {}
+    for predicate in domain.predicates:
+        match len(predicate.parameters):
+            case 0:
+                found[predicate.name] = Category.NON_SPATIAL_RELATIONS
+            case 1 if predicate.name in changing:
+                found[predicate.name] = Category.OBJECT_STATES
+            case 1:
+                found[predicate.name] = Category.OBJECT_AFFORDANCE
+            case _:
+                found[predicate.name] = Category.SPATIAL_RELATIONS
+    return found
+
+
+def _conditions(task: Task) -> Sequence[Goal]:
+    return [goal for goal in task.at_the_end.goals if goal.kind is not GoalKind.ACTION]
+
+
+def _without_operators(domain: PddlDomain) -> PddlDomain:
+    return replace(domain, actions=())
+
+
+def _texts(exported: Exported) -> dict[str, OperatorText]:
+    return {action.name: operator_text(action) for action in exported.domain.actions}
+
+
+def _plan(domain: Domain, task: Task, planner: Planner) -> Sequence[Action]:
+    """A plan for a task: its own if that can be executed, else one that is found, else none."""
+    arities = domain.arities
+    sound = all(arities.get(action.operator) == len(action.arguments) for action in task.script)
+    if task.script and sound and execute(domain, task.initial, task.script).failure is None:
+        return task.script
+    return find_plan(task, planner).plan
+
+
+def _operators(plan: Sequence[Action], exported: Exported, library: OperatorLibrary) -> Iterator[str]:
+    """The operators of a plan in the order of the domain; all where there is no plan."""
+    used = {exported.step(action).action for action in plan} or set(library.operators)
+    return (name for name in library.operators if name in used)
+
+
+def _task_categories(exported: Exported, categories: Mapping[str, Category]) -> list[Category]:
+    """The categories of the predicates in the goal, the most frequent first."""
+    atoms = (part for part in walk(exported.problem.goal) if isinstance(part, Atom))
+    return [category for category, _ in Counter(categories[atom.predicate] for atom in atoms).most_common()]

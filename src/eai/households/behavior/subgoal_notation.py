@@ -12,7 +12,7 @@ from collections.abc import Mapping
 
 from eai.abilities.subgoal_decomposition.lexicon import SubgoalLexicon
 from eai.abilities.subgoal_decomposition.notation import SubgoalNotation, WrittenSubgoals, read_output
-from eai.abilities.unreadable import Unreadable
+from eai.abilities.verdict import Unreadable
 from eai.households.behavior import domain as behavior
 from eai.households.behavior import predicates as p
 from eai.logic.signature import Signature

@@ -8,16 +8,17 @@ from collections.abc import Iterable, Mapping, Sequence
 from mypy_extensions import mypyc_attr
 
 from eai.abilities.answer_schema import Schema, closed, listed, text
-from eai.abilities.goal_interpretation.notation import GoalNotation, Word
-from eai.abilities.goal_interpretation.written import (
+from eai.abilities.goal_interpretation.notation import (
     SECTIONS,
+    GoalNotation,
     IllFormed,
+    Word,
     WrittenGoal,
     WrittenGoals,
 )
 from eai.abilities.json_text import Pairs, find_json
 from eai.abilities.task import GoalKind, Task
-from eai.abilities.unreadable import Unreadable
+from eai.abilities.verdict import Unreadable
 from eai.households.virtualhome.tasks import PREDICATE_OF_RELATION
 from eai.world.domain import Domain
 

@@ -14,12 +14,11 @@ from typing import NamedTuple
 
 from mypy_extensions import mypyc_attr
 
-from eai.abilities.action_sequencing.notation import PlanNotation
-from eai.abilities.action_sequencing.plan import TOO_LONG, WrittenPlan, WrittenStep
+from eai.abilities.action_sequencing.notation import TOO_LONG, PlanNotation, WrittenPlan, WrittenStep
 from eai.abilities.answer_schema import Schema, closed, either, listed, text
 from eai.abilities.json_text import MAX_LENGTH, Pairs, Value, find_json
 from eai.abilities.task import Task
-from eai.abilities.unreadable import Unreadable
+from eai.abilities.verdict import Unreadable
 from eai.world.domain import Domain
 from eai.world.execution import Action
 from eai.world.state import Scene

@@ -25,7 +25,7 @@ from typing import ClassVar
 
 from pydantic import ConfigDict, TypeAdapter, ValidationError
 
-from eai.abilities.misfit import misfit
+from eai.abilities.options import misfit
 from eai.data.files import write_whole
 from eai.errors import InputError
 from eai.studies.annotation.abstract import Candidate, Title

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from eai.abilities.goal_test import GoalTest
 from eai.abilities.protocol import Ability
 from eai.abilities.task import Task
-from eai.abilities.transition_modeling.verdict import OperatorVerdict
+from eai.abilities.transition_modeling.declaration import OperatorVerdict
 from eai.abilities.verdict import PlanVerdict, Verdict
 from eai.benchmark.benchmark import Benchmark
 from eai.benchmark.gold_answers import open_answer_book

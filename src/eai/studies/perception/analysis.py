@@ -14,8 +14,7 @@ from itertools import pairwise
 from typing import TypeAlias
 
 from eai.abilities.declaration import declaration_of
-from eai.abilities.perceived import Perceived
-from eai.abilities.record import Record
+from eai.abilities.record import Perceived, Record
 from eai.abilities.share import Share
 from eai.errors import InputError
 from eai.results.certainty import Case, Cases, certainty_of_difference

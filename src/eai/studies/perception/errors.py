@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable
 
-from eai.abilities.perceived import Perceived
+from eai.abilities.record import Perceived
 from eai.abilities.task import Task
 from eai.abilities.verdict import Confusion
 from eai.studies.perception.description import SceneWords

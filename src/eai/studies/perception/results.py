@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from eai.abilities.codec import dataclass_to_json
-from eai.abilities.perceived import Perceived
+from eai.abilities.record import Perceived
 from eai.abilities.share import add, confusion_shares
 from eai.abilities.verdict import Json
 from eai.data.files import write_whole

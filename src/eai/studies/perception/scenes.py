@@ -6,8 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 from eai.abilities.experiment import Experiment
-from eai.abilities.perceived import Perceived
-from eai.abilities.record import Record
+from eai.abilities.record import Perceived, Record
 from eai.abilities.task import Task
 from eai.prompts.believed import Belief
 from eai.prompts.prompt import Image, Prompt

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 from enum import Enum
 
 from eai.abilities.declaration import declaration_of
-from eai.abilities.goal_interpretation.verdict import GoalVerdict
+from eai.abilities.goal_interpretation.declaration import GoalVerdict
 from eai.abilities.record import Record, Stated
 from eai.abilities.share import of_all
 from eai.errors import InputError

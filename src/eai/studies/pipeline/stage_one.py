@@ -13,8 +13,8 @@ from pathlib import Path
 
 from eai.abilities.codec import sha256_of
 from eai.abilities.experiment import Experiment
+from eai.abilities.goal_interpretation.declaration import GoalVerdict
 from eai.abilities.goal_interpretation.stated import read_stated
-from eai.abilities.goal_interpretation.verdict import GoalVerdict
 from eai.abilities.protocol import Ability
 from eai.abilities.record import Record, Stated
 from eai.abilities.responses import file_name, read_responses

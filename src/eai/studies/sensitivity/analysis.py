@@ -13,10 +13,10 @@ from dataclasses import astuple, dataclass, fields
 
 from eai.abilities.record import Record
 from eai.abilities.share import Share
+from eai.abilities.transition_modeling.declaration import OperatorVerdict
 from eai.abilities.transition_modeling.judgement import Replaced
 from eai.abilities.transition_modeling.scorer import TransitionModeling
 from eai.abilities.transition_modeling.task import Category
-from eai.abilities.transition_modeling.verdict import OperatorVerdict
 from eai.pddl.clauses import predicates_in
 from eai.pddl.planning import PlannerOutcome
 from eai.results.certainty import Case

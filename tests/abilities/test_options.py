@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 import pytest
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from eai.abilities.misfit import misfit
+from eai.abilities.options import misfit
 
 
 class Shape(BaseModel):
