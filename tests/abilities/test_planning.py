@@ -6,7 +6,8 @@ from eai.abilities.protocol import Protocol
 from eai.households.virtualhome import domain as virtualhome
 from eai.households.virtualhome.tasks import VirtualHomeTasks
 from eai.logic.formula import Atom, Constant
-from eai.planning.planner import Planner, PlanningEnd, PlanningGoal
+from eai.planning.planner import Planner, PlanningGoal
+from eai.planning.search import SearchEnd
 from households.virtualhome.household import make_task
 from sweeps import every
 
@@ -31,7 +32,7 @@ def test_the_planner_solves_every_task_whose_goal_can_be_reached(
     tasks = [virtualhome_tasks[task_id] for task_id in sorted(virtualhome_tasks)[::every]]
     for task in tasks:
         found = find_plan(task, planner)
-        if found.end is not PlanningEnd.SOLVED:
+        if found.end is not SearchEnd.SOLVED:
             unsolved.add(task.id)
         elif task.goals:
             scorer = virtualhome_scorer(task, Protocol.STRICT)

@@ -6,7 +6,8 @@ from eai.benchmark.benchmark import Benchmark
 from eai.generator.walk import Walk, _course
 from eai.logic.formula import Atom, Constant
 from eai.planning.planner import Planner
-from eai.planning.successor_generator import Node
+from eai.planning.search import Node
+from eai.planning.successor_generator import PlanNode
 from eai.tasks.source import Source
 from eai.world.execution import Action, execute
 
@@ -16,9 +17,9 @@ def test_the_way_to_a_node_is_that_of_its_plan(lamps: Benchmark) -> None:
     lamp = task.scene.index["lamp_1"]
     plan = (Action("GO", (lamp,)), Action("PRESS", (lamp,)))
     way = execute(lamps.domain, task.initial, plan)
-    node = Node(way.states[0])
+    node: PlanNode = Node(way.states[0])
     for action, state in zip(plan, way.states[1:], strict=True):
-        node = Node(state, depth=node.depth + 1, parent=node, action=action)
+        node = Node(state, depth=node.depth + 1, parent=node, actions=(action,))
     course = _course(node)
     assert course.states == way.states
     assert course.executed == plan == way.executed

@@ -21,8 +21,9 @@ from eai.pddl.check import check_domain, check_problem
 from eai.pddl.execute import Executor, PlanStep
 from eai.pddl.export import Exported, ExportOptions, export
 from eai.pddl.reader import read_domain, read_problem
-from eai.pddl.search import GroundLimits, SearchVerdict, search
+from eai.pddl.search import search
 from eai.pddl.writer import write_domain, write_formula, write_problem
+from eai.planning.search import Limits, SearchEnd
 from eai.world.derived import Computed, Defined, is_a
 from eai.world.domain import Domain
 from eai.world.effect import ANYTHING, Add, Delete, Effect, ForEach, Let, When
@@ -239,8 +240,8 @@ def test_goals_hold_where_they_hold_in_the_engine(goal: Formula) -> None:
 def test_goals_on_actions_are_remembered() -> None:
     toy = domain(Operator("rest", (), (), ()), Operator("paint", (X,), (), (Add(RED(X)),)))
     exported = export(toy, SCENE.state(()), (Occurs("rest"), RED(Constant("b"))))
-    result = search(exported.domain, exported.problem, GroundLimits())
-    assert result.verdict is SearchVerdict.SOLVED
+    result = search(exported.domain, exported.problem, Limits())
+    assert result.end is SearchEnd.SOLVED
     assert sorted(exported.action(step).operator for step in result.plan) == ["paint", "rest"]
 
 

@@ -25,7 +25,7 @@ from eai.pddl.model import PddlAction
 from eai.pddl.planner import BuiltInPlanner, TieredPlanner
 from eai.pddl.planning import PlannerOutcome, PlanningTask
 from eai.pddl.reader import read_domain, read_problem
-from eai.pddl.search import GroundLimits
+from eai.planning.search import Limits
 from eai.reference.planner_of_2024 import normalise, read_operator
 from processes import wait_until, working_in
 
@@ -206,7 +206,7 @@ def test_both_planners_agree_on_a_sample_and_the_second_decides_the_rest(
         first, second = (each.solve(without).outcome for each in (BuiltInPlanner(), planner))
         assert first in {second, PlannerOutcome.TIME}, task.id
     hard = next(task for task in behavior if task.id.startswith("serving_a_meal"))
-    brief = BuiltInPlanner(GroundLimits(central=0, full=0))
+    brief = BuiltInPlanner(Limits(0))
     assert brief.solve(full_task(hard)).outcome is PlannerOutcome.TIME
     tiered = TieredPlanner(brief, planner).solve(full_task(hard))
     assert tiered.outcome is PlannerOutcome.SOLVED

@@ -7,7 +7,8 @@ import pytest
 from eai.pddl.execute import Executor
 from eai.pddl.reader import read_domain, read_problem
 from eai.pddl.relevance import relevant
-from eai.pddl.search import GroundLimits, SearchVerdict, search
+from eai.pddl.search import search
+from eai.planning.search import Limits, SearchEnd
 
 NAMES = "abcdefghijkl"
 EIGHT = " ".join(f"?x{i}" for i in range(8))
@@ -17,7 +18,7 @@ MOVE = "(:action move :parameters (?x ?y) :effect (near ?x ?y))"
 WASH = "(:action wash :parameters (?x) :precondition (wet ?x) :effect (clean ?x))"
 DRY = "(:action dry :parameters (?x) :effect (not (wet ?x)))"
 DERIVED = "(:derived (fine ?x) (clean ?x))"
-SOLVED, UNSOLVABLE, UNDECIDED = SearchVerdict.SOLVED, SearchVerdict.UNSOLVABLE, SearchVerdict.UNDECIDED
+SOLVED, UNSOLVABLE, UNDECIDED = SearchEnd.SOLVED, SearchEnd.UNREACHABLE, SearchEnd.STATES
 
 
 @pytest.mark.parametrize(
@@ -80,7 +81,7 @@ SOLVED, UNSOLVABLE, UNDECIDED = SearchVerdict.SOLVED, SearchVerdict.UNSOLVABLE, 
     ],
 )
 def test_what_does_not_matter_costs_nothing(
-    operators: str, initial: str, goal: str, verdict: SearchVerdict, why: str
+    operators: str, initial: str, goal: str, verdict: SearchEnd, why: str
 ) -> None:
     predicates = "(near ?x ?y) (wet ?x) (clean ?x) (cold ?x) (fine ?x) (done)"
     constants = " ".join(NAMES)
@@ -88,8 +89,8 @@ def test_what_does_not_matter_costs_nothing(
         f"(define (domain d) (:predicates {predicates}) (:constants {constants}) {operators})"
     )
     problem = read_problem(f"(define (problem p) (:domain d) (:init {initial}) (:goal {goal}))")
-    result = search(domain, problem, GroundLimits())
-    assert result.verdict is verdict, why
+    result = search(domain, problem, Limits())
+    assert result.end is verdict, why
     if verdict is SOLVED:
         assert Executor(domain, problem).flaw(result.plan) is None
 

@@ -13,8 +13,9 @@ from eai.errors import DataError
 from eai.households.published import open_behavior, open_virtualhome
 from eai.pddl.check import check_problem
 from eai.pddl.planning import PlanningTask
-from eai.pddl.search import GroundLimits, SearchVerdict, search
+from eai.pddl.search import search
 from eai.pddl.val import Val, ValVerdict
+from eai.planning.search import Limits, SearchEnd
 from eai.reference.planner_of_2024 import normalise
 
 
@@ -35,8 +36,8 @@ def test_plans_for_the_gold_operators(val: Val, data_store: Store) -> None:
     checked = 0
     for task in tasks:
         planning = made(task)
-        result = search(planning.domain, planning.problem, GroundLimits())
-        if result.verdict is not SearchVerdict.SOLVED or check_problem(task.problem, task.domain.header):
+        result = search(planning.domain, planning.problem, Limits())
+        if result.end is not SearchEnd.SOLVED or check_problem(task.problem, task.domain.header):
             continue  # VAL dies of ill-typed initial facts, which 100 VirtualHome problems have.
         checked += 1
         said = val.verdict(planning.domain, planning.problem, result.plan)
@@ -47,7 +48,7 @@ def test_plans_for_the_gold_operators(val: Val, data_store: Store) -> None:
 def test_a_plan_without_its_first_step_is_refused(val: Val, data_store: Store) -> None:
     task = next(task for task in open_virtualhome(data_store).values() if "switch_on" in task.operators)
     planning = made(task)
-    plan = search(planning.domain, planning.problem, GroundLimits()).plan
+    plan = search(planning.domain, planning.problem, Limits()).plan
     assert val.verdict(planning.domain, planning.problem, plan[1:]) is ValVerdict.NOT_VALID
 
 

@@ -4,7 +4,7 @@ import pytest
 
 from eai.logic.formula import And, Atom, Constant, Exactly, Exists, Formula, ForPairs, Not, Or, Variable
 from eai.planning.additive_heuristic import INFINITE, AdditiveHeuristic, Estimates
-from eai.planning.preferred_operators import PreferredOperators
+from eai.planning.greedy_search import PreferredOperators
 from eai.planning.subgoal import Subgoal
 from eai.world.execution import Action
 from world import toy

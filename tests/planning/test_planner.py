@@ -7,7 +7,8 @@ from hypothesis import strategies as st
 
 from eai.logic.formula import Atom, Constant, Exists, Formula, Not, Or
 from eai.planning.additive_heuristic import AdditiveHeuristic
-from eai.planning.planner import Planned, Planner, PlanningEnd, PlanningGoal, PlanningLimits
+from eai.planning.planner import Planner, PlanningGoal
+from eai.planning.search import Limits, SearchEnd, SearchResult
 from eai.planning.successor_generator import applicable_actions
 from eai.world.execution import Action, attempt, execute
 from eai.world.past import Past
@@ -30,17 +31,17 @@ LAMP_LIT = named("lit", "lamp")
 RED_IN_SHED = named("at", "red", "shed")
 
 
-def plan(goal: PlanningGoal, limits: PlanningLimits | None = None) -> Planned:
+def plan(goal: PlanningGoal, limits: Limits | None = None) -> SearchResult[Action]:
     return PLANNER.plan(START, goal, EVERYTHING, limits)
 
 
-def told(found: Planned) -> list[str]:
+def told(found: SearchResult[Action]) -> list[str]:
     return [" ".join([a.operator, *(SCENE.objects[i].name for i in a.arguments)]) for a in found.plan]
 
 
 def test_a_plan_makes_all_conditions_hold_at_the_end() -> None:
     found = plan(PlanningGoal((RED_IN_SHED, LAMP_LIT, Not(named("holding", "red")))))
-    assert found.end is PlanningEnd.SOLVED
+    assert found.end is SearchEnd.SOLVED
     trajectory = execute(toy.DOMAIN, START, found.plan)
     assert trajectory.failure is None
     assert trajectory.additional_steps == 0
@@ -51,18 +52,18 @@ def test_a_plan_makes_all_conditions_hold_at_the_end() -> None:
 def test_actions_are_taken_in_order() -> None:
     found = plan(PlanningGoal((named("at", "robot", "hall"),), (("PRESS",), ("LIFT", "DROP"))))
     steps = told(found)
-    assert found.end is PlanningEnd.SOLVED
+    assert found.end is SearchEnd.SOLVED
     assert [step.split()[0] for step in steps if not step.startswith("GO")] == ["PRESS", "LIFT"]
 
 
 def test_nothing_is_to_be_done_where_the_goal_holds() -> None:
-    assert plan(PlanningGoal((named("at", "red", "hall"),))) == Planned(PlanningEnd.SOLVED)
+    assert plan(PlanningGoal((named("at", "red", "hall"),))) == SearchResult(SearchEnd.SOLVED)
 
 
 def test_what_no_action_brings_about_is_told() -> None:
     lamp_in_hall = named("at", "lamp", "hall")
     found = plan(PlanningGoal((lamp_in_hall, LAMP_LIT), (("FLY",),)))
-    assert found.end is PlanningEnd.UNREACHABLE
+    assert found.end is SearchEnd.UNREACHABLE
     assert found.blocked == (lamp_in_hall, ("FLY",))
     assert found.plan == ()
 
@@ -70,13 +71,13 @@ def test_what_no_action_brings_about_is_told() -> None:
 def test_actions_are_only_about_the_objects_that_are_given() -> None:
     objects = [SCENE.index[name] for name in ("robot", "hall", "red")]
     found = PLANNER.plan(START, PlanningGoal((LAMP_LIT,)), objects)
-    assert found.end is PlanningEnd.UNREACHABLE
+    assert found.end is SearchEnd.UNREACHABLE
 
 
 def test_the_limit_ends_a_search() -> None:
     goal = PlanningGoal((RED_IN_SHED, LAMP_LIT))
-    found = plan(goal, PlanningLimits(states=2))
-    assert (found.end, found.states) == (PlanningEnd.STATES, 2)
+    found = plan(goal, Limits(states=2))
+    assert (found.end, found.states) == (SearchEnd.STATES, 2)
 
 
 def test_what_is_done_for_an_action_can_be_more_than_the_action() -> None:
@@ -89,7 +90,7 @@ def test_what_is_done_for_an_action_can_be_more_than_the_action() -> None:
     planner = Planner(toy.DOMAIN, there_and_back)
     found = planner.plan(START, PlanningGoal((), (("GO",),)), EVERYTHING)
     assert told(found) == ["GO shed"]
-    assert planner.plan(START, PlanningGoal((LAMP_LIT,)), EVERYTHING).end is PlanningEnd.UNREACHABLE
+    assert planner.plan(START, PlanningGoal((LAMP_LIT,)), EVERYTHING).end is SearchEnd.UNREACHABLE
 
 
 CONDITIONS = st.sampled_from(
@@ -149,8 +150,8 @@ def test_a_plan_is_found_exactly_where_there_is_one(
 ) -> None:
     goal = PlanningGoal(tuple(conditions), tuple(actions))
     found = plan(goal)
-    assert (found.end is PlanningEnd.SOLVED) == reachable(goal)
-    if found.end is PlanningEnd.SOLVED:
+    assert (found.end is SearchEnd.SOLVED) == reachable(goal)
+    if found.end is SearchEnd.SOLVED:
         trajectory = execute(toy.DOMAIN, START, found.plan)
         assert trajectory.failure is None
         assert all(toy.DOMAIN.holds(c, trajectory.final) for c in conditions)

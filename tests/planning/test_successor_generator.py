@@ -1,11 +1,12 @@
 from __future__ import annotations
 
 from eai.planning.planner import alone
-from eai.planning.successor_generator import Node, SuccessorGenerator, applicable_actions
+from eai.planning.search import Node
+from eai.planning.successor_generator import PlanNode, SuccessorGenerator, applicable_actions
 from eai.world.execution import Action
 from world import toy
 
-START = Node(toy.initial())
+START: PlanNode = Node(toy.initial())
 INDEX = START.state.scene.index
 EVERYTHING = tuple(range(len(INDEX)))
 SUCCESSORS = SuccessorGenerator(toy.DOMAIN, alone, EVERYTHING, (("PRESS",), ("LIFT", "DROP")))
@@ -15,7 +16,7 @@ def action(operator: str, name: str) -> Action:
     return Action(operator, (INDEX[name],))
 
 
-def walk(*actions: Action) -> Node:
+def walk(*actions: Action) -> PlanNode:
     node = START
     for each in actions:
         after = SUCCESSORS.successor(node, each)
@@ -27,7 +28,7 @@ def walk(*actions: Action) -> Node:
 def test_a_node_knows_its_way_and_the_action_goals_on_it() -> None:
     plan = [action("LIFT", "red"), action("GO", "shed"), action("PRESS", "lamp"), action("DROP", "red")]
     node = walk(*plan)
-    assert (node.plan(), node.depth, node.taken) == (plan, 4, 2), "the first LIFT came before its turn"
+    assert (node.plan(), node.depth, node.met) == (tuple(plan), 4, 2), "the first LIFT came before its turn"
     assert SUCCESSORS.successor(START, action("PRESS", "lamp")) is None
 
 
@@ -35,3 +36,16 @@ def test_all_that_is_applicable_is_found() -> None:
     applicable = [action("GO", "shed"), action("LIFT", "red")]
     assert list(SUCCESSORS.applicable(START)) == applicable
     assert list(applicable_actions(toy.DOMAIN, toy.GO, START.state, [INDEX["hall"]])) == []
+
+
+def test_what_is_not_needed_is_left_out_with_what_hangs_on_it() -> None:
+    end = walk(
+        action("LIFT", "red"),
+        action("DROP", "red"),
+        action("GO", "shed"),
+        action("LIFT", "blue"),
+        action("PRESS", "lamp"),
+    )
+    lit = SUCCESSORS.without_needless(START, end, lambda node: node.state.has("lit", INDEX["lamp"]))
+    assert lit.plan() == (action("GO", "shed"), action("PRESS", "lamp"))
+    assert SUCCESSORS.without_needless(START, end, lambda node: True).plan() == ()

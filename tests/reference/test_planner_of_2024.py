@@ -9,8 +9,9 @@ from eai.pddl.offence import Offence, PddlFinding
 from eai.pddl.operator_text import OperatorText
 from eai.pddl.planning import PlanningTask
 from eai.pddl.reader import read_domain, read_problem
-from eai.pddl.search import GroundLimits, SearchVerdict, search
+from eai.pddl.search import search
 from eai.pddl.writer import write_action, write_effect, write_formula
+from eai.planning.search import Limits, SearchEnd
 from eai.reference.planner_of_2024 import Dropped, normalise, read_operator
 
 HEADER = read_domain(
@@ -38,9 +39,9 @@ def task(
 
 def solvable(*actions: PddlAction, init: str = "", goal: str = "(goal)") -> bool:
     made = task(*actions, init=init, goal=goal)
-    verdict = search(made.domain, made.problem, GroundLimits()).verdict
-    assert verdict is not SearchVerdict.UNDECIDED
-    return verdict is SearchVerdict.SOLVED
+    verdict = search(made.domain, made.problem, Limits()).end
+    assert verdict is not SearchEnd.STATES
+    return verdict is SearchEnd.SOLVED
 
 
 @pytest.mark.parametrize(

@@ -7,12 +7,14 @@ import pytest
 
 from eai.abilities.protocol import Ability
 from eai.data.store import Store
-from eai.planning.planner import Planned, Planner
+from eai.planning.planner import Planner
+from eai.planning.search import SearchResult
 from eai.results.suites import SuiteKey
 from eai.results.table import Table
 from eai.studies.items.analysis import Flag, item_tables
 from eai.studies.items.item_flags import ItemFlags
 from eai.tasks.source import Source
+from eai.world.execution import Action
 from oracle import MODELS
 from studies.published import tables
 
@@ -93,7 +95,7 @@ def test_a_gold_answer_that_is_right_proves_a_plan_without_a_search(
     """The gold answer of one task is wrong in the reference's eyes, so that a plan is looked for there."""
     searched = []
 
-    def search(self: Planner, *args: Any, **kwargs: Any) -> Planned:
+    def search(self: Planner, *args: Any, **kwargs: Any) -> SearchResult[Action]:
         searched.append(args)
         return plan(self, *args, **kwargs)
 

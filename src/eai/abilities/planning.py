@@ -7,9 +7,11 @@ from typing import TypeAlias
 
 from eai.abilities.task import GoalKind, Task
 from eai.logic.formula import Formula, Occurs, Or
-from eai.planning.planner import Planned, Planner, PlanningGoal, PlanningLimits
+from eai.planning.planner import Planner, PlanningGoal
+from eai.planning.search import Limits, SearchResult
+from eai.world.execution import Action
 
-FindPlan: TypeAlias = "Callable[[Task, Planner, PlanningLimits | None], Planned]"
+FindPlan: TypeAlias = "Callable[[Task, Planner, Limits | None], SearchResult[Action]]"
 """How a plan is looked for: `find_plan`, or what remembers what that found."""
 
 
@@ -22,7 +24,7 @@ def planning_goal(task: Task) -> PlanningGoal:
     )
 
 
-def find_plan(task: Task, planner: Planner, limits: PlanningLimits | None = None) -> Planned:
+def find_plan(task: Task, planner: Planner, limits: Limits | None = None) -> SearchResult[Action]:
     """Look for a plan that reaches all goals of a task with the objects that an answer may name."""
     return planner.plan(task.initial, planning_goal(task), task.relevant, limits)
 

@@ -23,7 +23,8 @@ from eai.abilities.subgoal_decomposition.notation import SubgoalNotation
 from eai.abilities.task import Task
 from eai.benchmark.benchmark import Benchmark
 from eai.errors import InputError
-from eai.planning.planner import Planner, PlanningLimits
+from eai.planning.planner import Planner
+from eai.planning.search import Limits
 from eai.prompts.feedback import REASONS
 from eai.tasks.source import Source, TaskSet
 from eai.world.execution import Action, execute
@@ -165,7 +166,7 @@ def open_planned_book(
     ability: Ability,
     source: Source | None = None,
     stated: Mapping[str, str] | None = None,
-    limits: PlanningLimits | None = None,
+    limits: Limits | None = None,
     find: FindPlan = find_plan,
 ) -> AnswerBook:
     """Answers made of plans that the built-in search finds on the declared domain, instead of gold ones.
@@ -206,7 +207,7 @@ def planned_answer(
     benchmark: Benchmark,
     task_id: str,
     done: Sequence[Action],
-    limits: PlanningLimits | None = None,
+    limits: Limits | None = None,
     source: Source | None = None,
 ) -> WrittenAnswer:
     """A plan that the search finds for what is left of a task after some actions; empty if it finds none."""
@@ -250,7 +251,7 @@ def _plans(
     source: Source,
     *,
     scripts: bool,
-    limits: PlanningLimits | None = None,
+    limits: Limits | None = None,
     find: FindPlan = find_plan,
 ) -> AnswerBook:
     """Plans: the data set's own, where it has them and they are asked for, or else what the search finds."""

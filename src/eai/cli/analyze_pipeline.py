@@ -23,7 +23,7 @@ from eai.cli.console import data_progress, errors, output
 from eai.cli.options import AsJson
 from eai.cli.store import DataFolder, store
 from eai.errors import InputError
-from eai.planning.planner import PlanningLimits
+from eai.planning.search import Limits
 from eai.report.runs import Run, RunKey, read_runs
 from eai.results.paper_tables import paper_models, paper_setting, paper_table
 from eai.results.table import Estimate, Table
@@ -34,7 +34,7 @@ from eai.tasks.source import Source
 
 _NAME = "pipeline"
 
-_LIMITS = PlanningLimits(400)
+_LIMITS = Limits(400)
 """How much a perfect second stage may search; contradictory goals would use up any limit."""
 
 _NOT_SHOWN = ("p", "only modular", "only pipeline")

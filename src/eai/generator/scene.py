@@ -17,14 +17,15 @@ from eai.generator.measures import lids
 from eai.generator.prior import Pattern, Prior, Theme
 from eai.logic.traversal import walk
 from eai.planning.effect_schema import effect_schemas
-from eai.planning.planner import Planner, PlanningEnd, PlanningGoal, PlanningLimits
+from eai.planning.planner import Planner, PlanningGoal
+from eai.planning.search import Limits, SearchEnd
 from eai.world.derived import stored_sources
 from eai.world.domain import Domain
 from eai.world.execution import execute
 from eai.world.relation import bits
 from eai.world.state import Fact, Scene, State, WorldObject
 
-_LIMITS = PlanningLimits(100, thorough=False)
+_LIMITS = Limits(100, thorough=False)
 """What may be spent on putting a thing somewhere."""
 
 
@@ -99,7 +100,7 @@ class Hiding:
         for wanted in (put, *shut):
             asked = PlanningGoal((*asked.conditions, wanted))
             found = planner.plan(state, asked, objects, _LIMITS)
-            if found.end is not PlanningEnd.SOLVED:
+            if found.end is not SearchEnd.SOLVED:
                 return None
             state = execute(self._domain, state, found.plan).final
         return state

@@ -9,18 +9,18 @@ import eai.logic.formula as f
 import eai.logic.semantics as semantics
 from eai.abilities.goal_test import GoalTest
 from eai.abilities.task import GoalKind, Task, goal
-from eai.planning.action_elimination import without_needless_actions
-from eai.planning.planner import Planner, PlanningEnd, PlanningGoal, PlanningLimits
-from eai.planning.successor_generator import Node, SuccessorGenerator, applicable_actions
+from eai.planning.planner import Planner, PlanningGoal
+from eai.planning.search import Limits, Node, SearchEnd
+from eai.planning.successor_generator import PlanNode, SuccessorGenerator, applicable_actions
 from eai.world.domain import Domain
 from eai.world.execution import Action, Step, Trajectory, execute
 from eai.world.state import State
 from eai.world.timeline import timeline
 
-_FOR_A_GOAL = PlanningLimits(20, thorough=False)
+_FOR_A_GOAL = Limits(20, thorough=False)
 """What may be spent on reaching one goal more."""
 
-_FOR_ALL = PlanningLimits(300)
+_FOR_ALL = Limits(300)
 """What may be spent on finding a shorter plan for all goals than the walk was."""
 
 _LONG = 25
@@ -81,7 +81,7 @@ class Walk:
         else:
             asked = PlanningGoal((*self.conditions, wanted))
         found = self.planner.plan(self.state, asked, self.objects, _FOR_A_GOAL)
-        if found.end is not PlanningEnd.SOLVED:
+        if found.end is not SearchEnd.SOLVED:
             return False
         for action in found.plan:
             compiled = self.domain.compiled[action.operator]
@@ -134,27 +134,24 @@ def steps_of_planner(walk: Walk) -> int | None:
 
 def _without_needless(walk: Walk, asked: PlanningGoal, over_time: f.Formula | None) -> Sequence[Action]:
     successors = SuccessorGenerator(walk.domain, lambda action, state: (action,), walk.objects, asked.actions)
-    start = end = Node(walk.start)
+    start: PlanNode = Node(walk.start)
+    end = start
     for action in walk.trail:
         end = successors.successor(end, action) or end
 
-    def reached(node: Node) -> bool:
+    def reached(node: PlanNode) -> bool:
         holds = walk.planner.holds
-        if node.taken < len(asked.actions) or not all(holds(c, node.state) for c in asked.conditions):
+        if node.met < len(asked.actions) or not all(holds(c, node.state) for c in asked.conditions):
             return False
         return over_time is None or semantics.holds(over_time, timeline(_course(node)))
 
-    return without_needless_actions(successors, start, end, reached).plan()
+    return successors.without_needless(start, end, reached).plan()
 
 
-def _course(node: Node) -> Trajectory:
+def _course(node: PlanNode) -> Trajectory:
     """The way to a node."""
-    states, steps = [node.state], []
-    while node.parent is not None and node.action is not None:
-        steps.append(Step(node.action, None))
-        node = node.parent
-        states.append(node.state)
-    return Trajectory(tuple(states[::-1]), tuple(steps[::-1]))
+    steps = [Step(action, None) for action in node.plan()]
+    return Trajectory(tuple([each.state for each in node.way()]), tuple(steps))
 
 
 def lower_bound(task: Task, domain: Domain, depth: int) -> int:
@@ -164,13 +161,14 @@ def lower_bound(task: Task, domain: Domain, depth: int) -> int:
     """
     test, at_the_end = GoalTest(task), GoalTest(task.at_the_end)
     objects = range(len(task.scene.objects))
-    nodes, seen = [Node(task.initial)], {task.initial}
+    nodes: list[PlanNode] = [Node(task.initial)]
+    seen = {task.initial}
     forgetful = not test.watches and not task.goals_of(GoalKind.ACTION)
     for length in range(1, depth + 1):
         nodes, parents = [], nodes
         for parent in parents:
             for action, after in _successors(domain, parent.state, objects):
-                node = Node(after, depth=length, parent=parent, action=action)
+                node = Node(after, depth=length, parent=parent, actions=(action,))
                 operators = [each.operator for each in node.plan()]
                 if all(at_the_end.reached(after, operators)) and (
                     not test.watches or all(test.reached(after, operators, _course(node)))

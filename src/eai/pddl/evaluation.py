@@ -11,7 +11,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 import eai.logic.formula as f
 from eai.logic.traversal import walk
 from eai.pddl.model import PddlAxiom, type_of
-from eai.planning.effort import Effort
+from eai.planning.search import Effort
 
 PddlState = frozenset[f.Atom]
 Valuation = Mapping[str, str]

@@ -13,7 +13,7 @@ import eai.logic.formula as f
 import eai.pddl.model as m
 from eai.logic.signature import takes
 from eai.pddl.evaluation import DerivedPredicates, Evaluation, PddlState, Valuation, object_of
-from eai.planning.effort import Effort
+from eai.planning.search import Effort
 
 
 @dataclass(frozen=True, slots=True)

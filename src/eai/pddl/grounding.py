@@ -15,7 +15,7 @@ import eai.pddl.model as m
 from eai.logic.traversal import free_variables, objects
 from eai.pddl.evaluation import DerivedPredicates
 from eai.pddl.execute import PlanStep
-from eai.planning.effort import Effort
+from eai.planning.search import Effort
 
 
 class GroundCondition(NamedTuple):

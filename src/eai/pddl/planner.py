@@ -11,10 +11,10 @@ from dataclasses import dataclass, field
 
 from eai.pddl.evaluation import DerivedPredicates
 from eai.pddl.execute import Executor, PlanStep
-from eai.pddl.idle import without_idle_quantifiers
 from eai.pddl.planning import PddlPlanner, PlannerOutcome, PlannerResult, PlanningTask
-from eai.pddl.search import GroundLimits, SearchVerdict, search
-from eai.planning.effort import Effort
+from eai.pddl.relevance import without_idle_quantifiers
+from eai.pddl.search import search
+from eai.planning.search import Effort, Limits, SearchEnd
 
 _LOOKS = 300_000
 """How many objects the quantifiers of a plan may look at; a plan of the gold operators looks at hundreds."""
@@ -24,7 +24,7 @@ _LOOKS = 300_000
 class BuiltInPlanner:
     """The search of this package, alone. What exceeds its effort is `PlannerOutcome.TIME`."""
 
-    limits: GroundLimits = field(default_factory=GroundLimits)
+    limits: Limits = field(default_factory=Limits)
 
     @property
     def name(self) -> str:
@@ -40,13 +40,13 @@ class BuiltInPlanner:
             return PlannerResult(PlannerOutcome.UNSUPPORTED, detail=detail)
         task = without_idle_quantifiers(task)
         result = search(task.domain, task.problem, self.limits)
-        match result.verdict:
-            case SearchVerdict.SOLVED:
+        match result.end:
+            case SearchEnd.SOLVED:
                 return checked_plan(task, result.plan, self.name)
-            case SearchVerdict.UNSOLVABLE:
+            case SearchEnd.UNREACHABLE:
                 return PlannerResult(PlannerOutcome.UNSOLVABLE, detail=self.name)
-            case SearchVerdict.UNDECIDED:
-                looked = f"{result.evaluated} states evaluated" if result.evaluated else "too large a search"
+            case SearchEnd.STATES:
+                looked = f"{result.states} states evaluated" if result.states else "too large a search"
                 return PlannerResult(PlannerOutcome.TIME, detail=looked)
 
 

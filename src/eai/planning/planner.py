@@ -1,27 +1,38 @@
 """Planning by search on a declared domain: a plan that takes some actions in order and makes conditions hold.
 
-The goals are reached one after the other (`agenda`), each by greedy best-first search (`best_first`) that is
-guided by the additive heuristic, computed backwards from the goal (`additive_heuristic`). Where no goal can
-be reached without giving up another one, all are searched for together. All actions of a plan are applicable.
+The goals are reached one after the other, each by greedy best-first search (`greedy_search`) that is guided
+by the additive heuristic, computed backwards from the goal (`additive_heuristic`). Where no goal can be
+reached without giving up another one, all are searched for together. All actions of a plan are applicable.
 Effort is bounded by a number of states, never by time: equal input gives equal output.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
-from enum import Enum
+import heapq
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 
 from eai.logic.formula import Formula
-from eai.planning.action_elimination import without_needless_actions
 from eai.planning.additive_heuristic import INFINITE, AdditiveHeuristic, Estimates
-from eai.planning.agenda import Agenda
-from eai.planning.best_first import BestFirst, Budget, Target
+from eai.planning.greedy_search import GreedySearch, Target
+from eai.planning.search import Limits, Node, SearchEnd, SearchResult
 from eai.planning.subgoal import Subgoal, conjuncts
-from eai.planning.successor_generator import CarryOut, Node, SuccessorGenerator
+from eai.planning.successor_generator import CarryOut, PlanNode, SuccessorGenerator
 from eai.world.domain import Domain
 from eai.world.execution import Action
 from eai.world.state import State
+
+_FIRST = Limits(50, thorough=False)
+"""What is spent on reaching one goal, at first."""
+
+_MORE = 4
+"""How many times as much is spent after all have failed."""
+
+_WHOLE = 4
+"""How many times what is spent on a part may be spent on a goal as a whole."""
+
+_NEXT_ACTION = -1
+"""The number of the goal to take the next action; conditions are numbered from 0."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,54 +49,6 @@ class PlanningGoal:
     actions: tuple[tuple[str, ...], ...] = ()
 
 
-@dataclass(frozen=True, slots=True)
-class PlanningLimits:
-    """How much a search may do.
-
-    Attributes:
-        states: states that may be reached and estimated.
-        thorough: whether goals are tried in another order, and actions that do not look promising are taken,
-            when nothing else is left. Where they are not, nothing is said of what looks out of reach.
-    """
-
-    states: int = 2_000
-    thorough: bool = True
-
-
-class PlanningEnd(str, Enum):
-    """How a search ended."""
-
-    SOLVED = "solved"
-    UNREACHABLE = "unreachable"
-    """No state that can be reached by actions on the given objects is a goal."""
-    STATES = "states"
-    """A limit was reached."""
-
-
-@dataclass(frozen=True, slots=True)
-class Planned:
-    """What a search found.
-
-    Attributes:
-        end: how it ended.
-        plan: the plan, if it was solved.
-        states: how many states were estimated.
-        blocked: if it was not, the conditions and actions that looked out of reach from the initial state.
-    """
-
-    end: PlanningEnd
-    plan: tuple[Action, ...] = ()
-    states: int = 0
-    blocked: tuple[Formula | tuple[str, ...], ...] = ()
-
-
-_FIRST_BUDGET = Budget(50, complete=False)
-"""What is spent on reaching one goal, at first."""
-
-_MORE = 4
-"""How many times as much is spent after all have failed."""
-
-
 def alone(action: Action, state: State) -> tuple[Action, ...]:
     """An action is carried out by itself."""
     return (action,)
@@ -98,7 +61,7 @@ class Planner:
         domain: the domain.
         carry_out: what is done when an action is chosen in a state: a fixed sequence around it, say, where
             plans are not made of single actions. An empty sequence means that it cannot be chosen. A step of
-            `Planned.plan` is an action that was chosen.
+            `SearchResult.plan` is an action that was chosen.
     """
 
     def __init__(self, domain: Domain, carry_out: CarryOut = alone) -> None:
@@ -123,8 +86,8 @@ class Planner:
         initial: State,
         goal: PlanningGoal,
         objects: Sequence[int],
-        limits: PlanningLimits | None = None,
-    ) -> Planned:
+        limits: Limits | None = None,
+    ) -> SearchResult[Action]:
         """Look for a plan.
 
         Args:
@@ -134,7 +97,7 @@ class Planner:
             limits: how much to do.
         """
         successors = SuccessorGenerator(self._domain, self._carry_out, objects, goal.actions)
-        return _PlanSearch(self._heuristic, successors, goal, limits or PlanningLimits()).run(Node(initial))
+        return _PlanSearch(self._heuristic, successors, goal, limits or Limits()).run(Node(initial))
 
 
 class _PlanSearch:
@@ -145,50 +108,167 @@ class _PlanSearch:
         heuristic: AdditiveHeuristic,
         successors: SuccessorGenerator,
         goal: PlanningGoal,
-        limits: PlanningLimits,
+        limits: Limits,
     ) -> None:
         self._heuristic = heuristic
         self._successors = successors
         self._goal = goal
-        self._search = BestFirst(heuristic, successors, limits.states)
+        self._search = GreedySearch(heuristic, successors, limits.states)
         self._limits = limits
 
-    def run(self, start: Node) -> Planned:
+    def run(self, start: PlanNode) -> SearchResult[Action]:
         """Search until there is a plan, nothing is left, or the limits are reached."""
         subgoals = [Subgoal(condition, {}, True) for condition in self._goal.conditions]
         goals = tuple([goal for each in subgoals for goal in conjuncts(each, start.state.scene)])
         agenda = Agenda(self._heuristic, self._successors, self._search, goals)
         everything = Target(goals, len(self._goal.actions))
-        node, budget = start, _FIRST_BUDGET
+        node, limits = start, _FIRST
         while not self._is_reached(node):
-            further = agenda.advance(node, budget)
+            further = agenda.advance(node, limits)
             if self._search.effort.is_used_up:
-                return self._failed(PlanningEnd.STATES, start)
+                return self._failed(SearchEnd.STATES, start)
             if further is not None:
-                node, budget = further, _FIRST_BUDGET
+                node, limits = further, _FIRST
             elif not self._limits.thorough:
-                return Planned(PlanningEnd.STATES, (), self._search.effort.used)
+                return SearchResult(SearchEnd.STATES, (), self._search.effort.used)
             elif agenda.learn():
-                node, budget = start, _FIRST_BUDGET
+                node, limits = start, _FIRST
             else:
-                budget = Budget(_MORE * budget.states, complete=True)
-                found = self._search.search(start, everything, budget)
-                if found.exhausted:
-                    return self._failed(PlanningEnd.UNREACHABLE, start)
-                node = found.node or node
-        end = without_needless_actions(self._successors, start, node, self._is_reached)
-        return Planned(PlanningEnd.SOLVED, tuple(end.plan()), self._search.effort.used)
+                limits = Limits(_MORE * limits.states)
+                found = self._search.search(start, everything, limits)
+                if found is SearchEnd.UNREACHABLE:
+                    return self._failed(found, start)
+                node = node if isinstance(found, SearchEnd) else found
+        end = self._successors.without_needless(start, node, self._is_reached)
+        return SearchResult(SearchEnd.SOLVED, end.plan(), self._search.effort.used)
 
-    def _is_reached(self, node: Node) -> bool:
+    def _is_reached(self, node: PlanNode) -> bool:
         holds = self._heuristic.readings.holds
         conditions = self._goal.conditions
-        return node.taken == len(self._goal.actions) and all(holds(c, {}, node.state) for c in conditions)
+        return node.met == len(self._goal.actions) and all(holds(c, {}, node.state) for c in conditions)
 
-    def _failed(self, end: PlanningEnd, start: Node) -> Planned:
-        return Planned(end, (), self._search.effort.used, self._blocked(start))
+    def _failed(self, end: SearchEnd, start: PlanNode) -> SearchResult[Action]:
+        return SearchResult(end, (), self._search.effort.used, self._blocked(start))
 
-    def _blocked(self, start: Node) -> tuple[Formula | tuple[str, ...], ...]:
+    def _blocked(self, start: PlanNode) -> tuple[Formula | tuple[str, ...], ...]:
         estimates = Estimates(self._heuristic, start.state, self._successors.objects)
         conditions = (c for c in self._goal.conditions if estimates.to(Subgoal(c, {}, True)) == INFINITE)
         actions = (names for names in self._goal.actions if estimates.to_action(names).cost == INFINITE)
         return (*conditions, *actions)
+
+
+class Agenda:
+    """Reaches the goals of one task one by one, each by a search that ends with all reached before intact.
+
+    Goals that can be put in such an order are called serialisable (Korf 1987). The one that looks nearest
+    comes first; one with alternatives is reached part by part along the cheapest of them, which is chosen
+    anew after every part.
+
+    Args:
+        heuristic: estimates with.
+        successors: gives the states one action further.
+        search: searches with.
+        goals: closed conditions.
+    """
+
+    def __init__(
+        self,
+        heuristic: AdditiveHeuristic,
+        successors: SuccessorGenerator,
+        search: GreedySearch,
+        goals: Sequence[Subgoal],
+    ) -> None:
+        self._heuristic = heuristic
+        self._successors = successors
+        self._goals = goals
+        self._search = search
+        self._costs: dict[int, float] = {}
+        self._hard: set[int] = set()
+        self._failed: set[int] = set()
+
+    def advance(self, node: PlanNode, limits: Limits) -> PlanNode | None:
+        """The node in which one goal more is reached, or None if none is reached within the limits."""
+        holds = self._estimates(node).holds
+        kept = tuple([goal for goal in self._goals if holds(goal)])
+        pending = [i for i, goal in enumerate(self._goals) if not holds(goal)]
+        if node.met < len(self._successors.goals):
+            pending.append(_NEXT_ACTION)
+        for i in self._nearest_first(node, pending):
+            if i == _NEXT_ACTION:
+                found = self._reach(node, Target(kept, node.met + 1), limits)
+            else:
+                found = self._achieve(node, self._goals[i], kept, limits)
+            if found is not None:
+                return found
+        self._failed = set(pending)
+        return None
+
+    def learn(self) -> bool:
+        """Put what was not reached in the end before everything else, if that is new; to begin again with."""
+        new = self._failed - self._hard
+        self._hard |= new
+        return bool(new)
+
+    def _nearest_first(self, node: PlanNode, pending: Sequence[int]) -> Iterator[int]:
+        """Goals by their cost, the hard ones before the others.
+
+        What a goal cost when last looked at stands until its turn comes; only then is it looked at again. The
+        only one is looked at where it is not reached: that says when its turn comes after a new beginning.
+        """
+        if len(pending) == 1:
+            yield pending[0]
+            self._look_at(pending[0], node, self._estimates(node))
+            return
+        estimates = self._estimates(node)
+        queue = [(i not in self._hard, self._costs.get(i, 0.0), i, False) for i in pending]
+        heapq.heapify(queue)
+        while queue:
+            is_easy, _, i, is_looked_at = heapq.heappop(queue)
+            if is_looked_at:
+                yield i
+                continue
+            self._look_at(i, node, estimates)
+            heapq.heappush(queue, (is_easy, self._costs[i], i, True))
+
+    def _look_at(self, i: int, node: PlanNode, estimates: Estimates) -> None:
+        """Estimate what a goal costs."""
+        if i == _NEXT_ACTION:
+            self._costs[i] = estimates.to_action(self._successors.goals[node.met]).cost
+        else:
+            self._costs[i] = estimates.to(self._goals[i])
+
+    def _achieve(
+        self, node: PlanNode, goal: Subgoal, kept: tuple[Subgoal, ...], limits: Limits
+    ) -> PlanNode | None:
+        """Reach a goal part by part, or else as a whole."""
+        while True:
+            part = self._next_part(node, goal, kept, limits)
+            if part is None:
+                whole = replace(limits, states=_WHOLE * limits.states)
+                return self._reach(node, Target((*kept, goal), node.met), whole)
+            node = part
+            if self._estimates(node).to(goal) == 0.0:
+                return node
+
+    def _next_part(
+        self, node: PlanNode, goal: Subgoal, kept: tuple[Subgoal, ...], limits: Limits
+    ) -> PlanNode | None:
+        estimates = self._estimates(node, kept)
+        parts = estimates.chosen(goal)
+        if len(parts) < 2:
+            return None
+        costs = [estimates.to(part) for part in parts]
+        held = tuple([part for part, cost in zip(parts, costs, strict=True) if cost == 0.0])
+        for i in sorted(range(len(parts)), key=lambda i: costs[i]):
+            if costs[i] > 0.0:
+                found = self._reach(node, Target((*kept, *held, parts[i]), node.met), limits)
+                if found is not None:
+                    return found
+        return None
+
+    def _reach(self, node: PlanNode, target: Target, limits: Limits) -> PlanNode | None:
+        found = self._search.search(node, target, limits)
+        return None if isinstance(found, SearchEnd) else found
+
+    def _estimates(self, node: PlanNode, kept: Sequence[Subgoal] = ()) -> Estimates:
+        return Estimates(self._heuristic, node.state, self._successors.objects, kept)

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from typing import NamedTuple, TypeAlias
+from typing import TypeAlias
 
+from eai.planning.search import Node
 from eai.world.domain import Domain
 from eai.world.execution import Action
 from eai.world.operator import Operator
@@ -13,24 +14,8 @@ from eai.world.state import State
 CarryOut: TypeAlias = Callable[[Action, State], Sequence[Action]]
 """What is done when an action is chosen in a state; nothing, if it cannot be chosen."""
 
-
-class Node(NamedTuple):
-    """A state that was reached, with the number of action goals taken on the way, and the way."""
-
-    state: State
-    taken: int = 0
-    depth: int = 0
-    parent: Node | None = None
-    action: Action | None = None
-
-    def plan(self) -> list[Action]:
-        """The actions that led here."""
-        actions: list[Action] = []
-        node: Node | None = self
-        while node is not None and node.action is not None:
-            actions.append(node.action)
-            node = node.parent
-        return actions[::-1]
+PlanNode: TypeAlias = Node[State, Action]
+"""A state of the world; ``met`` is the number of action goals taken on the way."""
 
 
 class SuccessorGenerator:
@@ -51,9 +36,9 @@ class SuccessorGenerator:
         self.objects = objects
         self.goals = goals
 
-    def successor(self, node: Node, action: Action) -> Node | None:
+    def successor(self, node: PlanNode, action: Action) -> PlanNode | None:
         """The node after an action is chosen, or None if it cannot be carried out without a fault."""
-        state, taken = node.state, node.taken
+        state, taken = node.state, node.met
         steps = self._carry_out(action, state)
         for step in steps:
             compiled = self._domain.compiled[step.operator]
@@ -63,12 +48,34 @@ class SuccessorGenerator:
             if taken < len(self.goals) and step.operator in self.goals[taken]:
                 taken += 1
             state = compiled.apply(state, binding)
-        return Node(state, taken, node.depth + 1, node, action) if steps else None
+        return Node(state, taken, node.depth + 1, node, (action,)) if steps else None
 
-    def applicable(self, node: Node) -> Iterator[Action]:
+    def applicable(self, node: PlanNode) -> Iterator[Action]:
         """All applicable actions: those that no check forbids in a node."""
         for operator in self._domain.operators:
             yield from applicable_actions(self._domain, operator, node.state, self.objects)
+
+    def without_needless(
+        self, start: PlanNode, end: PlanNode, reached: Callable[[PlanNode], bool]
+    ) -> PlanNode:
+        """The end of a plan from the start that still ends as it must, and needs all of its actions.
+
+        Action elimination (Nakhost and Mueller 2010): each action in turn is left out, and with it those
+        after it that are impossible then, until all are needed.
+        """
+        way = end.way()[start.depth + 1 :]
+        position, needed = 0, 0
+        while needed < len(way):
+            position %= len(way)
+            node = start if position == 0 else way[position - 1]
+            for later in way[position + 1 :]:
+                for action in later.actions:
+                    node = self.successor(node, action) or node
+            if reached(node):
+                end, way, needed = node, node.way()[start.depth + 1 :], 0
+            else:
+                position, needed = position + 1, needed + 1
+        return end
 
 
 def applicable_actions(

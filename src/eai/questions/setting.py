@@ -18,7 +18,8 @@ from eai.abilities.task import Goal, GoalKind, Task
 from eai.generator.scene import restricted
 from eai.logic.formula import Formula
 from eai.logic.traversal import objects
-from eai.planning.planner import Planner, PlanningLimits
+from eai.planning.planner import Planner
+from eai.planning.search import Limits
 from eai.prompts.wording import subjects
 from eai.questions.question import Accept
 from eai.questions.rules import Repertoire, Rules
@@ -40,7 +41,7 @@ _TRIES = 40
 _ABSURD = 0.25
 """How often an action is taken for an impossible one that its objects are not made for."""
 
-_LIMITS = PlanningLimits(60)
+_LIMITS = Limits(60)
 
 
 @dataclass(frozen=True)

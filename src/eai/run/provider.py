@@ -44,7 +44,7 @@ from eai.benchmark.lookup import open_lookup_book
 from eai.benchmark.random_answers import open_random_answers
 from eai.benchmark.registry import find_benchmark
 from eai.errors import InputError, did_you_mean
-from eai.planning.planner import PlanningLimits
+from eai.planning.search import Limits
 from eai.questions.answers import gold_text, noisy_text
 from eai.questions.question import Question
 from eai.run.job import EYES, PROVIDER, check_model
@@ -62,7 +62,7 @@ from eai.world.execution import Action
 
 DEFAULT_NOISE = 0.1
 
-LIMITS = PlanningLimits(200)
+LIMITS = Limits(200)
 """What `eai/planner` spends on a plan in a world that went on, or in a perceived scene, which may have none.
 
 Every plan of the households takes less.

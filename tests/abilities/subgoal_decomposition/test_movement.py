@@ -8,7 +8,7 @@ import eai.world as w
 from eai.abilities.subgoal_decomposition.ground import Ground
 from eai.abilities.subgoal_decomposition.movement import Movement, Way
 from eai.abilities.subgoal_decomposition.repertoire import Repertoire
-from eai.planning.effort import Effort
+from eai.planning.search import Effort
 from eai.world.execution import Action, execute
 from world import toy
 

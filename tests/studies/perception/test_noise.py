@@ -19,7 +19,8 @@ from eai.benchmark.registry import find_benchmark
 from eai.benchmark.suite import open_suite
 from eai.data.store import Store
 from eai.errors import InputError
-from eai.planning.planner import Planner, PlanningLimits
+from eai.planning.planner import Planner
+from eai.planning.search import Limits
 from eai.results.perceived import perception_shares
 from eai.studies.perception.belief import perceiving, scene_words
 from eai.studies.perception.errors import perception_errors
@@ -137,7 +138,7 @@ def test_no_circle_is_seen_and_no_object_named_that_is_not(name: str, data_store
             assert not supports.closes(fact)
             supports.add(fact)
         believed = perceiving(benchmark, {task.id: graph}).tasks(Source(data_store))[task.id]
-        plan = find_plan(believed, planner, PlanningLimits(60)).plan
+        plan = find_plan(believed, planner, Limits(60)).plan
         names = words.names(believed)
         assert {names[index] for action in plan for index in action.arguments} <= {*graph.names}
 
@@ -174,7 +175,7 @@ def test_success_falls_with_the_rate(name: str, kind: str, data_store: Store) ->
         found = 0
         for task_id, believed in perceiving(benchmark, graphs).tasks(Source(data_store)).items():
             if task_id in graphs:
-                plan = find_plan(believed, planner, PlanningLimits(120)).plan
+                plan = find_plan(believed, planner, Limits(120)).plan
                 written = benchmark.plans.join(benchmark.plans.write(plan, believed.scene))
                 verdict = suite.score(task_id, written)
                 assert isinstance(verdict, PlanVerdict)

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from typing import NamedTuple
 
 from eai.abilities.subgoal_decomposition.ground import Ground
-from eai.planning.effort import Effort
+from eai.planning.search import Effort
 from eai.world.execution import Action
 from eai.world.state import State
 

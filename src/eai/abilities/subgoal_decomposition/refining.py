@@ -11,7 +11,7 @@ from eai.abilities.subgoal_decomposition.ground import Ground, told_apart
 from eai.abilities.subgoal_decomposition.movement import Movement, Way
 from eai.abilities.subgoal_decomposition.program import MAX_ACTIONS, Plan
 from eai.abilities.subgoal_decomposition.repertoire import Holds
-from eai.planning.effort import Effort
+from eai.planning.search import Effort
 from eai.world.execution import Action
 from eai.world.state import State
 

@@ -31,7 +31,7 @@ from eai.abilities.subgoal_decomposition.program import (
     Split,
 )
 from eai.logic.frozen import Frozen
-from eai.planning.effort import Effort
+from eai.planning.search import Effort
 from eai.world.domain import Domain
 from eai.world.execution import Action, Fault, Step, attempt
 from eai.world.fault import FaultKind

@@ -7,10 +7,10 @@ from dataclasses import replace
 from eai.pddl.fast_downward import FastDownward, PlannerLimits
 from eai.pddl.planner import BuiltInPlanner, TieredPlanner
 from eai.pddl.planning import PddlPlanner, PlannerChoice, PlannerTerms
-from eai.pddl.search import GroundLimits
 from eai.pddl.sharing import Seats, machine_memory_mib
+from eai.planning.search import Limits
 
-FIRST_EFFORT = GroundLimits(full=300)
+FIRST_EFFORT = Limits(300)
 """What the built-in search may do before Fast Downward is asked, which is then the quicker of the two."""
 
 

@@ -16,10 +16,12 @@ from eai.benchmark.registry import find_benchmark, registered
 from eai.benchmark.suite import Suite, open_suite
 from eai.logic.ltl_printer import print_ltl
 from eai.logic.renaming import rename_objects
-from eai.planning.planner import Planned, Planner, PlanningEnd, PlanningLimits
+from eai.planning.planner import Planner
+from eai.planning.search import Limits, SearchEnd, SearchResult
 from eai.results.suites import SuiteKey
 from eai.studies.items.analysis import Flag
 from eai.tasks.source import Source, TaskSet
+from eai.world.execution import Action
 
 
 class ItemFlags:
@@ -57,7 +59,7 @@ class ItemFlags:
             verdict = suite.over([answer]).score(task.id, answer)
             if isinstance(verdict, PlanVerdict) and verdict.success:
                 return Flag.PLAN_EXISTS
-        return Flag.NO_PLAN if domain.end(task) is PlanningEnd.UNREACHABLE else Flag.UNSOLVED
+        return Flag.NO_PLAN if domain.end(task) is SearchEnd.UNREACHABLE else Flag.UNSOLVED
 
     def _opened(self, domain: _Domain, key: SuiteKey) -> tuple[Suite, tuple[AnswerBook, ...]]:
         """A suite, its gold answers, and answers that are made of the built-in planner's plans."""
@@ -83,15 +85,15 @@ class _Domain:
         self.benchmark = benchmark
         self.tasks: TaskSet[Task] = benchmark.tasks(source)
         self._planner = Planner(benchmark.domain)
-        self._found: dict[str, Planned] = {}
+        self._found: dict[str, SearchResult[Action]] = {}
 
-    def find(self, task: Task, planner: Planner, limits: PlanningLimits | None = None) -> Planned:
+    def find(self, task: Task, planner: Planner, limits: Limits | None = None) -> SearchResult[Action]:
         """What the search for a plan of a task comes to, which several suites ask for."""
         if task.id not in self._found:
             self._found[task.id] = find_plan(task, planner, limits)
         return self._found[task.id]
 
-    def end(self, task: Task) -> PlanningEnd:
+    def end(self, task: Task) -> SearchEnd:
         """How that search ends."""
         return self.find(task, self._planner).end
 

@@ -2,18 +2,18 @@ from __future__ import annotations
 
 from eai.logic.formula import Atom, Constant, Not
 from eai.planning.additive_heuristic import AdditiveHeuristic
-from eai.planning.agenda import Agenda
-from eai.planning.best_first import BestFirst, Budget, Target
-from eai.planning.planner import alone
+from eai.planning.greedy_search import GreedySearch, Target
+from eai.planning.planner import Agenda, alone
+from eai.planning.search import Limits, Node, SearchEnd
 from eai.planning.subgoal import Subgoal
-from eai.planning.successor_generator import Node, SuccessorGenerator
+from eai.planning.successor_generator import PlanNode, SuccessorGenerator
 from world import toy
 
-START = Node(toy.initial())
+START: PlanNode = Node(toy.initial())
 INDEX = START.state.scene.index
 HEURISTIC = AdditiveHeuristic(toy.DOMAIN)
 SUCCESSORS = SuccessorGenerator(toy.DOMAIN, alone, tuple(range(len(INDEX))), ())
-BUDGET = Budget(50, complete=False)
+FEW = Limits(50, thorough=False)
 
 
 def subgoal(predicate: str, *names: str) -> Subgoal:
@@ -25,43 +25,43 @@ FIXED = subgoal("at", "lamp", "hall")
 
 
 def agenda(*goals: Subgoal, states: int = 1_000) -> Agenda:
-    return Agenda(HEURISTIC, SUCCESSORS, BestFirst(HEURISTIC, SUCCESSORS, states), goals)
+    return Agenda(HEURISTIC, SUCCESSORS, GreedySearch(HEURISTIC, SUCCESSORS, states), goals)
 
 
-def told(node: Node | None) -> list[str]:
+def told(node: PlanNode | None) -> list[str]:
     names = list(INDEX)
     return [] if node is None else [f"{a.operator} {names[a.arguments[0]]}" for a in node.plan()]
 
 
 def test_the_nearest_goal_comes_first_and_is_kept() -> None:
     goals = agenda(LIT, HELD)
-    first = goals.advance(START, BUDGET)
+    first = goals.advance(START, FEW)
     assert told(first) == ["LIFT red"]
     assert first is not None
-    assert told(goals.advance(first, BUDGET)) == ["LIFT red", "GO shed", "PRESS lamp"]
+    assert told(goals.advance(first, FEW)) == ["LIFT red", "GO shed", "PRESS lamp"]
 
 
 def test_what_could_not_be_reached_comes_first_the_next_time() -> None:
     goals = agenda(HELD, FIXED)
-    held = goals.advance(START, BUDGET)
+    held = goals.advance(START, FEW)
     assert held is not None
-    assert goals.advance(held, BUDGET) is None
+    assert goals.advance(held, FEW) is None
     assert goals.learn()
-    assert goals.advance(held, BUDGET) is None
+    assert goals.advance(held, FEW) is None
     assert not goals.learn(), "nothing new"
 
 
 def test_a_search_ends_at_its_target_or_with_its_effort() -> None:
-    search = BestFirst(HEURISTIC, SUCCESSORS, 1_000)
+    search = GreedySearch(HEURISTIC, SUCCESSORS, 1_000)
     dropped = Target((CARRIED, HELD.negated, LIT), 0)
-    found = search.search(START, dropped, BUDGET)
-    assert found.node is not None
-    assert len(found.node.plan()) == 4
-    assert search.search(START, dropped, Budget(2, complete=True)) == (None, False)
-    assert search.search(START, Target((FIXED,), 0), Budget(1_000, complete=True)).exhausted
-    assert BestFirst(HEURISTIC, SUCCESSORS, 0).search(START, dropped, BUDGET) == (None, False)
+    found = search.search(START, dropped, FEW)
+    assert isinstance(found, Node)
+    assert len(found.plan()) == 4
+    assert search.search(START, dropped, Limits(2)) is SearchEnd.STATES
+    assert search.search(START, Target((FIXED,), 0), Limits(1_000)) is SearchEnd.UNREACHABLE
+    assert GreedySearch(HEURISTIC, SUCCESSORS, 0).search(START, dropped, FEW) is SearchEnd.STATES
 
 
 def test_a_denied_atom_is_a_goal_too() -> None:
     away = Subgoal(Not(Atom("at", (Constant("robot"), Constant("hall")))), {}, True)
-    assert told(agenda(away).advance(START, BUDGET)) == ["GO shed"]
+    assert told(agenda(away).advance(START, FEW)) == ["GO shed"]

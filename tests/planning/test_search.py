@@ -1,0 +1,46 @@
+from __future__ import annotations
+
+import pytest
+
+from eai.planning.search import Effort, Node, OpenList, SearchEnd, best_first
+
+GRAPH = {"a": {"b": 1, "c": 5}, "b": {"c": 1, "d": 9}, "c": {"d": 1}, "d": {}, "e": {}}
+
+
+def way_to(goal: str, limit: float = 10) -> Node[str, str] | SearchEnd:
+    """The cheapest way, by uniform-cost search."""
+    effort, costs = Effort(limit), {"a": 0}
+    waiting: OpenList[Node[str, str]] = OpenList()
+    waiting.push(Node("a"), 0)
+
+    def visit(node: Node[str, str]) -> Node[str, str] | SearchEnd | None:
+        if node.state == goal:
+            return node
+        effort.used += 1
+        for state, price in GRAPH[node.state].items():
+            cost = costs[node.state] + price
+            if cost < costs.get(state, 100):
+                costs[state] = cost
+                waiting.push(Node(state, 0, node.depth + 1, node, (state,)), cost)
+        return SearchEnd.STATES if effort.is_used_up else None
+
+    return best_first(waiting.pop, visit)
+
+
+def test_the_cheapest_way_comes_first_and_a_node_knows_it() -> None:
+    found = way_to("d")
+    assert isinstance(found, Node)
+    assert (found.plan(), found.depth) == (("b", "c", "d"), 3)
+    assert [node.state for node in found.way()] == ["a", "b", "c", "d"]
+
+
+@pytest.mark.parametrize(("limit", "end"), [(10, SearchEnd.UNREACHABLE), (2, SearchEnd.STATES)])
+def test_a_search_says_why_there_is_no_goal(limit: int, end: SearchEnd) -> None:
+    assert way_to("e", limit) is end
+
+
+def test_several_actions_may_lead_to_a_node() -> None:
+    start: Node[int, str] = Node(0)
+    node = Node(3, 0, 3, Node(1, 0, 1, start, ("one",)), ("two", "three"))
+    assert node.plan() == ("one", "two", "three")
+    assert start.plan() == ()
