@@ -63,11 +63,7 @@ OTHER: dict[type[ast.AST], type[ast.AST]] = {**dict(_SWAPPED), **{b: a for a, b 
 EQUIVALENT: dict[str, str] = {
     "abilities/subgoal_decomposition/progress.py: 0 is 1 in `before: int = 0`": "what was before the first "
     "past is never looked up, as no step led to it",
-    "abilities/subgoal_decomposition/refining.py: 1 is 2 in `numbers = count(1)`": "only their order counts",
-    "abilities/subgoal_decomposition/refining.py: 0 is 1 in `queue = [(0, 0, Node(start, self.aim.at_start, "
-    "()))]`": "the first is alone in the queue",
-    "abilities/subgoal_decomposition/refining.py: 0 is 1 in `queue = [(0, 0, Node(start, self.aim.at_start, "
-    "()))]`, place 2": "the first is alone in the queue",
+    "abilities/subgoal_decomposition/uniform_cost.py: 0 is 1 in `self._pushed = 0`": "only their order counts",
     "logic/ltl.py: 0 is 1 in `self._stack.append(_Pending(_PREFIX, make, [], 0, self._scope))`": "a "
     "quantifier has one part, and that has one level at least",
     "results/certainty.py: 0 is 1 in `if len(known[0]) < len(parts):`": "what is of no task is of no name",

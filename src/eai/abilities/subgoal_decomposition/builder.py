@@ -181,7 +181,7 @@ class Programs:
 
         def plans(state: State) -> Found:
             found = made()(state)
-            refused = required.refused() if found.in_vain else None
+            refused = required.refused() if found.has_failed else None
             return found if refused is None else Found((), found.effort, refused)
 
         return lru_cache(_STATES)(plans)

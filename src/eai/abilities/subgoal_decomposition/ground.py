@@ -23,7 +23,7 @@ class Ground(NamedTuple):
         binding: the operator's variables for its objects; for one search alone.
         possible: what `is_possible_now` has found, by state.
         results: what `after` has found, by state.
-        parts: the mask of the parts of the aim that it is for; 0 if it helps another one.
+        parts: the mask of the parts of the goal that it is for; 0 if it helps another one.
         touched: the mask of the parts that it can change.
     """
 
@@ -45,8 +45,8 @@ class Ground(NamedTuple):
         return Ground(self.action, self.known, self.binding, self.possible, self.results, parts, touched)
 
     @property
-    def is_deed(self) -> bool:
-        """Whether it counts as a deed."""
+    def is_achiever(self) -> bool:
+        """Whether it changes the world, so that it is taken for a part of the goal and for nothing else."""
         return self.known.role is Role.DEED
 
     def is_possible(self, state: State) -> bool:

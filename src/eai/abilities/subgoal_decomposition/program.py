@@ -33,13 +33,13 @@ class Found(NamedTuple):
         plans: the plans for it, each to be tried; none if nothing is to be done there.
         effort: how many actions were applied to states to find them.
         refused: why nothing is done, and the subgoal fails; None where it does not.
-        in_vain: whether nothing brings it about, and not for the kind of its objects.
+        has_failed: whether nothing brings it about, and not for the kind of its objects.
     """
 
     plans: Sequence[Plan]
     effort: int = 0
     refused: Check | None = None
-    in_vain: bool = False
+    has_failed: bool = False
 
 
 Plans: TypeAlias = Callable[[State], Found]

@@ -17,11 +17,11 @@ from itertools import permutations, product
 from operator import or_
 from typing import NamedTuple
 
+from eai.abilities.subgoal_decomposition.best_attempt import best_failed_attempt
 from eai.abilities.subgoal_decomposition.ground import Ground, is_needless
-from eai.abilities.subgoal_decomposition.nearest import nearest_of
 from eai.abilities.subgoal_decomposition.program import Found, Plan, Plans
-from eai.abilities.subgoal_decomposition.refining import Aim, Means, Refining
 from eai.abilities.subgoal_decomposition.repertoire import Holds, Repertoire, named_in
+from eai.abilities.subgoal_decomposition.uniform_cost import Permitted, SearchGoal, UniformCostSearch
 from eai.planning.subgoal import GroundAtom
 from eai.world.domain import Domain
 from eai.world.execution import Action
@@ -117,8 +117,8 @@ class Refinement:
             return found
 
         def plans(state: State) -> Found:
-            aim = Aim(met(state, everything, 0), met, everything, holds, told_apart, test_effort)
-            return self._search(aim, _Need(state, wanted, touched, named, objects, {}, wider))
+            goal = SearchGoal(met(state, everything, 0), met, everything, holds, told_apart, test_effort)
+            return self._search(goal, _Need(state, wanted, touched, named, objects, {}, wider))
 
         return plans
 
@@ -133,32 +133,32 @@ class Refinement:
 
     def plans_to_take(self, action: Action, scene: Scene, objects: Sequence[int]) -> Plans:
         """An action, after the shortest sequence that makes it possible; the attempt where there is none."""
-        aim = Aim(0, lambda _, touched, __: touched, 1, lambda _: True, ())
+        goal = SearchGoal(0, lambda _, touched, __: touched, 1, lambda _: True, ())
         named = named_in([action.arguments], scene)
 
         def plans(state: State) -> Found:
             if self._is_needless(action, state):
                 return Found(((action,),))
-            return self._search(aim, _Need(state, {action: 1}, {}, named, objects, {}))
+            return self._search(goal, _Need(state, {action: 1}, {}, named, objects, {}))
 
         return plans
 
-    def _search(self, aim: Aim, need: _Need) -> Found:
+    def _search(self, goal: SearchGoal, need: _Need) -> Found:
         """The shortest plans by the first means that are enough; where none are, the best attempt, if any."""
-        in_vain: list[Refining] = []
-        effort, budget = 0, min(self._budget * aim.size, _MOST_TESTS // aim.size)
-        for means in self._means(need):
-            refining = Refining(aim, means, budget)
-            plans = refining.shortest(need.state)
-            effort += refining.effort * aim.step_effort
+        failed: list[UniformCostSearch] = []
+        effort, budget = 0, min(self._budget * goal.size, _MOST_TESTS // goal.size)
+        for permitted in self._permitted(need):
+            search = UniformCostSearch(goal, permitted, budget)
+            plans = search.shortest(need.state)
+            effort += search.effort * goal.step_effort
             if plans:
                 return Found(plans, effort)
-            in_vain.append(refining)
-        nearest = nearest_of(in_vain)
-        return nearest._replace(effort=effort + nearest.effort)
+            failed.append(search)
+        attempt = best_failed_attempt(failed)
+        return attempt._replace(effort=effort + attempt.effort)
 
-    def _means(self, need: _Need) -> Iterator[Means]:
-        """What may be done, widened step by step.
+    def _permitted(self, need: _Need) -> Iterator[Permitted]:
+        """The permitted actions, widened step by step.
 
         First what is about nothing but the objects that are named; then letting go of any object; then going
         to any object, and deeds about any where the literal leaves open about which.
@@ -169,10 +169,10 @@ class Refinement:
         takes = self._grounded(self._about(helping, Role.TAKES, need.named if handled else ()), need)
         touched = need.touched_by(movement)
         moving = self._grounded(self._moves(movement, need.named), need)
-        yield Means(deeds, takes, moves, moving, touched)
+        yield Permitted(deeds, takes, moves, moving, touched)
         lets_go = self._grounded(self._about(helping, Role.LETS_GO, need.objects), need)
         if lets_go:
-            yield Means(deeds, [*takes, *lets_go], moves, moving, touched)
+            yield Permitted(deeds, [*takes, *lets_go], moves, moving, touched)
         if not self._repertoire.movement:
             return
         if need.wider is not None:
@@ -182,7 +182,7 @@ class Refinement:
         if movement:
             touched = need.touched_by(movement)
             moving = self._grounded(self._moves(movement, need.objects), need)
-            yield Means(deeds, [*takes, *lets_go], moves, moving, touched)
+            yield Permitted(deeds, [*takes, *lets_go], moves, moving, touched)
 
     def _split(self, wanted: Mapping[Action, int], need: _Need) -> tuple[list[Ground], list[Ground]]:
         """The movement that is wanted for where it leads, and all else that is wanted."""

@@ -6,8 +6,8 @@ import pytest
 
 import eai.world as w
 from eai.abilities.subgoal_decomposition.ground import Ground
-from eai.abilities.subgoal_decomposition.movement import Movement, Way
 from eai.abilities.subgoal_decomposition.repertoire import Repertoire
+from eai.abilities.subgoal_decomposition.uniform_cost import Movement, Way
 from eai.planning.search import Effort
 from eai.world.execution import Action, execute
 from world import toy
@@ -41,7 +41,9 @@ def movement(allowed: int) -> tuple[Movement, Effort]:
 
 
 def written(way: Way) -> str:
-    return ", ".join(" ".join([a.operator, *(SCENE.objects[i].name for i in a.arguments)]) for a in way.plan)
+    return ", ".join(
+        " ".join([a.operator, *(SCENE.objects[i].name for i in a.arguments)]) for a in way.plan()
+    )
 
 
 @pytest.mark.parametrize(
@@ -59,7 +61,7 @@ def test_ways(before: list[str], ways: list[str], allowed: int) -> None:
     found = list(moving.ways(start))
     assert [written(way) for way in found] == ways[:allowed]
     assert effort.used == len(found), "an action for each, and none in vain"
-    assert all(execute(DOMAIN, start, way.plan).final == way.state for way in found)
+    assert all(execute(DOMAIN, start, way.plan()).final == way.state for way in found)
 
 
 def test_ways_are_found_once_and_as_far_as_they_are_looked_at() -> None:

@@ -1,14 +1,14 @@
-"""What a search in vain tells is found by a bounded number of tests, however much is asked for."""
+"""The best failed attempt is found by a bounded number of tests, however much is asked for."""
 
 from __future__ import annotations
 
 import pytest
 
 import eai.world as w
+from eai.abilities.subgoal_decomposition.best_attempt import best_failed_attempt
 from eai.abilities.subgoal_decomposition.ground import Ground
-from eai.abilities.subgoal_decomposition.nearest import nearest_of
-from eai.abilities.subgoal_decomposition.refining import Aim, Means, Refining
 from eai.abilities.subgoal_decomposition.repertoire import Repertoire
+from eai.abilities.subgoal_decomposition.uniform_cost import Permitted, SearchGoal, UniformCostSearch
 from eai.world.execution import Action
 from eai.world.state import State
 from world import toy
@@ -34,11 +34,11 @@ def test_few_parts_are_tested_and_what_it_takes_is_told(lamps: int) -> None:
         Ground.of(Action("PRESS", (i + 2,)), KNOWN["PRESS"], start).for_parts(1 << i, everything)
         for i in range(lamps)
     ]
-    aim = Aim(0, met, everything, lambda _: False, ())
-    refining = Refining(aim, Means(press, (), (), (), 0), 600)
-    assert refining.shortest(start) == []
+    goal = SearchGoal(0, met, everything, lambda _: False, ())
+    search = UniformCostSearch(goal, Permitted(press, (), (), (), 0), 600)
+    assert search.shortest(start) == []
     tested[0] = 0
-    found = nearest_of([refining])
+    found = best_failed_attempt([search])
     assert found.refused is not None or found.plans
     assert 0 < tested[0] <= MOST
     assert found.effort >= tested[0] // 32, "effort stands for tests, too"

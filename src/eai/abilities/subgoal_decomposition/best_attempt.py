@@ -1,4 +1,4 @@
-"""What a search in vain tells: the plan that comes nearest to its aim, and the action that fails."""
+"""The best failed attempt: the plan nearest to a subgoal that none reaches, and the action that fails there."""
 
 from __future__ import annotations
 
@@ -7,7 +7,8 @@ from typing import NamedTuple
 
 from eai.abilities.subgoal_decomposition.ground import Ground
 from eai.abilities.subgoal_decomposition.program import MAX_ACTIONS, TOO_FAR, Found
-from eai.abilities.subgoal_decomposition.refining import Node, Refining
+from eai.abilities.subgoal_decomposition.uniform_cost import UniformCostSearch
+from eai.planning.successor_generator import PlanNode
 from eai.world.execution import Action
 from eai.world.state import State
 
@@ -15,7 +16,7 @@ _LOOKED_AT = 16
 """How many states are looked at for what fails there: where it begins, where most parts are met, others."""
 
 _MOST_TESTS = 200_000
-"""How many parts may be tested there; of an aim with very many fewer states are looked at."""
+"""How many parts may be tested there; of a goal with very many fewer states are looked at."""
 
 
 class _Rank(NamedTuple):
@@ -35,7 +36,7 @@ class _Rank(NamedTuple):
 class _Attempt(NamedTuple):
     """An action that is tried: where, after what, and the numbers of the checks that fail."""
 
-    node: Node
+    node: PlanNode
     ground: Ground
     plan: tuple[Action, ...]
     state: State
@@ -43,66 +44,66 @@ class _Attempt(NamedTuple):
 
 
 class _Nearest(NamedTuple):
-    """How near an attempt comes, and the one that is told; None where a plan would be too long."""
+    """How near an attempt comes, and the one to report; None where a plan would be too long."""
 
     rank: _Rank
-    told: _Attempt | None
+    reported: _Attempt | None
 
 
-def nearest_of(in_vain: Sequence[Refining]) -> Found:
-    """Of some searches in vain the plan that comes nearest to the aim, and the action that fails there.
+def best_failed_attempt(searches: Sequence[UniformCostSearch]) -> Found:
+    """The plan that comes nearest to the goal of searches that found none, and the action that fails there.
 
     That is the most direct of those that lack least for what would meet most parts, or another action that
     would mend what it lacks; none if nothing fails, but it takes too long. Where each part can be reached,
     but not together with the others, the plan is the shortest that meets most parts.
     """
-    failing = [_Failing(refining) for refining in in_vain]
+    failing = [_Failed(search) for search in searches]
     most_met = max([each.most_met for each in failing])
     farthest = [each for each in failing if each.most_met == most_met]
     found = [nearest for each in farthest if (nearest := each.nearest()) is not None]
     effort = sum([each.effort for each in failing])
     if found:
-        told = min(found, key=lambda nearest: nearest.rank).told
-        if told is None:
-            return Found((), effort, TOO_FAR, in_vain=True)
-        return Found((told.plan,), effort, in_vain=not told.ground.is_hopeless(told.failing))
-    nodes = [node for refining in in_vain for node in refining.nodes]
-    most = max(nodes, key=lambda node: (node.met.bit_count(), -len(node.plan)))
-    return Found((most.plan,), effort, in_vain=True)
+        reported = min(found, key=lambda nearest: nearest.rank).reported
+        if reported is None:
+            return Found((), effort, TOO_FAR, has_failed=True)
+        return Found((reported.plan,), effort, has_failed=not reported.ground.is_hopeless(reported.failing))
+    nodes = [node for search in searches for node in search.nodes]
+    most = max(nodes, key=lambda node: (node.met.bit_count(), -node.depth))
+    return Found((most.plan(),), effort, has_failed=True)
 
 
-class _Failing:
+class _Failed:
     """A search that found nothing.
 
     Args:
-        refining: the search.
+        search: the search.
 
     Attributes:
         effort: how many actions have been applied to states, or looked at after movement.
         most_met: how many parts are met in one of its states, at the most.
     """
 
-    def __init__(self, refining: Refining) -> None:
-        self._aim = refining.aim
-        self._means = refining.means
-        self._movement = refining.movement
-        self._out_of_reach = refining.out_of_reach
+    def __init__(self, search: UniformCostSearch) -> None:
+        self._goal = search.goal
+        self._permitted = search.permitted
+        self._movement = search.movement
+        self._out_of_reach = search.out_of_reach
         self.effort = 0
-        start, *others = refining.nodes
-        self.most_met = max([node.met.bit_count() for node in refining.nodes])
+        start, *others = search.nodes
+        self.most_met = max([node.met.bit_count() for node in search.nodes])
         others.sort(key=lambda node: -node.met.bit_count())
-        tests = self._aim.size * (len(self._means.wanted) + len(self._means.moving))
+        tests = self._goal.size * (len(self._permitted.achievers) + len(self._permitted.moving))
         self._nodes = [start, *others][: max(1, min(_LOOKED_AT, _MOST_TESTS // max(1, tests)))]
 
     def nearest(self) -> _Nearest | None:
-        """The attempt that comes nearest to the aim; None if none brings more of it about than was made.
+        """The attempt that comes nearest to the goal; None if none brings more of it about than was made.
 
-        What fails and would bring about no more than was made otherwise is not told.
+        What fails and would bring about no more than was made otherwise is not reported.
         """
         best: _Attempt | None = None
         rank = _Rank(0, 0, 0)
         for node in self._nodes:
-            for ground in (*self._means.wanted, *self._means.moving):
+            for ground in (*self._permitted.achievers, *self._permitted.moving):
                 met = -self._met_after(node, ground)
                 if not met or (best is not None and self._least(node, ground, met) >= rank):
                     continue
@@ -114,55 +115,57 @@ class _Failing:
                 if not made and (best is None or found < rank):
                     best, rank = attempt, found
         if best is not None:
-            return _Nearest(rank, self._told(best))
+            return _Nearest(rank, self._reported(best))
         first = self._nodes[0]
-        for ground in self._means.wanted:  # what would help needs something else first, or tries in vain
+        for ground in (
+            self._permitted.achievers
+        ):  # what would help needs something else first, or fails at what it tries
             attempt = self._attempt(first, ground)
-            told = self._told(attempt)
+            reported = self._reported(attempt)
             vain = attempt.failing == [len(ground.known.operator.checks)]
-            if attempt.failing and (vain or told is not attempt):
-                return _Nearest(_Rank(0, len(attempt.failing), len(attempt.plan)), told)
+            if attempt.failing and (vain or reported is not attempt):
+                return _Nearest(_Rank(0, len(attempt.failing), len(attempt.plan)), reported)
         return None
 
-    def _met_after(self, node: Node, ground: Ground) -> int:
+    def _met_after(self, node: PlanNode, ground: Ground) -> int:
         """How many parts are met after an action that is for one; 0 if there are no more than before."""
         missing = ground.parts & ~node.met
         if not missing:
             return 0
-        self.effort += self._aim.step_effort
+        self.effort += self._goal.step_effort
         after = ground.after(node.state)
-        if not self._aim.met(after, ground.touched & missing, 0):
+        if not self._goal.met(after, ground.touched & missing, 0):
             return 0
-        met = self._aim.met(after, ground.touched, node.met).bit_count()
+        met = self._goal.met(after, ground.touched, node.met).bit_count()
         return met if met > node.met.bit_count() else 0
 
-    def _least(self, node: Node, ground: Ground, met: int) -> _Rank:
+    def _least(self, node: PlanNode, ground: Ground, met: int) -> _Rank:
         """The least rank that an action may have, be it after movement."""
         lacking = ground.lacking(node.state, len(ground.known.moved))
-        return _Rank(met, self._fewest(node, ground, lacking), len(node.plan) + 1)
+        return _Rank(met, self._fewest(node, ground, lacking), node.depth + 1)
 
-    def _fewest(self, node: Node, ground: Ground, lacking: int) -> int:
+    def _fewest(self, node: PlanNode, ground: Ground, lacking: int) -> int:
         """How many checks of an action fail at least, of which so many do: one, where it is out of reach."""
         return lacking or int((node.state, ground.action) in self._out_of_reach)
 
-    def _attempt(self, node: Node, ground: Ground) -> _Attempt:
+    def _attempt(self, node: PlanNode, ground: Ground) -> _Attempt:
         """An action tried where, of all states that movement leads to, the fewest of its checks fail."""
         self.effort += 1
         failing = ground.failing(node.state)
-        best = _Attempt(node, ground, (*node.plan, ground.action), node.state, failing)
+        best = _Attempt(node, ground, (*node.plan(), ground.action), node.state, failing)
         least = self._fewest(node, ground, sum([not ground.known.moved[i] for i in failing]))
         if len(failing) > least:
             for way in self._movement.ways(node.state):
                 self.effort += 1
                 failing = ground.failing(way.state)
                 if len(failing) < len(best.failing):
-                    plan = (*node.plan, *way.plan, ground.action)
+                    plan = (*node.plan(), *way.plan(), ground.action)
                     best = _Attempt(node, ground, plan, way.state, failing)
                     if len(failing) == least:
                         break
         return best
 
-    def _told(self, attempt: _Attempt) -> _Attempt | None:
+    def _reported(self, attempt: _Attempt) -> _Attempt | None:
         """The attempt, or one at another action that would mend what fails, where all such actions fail.
 
         None where it does not fail but is too long, or such an action is possible and undoes nothing.
@@ -174,7 +177,7 @@ class _Failing:
             return attempt
         mending = [
             self._attempt(node, other)
-            for other in self._means.helping
+            for other in self._permitted.helping
             if len(ground.failing(other.after(state))) < len(failing)
         ]
         if any(not each.failing and self._undoes_nothing(each) for each in mending):
@@ -183,4 +186,4 @@ class _Failing:
 
     def _undoes_nothing(self, attempt: _Attempt) -> bool:
         node, ground = attempt.node, attempt.ground
-        return self._aim.met(ground.after(attempt.state), ground.touched, node.met) == node.met
+        return self._goal.met(ground.after(attempt.state), ground.touched, node.met) == node.met

@@ -1,0 +1,264 @@
+"""Uniform-cost search for the actions that carry out a subgoal from a state: the shortest plans.
+
+Actions that may bring the subgoal about, and those that may make them possible, are permitted in turn
+(`refinement`), each after the shortest movement that it needs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from typing import NamedTuple, TypeAlias
+
+from eai.abilities.subgoal_decomposition.ground import Ground, told_apart
+from eai.abilities.subgoal_decomposition.program import MAX_ACTIONS, Plan
+from eai.abilities.subgoal_decomposition.repertoire import Holds
+from eai.planning.search import Effort, Node, OpenList, SearchEnd, best_first
+from eai.planning.successor_generator import PlanNode
+from eai.world.execution import Action
+from eai.world.state import State
+
+MAX_PLANS = 4
+"""The most sequences that are found for one subgoal."""
+
+_TESTED_AT_ONCE = 16
+"""How many parts are tested in the time in which an action is applied."""
+
+_MOST_MOVES = 3
+"""Movements before one action: to stand up, to go there and to turn to it."""
+
+
+Way: TypeAlias = PlanNode
+"""Movement from a state, and the state after it."""
+
+
+class Permitted(NamedTuple):
+    """The permitted actions.
+
+    Attributes:
+        achievers: what may bring the subgoal about.
+        helping: what may make that possible.
+        moving: movement that may bring the subgoal about.
+        movement: what moves the agent.
+        touched: the mask of the parts that movement can change.
+    """
+
+    achievers: Sequence[Ground]
+    helping: Sequence[Ground]
+    moving: Sequence[Ground]
+    movement: Sequence[Ground]
+    touched: int
+
+
+class SearchGoal(NamedTuple):
+    """What a search is for.
+
+    Attributes:
+        at_start: the mask of its parts that hold where the search begins.
+        met: the mask of those that hold in a state: of the parts in a mask they are looked at, of the others
+            it is those of another mask.
+        everything: the mask of all parts.
+        holds: whether what it asks for besides its parts holds in a state.
+        told_apart: the operators of which it matters that they are taken, whatever state they lead to.
+        effort: how many applied actions a test of `holds` stands for.
+    """
+
+    at_start: int
+    met: Callable[[State, int, int], int]
+    everything: int
+    holds: Holds
+    told_apart: Collection[str]
+    effort: int = 0
+
+    @property
+    def size(self) -> int:
+        """How many parts it has."""
+        return self.everything.bit_count()
+
+    @property
+    def step_effort(self) -> int:
+        """How many applied actions one stands for after which all parts are tested."""
+        return 1 + self.size // _TESTED_AT_ONCE
+
+
+class Movement:
+    """Where movement leads: what makes another action possible, and is done as often as that needs it.
+
+    Args:
+        moves: what moves the agent.
+        effort: how many actions may be applied to states.
+    """
+
+    def __init__(self, moves: Sequence[Ground], effort: Effort) -> None:
+        self._moves = moves
+        self._effort = effort
+        self._ways: dict[State, _Ways] = {}
+
+    def __bool__(self) -> bool:
+        return bool(self._moves)
+
+    def ways(self, state: State) -> Iterable[Way]:
+        """All that movement leads to, the shortest ways first; found as far as it is looked at."""
+        ways = self._ways.get(state)
+        if ways is None:
+            ways = self._ways[state] = _Ways(self._from(state))
+        return ways
+
+    def _from(self, start: State) -> Iterator[Way]:
+        moves = [ground for ground in self._moves if ground.is_ever_possible(start)]
+        seen = {start}
+        ways: list[Way] = [Node(start)]
+        for _ in range(_MOST_MOVES):
+            farther: list[Way] = []
+            for way in ways:
+                taken = [action.operator for action in way.plan()]
+                for ground in moves:
+                    if ground.action.operator in taken or self._effort.is_used_up:
+                        continue
+                    if ground.known.common(way.state, ground.binding) and ground.is_possible_now(way.state):
+                        self._effort.used += 1
+                        after = ground.after(way.state)
+                        if after not in seen:
+                            seen.add(after)
+                            farther.append(Node(after, 0, way.depth + 1, way, (ground.action,)))
+                            yield farther[-1]
+            ways = farther
+
+
+class _Ways:
+    """Ways as they are found, to be looked at again and again."""
+
+    def __init__(self, ways: Iterator[Way]) -> None:
+        self._ways = ways
+        self._found: list[Way] = []
+
+    def __iter__(self) -> Iterator[Way]:
+        yield from self._found
+        for way in self._ways:
+            self._found.append(way)
+            yield way
+
+
+class UniformCostSearch:
+    """A search by the length of plans, of which none has more than `MAX_ACTIONS`.
+
+    Of a node ``met`` is the mask of the parts that hold in its state.
+
+    Args:
+        goal: what it is for.
+        permitted: what may be done.
+        budget: how many actions may be applied to states.
+
+    Attributes:
+        goal: what it is for.
+        permitted: what may be done.
+        movement: where movement leads.
+        nodes: the states that were reached without what is searched for, the nearest first.
+        out_of_reach: what movement does not make possible, and where.
+    """
+
+    def __init__(self, goal: SearchGoal, permitted: Permitted, budget: int) -> None:
+        self.goal = goal
+        self.permitted = permitted
+        self._effort = Effort(budget)
+        self.movement = Movement(permitted.movement, self._effort)
+        self.nodes: list[PlanNode] = []
+        self.out_of_reach: set[tuple[State, Action]] = set()
+        self._grounds: Sequence[Ground] = ()
+        self._open: OpenList[PlanNode] = OpenList()
+        self._lengths: dict[State, int] = {}
+        self._pushed = 0
+        self._best = MAX_ACTIONS
+        self._found: dict[object, PlanNode] = {}
+
+    @property
+    def effort(self) -> int:
+        """How many actions have been applied to states."""
+        return self._effort.used
+
+    def shortest(self, start: State) -> list[Plan]:
+        """The shortest plans, at most `MAX_PLANS`; no two to one state that the goal cannot tell apart."""
+        actions = (*self.permitted.achievers, *self.permitted.helping)
+        self._grounds = [ground for ground in actions if ground.is_ever_possible(start)]
+        self._push(Node(start, self.goal.at_start))
+        best_first(self._open.pop, self._visit)
+        return [node.plan() for node in self._found.values()]
+
+    def _push(self, node: PlanNode) -> None:
+        """Queue a node; of equally long plans the first comes first."""
+        self._lengths[node.state] = node.depth
+        self._open.push(node, node.depth, self._pushed)
+        self._pushed += 1
+
+    def _visit(self, node: PlanNode) -> PlanNode | SearchEnd | None:
+        """Expand a node, unless plans as short are known; the last one where they are as many as may be."""
+        self.nodes.append(node)
+        if node.depth < self._best:
+            for child in self._children(node):
+                if child.met == self.goal.everything and self._holds(child.state):
+                    self._keep(child)
+                    if len(self._found) == MAX_PLANS:
+                        return child
+                elif child.depth < self._lengths.get(child.state, child.depth + 1):
+                    self._push(child)
+        return SearchEnd.STATES if self._effort.is_used_up else None
+
+    def _keep(self, node: PlanNode) -> None:
+        """Keep one of the shortest ways to what is searched for; those that are longer are forgotten."""
+        if node.depth < self._best:
+            self._best = node.depth
+            self._found = {}
+        told = told_apart(node.plan(), self.goal.told_apart)
+        self._found.setdefault((node.state, told), node)
+
+    def _holds(self, state: State) -> bool:
+        """Whether all that is asked for holds; a long formula costs as much as it is long."""
+        self._effort.used += self.goal.effort
+        return self.goal.holds(state)
+
+    def _children(self, node: PlanNode) -> Iterator[PlanNode]:
+        """What comes after a node, in plans no longer than the best."""
+        allowed: dict[str, bool] = {}
+        for ground in self._grounds:
+            is_achiever, parts = ground.is_achiever, ground.parts & ~node.met
+            if is_achiever and not parts:
+                continue
+            name = ground.action.operator
+            if name not in allowed:
+                allowed[name] = ground.known.common(node.state, ground.binding)
+            way = self._approach(node, ground) if allowed[name] else None
+            if way is None:
+                continue
+            self._effort.used += 1
+            after = ground.after(way.state)
+            touched = ground.touched | (self.permitted.touched if way.depth else 0)
+            gained = self.goal.met(after, parts, 0) if is_achiever else 0
+            if is_achiever and not gained:
+                continue
+            met = gained | self.goal.met(after, touched & ~parts if is_achiever else touched, node.met)
+            depth = node.depth + way.depth + 1
+            yield Node(after, met, depth, node, (*way.plan(), ground.action))
+        if self.permitted.moving:
+            for way in self.movement.ways(node.state):
+                depth = node.depth + way.depth
+                if depth > self._best:
+                    break
+                met = self.goal.met(way.state, self.permitted.touched, node.met)
+                if met & ~node.met:
+                    yield Node(way.state, met, depth, node, way.plan())
+
+    def _approach(self, node: PlanNode, ground: Ground) -> Way | None:
+        """The shortest movement that makes an action possible; None if none does, or it takes too long."""
+        state, before = node.state, node.depth + 1
+        if before > self._best:
+            return None
+        if ground.is_possible_now(state):
+            return Node(state)
+        if not self.movement or not ground.may_be_mended(state):
+            return None
+        for way in self.movement.ways(state):
+            if before + way.depth > self._best:
+                return None
+            if ground.is_possible_now(way.state):
+                return way
+        self.out_of_reach.add((state, ground.action))
+        return None
