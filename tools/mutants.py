@@ -63,7 +63,8 @@ OTHER: dict[type[ast.AST], type[ast.AST]] = {**dict(_SWAPPED), **{b: a for a, b 
 EQUIVALENT: dict[str, str] = {
     "abilities/subgoal_decomposition/progress.py: 0 is 1 in `before: int = 0`": "what was before the first "
     "past is never looked up, as no step led to it",
-    "abilities/subgoal_decomposition/uniform_cost.py: 0 is 1 in `self._pushed = 0`": "only their order counts",
+    "abilities/subgoal_decomposition/uniform_cost.py: 0 is 1 in `self._pushed = 0`": "only the order of "
+    "numbers counts",
     "logic/ltl.py: 0 is 1 in `self._stack.append(_Pending(_PREFIX, make, [], 0, self._scope))`": "a "
     "quantifier has one part, and that has one level at least",
     "results/certainty.py: 0 is 1 in `if len(known[0]) < len(parts):`": "what is of no task is of no name",

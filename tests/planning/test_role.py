@@ -2,8 +2,9 @@ from __future__ import annotations
 
 import pytest
 
+from eai.benchmark.registry import find_benchmark
 from eai.logic.formula import Variable
-from eai.planning.role import role_of
+from eai.planning.role import SpatialRoles, role_of, spatial_roles
 from eai.world.effect import ANYTHING, Add, Delete, Effect, ForEach
 from eai.world.frame import AGENT
 from eai.world.operator import Operator, Role
@@ -21,10 +22,10 @@ def test_a_declared_role_counts() -> None:
     assert [role_of(o) for o in (toy.GO, toy.LIFT, toy.DROP, toy.PRESS)] == [
         Role.MOVEMENT,
         Role.TAKES,
-        Role.LETS_GO,
-        Role.DEED,
+        Role.RELEASES,
+        Role.CHANGE,
     ]
-    assert role_of(Operator("O", (X,), (), (TAKE,), role=Role.DEED)) is Role.DEED
+    assert role_of(Operator("O", (X,), (), (TAKE,), role=Role.CHANGE)) is Role.CHANGE
 
 
 @pytest.mark.parametrize(
@@ -34,13 +35,30 @@ def test_a_declared_role_counts() -> None:
         (ONE_BY_ONE, Role.MOVEMENT),
         ((*TURN, Add(SITTING(AGENT))), Role.MOVEMENT),
         ((Delete(SITTING(AGENT)),), Role.MOVEMENT),
-        ((*TURN, Add(SITTING(X))), Role.DEED),
+        ((*TURN, Add(SITTING(X))), Role.CHANGE),
         ((TAKE,), Role.TAKES),
         ((Delete(FACING(X, ANYTHING)), TAKE), Role.TAKES),
-        ((GIVE,), Role.DEED),
-        ((GIVE, SWAP), Role.DEED),
-        ((), Role.DEED),
+        ((GIVE,), Role.CHANGE),
+        ((GIVE, SWAP), Role.CHANGE),
+        ((), Role.CHANGE),
     ],
 )
 def test_otherwise_effects_tell_the_role(effects: tuple[Effect, ...], role: Role) -> None:
     assert role_of(Operator("O", (X, Y) if SWAP in effects else (X,), (), effects)) is role
+
+
+@pytest.mark.parametrize(
+    ("name", "held", "supports"),
+    [
+        ("virtualhome", ("HOLDS_RH", "HOLDS_LH"), {"INSIDE", "ONTOP"}),
+        ("behavior", ("in_left_hand", "in_right_hand"), {"stands_on", "lies_on", "lies_in", "stands_under"}),
+    ],
+)
+def test_households_say_where_things_are(name: str, held: tuple[str, ...], supports: set[str]) -> None:
+    roles = spatial_roles(find_benchmark(name).domain)
+    assert (roles.held, {*roles.supports}) == (held, supports)
+
+
+def test_a_world_in_which_nothing_is_put_has_no_supports() -> None:
+    without = toy.DOMAIN.with_operators(without=[each.name for each in toy.DOMAIN.operators])
+    assert spatial_roles(without) == SpatialRoles((), ())

@@ -57,7 +57,7 @@ LIFT = Operator(
     role=Role.TAKES,
 )
 DROP = Operator(
-    "DROP", (X,), (missing(holding(X), "{x} is not held"),), (Delete(holding(X)),), role=Role.LETS_GO
+    "DROP", (X,), (missing(holding(X), "{x} is not held"),), (Delete(holding(X)),), role=Role.RELEASES
 )
 PRESS = Operator(
     "PRESS",

@@ -29,7 +29,7 @@ from eai.logic.traversal import walk
 from eai.pddl.model import AddEffect, Both, DeleteEffect, Each, PddlEffect
 from eai.pddl.writer import write_action
 from eai.planning.achievers import Achiever, Achievers
-from eai.planning.change import changes_for
+from eai.planning.effect_schema import changes_for
 from eai.planning.subgoal import GroundAtom
 from eai.tasks.source import Source
 from eai.world.execution import Action

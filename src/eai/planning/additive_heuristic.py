@@ -8,13 +8,11 @@ from the goal backwards, so that only what the goal is about is looked at.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import NamedTuple, TypeAlias
 
 from eai.logic.formula import Atom, Exists, ForAll
-from eai.planning.achievers import Achiever, Achievers
-from eai.planning.matches import Matches
-from eai.planning.selection import exactly, in_pairs
+from eai.planning.achievers import Achiever, Achievers, Matches
 from eai.planning.subgoal import (
     Conjunction,
     Disjunction,
@@ -32,6 +30,41 @@ from eai.world.frame import Binding
 from eai.world.reading import Readings
 from eai.world.relation import mask_of
 from eai.world.state import State
+
+Cost: TypeAlias = Callable[[Subgoal], float]
+"""What it costs to bring a condition about."""
+
+
+def exactly(number: int, conditions: Sequence[Subgoal], cost: Cost) -> list[Subgoal]:
+    """Exactly so many of the conditions, and the opposite of the others, as cheaply as can be."""
+    opposites = [each.negated for each in conditions]
+
+    def loss(i: int) -> tuple[bool, float]:
+        own = cost(conditions[i])
+        return own == float("inf"), own - cost(opposites[i])
+
+    order = sorted(range(len(conditions)), key=loss)
+    return [*(conditions[i] for i in order[:number]), *(opposites[i] for i in order[number:])]
+
+
+def in_pairs(number: int, cells: Sequence[Sequence[Subgoal | None]], cost: Cost) -> list[Subgoal] | None:
+    """So many cells, no two in one row or column, or None if that leads nowhere.
+
+    The cheapest cell comes first, then the cheapest of those in other rows and columns, and so on.
+    """
+    ranked = sorted(
+        (price, i, j)
+        for i, row in enumerate(cells)
+        for j, cell in enumerate(row)
+        if cell is not None and (price := cost(cell)) < float("inf")
+    )
+    columns: dict[int, int] = {}
+    for _, i, j in ranked:
+        if len(columns) < number and i not in columns and j not in columns.values():
+            columns[i] = j
+    chosen = [cell for i, j in columns.items() if (cell := cells[i][j]) is not None]
+    return chosen if len(chosen) == number else None
+
 
 INFINITE = float("inf")
 """The cost of what no action brings about."""

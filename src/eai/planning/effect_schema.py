@@ -1,13 +1,22 @@
-"""Effect schemas: what operators add and delete, each with all that must hold for it to happen."""
+"""Effect schemas: what operators add and delete, each with all that must hold for it to happen.
+
+From the changes of stored facts that may make a literal so (`changes_for`) follows which of them bring it
+about.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 import eai.logic.formula as f
+from eai.logic.traversal import children
+from eai.planning.subgoal import GroundAtom
+from eai.world.derived import Defined
 from eai.world.effect import Add, Delete, Effect, ForEach, Let, When
+from eai.world.frame import AGENT
 from eai.world.operator import Operator
+from eai.world.vocabulary import Vocabulary
 
 _NO_ATOM = f.Atom("")
 
@@ -59,6 +68,15 @@ def written(effects: Iterable[Effect]) -> Iterator[str]:
                 yield from written(inner)
 
 
+def changed_by(operator: Operator) -> list[str]:
+    """The predicates that an operator changes, by what it tries, too; once for each effect."""
+    return [
+        name
+        for effects in (operator.effects, *(t.effects for t in operator.tries))
+        for name in written(effects)
+    ]
+
+
 def _schemas(effects: Iterable[Effect], around: EffectSchema) -> Iterator[EffectSchema]:
     """The additions and deletions that effects make where all that is ``around`` them holds."""
     for effect in effects:
@@ -108,3 +126,64 @@ def _of_this_one(check: f.Formula, variable: f.Variable, condition: f.Formula) -
 
 def _all(parts: Sequence[f.Formula]) -> f.Formula:
     return parts[0] if len(parts) == 1 else f.And(tuple(parts))
+
+
+class Change(NamedTuple):
+    """A fact about a stored predicate that becomes true, or false; None stands for any object."""
+
+    predicate: str
+    arguments: tuple[int | None, ...]
+    truth: bool
+
+
+def changes_for(literal: GroundAtom, vocabulary: Vocabulary, agent: int) -> list[Change]:
+    """The changes that may make a literal so, as far as the definition of its predicate tells.
+
+    Objects may go by any numbers, ``agent`` is that of the agent. The values of variables that a definition
+    binds are not told apart; what only a function tells comes down to any change of the predicates that it
+    reads.
+    """
+    seen: dict[Change, None] = {}
+    found: list[Change] = []
+    pending = [Change(*literal)]
+    while pending:
+        change = pending.pop()
+        if change in seen:
+            continue
+        seen[change] = None
+        derived = vocabulary.derived_by_name.get(change.predicate)
+        if derived is None:
+            found.append(change)
+            continue
+        definition = derived if isinstance(derived, Defined) else getattr(derived, "meaning", None)
+        if definition is not None:
+            scope = dict(zip([p.name for p in definition.parameters], change.arguments, strict=True))
+            pending += _atoms(definition.definition, scope, change.truth, agent)
+        else:
+            for name in derived.reads:
+                anything = (None,) * (vocabulary.arity(name) or 0)
+                pending += [Change(name, anything, truth) for truth in (True, False)]
+    return found
+
+
+def _atoms(formula: f.Formula, scope: Mapping[str, int | None], truth: bool, agent: int) -> Iterator[Change]:
+    """The atoms of a formula, each with the truth that helps the formula to its own."""
+    match formula:
+        case f.Atom(predicate, terms):
+            arguments = [agent if t == AGENT else scope.get(t.name) for t in terms]
+            yield Change(predicate, tuple(arguments), truth)
+        case f.Not(operand):
+            yield from _atoms(operand, scope, not truth, agent)
+        case f.Implies(premise, conclusion):
+            yield from _atoms(premise, scope, not truth, agent)
+            yield from _atoms(conclusion, scope, truth, agent)
+        case f.Exactly() | f.ForPairs():
+            for part in children(formula):
+                yield from _atoms(part, {}, True, agent)
+                yield from _atoms(part, {}, False, agent)
+        case f.ForAll(variable, body) | f.Exists(variable, body):
+            inner = {name: value for name, value in scope.items() if name != variable.name}
+            yield from _atoms(body, inner, truth, agent)
+        case _:
+            for part in children(formula):
+                yield from _atoms(part, scope, truth, agent)

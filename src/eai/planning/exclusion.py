@@ -8,18 +8,16 @@ actions of an episode: what a pair rests on is assumed until it fails. What cann
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from copy import copy
 from typing import NamedTuple, TypeAlias
 
 import eai.logic.formula as f
 from eai.logic.traversal import walk
-from eai.planning.effect_schema import EffectSchema, effect_schemas, written
+from eai.planning.effect_schema import EffectSchema, changed_by, effect_schemas
 from eai.planning.subgoal import GroundAtom
 from eai.world.derived import meaning, stored_sources
 from eai.world.domain import Domain
 from eai.world.effect import ANYTHING
 from eai.world.frame import AGENT
-from eai.world.operator import Operator
 from eai.world.state import State
 from eai.world.vocabulary import Vocabulary
 
@@ -56,26 +54,25 @@ class Exclusion:
     def __init__(self, domain: Domain, initial: State) -> None:
         self.scene = initial.scene
         self.vocabulary = domain.vocabulary
-        self._effects = {o.name: tuple(effect_schemas(o)) for o in domain.operators}
-        self._single = {p.name for p in domain.vocabulary.predicates if p.single}
-        self.changed = {name for o in domain.operators for name in _written(o)}
-        self._unread = {
+        self.effects = {o.name: tuple(effect_schemas(o)) for o in domain.operators}
+        self.single = {p.name for p in domain.vocabulary.predicates if p.single}
+        self.changed = {name for o in domain.operators for name in changed_by(o)}
+        self.unread = {
             name
             for o in domain.operators
-            if len(_written(o)) > len(self._effects[o.name])
-            for name in _written(o)
+            if len(changed_by(o)) > len(self.effects[o.name])
+            for name in changed_by(o)
         }
-        self._denying = self._denied_by(domain)
+        self.denying = self._denied_by(domain)
         self._initially: dict[str, list[tuple[int, ...]]] = {}
         for fact in initial.facts():
             self._initially.setdefault(fact.predicate, []).append(fact.arguments)
-        self._holds: dict[_Pair, bool] = {}
 
     def _denied_by(self, domain: Domain) -> dict[str, set[str]]:
         """For each predicate those that may exclude it: what adds one deletes or denies the other."""
         found: dict[str, set[str]] = {}
         for operator in domain.operators:
-            effects = self._effects[operator.name]
+            effects = self.effects[operator.name]
             added = {each.atom.predicate for each in effects if each.adds}
             formulas = [c.condition for c in operator.checks] + [g for e in effects for g in e.given]
             denied = {each.atom.predicate for each in effects if not each.adds}
@@ -94,46 +91,104 @@ class Exclusion:
             atom = f.Atom(literal.predicate, variables)
             scope = {v.name: i for v, i in zip(variables, literal.arguments, strict=True)}
             wanted.append((atom if literal.truth else f.Not(atom), scope))
-        asking = copy(self)  # threads may ask at once, and no answer rests on what was asked before
-        asking._holds = {}
-        while not _Supposition(asking).meets(wanted):
-            pairs = [pair for pair, assumed in asking._holds.items() if assumed]
-            asked = len(asking._holds)
-            failing = [pair for pair in pairs if not asking._lasts(*pair)]
-            asking._holds.update(dict.fromkeys(failing, False))
-            if not failing and len(asking._holds) == asked:
-                return True
-        return False
+        return _Induction(self).shows(wanted)
 
     def at_start(self, fact: _Fact) -> bool:
         """Whether any such fact holds at the start."""
         return any(_covers(fact.arguments, each) for each in self._initially.get(fact.predicate, ()))
+
+    def match(self, atom: f.Atom, fact: _Fact, scope: dict[str, _Term]) -> bool:
+        """Whether an effect can be on such a fact; its variables' objects are entered in the scope."""
+        for term, argument in zip(atom.arguments, fact.arguments, strict=True):
+            if argument is None:
+                continue
+            value = (
+                scope.setdefault(term.name, argument) if isinstance(term, f.Variable) else self.index(term)
+            )
+            if value != argument:
+                return False
+        return True
+
+    def deletes(self, effect: EffectSchema, schema: EffectSchema, fact: _Fact, scope: _Scope) -> bool:
+        """Whether an effect deletes a fact wherever another one takes place."""
+        return (
+            not effect.adds
+            and effect.atom.predicate == fact.predicate
+            and {*effect.given} <= {*schema.given}
+            and all(
+                term == ANYTHING or self.term(term, scope) == argument
+                for term, argument in zip(effect.atom.arguments, fact.arguments, strict=True)
+            )
+        )
+
+    def term(self, term: f.Term, scope: _Scope) -> _Term:
+        """The object that a term stands for."""
+        return scope.get(term.name) if isinstance(term, f.Variable) else self.index(term)
+
+    def index(self, constant: f.Constant) -> int | None:
+        """The object that a constant names."""
+        return self.scene.agent if constant == AGENT else self.scene.index.get(constant.name)
+
+
+class _Induction:
+    """The pairs of facts that the answer to one question rests on, each assumed until it fails.
+
+    Every question has pairs of its own: no answer rests on what was asked before, and threads may ask at
+    once.
+
+    Args:
+        known: what is known of all actions of the episode.
+    """
+
+    def __init__(self, known: Exclusion) -> None:
+        self.known = known
+        self._assumed: dict[_Pair, bool] = {}
+
+    def shows(self, wanted: Sequence[tuple[f.Formula, _Scope]]) -> bool:
+        """Whether it follows that no state meets all that is wanted.
+
+        Pairs are assumed as they are asked for; those that do not last are given up, and it is asked again.
+        """
+        while not _Supposition(self).meets(wanted):
+            asked = len(self._assumed)
+            pairs = [pair for pair, assumed in self._assumed.items() if assumed]
+            failing = [pair for pair in pairs if not self._lasts(*pair)]
+            self._assumed.update(dict.fromkeys(failing, False))
+            if not failing and len(self._assumed) == asked:
+                return True
+        return False
 
     def apart(self, one: _Fact, other: _Fact) -> bool:
         """Whether two facts exclude each other, as far as is known or assumed."""
         one, other = _general(one), _general(other)
         if one.predicate == other.predicate:
             different = one != other and None not in (*one.arguments, *other.arguments)
-            if different and one.predicate in self._single and one.arguments[:-1] == other.arguments[:-1]:
+            if (
+                different
+                and one.predicate in self.known.single
+                and one.arguments[:-1] == other.arguments[:-1]
+            ):
                 return True
         elif {*one.arguments}.isdisjoint({*other.arguments} - {None}):
             return False
         same = _is_among(one, other) or _is_among(other, one)
-        if same or other.predicate not in self._denying.get(one.predicate, ()):
+        if same or other.predicate not in self.known.denying.get(one.predicate, ()):
             return False
         pair = (one, other) if _order(one) < _order(other) else (other, one)
-        if pair not in self._holds:
-            self._holds[pair] = len(self._holds) < _MOST_PAIRS
-        return self._holds[pair]
+        if pair not in self._assumed:
+            self._assumed[pair] = len(self._assumed) < _MOST_PAIRS
+        return self._assumed[pair]
 
     def _lasts(self, one: _Fact, other: _Fact) -> bool:
         """Whether no more than one of them holds at the start, and no action changes that."""
-        if self._unread & {one.predicate, other.predicate} or (self.at_start(one) and self.at_start(other)):
+        if self.known.unread & {one.predicate, other.predicate} or (
+            self.known.at_start(one) and self.known.at_start(other)
+        ):
             return False
         return all(
             self._keeps(schema, added, kept)
             for added, kept in ((one, other), (other, one))
-            for schemas in self._effects.values()
+            for schemas in self.known.effects.values()
             for schema in schemas
             if schema.adds and schema.atom.predicate == added.predicate
         )
@@ -141,13 +196,13 @@ class Exclusion:
     def _keeps(self, schema: EffectSchema, added: _Fact, other: _Fact) -> bool:
         """Whether what adds a fact does not leave the other, nor add it, too."""
         scope: dict[str, _Term] = {}
-        if not self._match(schema.atom, added, scope):
+        if not self.known.match(schema.atom, added, scope):
             return True
         scope |= {name: f"{name}?" for name in schema.variables if name not in scope}
         terms = [f"{i}?" if each is None else each for i, each in enumerate(other.arguments)]
         held = other._replace(arguments=tuple(terms))
-        effects = self._effects[schema.operator.name]
-        if not any(self._deletes(each, schema, held, scope) for each in effects):
+        effects = self.known.effects[schema.operator.name]
+        if not any(self.known.deletes(each, schema, held, scope) for each in effects):
             asked = [check.condition for check in schema.operator.checks]
             if _Supposition(self, held).meets([(each, scope) for each in (*schema.given, *asked)]):
                 return False
@@ -161,9 +216,9 @@ class Exclusion:
         """Whether an action may make both additions at once."""
         parameters = [p.name for p in schema.operator.parameters]
         scope: dict[str, _Term] = {}
-        self._match(schema.atom, added, scope)
+        self.known.match(schema.atom, added, scope)
         own = {name: scope[name] for name in parameters if name in scope}
-        if not self._match(second.atom, other, own):
+        if not self.known.match(second.atom, other, own):
             return False
         scope |= {name: own[name] for name in parameters if name in own}
         scope |= {name: f"{name}?" for name in schema.variables if name not in scope}
@@ -173,49 +228,18 @@ class Exclusion:
         given = [*[(each, scope) for each in schema.given], *[(each, own) for each in second.given]]
         return _Supposition(self).meets([*asked, *given])
 
-    def _match(self, atom: f.Atom, fact: _Fact, scope: dict[str, _Term]) -> bool:
-        """Whether an effect can be on such a fact; its variables' objects are entered in the scope."""
-        for term, argument in zip(atom.arguments, fact.arguments, strict=True):
-            if argument is None:
-                continue
-            value = (
-                scope.setdefault(term.name, argument) if isinstance(term, f.Variable) else self.index(term)
-            )
-            if value != argument:
-                return False
-        return True
-
-    def _deletes(self, effect: EffectSchema, schema: EffectSchema, fact: _Fact, scope: _Scope) -> bool:
-        """Whether an effect deletes a fact wherever another one takes place."""
-        return (
-            not effect.adds
-            and effect.atom.predicate == fact.predicate
-            and {*effect.given} <= {*schema.given}
-            and all(
-                term == ANYTHING or self.term(term, scope) == argument
-                for term, argument in zip(effect.atom.arguments, fact.arguments, strict=True)
-            )
-        )
-
-    def term(self, term: f.Term, scope: _Scope) -> _Term:
-        """What a term stands for."""
-        return scope.get(term.name) if isinstance(term, f.Variable) else self.index(term)
-
-    def index(self, constant: f.Constant) -> int | None:
-        """The object that a constant names."""
-        return self.scene.agent if constant == AGENT else self.scene.index.get(constant.name)
-
 
 class _Supposition:
     """A state of which only some facts are known: what is supposed, and what follows at once.
 
     Args:
-        exclusion: what is known of all states of the episode.
+        induction: what is known of all states of the episode, or assumed.
         facts: what holds.
     """
 
-    def __init__(self, exclusion: Exclusion, *facts: _Fact) -> None:
-        self._exclusion = exclusion
+    def __init__(self, induction: _Induction, *facts: _Fact) -> None:
+        self._induction = induction
+        self._known = induction.known
         self._true = dict.fromkeys(facts)
         self._false: list[_Fact] = []
         self._unknown = 0
@@ -231,13 +255,13 @@ class _Supposition:
         """Whether a formula holds; None where that is not known."""
         match formula:
             case f.Atom(predicate, terms):
-                arguments = tuple([self._exclusion.term(term, scope) for term in terms])
-                if predicate not in self._exclusion.vocabulary.derived_by_name:
+                arguments = tuple([self._known.term(term, scope) for term in terms])
+                if predicate not in self._known.vocabulary.derived_by_name:
                     return self._fact(_Fact(predicate, arguments))
                 inner = None if predicate in within else self._unfolded(predicate, arguments)
                 return None if inner is None else self._value(*inner, within | {predicate})
             case f.Equals(left, right):
-                one, other = self._exclusion.term(left, scope), self._exclusion.term(right, scope)
+                one, other = self._known.term(left, scope), self._known.term(right, scope)
                 known = isinstance(one, int) and isinstance(other, int)
                 return one == other if known or (one == other and one is not None) else None
             case f.Not(operand):
@@ -273,8 +297,8 @@ class _Supposition:
             return value is truth
         match formula:
             case f.Atom(predicate, terms):
-                arguments = tuple([self._exclusion.term(term, scope) for term in terms])
-                if predicate not in self._exclusion.vocabulary.derived_by_name:
+                arguments = tuple([self._known.term(term, scope) for term in terms])
+                if predicate not in self._known.vocabulary.derived_by_name:
                     return self._enter(_Fact(predicate, arguments), truth=truth)
                 inner = None if predicate in within else self._unfolded(predicate, arguments)
                 return inner is None or self._suppose(*inner, within | {predicate}, truth=truth)
@@ -312,17 +336,17 @@ class _Supposition:
         """Whether a fact holds, or all such facts; None where that is not known."""
         if fact in self._true:
             return True
-        if fact.predicate not in self._exclusion.changed:
+        if fact.predicate not in self._known.changed:
             known = all(isinstance(each, int) for each in fact.arguments)
-            found = self._exclusion.at_start(_general(fact))
+            found = self._known.at_start(_general(fact))
             return found if known or not found else None
         if any(_is_among(fact, each) for each in self._false):
             return False
-        return False if any(self._exclusion.apart(fact, each) for each in self._true) else None
+        return False if any(self._induction.apart(fact, each) for each in self._true) else None
 
     def _unfolded(self, predicate: str, arguments: tuple[_Term, ...]) -> tuple[f.Formula, _Scope] | None:
         """The definition of a derived predicate, for these arguments, if it has one."""
-        defined = meaning(self._exclusion.vocabulary.derived_by_name[predicate])
+        defined = meaning(self._known.vocabulary.derived_by_name[predicate])
         if defined is None:
             return None
         return defined.definition, dict(zip([p.name for p in defined.parameters], arguments, strict=True))
@@ -332,16 +356,8 @@ class _Supposition:
         known = dict.fromkeys(term for fact in self._true for term in fact.arguments)
         if variable.category is None:
             return [*known]
-        category = self._exclusion.scene.category(variable.category)
+        category = self._known.scene.category(variable.category)
         return [term for term in known if isinstance(term, int) and category >> term & 1]
-
-
-def _written(operator: Operator) -> list[str]:
-    return [
-        name
-        for effects in (operator.effects, *(t.effects for t in operator.tries))
-        for name in written(effects)
-    ]
 
 
 def _denied(formulas: Iterable[f.Formula], vocabulary: Vocabulary) -> set[str]:

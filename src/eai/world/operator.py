@@ -87,13 +87,13 @@ class Role(str, Enum):
     """What an operator is for, as far as carrying out a subgoal is concerned.
 
     Movement changes only where the agent is, what it faces and its posture. What takes an object into a hand
-    or lets go of it changes the agent's hands. Everything else is a deed.
+    or releases it changes the agent's hands. Everything else is a change of the world.
     """
 
     MOVEMENT = "movement"
     TAKES = "takes"
-    LETS_GO = "lets_go"
-    DEED = "deed"
+    RELEASES = "releases"
+    CHANGE = "change"
 
 
 @dataclass(frozen=True, slots=True)

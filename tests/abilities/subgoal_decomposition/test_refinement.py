@@ -52,7 +52,7 @@ def written(found: Found) -> list[str]:
         (["at robot shed"], ["GO shed"]),
         (["at red shed"], ["LIFT red, GO shed"]),
         (["beside lamp"], ["GO shed"]),
-        # One deed for each literal; taking and moving are none.
+        # One change for each literal; taking and moving are none.
         (["holding blue", "at robot shed"], ["GO shed, LIFT blue"]),
         # More actions than there may be.
         (["holding red", "lit lamp"], ["too far"]),
@@ -164,7 +164,7 @@ LAY = Operator(
     (toy.X,),
     (additional(toy.holding(toy.X), "{x} is not held"),),
     (Delete(toy.holding(toy.X)),),
-    role=Role.LETS_GO,
+    role=Role.RELEASES,
 )
 STEP = Operator("STEP", toy.GO.parameters, toy.GO.checks, toy.GO.effects)
 DIM = Operator("DIM", (toy.X,), (additional(toy.lit(toy.X), "it is dark"),), (Delete(toy.lit(toy.X)),))
@@ -194,10 +194,10 @@ def test_the_effort_of_a_search_is_told() -> None:
     in_vain = REFINEMENT.plans([literal("lit lamp")], lambda _: False, SCENE, TASK.relevant)
     assert 0 < in_vain(TASK.initial).effort <= 3 * 300, "three searches at most, each within its budget"
     efforts = [
-        REFINEMENT.plans([literal("lit lamp")] * deeds, lambda _: False, SCENE, TASK.relevant)(
+        REFINEMENT.plans([literal("lit lamp")] * changes, lambda _: False, SCENE, TASK.relevant)(
             TASK.initial
         ).effort
-        for deeds in (1, 99, 100, 199, 200)
+        for changes in (1, 99, 100, 199, 200)
     ]
     assert efforts == sorted(efforts), "more literals are not tested in less time"
 

@@ -42,7 +42,7 @@ CLIMB = w.Operator(
     (toy.X,),
     (),
     (w.Delete(toy.at(w.AGENT, w.ANYTHING)), w.Add(toy.at(w.AGENT, toy.X)), w.Add(toy.lit(toy.X))),
-    role=w.Role.DEED,
+    role=w.Role.CHANGE,
 )
 
 

@@ -145,7 +145,7 @@ def test_what_the_reference_does_for_subgoals(subgoals: list[str], actions: list
             ["holds_rh(rag.1) and holds_lh(plate.1)", "open(fridge.1)"],
             ["RIGHT_GRASP(rag_1)", "LEFT_GRASP(plate_1)", "LEFT_RELEASE(plate_1)", "OPEN(fridge_1)"],
         ),
-        # It takes more than one deed.
+        # It takes more than one change.
         (["inside(rag.1, fridge.1)"], ["LEFT_GRASP(rag_1)", "LEFT_PLACE_INSIDE(fridge_1)"]),
         (["holds_rh(rag.1) and not holds_rh(rag.1)"], []),
     ],

@@ -1,4 +1,4 @@
-"""The best failed attempt: the plan nearest to a subgoal that none reaches, and the action that fails there."""
+"""The best failed attempt: the plan nearest to a subgoal that none reaches, and the action that fails."""
 
 from __future__ import annotations
 

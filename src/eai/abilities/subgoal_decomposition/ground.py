@@ -47,7 +47,7 @@ class Ground(NamedTuple):
     @property
     def is_achiever(self) -> bool:
         """Whether it changes the world, so that it is taken for a part of the goal and for nothing else."""
-        return self.known.role is Role.DEED
+        return self.known.role is Role.CHANGE
 
     def is_possible(self, state: State) -> bool:
         """Whether no check forbids it."""

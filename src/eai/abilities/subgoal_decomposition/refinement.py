@@ -1,8 +1,8 @@
 """Refinement: which actions carry out a subgoal, found by a small search on the declared domain.
 
-A subgoal is carried out by `MAX_ACTIONS` at most. An action that changes the world, a *deed*, brings about a
-part of it; three other things (`Role`) may be done for a deed's sake: *movement*, *taking* what the subgoal
-names into a hand, and *letting go* of what a hand holds, where nothing else helps. So the goal of a task is
+A subgoal is carried out by `MAX_ACTIONS` at most. An action that changes the world brings about a
+part of it; three other things (`Role`) may be done for its sake: *movement*, *taking* what the subgoal
+names into a hand, and *releasing* what a hand holds, where nothing else helps. So the goal of a task is
 no subgoal, unless it is as near as that. The shortest sequence is taken; of equally short ones all are handed
 on, for the search that carries out the whole answer to try. Effort is bounded by a number of applied actions,
 never by time; operators and objects are tried in their order. (Paper, section "Ability Module 2: Subgoal
@@ -160,36 +160,36 @@ class Refinement:
     def _permitted(self, need: _Need) -> Iterator[Permitted]:
         """The permitted actions, widened step by step.
 
-        First what is about nothing but the objects that are named; then letting go of any object; then going
-        to any object, and deeds about any where the literal leaves open about which.
+        First what is about nothing but the objects that are named; then releasing any object; then going to
+        any object, and changes of any where the literal leaves open about which.
         """
         helping, movement = self._repertoire.serving(_operators(need.wanted))
-        moves, deeds = self._split(need.wanted, need)
-        handled = any(self._role(action) is not Role.LETS_GO for action in need.wanted)
+        moves, changes = self._split(need.wanted, need)
+        handled = any(self._role(action) is not Role.RELEASES for action in need.wanted)
         takes = self._grounded(self._about(helping, Role.TAKES, need.named if handled else ()), need)
         touched = need.touched_by(movement)
         moving = self._grounded(self._moves(movement, need.named), need)
-        yield Permitted(deeds, takes, moves, moving, touched)
-        lets_go = self._grounded(self._about(helping, Role.LETS_GO, need.objects), need)
-        if lets_go:
-            yield Permitted(deeds, [*takes, *lets_go], moves, moving, touched)
+        yield Permitted(changes, takes, moves, moving, touched)
+        releases = self._grounded(self._about(helping, Role.RELEASES, need.objects), need)
+        if releases:
+            yield Permitted(changes, [*takes, *releases], moves, moving, touched)
         if not self._repertoire.movement:
             return
         if need.wider is not None:
             wider = need.wider()
             _, movement = self._repertoire.serving(_operators(wider))
-            moves, deeds = self._split(wider, need)
+            moves, changes = self._split(wider, need)
         if movement:
             touched = need.touched_by(movement)
             moving = self._grounded(self._moves(movement, need.objects), need)
-            yield Permitted(deeds, [*takes, *lets_go], moves, moving, touched)
+            yield Permitted(changes, [*takes, *releases], moves, moving, touched)
 
     def _split(self, wanted: Mapping[Action, int], need: _Need) -> tuple[list[Ground], list[Ground]]:
         """The movement that is wanted for where it leads, and all else that is wanted."""
         leading = need.wider is not None
         moves = {a: p for a, p in wanted.items() if leading and self._role(a) is Role.MOVEMENT}
-        deeds = {action: parts for action, parts in wanted.items() if action not in moves}
-        return self._grounded(moves, need), self._grounded(deeds, need)
+        changes = {action: parts for action, parts in wanted.items() if action not in moves}
+        return self._grounded(moves, need), self._grounded(changes, need)
 
     def _about(self, operators: Iterable[Operator], role: Role, objects: Sequence[int]) -> dict[Action, int]:
         """The actions by operators of a role about different objects; they are for no part."""
@@ -224,8 +224,8 @@ class Refinement:
         found: list[Action] = []
         told = 0
         for action, parts in wanted.items():
-            letting_go = self._role(action) is Role.LETS_GO
-            if not letting_go and parts & ~told and self._is_needless(action, state):
+            releases = self._role(action) is Role.RELEASES
+            if not releases and parts & ~told and self._is_needless(action, state):
                 found.append(action)
                 told |= parts
         return tuple(found)

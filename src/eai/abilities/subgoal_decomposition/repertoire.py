@@ -14,8 +14,7 @@ from typing import NamedTuple, TypeAlias
 
 from eai.logic.formula import Atom, Formula, Not, Variable
 from eai.logic.traversal import free_variables, walk
-from eai.planning.change import Change, changes_for
-from eai.planning.effect_schema import EffectSchema, effect_schemas, written
+from eai.planning.effect_schema import Change, EffectSchema, changed_by, changes_for, effect_schemas
 from eai.planning.role import role_of
 from eai.planning.subgoal import GroundAtom
 from eai.world.condition import Conditions
@@ -101,7 +100,7 @@ class Repertoire:
     def __init__(self, domain: Domain) -> None:
         self._domain = domain
         self._effects = {o.name: tuple(effect_schemas(o)) for o in domain.operators}
-        self._writes = {o.name: frozenset(_written(o)) for o in domain.operators}
+        self._writes = {o.name: frozenset(changed_by(o)) for o in domain.operators}
         self._checks = {o.name: self._sources(_asked(o)) for o in domain.operators}
         self._asks = {
             name: self._checks[name] | self._sources([f for effect in effects for f in effect.given])
@@ -196,7 +195,7 @@ class Repertoire:
         if serving is None:
             operators = self._domain.operators
             asking = [operator for operator in operators if operator.name in names]
-            hands = [o for o in operators if self.known[o.name].role in (Role.TAKES, Role.LETS_GO)]
+            hands = [o for o in operators if self.known[o.name].role in (Role.TAKES, Role.RELEASES)]
             helping = self._closure(asking, hands, self._asks)
             movement = self._closure([*asking, *helping], self.movement, self._checks)
             moving = [o.name for o in self.movement if o in movement or o.name in names]
@@ -271,12 +270,6 @@ def _without_doubles(operators: Iterable[Operator]) -> list[Operator]:
     for operator in operators:
         kept.setdefault((operator.parameters, operator.checks, operator.effects, operator.tries), operator)
     return list(kept.values())
-
-
-def _written(operator: Operator) -> Iterator[str]:
-    """The predicates that an operator changes."""
-    for effects in (operator.effects, *(each.effects for each in operator.tries)):
-        yield from written(effects)
 
 
 def _asked(operator: Operator) -> Iterator[Formula]:

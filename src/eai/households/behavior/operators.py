@@ -132,7 +132,7 @@ def release(hand: Hand) -> Operator:
     )
     effects = (Delete(hand.holds(X)), Let(F, p.robot_on(F), (Add(p.stands_on(X, F)),)))
     text = "let go of the object in that hand"
-    return Operator(f"{hand.name}_RELEASE", (X,), checks, effects, text, role=Role.LETS_GO)
+    return Operator(f"{hand.name}_RELEASE", (X,), checks, effects, text, role=Role.RELEASES)
 
 
 def can_place(hand: Hand, place: Variable) -> tuple[Check, ...]:

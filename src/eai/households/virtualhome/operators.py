@@ -198,7 +198,7 @@ def switch_hands() -> Operator:
     to_left = (Delete(p.holds_rh(AGENT, X)), Add(p.holds_lh(AGENT, X)))
     to_right = (Delete(p.holds_lh(AGENT, X)), Add(p.holds_rh(AGENT, X)))
     switched = (When(p.holds_rh(AGENT, X), to_left, to_right),)
-    return _unary("SWITCH_HANDS", (HELD, one_free), switched, Role.LETS_GO)
+    return _unary("SWITCH_HANDS", (HELD, one_free), switched, Role.RELEASES)
 
 
 def put_back_where_it_was() -> Operator:
@@ -331,8 +331,8 @@ def _handling() -> tuple[Operator, ...]:
             put(p.inside),
         ),
         put_back_where_it_was(),
-        _unary("DROP", (HELD,), drop, Role.LETS_GO),
-        _unary("RELEASE", (HELD,), drop, Role.LETS_GO),
+        _unary("DROP", (HELD,), drop, Role.RELEASES),
+        _unary("RELEASE", (HELD,), drop, Role.RELEASES),
         _binary(
             "POUR",
             (
@@ -473,15 +473,15 @@ def _clothing() -> tuple[Operator, ...]:
     )
 
 
-def _nullary(name: str, check: Check, effects: tuple[Effect, ...] = (), role: Role = Role.DEED) -> Operator:
+def _nullary(name: str, check: Check, effects: tuple[Effect, ...] = (), role: Role = Role.CHANGE) -> Operator:
     return Operator(name, (), (check,), effects, role=role)
 
 
 def _unary(
-    name: str, checks: tuple[Check, ...], effects: tuple[Effect, ...] = (), role: Role = Role.DEED
+    name: str, checks: tuple[Check, ...], effects: tuple[Effect, ...] = (), role: Role = Role.CHANGE
 ) -> Operator:
     return Operator(name, (X,), checks, effects, role=role)
 
 
 def _binary(name: str, checks: tuple[Check, ...], effects: tuple[Effect, ...]) -> Operator:
-    return Operator(name, (X, Y), checks, effects, role=Role.DEED)
+    return Operator(name, (X, Y), checks, effects, role=Role.CHANGE)

@@ -17,7 +17,7 @@ from eai.pddl.model import PddlAction, PddlDomain
 from eai.pddl.planning import PddlPlanner, PlannerOutcome, PlanningTask
 from eai.pddl.reader import read_action, read_problem
 from eai.pddl.writer import write_domain, write_problem
-from eai.planning.spatial import spatial_roles
+from eai.planning.role import spatial_roles
 from eai.world.domain import Domain
 from eai.world.relation import bits
 from eai.world.scene_objects import SceneObjects

@@ -7,7 +7,7 @@ from functools import cached_property
 
 import eai.logic.formula as f
 from eai.abilities.task import Task
-from eai.planning.spatial import SpatialRoles, spatial_roles
+from eai.planning.role import SpatialRoles, spatial_roles
 from eai.prompts.wording import Wording, subjects
 from eai.studies.perception.scene_graph import NamedFact, SceneGraph, graph_of
 from eai.world.derived import meaning
