@@ -21,7 +21,7 @@ from eai.benchmark.suite import open_suite
 from eai.data.store import Store
 from eai.households.behavior.tasks import BehaviorTask
 from eai.logic.formula import Occurs
-from eai.pddl.operator_text import OperatorText
+from eai.pddl.model import OperatorText
 from eai.tasks.source import Source, TaskSet, given
 from eai.world import (
     Add,

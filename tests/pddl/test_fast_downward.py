@@ -10,6 +10,7 @@ import tempfile
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
+from threading import Lock
 
 import pytest
 
@@ -20,11 +21,11 @@ from eai.households.published import open_behavior, open_virtualhome
 from eai.logic.formula import Atom
 from eai.pddl import fast_downward, limited
 from eai.pddl.execute import PlanStep
-from eai.pddl.fast_downward import FastDownward, PlannerLimits
+from eai.pddl.fast_downward import FastDownward, PlannerLimits, Seats, machine_memory_mib
 from eai.pddl.model import PddlAction
-from eai.pddl.planner import BuiltInPlanner, TieredPlanner
-from eai.pddl.planning import PlannerOutcome, PlanningTask
+from eai.pddl.planning import PlannerOutcome, PlanningTask, TieredPlanner
 from eai.pddl.reader import read_domain, read_problem
+from eai.pddl.search import BuiltInPlanner
 from eai.planning.search import Limits
 from eai.reference.planner_of_2024 import normalise, read_operator
 from processes import wait_until, working_in
@@ -211,3 +212,37 @@ def test_both_planners_agree_on_a_sample_and_the_second_decides_the_rest(
     tiered = TieredPlanner(brief, planner).solve(full_task(hard))
     assert tiered.outcome is PlannerOutcome.SOLVED
     assert "Fast Downward" in tiered.detail
+
+
+def test_no_more_planners_run_at_a_time_than_there_are_seats(tmp_path: Path) -> None:
+    lock, running, most = Lock(), 0, 0
+
+    def work(number: int) -> int:
+        nonlocal running, most
+        with Seats(3, tmp_path).taken():
+            with lock:
+                running += 1
+                most = max(most, running)
+            total = sum(range(200_000))
+            with lock:
+                running -= 1
+        return total
+
+    with ThreadPoolExecutor(30) as pool:
+        assert len(list(pool.map(work, range(30)))) == 30
+    assert 1 <= most <= 3
+
+
+def test_a_seat_is_given_back_by_whoever_fails(tmp_path: Path) -> None:
+    def fail() -> None:
+        with Seats(1, tmp_path).taken():
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        fail()
+    with Seats(1, tmp_path).taken():
+        pass
+
+
+def test_the_machine_has_memory() -> None:
+    assert machine_memory_mib() > 64

@@ -16,10 +16,9 @@ from eai.pddl.execute import Executor, PlanStep
 from eai.pddl.grounding import GroundCondition, Grounder
 from eai.pddl.literals import Literals, Successors
 from eai.pddl.model import PddlAction, PddlDomain, PddlProblem, objects_by_type, type_of
-from eai.pddl.planner import BuiltInPlanner, checked_plan
-from eai.pddl.planning import PlannerOutcome, PlanningTask
+from eai.pddl.planning import PlannerOutcome, PlanningTask, checked_plan
 from eai.pddl.reader import read_domain, read_problem
-from eai.pddl.search import Pairs, search
+from eai.pddl.search import BuiltInPlanner, Pairs, search
 from eai.planning.search import Effort, Limits, SearchEnd
 from eai.reference.planner_of_2024 import normalise, read_operator
 from pddl.random_pddl import DOMAINS, PROBLEMS

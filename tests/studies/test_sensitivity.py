@@ -14,10 +14,10 @@ from eai.abilities.transition_modeling.scorer import TransitionModeling
 from eai.abilities.transition_modeling.task import Category, OperatorLibrary, TransitionTask
 from eai.benchmark.suite import open_suite
 from eai.data.store import Store
-from eai.pddl.operator_text import OperatorText
-from eai.pddl.planner import BuiltInPlanner
+from eai.pddl.model import OperatorText
 from eai.pddl.planning import PlannerChoice, PlannerOutcome
 from eai.pddl.reader import read_domain
+from eai.pddl.search import BuiltInPlanner
 from eai.results.rate import rate_of
 from eai.studies.sensitivity.analysis import NOT_WRITTEN, Trial, cells_of, sensitivity_tables, try_operators
 from eai.tasks.source import Source

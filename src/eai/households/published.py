@@ -11,7 +11,7 @@ from eai.data.progress import Report, silent
 from eai.data.store import PackFile, Store
 from eai.households.packs import BEHAVIOR_PDDL, PROMPTS, RESOURCES, open_published
 from eai.households.published_files import PROBLEMS_MEMBER, task_id_of
-from eai.pddl.operator_text import OperatorText
+from eai.pddl.model import OperatorText
 from eai.pddl.reader import read_domain
 from eai.prompts.prompt import Prompt, PromptFiles, prompt_file
 from eai.tasks.source import TaskSet

@@ -80,14 +80,14 @@ def _augment(
             edges.append(right)
 
 
-class TableCell(NamedTuple):
+class _TableCell(NamedTuple):
     """A cell of a table."""
 
     row: int
     column: int
 
 
-def heaviest_matching(weights: Sequence[Sequence[int | None]], size: int) -> list[TableCell] | None:
+def heaviest_matching(weights: Sequence[Sequence[int | None]], size: int) -> list[_TableCell] | None:
     """The ``size`` cells of a table, no two in one row or column, of the largest total weight.
 
     Args:
@@ -106,7 +106,7 @@ def heaviest_matching(weights: Sequence[Sequence[int | None]], size: int) -> lis
     return matching.cells()
 
 
-def heaviest_pairs(weights: Sequence[Sequence[int]]) -> list[TableCell]:
+def heaviest_pairs(weights: Sequence[Sequence[int]]) -> list[_TableCell]:
     """The cells of a table, no two in one row or column, of the greatest total weight, in order of rows.
 
     Args:
@@ -133,9 +133,9 @@ class _GrowingMatching:
         self._column_of: dict[int, int] = {}
         self._row_of: dict[int, int] = {}
 
-    def cells(self) -> list[TableCell]:
+    def cells(self) -> list[_TableCell]:
         """The cells, in order of rows."""
-        return [TableCell(row, self._column_of[row]) for row in sorted(self._column_of)]
+        return [_TableCell(row, self._column_of[row]) for row in sorted(self._column_of)]
 
     def grow(self, least_gain: int | None = None) -> int | None:
         """Take one cell more; returns what that gains, or None if it cannot be done or gains too little."""

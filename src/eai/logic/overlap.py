@@ -19,7 +19,7 @@ SHARED = 1 << 20
 """What a condition that is shared weighs against the conditions that are not, of which each counts 1."""
 
 
-class Overlap:
+class _Overlap:
     """One option: the more it shares with what is said, and the shorter it is, the better its score."""
 
     __slots__ = ("conditions", "score")
@@ -29,7 +29,7 @@ class Overlap:
         self.conditions = conditions
 
 
-BestOverlap: TypeAlias = Callable[[int], "Overlap | None"]
+BestOverlap: TypeAlias = Callable[[int], "_Overlap | None"]
 """Gives the best option for the conditions that are said; None if there are no options."""
 
 
@@ -66,7 +66,7 @@ def best_overlap(choice: Choice, number: Callable[[Literal], int]) -> BestOverla
 
 def _conditions(mask: int) -> BestOverlap:
     size = mask.bit_count()
-    return lambda said: Overlap((mask & said).bit_count() * SHARED - size, mask)
+    return lambda said: _Overlap((mask & said).bit_count() * SHARED - size, mask)
 
 
 def _all_of(parts: Sequence[BestOverlap]) -> BestOverlap:
@@ -74,8 +74,8 @@ def _all_of(parts: Sequence[BestOverlap]) -> BestOverlap:
 
 
 def _any_of(parts: Sequence[BestOverlap]) -> BestOverlap:
-    def first_of_best(said: int) -> Overlap | None:
-        best: Overlap | None = None
+    def first_of_best(said: int) -> _Overlap | None:
+        best: _Overlap | None = None
         for part in parts:
             each = part(said)
             if each is not None and (best is None or each.score > best.score):
@@ -86,7 +86,7 @@ def _any_of(parts: Sequence[BestOverlap]) -> BestOverlap:
 
 
 def _some_of(count: int, parts: Sequence[BestOverlap]) -> BestOverlap:
-    def best(said: int) -> Overlap | None:
+    def best(said: int) -> _Overlap | None:
         found = [each for part in parts if (each := part(said)) is not None]
         if len(found) < count:
             return None
@@ -96,7 +96,7 @@ def _some_of(count: int, parts: Sequence[BestOverlap]) -> BestOverlap:
 
 
 def _paired(count: int, table: Sequence[Sequence[BestOverlap | None]]) -> BestOverlap:
-    def best(said: int) -> Overlap | None:
+    def best(said: int) -> _Overlap | None:
         found = [[None if cell is None else cell(said) for cell in row] for row in table]
         weights = [[None if each is None else each.score for each in row] for row in found]
         cells = heaviest_matching(weights, count)
@@ -105,7 +105,7 @@ def _paired(count: int, table: Sequence[Sequence[BestOverlap | None]]) -> BestOv
     return best
 
 
-def _together(parts: Iterable[Overlap | None]) -> Overlap | None:
+def _together(parts: Iterable[_Overlap | None]) -> _Overlap | None:
     """Options of several parts as one; None if a part has none."""
     score = conditions = 0
     for part in parts:
@@ -113,7 +113,7 @@ def _together(parts: Iterable[Overlap | None]) -> Overlap | None:
             return None
         score += part.score
         conditions |= part.conditions
-    return Overlap(score, conditions)
+    return _Overlap(score, conditions)
 
 
 _score = attrgetter("score")

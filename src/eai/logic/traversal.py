@@ -89,7 +89,7 @@ def temporal_parts(formula: f.Formula) -> frozenset[int]:
     return frozenset(found)
 
 
-class Monotony(NamedTuple):
+class _Monotony(NamedTuple):
     """The ``id`` of parts of a formula whose truth on a piece of a trace depends simply on its end."""
 
     lasting: frozenset[int]
@@ -98,7 +98,7 @@ class Monotony(NamedTuple):
     """Parts that speak of several positions and stay true when the piece shrinks at its end."""
 
 
-def monotony(formula: f.Formula) -> Monotony:
+def monotony(formula: f.Formula) -> _Monotony:
     """Which parts, the formula included, are lasting or perishing, as far as their shape tells."""
     temporal = temporal_parts(formula)
     lasting: set[int] = set()
@@ -108,7 +108,7 @@ def monotony(formula: f.Formula) -> Monotony:
             lasting.add(id(part))
         elif _is_perishing(part, temporal, lasting, perishing):
             perishing.add(id(part))
-    return Monotony(frozenset(lasting), frozenset(perishing))
+    return _Monotony(frozenset(lasting), frozenset(perishing))
 
 
 def _is_lasting(part: f.Formula, lasting: Container[int], perishing: Container[int]) -> bool:

@@ -24,14 +24,14 @@ EQUALITY = "="
 """The name of the predicate of equations."""
 
 
-class Connective(str, Enum):
+class _Connective(str, Enum):
     """What joins the parts of a list."""
 
     ALL = "and"
     ANY = "or"
 
 
-class Scope(str, Enum):
+class _Scope(str, Enum):
     """What binds a variable, or guards its part."""
 
     FORALL = "forall"
@@ -51,7 +51,7 @@ class Literal(Frozen):
 class Joined(Frozen):
     """A list of clauses."""
 
-    connective: Connective
+    connective: _Connective
     parts: tuple[Clause, ...]
 
 
@@ -66,7 +66,7 @@ class Denied(Frozen):
 class Bound(Frozen):
     """A clause under a quantifier."""
 
-    scope: Scope
+    scope: _Scope
     name: str
     type: str
     part: Clause
@@ -84,7 +84,7 @@ Clause: TypeAlias = Literal | Joined | Denied | Bound | Guarded
 
 
 _HEAD = re.compile(r"\(([^\s()?]+)")
-_CONNECTIVES = frozenset({*(word.value for word in (*Connective, *Scope)), "not", "when"})
+_CONNECTIVES = frozenset({*(word.value for word in (*_Connective, *_Scope)), "not", "when"})
 
 
 def condition_clause(formula: f.Formula) -> Clause:
@@ -101,15 +101,17 @@ def condition_clause(formula: f.Formula) -> Clause:
         case f.Not(operand):
             return _denied(condition_clause(operand))
         case f.And(operands):
-            return _joined(Connective.ALL, map(condition_clause, operands))
+            return _joined(_Connective.ALL, map(condition_clause, operands))
         case f.Or(operands):
-            return _joined(Connective.ANY, map(condition_clause, operands))
+            return _joined(_Connective.ANY, map(condition_clause, operands))
         case f.Implies(premise, conclusion):
-            return _joined(Connective.ANY, [_denied(condition_clause(premise)), condition_clause(conclusion)])
+            return _joined(
+                _Connective.ANY, [_denied(condition_clause(premise)), condition_clause(conclusion)]
+            )
         case f.ForAll(variable, body):
-            return _bound(Scope.FORALL, variable, condition_clause(body))
+            return _bound(_Scope.FORALL, variable, condition_clause(body))
         case f.Exists(variable, body):
-            return _bound(Scope.EXISTS, variable, condition_clause(body))
+            return _bound(_Scope.EXISTS, variable, condition_clause(body))
         case _:
             raise ValueError(f"{type(formula).__name__} has no PDDL form")
 
@@ -122,9 +124,9 @@ def effect_clause(effect: m.PddlEffect) -> Clause:
         case m.DeleteEffect(atom):
             return Literal(atom.predicate, atom.arguments, positive=False)
         case m.Both(parts):
-            return _joined(Connective.ALL, map(effect_clause, parts))
+            return _joined(_Connective.ALL, map(effect_clause, parts))
         case m.Each(variable, part):
-            return _bound(Scope.FORALL, variable, effect_clause(part))
+            return _bound(_Scope.FORALL, variable, effect_clause(part))
         case m.WhenEffect(condition, part):
             return Guarded(condition_clause(condition), effect_clause(part))
         case _:
@@ -215,11 +217,11 @@ def _denied(clause: Clause) -> Clause:
             return Denied(clause)
 
 
-def _bound(scope: Scope, variable: f.Variable, part: Clause) -> Clause:
+def _bound(scope: _Scope, variable: f.Variable, part: Clause) -> Clause:
     return Bound(scope, variable.name, m.type_of(variable), part)
 
 
-def _joined(connective: Connective, parts: Iterable[Clause]) -> Clause:
+def _joined(connective: _Connective, parts: Iterable[Clause]) -> Clause:
     flat: list[Clause] = []
     for part in parts:
         if isinstance(part, Joined) and part.connective is connective:

@@ -31,7 +31,7 @@ MAX_ARITY = 2
 
 
 @dataclass(frozen=True, slots=True)
-class DeclaredProblem:
+class _DeclaredProblem:
     """A problem: the state in which plans start, and the goal's conjuncts."""
 
     initial: State
@@ -73,7 +73,7 @@ class DeclaredDomain:
         vocabulary = Vocabulary((*stored, *kinds), tuple(defined))
         self.domain = Domain(source.name, vocabulary, tuple(map(self._operator, source.actions)))
 
-    def problem(self, problem: m.PddlProblem) -> DeclaredProblem:
+    def problem(self, problem: m.PddlProblem) -> _DeclaredProblem:
         """A problem of the domain."""
         items = (*self._source.constants, *problem.objects)
         things = [WorldObject(item.name, item.type) for item in items]
@@ -91,7 +91,7 @@ class DeclaredDomain:
             if name in self._types.predicates
         ]
         goals = tuple([self._types.convert(part) for part in conjuncts(problem.goal)])
-        return DeclaredProblem(scene.state([*facts, *kinds]), goals)
+        return _DeclaredProblem(scene.state([*facts, *kinds]), goals)
 
     def _defined(self, name: str, axioms: Sequence[m.PddlAxiom]) -> Defined:
         """The derived predicate of these axioms, over the parameters of the first."""

@@ -9,25 +9,120 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import product
 
 import eai.logic.formula as f
 import eai.pddl.model as m
 from eai.errors import DomainError
+from eai.logic.formula import Atom, Constant, Formula, Variable
 from eai.logic.renaming import rename_objects
 from eai.pddl.evaluation import PddlState
 from eai.pddl.execute import PlanStep
-from eai.pddl.export_problem import ProblemWriter, object_key, order_name
-from eai.pddl.glossary import ConditionWriter, Glossary, hidden_predicates, without
-from eai.pddl.names import PddlNames
+from eai.pddl.glossary import ConditionWriter, Glossary, PddlNames, hidden_predicates, without
+from eai.pddl.model import PddlDomain, PddlProblem, TypedName
 from eai.pddl.ordered_effects import OrderedEffects
 from eai.pddl.simplify import conjunction
-from eai.world.derived import Lookup
+from eai.world.derived import Computed, Lookup
 from eai.world.domain import Domain
 from eai.world.execution import Action
 from eai.world.fault import FaultKind
 from eai.world.frame import AGENT
 from eai.world.operator import Check, Operator
+from eai.world.relation import bits
 from eai.world.state import Scene, State
+from eai.world.vocabulary import DerivedPredicate
+
+
+def _object_key(scene: Scene, index: int) -> str:
+    """What the table of names knows an object by: the agent, which conditions name, is known as that."""
+    name = scene.objects[index].name
+    if index == scene.agent:
+        return AGENT.name
+    return f"{name} " if name == AGENT.name else name
+
+
+def _order_name(glossary: Glossary) -> str:
+    """The predicate of the order of the objects."""
+    one, other = Variable("x"), Variable("y")
+    return glossary.precedes(one, other).predicate
+
+
+class _ProblemWriter:
+    """Writes problems of an exported domain: typed objects, the facts of a state, and what the domain adds.
+
+    Args:
+        glossary: the names of the export.
+        names: those of the objects of the scene.
+        header: the domain, operators apart.
+        initial: the state at the start.
+        kept: the objects that the problem is about, as a mask.
+    """
+
+    def __init__(
+        self, glossary: Glossary, names: PddlNames, header: PddlDomain, initial: State, kept: int
+    ) -> None:
+        self._glossary = glossary
+        self._initial = initial
+        self._scene = initial.scene
+        self._kept = dict.fromkeys(bits(kept))
+        self._names = [names[_object_key(self._scene, i)] for i in range(len(self._scene.objects))]
+        self._header = header
+
+    def write(self, name: str, goal: Formula) -> PddlProblem:
+        """The problem with this name and goal."""
+        constants = {item.name for item in self._header.constants}
+        return PddlProblem(
+            name=PddlNames()[name],
+            domain=self._header.name,
+            objects=tuple(
+                [
+                    TypedName(self._names[i], self._type(i))
+                    for i in self._kept
+                    if self._names[i] not in constants
+                ]
+            ),
+            initial=tuple(self._facts()),
+            denied=(),
+            goal=goal,
+        )
+
+    def _type(self, index: int) -> str:
+        return self._glossary.types[self._scene.objects[index].category]
+
+    def _facts(self) -> Iterator[Atom]:
+        declared = {predicate.name for predicate in self._header.predicates}
+        for predicate, arguments in self._initial.facts():
+            name = self._glossary.predicates[predicate]
+            if name in declared and all(i in self._kept for i in arguments):
+                yield self._atom(name, *arguments)
+        for category, kind in self._glossary.kinds.items():
+            for i in bits(self._scene.category(category)):
+                if i in self._kept:
+                    yield self._atom(kind, i)
+        for derived in self._glossary.frozen.values():
+            for arguments in product(self._kept, repeat=derived.arity):
+                if _holds(derived, self._initial, arguments):
+                    yield self._atom(self._glossary.predicates[derived.name], *arguments)
+        if self._glossary.ordered:
+            order = _order_name(self._glossary)
+            kept = list(self._kept)
+            for place, i in enumerate(kept):
+                yield from (self._atom(order, i, j) for j in kept[place + 1 :])
+
+    def _atom(self, predicate: str, *arguments: int) -> Atom:
+        return Atom(predicate, tuple([Constant(self._names[i]) for i in arguments]))
+
+
+def _holds(derived: DerivedPredicate, state: State, arguments: tuple[int, ...]) -> bool:
+    """Whether a derived predicate that has a function holds in a state."""
+    match derived:
+        case Lookup(values=values):
+            return bool(values(state, arguments[:-1]) >> arguments[-1] & 1)
+        case Computed(test=test):
+            return test(state, arguments)
+        case _:
+            raise DomainError(f"{derived.name} has no function")
+
 
 REQUIREMENTS = (":adl", ":derived-predicates")
 
@@ -116,7 +211,7 @@ class Exported:
         return Action(self._operators.meant(step.action), tuple([index[name] for name in step.arguments]))
 
     def _name(self, index: int) -> str:
-        return self._objects[object_key(self._scene, index)]
+        return self._objects[_object_key(self._scene, index)]
 
 
 def export(
@@ -185,14 +280,14 @@ def _things(glossary: Glossary, scene: Scene) -> PddlNames:
     """The names of all objects of a scene: first those that operators name."""
     names = glossary.things.copy()
     for index in range(len(scene.objects)):
-        names[object_key(scene, index)]
+        names[_object_key(scene, index)]
     return names
 
 
 def _writer(
     glossary: Glossary, names: PddlNames, source: ProblemSource, header: m.PddlDomain
-) -> ProblemWriter:
-    return ProblemWriter(glossary, names, header, source.initial, source.kept)
+) -> _ProblemWriter:
+    return _ProblemWriter(glossary, names, header, source.initial, source.kept)
 
 
 def _goal(glossary: Glossary, names: PddlNames, source: ProblemSource, hidden: frozenset[str]) -> f.Formula:
@@ -265,7 +360,7 @@ def _header(glossary: Glossary, name: str, hidden: frozenset[str], scene: Scene)
     predicates += [_declared(kind, 1) for kind in glossary.kinds.values()]
     predicates += [_declared(done, 0) for done in glossary.performed.values()]
     if glossary.ordered:
-        predicates.append(_declared(order_name(glossary), 2))
+        predicates.append(_declared(_order_name(glossary), 2))
     return m.PddlDomain(
         name=PddlNames()[name],
         requirements=REQUIREMENTS if axioms else REQUIREMENTS[:1],
@@ -279,7 +374,7 @@ def _header(glossary: Glossary, name: str, hidden: frozenset[str], scene: Scene)
 
 def _constants(glossary: Glossary, scene: Scene) -> Iterator[m.TypedName]:
     """The objects that operators name; they are of one category in all problems."""
-    index = {object_key(scene, i): i for i in range(len(scene.objects))}
+    index = {_object_key(scene, i): i for i in range(len(scene.objects))}
     for name, written in glossary.things.items():
         kind = glossary.types[scene.objects[index[name]].category] if name in index else m.OBJECT
         yield m.TypedName(written, kind)

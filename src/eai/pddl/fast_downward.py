@@ -2,7 +2,8 @@
 
 Every call works in a private temporary folder, which is removed whatever happens, so any number of calls
 may run at once. Both processes (translator and search) run under the operating system's limits of CPU time
-and memory, and are killed with everything that they started when the call is interrupted.
+and memory, and are killed with everything that they started when the call is interrupted. Processes that plan
+together share room for planners through a folder (`Seats`).
 """
 
 from __future__ import annotations
@@ -15,17 +16,61 @@ import signal
 import subprocess
 import sys
 import tempfile
-from contextlib import nullcontext
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
+from filelock import FileLock, Timeout
+
 from eai.errors import DataError, how_to_install
 from eai.pddl.execute import PlanStep
-from eai.pddl.planner import checked_plan
-from eai.pddl.planning import PlannerOutcome, PlannerResult, PlanningTask
-from eai.pddl.sharing import Seats
+from eai.pddl.planning import PlannerOutcome, PlannerResult, PlanningTask, checked_plan
 from eai.pddl.writer import write_domain, write_problem
+
+_PAUSE = 0.05
+"""Seconds until a seat is looked for again; a call of a planner takes longer."""
+
+
+@dataclass(frozen=True, slots=True)
+class Seats:
+    """So many planners at a time, in all processes that share a folder; who ends gives its seat back.
+
+    Attributes:
+        number: how many.
+        folder: the folder.
+    """
+
+    number: int
+    folder: Path
+
+    @contextmanager
+    def taken(self) -> Iterator[None]:
+        """Wait for a seat, and keep it during the block."""
+        locks = [FileLock(self.folder / f"seat-{i}.lock", timeout=0) for i in range(self.number)]
+        while True:
+            for lock in locks:
+                try:
+                    lock.acquire()
+                except Timeout:
+                    continue
+                try:
+                    yield
+                finally:
+                    lock.release()
+                return
+            time.sleep(_PAUSE)
+
+
+def machine_memory_mib() -> int:
+    """The memory that there is: of the machine, or of the control group that this process is confined to."""
+    most = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+    limit = Path("/sys/fs/cgroup/memory.max")
+    text = limit.read_text().strip() if limit.is_file() else ""
+    return (min(most, int(text)) if text.isdigit() else most) >> 20
+
 
 _DISTRIBUTION = "up-fast-downward"
 _MODULE = "up_fast_downward"

@@ -14,8 +14,7 @@ from eai.errors import InputError
 from eai.pddl.check import check_domain, check_problem
 from eai.pddl.model import PddlDomain, PddlProblem
 from eai.pddl.offence import Offence, PddlError, PddlFinding
-from eai.pddl.reader import PddlReader
-from eai.pddl.sexpr import Group, SExpr, Symbol, error_at, read_group
+from eai.pddl.reader import Group, PddlReader, SExpr, Symbol, error_at, read_group
 
 _DOMAIN = frozenset(
     {

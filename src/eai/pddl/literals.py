@@ -137,7 +137,7 @@ class _Effect(NamedTuple):
     conditional: Sequence[_Conditional]
 
 
-class Successor(NamedTuple):
+class _Successor(NamedTuple):
     """The set of the action, which has its number's bit alone, and the state after it."""
 
     action: int
@@ -160,7 +160,7 @@ class Successors:
         self._effects = [_effect(action, literals) for action in actions]
         self._price = looks_for(len(actions)) * len(self._needing)
 
-    def of(self, state: int, literals: int) -> Iterator[Successor]:
+    def of(self, state: int, literals: int) -> Iterator[_Successor]:
         """The successors of a state, in which these literals are, by the actions in their order."""
         possible = self._everything
         for literal, needing in self._needing.items():
@@ -168,7 +168,7 @@ class Successors:
                 possible &= ~needing
         self._looks.used += self._price + _SUCCESSOR * possible.bit_count()
         for action in bits(possible):
-            yield Successor(action, self.after(action.bit_length() - 1, state, literals))
+            yield _Successor(action, self.after(action.bit_length() - 1, state, literals))
 
     def after(self, number: int, state: int, literals: int) -> int:
         """The state after the action of this number, whether or not it is possible."""

@@ -219,3 +219,29 @@ def map_effect(
             return Each(variable, map_effect(part, condition, atom))
         case WhenEffect(premise, part):
             return WhenEffect(condition(premise), map_effect(part, condition, atom))
+
+
+@dataclass(frozen=True, slots=True)
+class OperatorText(Frozen):
+    """An operator as an answer writes it, before anything is understood.
+
+    It is the name and the text of its three parts, each a parenthesised list.
+    """
+
+    name: str
+    parameters: str
+    precondition: str
+    effect: str
+
+    @property
+    def size(self) -> int:
+        """How many characters its parts take."""
+        return len(self.parameters) + len(self.precondition) + len(self.effect)
+
+    @property
+    def pddl(self) -> str:
+        """The operator as a PDDL action."""
+        return (
+            f"(:action {self.name} :parameters {self.parameters} "
+            f":precondition {self.precondition} :effect {self.effect})"
+        )

@@ -1,16 +1,25 @@
-"""Planning tasks and what planners make of them: the interface between scoring and planners."""
+"""Planning tasks and what planners make of them: the interface between scoring and planners.
+
+A planner never fails silently: every call ends in one of the outcomes of `PlannerOutcome`, and every plan
+is executed by `execute.Executor` before it counts.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
 from typing import Protocol
 
 from eai.logic.formula import Atom
-from eai.pddl.execute import PlanStep
+from eai.pddl.execute import Executor, PlanStep
 from eai.pddl.model import PddlDomain, PddlProblem
 from eai.pddl.offence import PddlFinding
+from eai.planning.search import Effort
+
+_LOOKS = 300_000
+"""How many objects the quantifiers of a plan may look at; a plan of the gold operators looks at hundreds."""
 
 
 class PlannerOutcome(str, Enum):
@@ -49,7 +58,7 @@ class PlannerTerms:
     Attributes:
         seconds: CPU seconds of each process of a call; the benchmark's if None.
         memory_mib: what all planners together may use at a time; what there is if None.
-        folder: where processes that plan together share seats (`eai.pddl.sharing`); None where none do.
+        folder: where processes that plan together share seats (`eai.pddl.fast_downward`); None where none do.
     """
 
     seconds: int | None = None
@@ -96,3 +105,35 @@ class PddlPlanner(Protocol):
     def solve(self, task: PlanningTask) -> PlannerResult:
         """Look for a plan."""
         ...
+
+
+@dataclass(frozen=True, slots=True)
+class TieredPlanner:
+    """Asks a cheap planner first and an authority about what the first cannot decide."""
+
+    first: PddlPlanner
+    authority: PddlPlanner
+
+    @property
+    def name(self) -> str:
+        """What both are called."""
+        return f"{self.first.name}, then {self.authority.name}"
+
+    def solve(self, task: PlanningTask) -> PlannerResult:
+        """Look for a plan."""
+        result = self.first.solve(task)
+        decided = result.outcome in {PlannerOutcome.SOLVED, PlannerOutcome.UNSOLVABLE}
+        return result if decided else self.authority.solve(task)
+
+
+def checked_plan(task: PlanningTask, plan: Sequence[PlanStep], source: str) -> PlannerResult:
+    """The result of a planner that claims to have found a plan, after executing it."""
+    looks = Effort(_LOOKS)
+    flaw = Executor(task.domain, task.problem, looks).flaw(plan)
+    if looks.is_exceeded:
+        return PlannerResult(PlannerOutcome.TIME, detail=f"{source}: its plan takes too long to execute")
+    if flaw is None:
+        return PlannerResult(PlannerOutcome.SOLVED, tuple(plan), source)
+    return PlannerResult(
+        PlannerOutcome.CRASH, detail=f"{source}: step {flaw.step} of its plan: {flaw.reason}"
+    )

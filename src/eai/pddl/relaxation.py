@@ -45,14 +45,14 @@ class _Lacking(NamedTuple):
     making: int
 
 
-class Layers(NamedTuple):
+class _Layers(NamedTuple):
     """Relaxed states one step apart, and the sets of the rules that lead from each to the next."""
 
     reached: list[int]
     fired: list[int]
 
 
-class Estimate(NamedTuple):
+class _Estimate(NamedTuple):
     """A relaxed plan: how many actions it has, and the set of its actions that can be taken at once."""
 
     length: int
@@ -96,7 +96,7 @@ class Relaxation:
             for literal in bits(asked)
         ]
 
-    def estimate(self, state: int, literals: int) -> Estimate | None:
+    def estimate(self, state: int, literals: int) -> _Estimate | None:
         """A relaxed plan from a state, in which these literals are, or None if there is none.
 
         Then there is no plan at all.
@@ -115,7 +115,7 @@ class Relaxation:
                 lost |= price
         return lost & state
 
-    def _explore(self, start: int, goal: int, again: int) -> Layers:
+    def _explore(self, start: int, goal: int, again: int) -> _Layers:
         """Relaxed states until the goal is there, or until nothing more grows, or may be looked at.
 
         The atoms that are to be made true ``again`` are literals of their own.
@@ -123,7 +123,7 @@ class Relaxation:
         literals = start
         lacking = [each for each in self._asked if not literals & each.literal]
         lacking += [_Lacking(bit << self._again, 0, self._making.get(bit, 0)) for bit in bits(again)]
-        layers, waiting = Layers([literals], []), (1 << len(self._rules)) - 1
+        layers, waiting = _Layers([literals], []), (1 << len(self._rules)) - 1
         looks = self._looks
         while goal & ~literals and not looks.is_exceeded:
             looks.used += self._price * len(lacking)
@@ -145,7 +145,7 @@ class Relaxation:
                 break
         return layers
 
-    def _plan(self, goal: int, layers: Layers) -> Estimate:
+    def _plan(self, goal: int, layers: _Layers) -> _Estimate:
         """Walk back from the goal, crediting every literal to the first rule that reaches it."""
         chosen, helpful = set[int](), 0
         needed = self._literals.chosen(goal, layers.reached[-1])
@@ -160,9 +160,9 @@ class Relaxation:
                 if depth == 0:
                     helpful |= 1 << action
                 needed |= self._literals.chosen(needs, before)
-        return Estimate(len(chosen), helpful)
+        return _Estimate(len(chosen), helpful)
 
-    def layers(self, literals: int) -> Layers:
+    def layers(self, literals: int) -> _Layers:
         """All relaxed states from one in which these literals are, until nothing more grows."""
         return self._explore(literals, _EVERYTHING, 0)
 
@@ -237,7 +237,7 @@ class Lookahead:
         self._literals = literals
         self._goal = goal
         self._rules_left = _RULES
-        self._layers = Layers([], [])
+        self._layers = _Layers([], [])
         self._start = self._state = self._held = 0
         self._taken: list[_Taken] = []
 

@@ -17,15 +17,18 @@ household and 20 of 1,300 in the other, loses 17 right proofs and takes 1.6 to 3
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
 from math import inf
 from typing import NamedTuple, TypeAlias
 
+from eai.pddl.evaluation import DerivedPredicates
 from eai.pddl.execute import PlanStep
 from eai.pddl.grounding import ALWAYS, GroundAction, GroundChange, GroundCondition, Grounder
 from eai.pddl.literals import Literals, Successors, bits
 from eai.pddl.model import PddlDomain, PddlProblem
+from eai.pddl.planning import PlannerOutcome, PlannerResult, PlanningTask, checked_plan
 from eai.pddl.relaxation import Lookahead, Relaxation
-from eai.pddl.relevance import relevant
+from eai.pddl.relevance import relevant, without_idle_quantifiers
 from eai.planning.search import Effort, Limits, Node, OpenList, SearchEnd, SearchResult, best_first
 
 _DOUBT = 60
@@ -41,6 +44,36 @@ _CENTRAL = 60
 _SIZE = 50_000
 """How many objects may be looked at to ground operators and goal; of the operators of nine models none is too
 large for it."""
+
+
+@dataclass(frozen=True, slots=True)
+class BuiltInPlanner:
+    """The search of this package, alone. What exceeds its effort is `PlannerOutcome.TIME`."""
+
+    limits: Limits = field(default_factory=Limits)
+
+    @property
+    def name(self) -> str:
+        """What it is called in records."""
+        return "built-in search"
+
+    def solve(self, task: PlanningTask) -> PlannerResult:
+        """Look for a plan; what it cannot ground is `PlannerOutcome.UNSUPPORTED`."""
+        if task.fatal is not None:
+            return PlannerResult(PlannerOutcome.UNSUPPORTED, detail="an effect adds an unbound variable")
+        if DerivedPredicates(task.domain.axioms).circles:
+            detail = "a derived predicate depends on itself"
+            return PlannerResult(PlannerOutcome.UNSUPPORTED, detail=detail)
+        task = without_idle_quantifiers(task)
+        result = search(task.domain, task.problem, self.limits)
+        match result.end:
+            case SearchEnd.SOLVED:
+                return checked_plan(task, result.plan, self.name)
+            case SearchEnd.UNREACHABLE:
+                return PlannerResult(PlannerOutcome.UNSOLVABLE, detail=self.name)
+            case SearchEnd.STATES:
+                looked = f"{result.states} states evaluated" if result.states else "too large a search"
+                return PlannerResult(PlannerOutcome.TIME, detail=looked)
 
 
 def search(domain: PddlDomain, problem: PddlProblem, limits: Limits) -> SearchResult[PlanStep]:

@@ -9,7 +9,7 @@ from collections.abc import Iterable
 
 import eai.logic.formula as f
 import eai.pddl.model as m
-from eai.pddl.operator_text import OperatorText
+from eai.pddl.model import OperatorText
 
 
 def write_domain(domain: m.PddlDomain) -> str:

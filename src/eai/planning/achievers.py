@@ -25,7 +25,7 @@ from eai.world.state import Scene, State
 from eai.world.vocabulary import Vocabulary
 
 
-class Precondition(NamedTuple):
+class _Precondition(NamedTuple):
     """A formula over the variables of an effect, and the function that reads it."""
 
     formula: f.Formula
@@ -51,7 +51,7 @@ class _Join(NamedTuple):
     steps: tuple[_Step, ...]
 
 
-class Partial(NamedTuple):
+class _Partial(NamedTuple):
     """A match as a binding that is to be completed, and how."""
 
     binding: Binding
@@ -96,7 +96,7 @@ class Achiever:
         self._filters = (*fixed, *others)
         self._fixed = [c for c in self._filters if _is_fixed(c, vocabulary)]
         self.is_fixed = len(self._fixed) == len(self._filters)
-        self.conditions = tuple(Precondition(c, self._compiler.truth(c)) for c in needed if c not in fixed)
+        self.conditions = tuple(_Precondition(c, self._compiler.truth(c)) for c in needed if c not in fixed)
 
     def match(self, arguments: tuple[int, ...], agent: int | None) -> dict[str, int] | None:
         """The variables' objects that make this an achiever of the atom with these arguments, or None."""
@@ -124,7 +124,7 @@ class Achiever:
         """
         return completed(state, self.partial(state.scene, scope), usable)
 
-    def partial(self, scene: Scene, scope: Mapping[str, int], *, fixed: bool = False) -> Partial:
+    def partial(self, scene: Scene, scope: Mapping[str, int], *, fixed: bool = False) -> _Partial:
         """A match, to be completed in a state; or (``fixed``) whatever actions change."""
         names = self.schema.variables
         unbound = tuple([name for name in names if name not in scope])
@@ -132,7 +132,7 @@ class Achiever:
         if joins is None:
             joins = self._make_join(unbound, self._filters), self._make_join(unbound, self._fixed)
             self._joins[unbound] = joins
-        return Partial(self._frame.bind(scene, [scope.get(name, UNBOUND) for name in names]), joins[fixed])
+        return _Partial(self._frame.bind(scene, [scope.get(name, UNBOUND) for name in names]), joins[fixed])
 
     def failing(self, state: State, binding: Binding, most: float) -> list[f.Formula] | None:
         """The conditions that do not hold, or None if there are ``most`` of them or more."""
@@ -174,7 +174,7 @@ class Achiever:
         return _Join(tuple(self._compiler.truth(c) for c in first), tuple(steps))
 
 
-def completed(state: State, partial: Partial, usable: int) -> Iterator[Binding]:
+def completed(state: State, partial: _Partial, usable: int) -> Iterator[Binding]:
     """The ways to complete a match, as `Achiever.bindings` yields them."""
     binding = [*partial.binding]
     for holds in partial.join.first:
@@ -276,7 +276,7 @@ class Match(NamedTuple):
     """
 
     achiever: Achiever
-    partial: Partial
+    partial: _Partial
     kept: Sequence[tuple[int, ...]] | None
 
     def bindings(self, state: State, usable: int) -> Iterator[Binding]:

@@ -31,11 +31,10 @@ from dataclasses import dataclass, field, replace
 import eai.logic.formula as f
 import eai.pddl.model as m
 from eai.pddl.check import Declarations, check_action
+from eai.pddl.model import OperatorText
 from eai.pddl.offence import Offence, PddlError, PddlFinding
-from eai.pddl.operator_text import OperatorText
 from eai.pddl.planning import PlanningTask
-from eai.pddl.reader import PddlReader
-from eai.pddl.sexpr import Group, SExpr, Symbol, read_group
+from eai.pddl.reader import Group, PddlReader, SExpr, Symbol, read_group
 
 UNBOUND_ADDED = f.Atom("eai--unbound-added")
 """The atom that stands for adding an atom with an unbound variable."""

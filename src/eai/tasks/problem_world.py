@@ -17,9 +17,8 @@ from eai.logic.traversal import walk
 from eai.pddl.declaration import DeclaredDomain
 from eai.pddl.export import export
 from eai.pddl.files import DomainFile, ProblemFile, read_domain_file, read_problem_file
-from eai.pddl.glossary import Glossary
+from eai.pddl.glossary import Glossary, PddlNames
 from eai.pddl.model import OBJECT, PddlDomain, PddlPredicate, PddlProblem, TypedName
-from eai.pddl.names import PddlNames
 from eai.pddl.writer import write_formula
 from eai.tasks.source import TaskSet
 from eai.world.derived import is_a

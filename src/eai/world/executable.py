@@ -17,7 +17,7 @@ from eai.world.vocabulary import Vocabulary
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class CompiledCheck(Frozen):
+class _CompiledCheck(Frozen):
     """A check with its condition, and each formula of what it seeks in the past, as functions.
 
     It is equal to itself alone, and belongs to one list of checks.
@@ -28,23 +28,23 @@ class CompiledCheck(Frozen):
     sought: tuple[Truth, ...]
 
 
-class CompiledTry(NamedTuple):
+class _CompiledTry(NamedTuple):
     """A try of an operator as functions of a state and a binding."""
 
     is_made: Truth
-    checks: tuple[CompiledCheck, ...]
+    checks: tuple[_CompiledCheck, ...]
     apply: Apply
 
 
 class Failure(NamedTuple):
     """A check that fails of some objects, in the list of checks of the operator or of one of its tries."""
 
-    check: CompiledCheck
-    checks: tuple[CompiledCheck, ...]
+    check: _CompiledCheck
+    checks: tuple[_CompiledCheck, ...]
     arguments: tuple[int, ...]
 
 
-class Undone(NamedTuple):
+class _Undone(NamedTuple):
     """What an action tries in vain: the condition that stays as it is, and the check that fails."""
 
     condition: Formula
@@ -76,7 +76,7 @@ class CompiledOperator:
                 passes(state, binding) and not self._failed_tries(state, binding)
             )
         self.tries = tuple(
-            CompiledTry(
+            _CompiledTry(
                 conditions.truth(each.condition),
                 _compiled(each.checks, conditions),
                 effects.sequence(each.effects),
@@ -108,14 +108,14 @@ class CompiledOperator:
             self._apply(state, draft, binding)
         return State(state.scene, tuple(draft.unary), tuple(draft.binary))
 
-    def left_undone(self, before: State, after: State, binding: Binding) -> tuple[Undone, ...]:
+    def left_undone(self, before: State, after: State, binding: Binding) -> tuple[_Undone, ...]:
         """What the action tries in vain: each try that was made before, and would be made again after."""
         undone = []
         for each, compiled in zip(self.operator.tries, self.tries, strict=True):
             if compiled.is_made(before, binding) and compiled.is_made(after, binding):
                 failed = first_failing(compiled.checks, before, binding)
                 if failed is not None:
-                    undone.append(Undone(each.condition, failed.check))
+                    undone.append(_Undone(each.condition, failed.check))
         return tuple(undone)
 
     def _failed_tries(self, state: State, binding: Binding) -> tuple[Failure, ...]:
@@ -134,7 +134,7 @@ class CompiledOperator:
         return tuple(binding[1 : 1 + self.operator.arity])
 
 
-def first_failing(checks: Sequence[CompiledCheck], state: State, binding: Binding) -> CompiledCheck | None:
+def first_failing(checks: Sequence[_CompiledCheck], state: State, binding: Binding) -> _CompiledCheck | None:
     """The first of the checks that fails in the state, or None."""
     for check in checks:
         if not check.holds(state, binding):
@@ -142,9 +142,9 @@ def first_failing(checks: Sequence[CompiledCheck], state: State, binding: Bindin
     return None
 
 
-def _compiled(checks: Sequence[Check], conditions: Conditions) -> tuple[CompiledCheck, ...]:
+def _compiled(checks: Sequence[Check], conditions: Conditions) -> tuple[_CompiledCheck, ...]:
     return tuple(
-        CompiledCheck(
+        _CompiledCheck(
             check,
             conditions.truth(check.condition),
             tuple(conditions.truth(formula) for formula in _sought(check)),

@@ -15,8 +15,8 @@ from eai.abilities.transition_modeling.task import TransitionTask
 from eai.data.store import Store
 from eai.households.published import TransitionTasks, open_behavior, open_virtualhome
 from eai.pddl.model import PddlPredicate, type_of
-from eai.pddl.planner import BuiltInPlanner
 from eai.pddl.planning import PlannerOutcome
+from eai.pddl.search import BuiltInPlanner
 from operator_rules import rules_of
 
 

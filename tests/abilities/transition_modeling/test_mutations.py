@@ -16,9 +16,9 @@ from eai.abilities.transition_modeling.declaration import OperatorVerdict
 from eai.abilities.transition_modeling.scorer import TransitionModeling
 from eai.abilities.transition_modeling.task import Category, OperatorLibrary, TransitionTask
 from eai.abilities.verdict import Verdict
-from eai.pddl.operator_text import OperatorText
-from eai.pddl.planner import BuiltInPlanner
+from eai.pddl.model import OperatorText
 from eai.pddl.reader import read_domain
+from eai.pddl.search import BuiltInPlanner
 from operator_rules import rules_of
 
 OPEN = OperatorText(

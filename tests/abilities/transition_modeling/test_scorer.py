@@ -12,13 +12,19 @@ from eai.abilities.transition_modeling.planners import available, make_planner
 from eai.abilities.transition_modeling.scorer import TransitionModeling, count_by_category
 from eai.abilities.transition_modeling.task import Category, OperatorLibrary, TransitionTask
 from eai.abilities.verdict import ALL, Confusion, Verdict
-from eai.pddl.fast_downward import FastDownward, PlannerLimits
+from eai.pddl.fast_downward import FastDownward, PlannerLimits, Seats
 from eai.pddl.matching import SideMatch
-from eai.pddl.operator_text import OperatorText
-from eai.pddl.planner import BuiltInPlanner, TieredPlanner
-from eai.pddl.planning import PlannerChoice, PlannerOutcome, PlannerResult, PlannerTerms, PlanningTask
+from eai.pddl.model import OperatorText
+from eai.pddl.planning import (
+    PlannerChoice,
+    PlannerOutcome,
+    PlannerResult,
+    PlannerTerms,
+    PlanningTask,
+    TieredPlanner,
+)
 from eai.pddl.reader import read_domain
-from eai.pddl.sharing import Seats
+from eai.pddl.search import BuiltInPlanner
 from eai.world.fault import FaultKind
 from operator_rules import gold_answer, rules_of
 

@@ -8,8 +8,8 @@ from eai.abilities.transition_modeling.rules import PaperRules
 from eai.abilities.transition_modeling.scorer import TransitionModeling
 from eai.abilities.transition_modeling.task import Category, TransitionTask, declared_tasks
 from eai.logic.formula import Constant, Exists, Formula, Occurs, Variable
-from eai.pddl.planner import BuiltInPlanner
 from eai.pddl.planning import PlannerOutcome
+from eai.pddl.search import BuiltInPlanner
 from eai.world.derived import Defined, is_a
 from eai.world.domain import Domain
 from eai.world.effect import ANYTHING, Add, Delete, ForEach

@@ -36,7 +36,7 @@ _AGENT = 0
 """The number of the agent in a `_Way`; the objects of the literal are numbered from 1."""
 
 
-class Serving(NamedTuple):
+class _Serving(NamedTuple):
     """What can make some operators possible: what takes things and lets them go, and movement by its name."""
 
     helping: Sequence[Operator]
@@ -110,7 +110,7 @@ class Repertoire:
         self._moved = frozenset[str]().union(*[self._writes[o.name] for o in self.movement])
         self._changed = frozenset[str]().union(*self._writes.values())
         self.known = {operator.name: self._known(operator) for operator in domain.operators}
-        self._served: dict[frozenset[str], Serving] = {}
+        self._served: dict[frozenset[str], _Serving] = {}
         self._writers: dict[str, tuple[Operator, ...]] = {}
         self._ways: dict[GroundAtom, tuple[_Way, ...]] = {}
         self._tests: dict[tuple[str, bool], tuple[Frame, Truth]] = {}
@@ -189,7 +189,7 @@ class Repertoire:
             ways = self._ways[shape] = tuple(found)
         return ways
 
-    def serving(self, names: frozenset[str]) -> Serving:
+    def serving(self, names: frozenset[str]) -> _Serving:
         """The other operators that can make true what those of some names ask for, and so on."""
         serving = self._served.get(names)
         if serving is None:
@@ -199,7 +199,7 @@ class Repertoire:
             helping = self._closure(asking, hands, self._asks)
             movement = self._closure([*asking, *helping], self.movement, self._checks)
             moving = [o.name for o in self.movement if o in movement or o.name in names]
-            serving = Serving(helping, moving)
+            serving = _Serving(helping, moving)
             self._served[names] = serving
         return serving
 

@@ -53,7 +53,7 @@ def _refused(branch: Branch, instruction: Do, check: Check) -> Branch:
     return branch._replace(errors=branch.errors + 1, subgoal=instruction.subgoal, failure=fault)
 
 
-class BranchGoal(Protocol):
+class _BranchGoal(Protocol):
     """What a branch is to achieve, as far as its past can be summed up in a number."""
 
     def advance(self, met: int, state: State, action: Action) -> int:
@@ -125,7 +125,7 @@ def search(
     domain: Domain,
     initial: State,
     program: Program,
-    goal: BranchGoal,
+    goal: _BranchGoal,
     limits: SearchLimits,
     halts: Callable[[Fault], bool] = uncategorised,
 ) -> Outcome:
@@ -143,7 +143,7 @@ class _Search:
         self,
         domain: Domain,
         program: Program,
-        goal: BranchGoal,
+        goal: _BranchGoal,
         limits: SearchLimits,
         halts: Callable[[Fault], bool],
     ) -> None:

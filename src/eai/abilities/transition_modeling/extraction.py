@@ -29,8 +29,7 @@ from eai.logic.formula import TRUE
 from eai.logic.frozen import Frozen
 from eai.pddl.model import NO_EFFECT, PddlAction
 from eai.pddl.offence import Offence, PddlError, PddlFinding
-from eai.pddl.reader import PddlReader
-from eai.pddl.sexpr import Group, error_at, read_group
+from eai.pddl.reader import Group, PddlReader, error_at, read_group
 
 K = TypeVar("K", bound=Hashable)
 V = TypeVar("V")

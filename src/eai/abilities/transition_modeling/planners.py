@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from eai.pddl.fast_downward import FastDownward, PlannerLimits
-from eai.pddl.planner import BuiltInPlanner, TieredPlanner
-from eai.pddl.planning import PddlPlanner, PlannerChoice, PlannerTerms
-from eai.pddl.sharing import Seats, machine_memory_mib
+from eai.pddl.fast_downward import FastDownward, PlannerLimits, Seats, machine_memory_mib
+from eai.pddl.planning import PddlPlanner, PlannerChoice, PlannerTerms, TieredPlanner
+from eai.pddl.search import BuiltInPlanner
 from eai.planning.search import Limits
 
 FIRST_EFFORT = Limits(300)

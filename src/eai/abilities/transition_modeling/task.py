@@ -19,8 +19,7 @@ from eai.abilities.task import Goal, GoalKind, Task
 from eai.logic.formula import Atom
 from eai.logic.traversal import walk
 from eai.pddl.export import Exported, ExportOptions, ProblemSource, export_problems
-from eai.pddl.model import PddlAction, PddlDomain, PddlProblem, effect_atoms
-from eai.pddl.operator_text import OperatorText
+from eai.pddl.model import OperatorText, PddlAction, PddlDomain, PddlProblem, effect_atoms
 from eai.pddl.reader import read_action, read_problem
 from eai.pddl.writer import operator_text, write_problem
 from eai.planning.planner import Planner

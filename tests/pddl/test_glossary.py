@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from eai.pddl.names import PddlNames
+from eai.pddl.glossary import PddlNames
 
 
 @given(st.lists(st.text(max_size=6), unique=True, max_size=20))
